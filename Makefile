@@ -77,7 +77,7 @@ $(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
 
 # Pages and JSON Schemas, from the code: docs/reference and schemas.
 reference: $(VENV)/.test
-	$(BIN)/python -m reference.write
+	$(BIN)/python -m deltactl.reference.write
 
 # What a newcomer types, on a clean clone: every command of README and docs that a PC can run.
 newcomer: $(VENV)/.test

@@ -18,13 +18,13 @@ from time import thread_time_ns
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # loaded as late as the program itself does, which counts threads before numpy
-    from drivers.fakes.lines import FakeLines
+    from deltactl.drivers.fakes.lines import FakeLines
 
 TALLY = "TALLY"
 DAEMON, PULSES, ROUNDS = 0, 1, 2
 BYTES = 24
 FAKE = "benchmarks.simulated_share:of_config"
-"""Opens the lines in the pulse process in place of `drivers.fakes.steps.FAKE`."""
+"""Opens the lines in the pulse process in place of `deltactl.drivers.fakes.steps.FAKE`."""
 
 
 def make_tally(path: Path) -> None:
@@ -40,8 +40,8 @@ def tally(path: Path) -> tuple[float, int]:
 
 def of_config(config: dict[str, Any]) -> FakeLines:
     """The fake lines, timed; called in the pulse process."""
-    from drivers.fakes import lines
-    from drivers.fakes.lines import FakeLines
+    from deltactl.drivers.fakes import lines
+    from deltactl.drivers.fakes.lines import FakeLines
 
     _time(PULSES, FakeLines, "read", "write")
     return lines.of_config(config)
@@ -83,14 +83,14 @@ def _counted(method: Callable[..., Any], words: memoryview) -> Callable[..., Any
 def main() -> None:
     """Watch the fakes, then be `deltactl`; the pulse process, which has to start quickly, needs
     none of what is imported here."""
-    from command_line.main import main as deltactl
-    from foundation.one_thread import one_thread_in_this_program
+    from deltactl.cli.main import main as deltactl
+    from deltactl.foundation.one_thread import one_thread_in_this_program
 
     one_thread_in_this_program()
-    from drivers.fakes import steps
-    from drivers.fakes.i2c_bus import FakeI2cBus
-    from firmware_py.controller.control_loop import ControlLoop
-    from firmware_py.simulation.world import SimulatedRobot
+    from deltactl.drivers.fakes import steps
+    from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
+    from deltactl.firmware_py.controller.control_loop import ControlLoop
+    from deltactl.firmware_py.simulation.world import SimulatedRobot
 
     steps.FAKE = FAKE
     _time(DAEMON, FakeI2cBus, "i2c_rdwr")

@@ -1,6 +1,6 @@
 """The shape of the source: lines, files, import circles, numbers that decide an answer.
 
-    python benchmarks/structure.py [--root DIR] [--folder diagnosis]
+    python benchmarks/structure.py [--root DIR] [--folder deltactl/diagnosis]
 
 Lines and files are those of Python below --folder, by room. A circle is a set of rooms that import
 each other, directly or around a corner, wherever in a file the import stands. A room is a folder
@@ -40,10 +40,17 @@ def room_of(root: Path, file: Path) -> str:
     return ".".join(parts)
 
 
+def module_name(root: Path, file: Path) -> str:
+    """How a file is imported: a folder that the package links to is a part of the package."""
+    parts = file.relative_to(root).with_suffix("").parts
+    linked = (root / "deltactl" / parts[0]).is_symlink()
+    return ".".join(("deltactl", *parts) if linked else parts)
+
+
 def imports(root: Path) -> dict[str, dict[str, list[str]]]:
     """Room -> rooms that it imports -> files that do so."""
     files = [file for top in packages(root) for file in sorted(top.rglob("*.py"))]
-    known = {".".join(file.relative_to(root).with_suffix("").parts): file for file in files}
+    known = {module_name(root, file): file for file in files}
     known |= {name.removesuffix(".__init__"): file for name, file in known.items()}
     found: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
     for file in files:
@@ -151,7 +158,7 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--root", type=Path, default=ROOT)
-    parser.add_argument("--folder", default="diagnosis")
+    parser.add_argument("--folder", default="deltactl/diagnosis")
     options = parser.parse_args()
     root, folder = options.root.resolve(), options.root.resolve() / options.folder
     files, lines = Counter[str](), Counter[str]()

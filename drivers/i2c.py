@@ -16,8 +16,8 @@ from typing import Protocol
 
 from smbus2 import SMBus, i2c_msg
 
-from foundation.clock import Clock
-from foundation.errors import BusDead
+from deltactl.foundation.clock import Clock
+from deltactl.foundation.errors import BusDead
 
 TRANSIENT_ERRNOS = (errno.EREMOTEIO, errno.ETIMEDOUT, errno.EIO)
 """Not acknowledged (121), timed out (110), I/O error (5): what a disturbed bus gives."""

@@ -11,8 +11,8 @@ from typing import Any
 
 from gpiozero import InputDevice
 
-from drivers.settings import InputSettings, PinPerMotor, StepSettings
-from foundation.errors import ConfigError
+from deltactl.drivers.settings import InputSettings, PinPerMotor, StepSettings
+from deltactl.foundation.errors import ConfigError
 
 
 class InputLine:

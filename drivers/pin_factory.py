@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from foundation.errors import ConfigError
+from deltactl.foundation.errors import ConfigError
 
 NO_LGPIO = (
     "the package lgpio is missing; type: sudo apt install python3-lgpio (a virtual environment sees"

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foundation.rules import RuledModel, rule
-from foundation.strict_yaml import StrictModel
+from deltactl.foundation.rules import RuledModel, rule
+from deltactl.foundation.strict_yaml import StrictModel
 
 Pin = Annotated[int, Field(ge=0, le=27, description="BCM numbers of the 40-pin header")]
 PinPerMotor = tuple[Pin, Pin, Pin]

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from foundation.yaml_tree import Location
-from models.gearing import LEAST_RATIO, too_small_ratio
+from deltactl.foundation.yaml_tree import Location
+from deltactl.models.gearing import LEAST_RATIO, too_small_ratio
 
 if TYPE_CHECKING:
-    from drivers.settings import InputSettings
-    from firmware_py.robot_file import AsBuilt, Homing, Limits
-    from models.robot import AnyDrive, Masses
+    from deltactl.drivers.settings import InputSettings
+    from deltactl.firmware_py.robot_file import AsBuilt, Homing, Limits
+    from deltactl.models.robot import AnyDrive, Masses
 
 Clash = tuple[Location, str]
 Sections = Mapping[str, Any]

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
-from foundation.errors import ConfigError, MissingFile, NetworkError
-from foundation.strict_yaml import MAX_BYTES
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
+from deltactl.foundation.errors import ConfigError, MissingFile, NetworkError
+from deltactl.foundation.strict_yaml import MAX_BYTES
 
 EVERYBODYS = (CONFIG_FOLDER, TRAINED_FOLDER)
 """Folders of the program: what stands there is no secret."""

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from firmware_py.clashes import Clash
-from firmware_py.feedback.settings import FeedbackSettings
-from firmware_py.job_steps import (
+from deltactl.firmware_py.clashes import Clash
+from deltactl.firmware_py.feedback.settings import FeedbackSettings
+from deltactl.firmware_py.job_steps import (
     CalibratedIk,
     GeometryIk,
     KinematicsSpec,
@@ -18,12 +18,12 @@ from firmware_py.job_steps import (
     Repeats,
     Step,
 )
-from firmware_py.job_timing import Accelerated, Timing, Together
-from firmware_py.path_file import Joints, PathSpec, StraightTo, Way
-from foundation.errors import ConfigError
-from foundation.rules import valid_keys_of
-from foundation.strict_yaml import Document, StrictModel
-from models.robot import KINDS
+from deltactl.firmware_py.job_timing import Accelerated, Timing, Together
+from deltactl.firmware_py.path_file import Joints, PathSpec, StraightTo, Way
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.rules import valid_keys_of
+from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.models.robot import KINDS
 
 __all__ = ["Accelerated", "CalibratedIk", "GeometryIk", "JobFile", "NetworkIk", "Together"]
 

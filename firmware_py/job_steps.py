@@ -6,10 +6,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from drivers.settings import Name
-from firmware_py.job_timing import Timing
-from firmware_py.path_file import Dwell, PathSpec
-from foundation.strict_yaml import StrictModel
+from deltactl.drivers.settings import Name
+from deltactl.firmware_py.job_timing import Timing
+from deltactl.firmware_py.path_file import Dwell, PathSpec
+from deltactl.foundation.strict_yaml import StrictModel
 
 MANY = "weeks of work at most"
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]

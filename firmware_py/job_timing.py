@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from foundation.rules import RuledModel, rule
-from foundation.strict_yaml import StrictModel
+from deltactl.foundation.rules import RuledModel, rule
+from deltactl.foundation.strict_yaml import StrictModel
 
 SLOWEST_MPS, FASTEST_MPS = 1e-6, 10.0
 

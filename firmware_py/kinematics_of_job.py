@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firmware_py.job_file import CalibratedIk, JobFile, NetworkIk
-from firmware_py.named_files import find
-from firmware_py.robot_file import RobotFile
-from foundation.errors import ConfigError
-from models.calibrated_inverse import CalibratedInverse
-from models.inverse_kinematics import GeometricInverse, InverseKinematics
+from deltactl.firmware_py.job_file import CalibratedIk, JobFile, NetworkIk
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.inverse_kinematics import GeometricInverse, InverseKinematics
 
 
 def network_file(
@@ -31,7 +31,7 @@ def kinematics_of(
     chosen = job.inverse_kinematics
     if isinstance(chosen, NetworkIk):
         # Not at the top: the TFLite runtime takes a third of a second to load.
-        from models.network import InverseNetwork
+        from deltactl.models.network import InverseNetwork
 
         network = network_file(chosen, robot, job_path, listing=follow)
         return InverseNetwork.open(network, robot, follow)

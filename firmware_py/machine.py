@@ -6,15 +6,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drivers.current.fake import FakeCurrentDrives
-from drivers.fakes.bench import FakeBench
-from drivers.fakes.ranging_rig import RangingRig
-from drivers.ranging.contract import RangingSensors
-from drivers.steps.contract import StepOutput
-from drivers.steps.switches import NO_SWITCHES, Switches
-from firmware_py.servo.output import ServoOutput
-from firmware_py.simulation.world import SimulatedRobot
-from foundation.clock import Clock
+from deltactl.drivers.current.fake import FakeCurrentDrives
+from deltactl.drivers.fakes.bench import FakeBench
+from deltactl.drivers.fakes.ranging_rig import RangingRig
+from deltactl.drivers.ranging.contract import RangingSensors
+from deltactl.drivers.steps.contract import StepOutput
+from deltactl.drivers.steps.switches import NO_SWITCHES, Switches
+from deltactl.firmware_py.servo.output import ServoOutput
+from deltactl.firmware_py.simulation.world import SimulatedRobot
+from deltactl.foundation.clock import Clock
 
 
 @dataclass(frozen=True)

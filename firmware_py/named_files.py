@@ -5,10 +5,11 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from foundation.errors import ConfigError, MissingFile
+from deltactl.foundation.errors import ConfigError, MissingFile
+from deltactl.foundation.places import PACKAGE
 
-CONFIG_FOLDER = Path(__file__).resolve().parent.parent / "config"
-TRAINED_FOLDER = CONFIG_FOLDER.parent / "models" / "trained"
+CONFIG_FOLDER = PACKAGE / "config"
+TRAINED_FOLDER = PACKAGE / "models" / "trained"
 SHOWN = 10
 """So many names of files are listed in a message."""
 JOB_KEY, ROBOT_KEY = "robot", "kind"

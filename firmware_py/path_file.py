@@ -8,10 +8,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from firmware_py.paths import circle, heart, points, spiral, way
-from firmware_py.paths.path import MAX_TARGETS
-from foundation.rules import RuledModel, rule
-from foundation.strict_yaml import StrictModel
+from deltactl.firmware_py.paths import circle, heart, points, spiral, way
+from deltactl.firmware_py.paths.path import MAX_TARGETS
+from deltactl.foundation.rules import RuledModel, rule
+from deltactl.foundation.strict_yaml import StrictModel
 
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0, description="a robot arm is under 10 m")]
 MANY_TURNS = "a thousand turns are hours; use repeats for more"

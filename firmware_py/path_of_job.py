@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.job_file import JobFile
-from firmware_py.path_file import Circle, Heart, Joints, Points, Spiral, StraightTo, Way, legs_of
-from firmware_py.paths.circle import circle
-from firmware_py.paths.heart import heart
-from firmware_py.paths.joints import joints
-from firmware_py.paths.path import Path
-from firmware_py.paths.points import points
-from firmware_py.paths.spiral import spiral
-from firmware_py.paths.survey import survey
-from firmware_py.paths.way import way
-from firmware_py.robot_file import RobotFile
-from models.linkage import Linkage
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.path_file import (
+    Circle,
+    Heart,
+    Joints,
+    Points,
+    Spiral,
+    StraightTo,
+    Way,
+    legs_of,
+)
+from deltactl.firmware_py.paths.circle import circle
+from deltactl.firmware_py.paths.heart import heart
+from deltactl.firmware_py.paths.joints import joints
+from deltactl.firmware_py.paths.path import Path
+from deltactl.firmware_py.paths.points import points
+from deltactl.firmware_py.paths.spiral import spiral
+from deltactl.firmware_py.paths.survey import survey
+from deltactl.firmware_py.paths.way import way
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.models.linkage import Linkage
 
 USUAL_SPACING_M = 0.0005
 """Of a path of one target, which needs none."""

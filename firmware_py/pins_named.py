@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from foundation.yaml_tree import Location
+from deltactl.foundation.yaml_tree import Location
 
 SECTIONS = ("steps", "inputs", "ranging", "homing")
 """Sections whose keys that end in _pin or _pins name some."""

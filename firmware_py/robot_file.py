@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from drivers.settings import (
+from deltactl.drivers.settings import (
     InputSettings,
     Name,
     Pin,
@@ -16,19 +16,19 @@ from drivers.settings import (
     StepSettings,
     SwitchedPin,
 )
-from drivers.steps.lines import MOST_SWITCHES
-from drivers.steps.switches import Switches
-from firmware_py.clashes import clashes
-from firmware_py.pins_named import named_twice, pins_named
-from firmware_py.servo.as_built import AsBuiltServo
-from foundation.errors import ConfigError
-from foundation.rules import RuledModel, rule, valid_keys_of
-from foundation.strict_yaml import Document, StrictModel
-from foundation.yaml_tree import Location
-from models.chain.stated import OF_DELTA, wrong_effects, wrong_entries, wrong_values
-from models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
-from models.servo_drive import ServoDrive
-from recording.writing.keeping import KeptRecordings
+from deltactl.drivers.steps.lines import MOST_SWITCHES
+from deltactl.drivers.steps.switches import Switches
+from deltactl.firmware_py.clashes import clashes
+from deltactl.firmware_py.pins_named import named_twice, pins_named
+from deltactl.firmware_py.servo.as_built import AsBuiltServo
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.rules import RuledModel, rule, valid_keys_of
+from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.foundation.yaml_tree import Location
+from deltactl.models.chain.stated import OF_DELTA, wrong_effects, wrong_entries, wrong_values
+from deltactl.models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
+from deltactl.models.servo_drive import ServoDrive
+from deltactl.recording.writing.keeping import KeptRecordings
 
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
 JointSpeed = Annotated[

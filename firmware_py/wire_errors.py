@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from foundation.errors import DeltactlError, MotionError, Refusal, ServiceError
+from deltactl.foundation.errors import DeltactlError, MotionError, Refusal, ServiceError
 
 Message = dict[str, Any]
 
@@ -18,7 +18,7 @@ def _tree(root: type[DeltactlError]) -> dict[str, type[DeltactlError]]:
 
 
 KINDS: dict[str, type[DeltactlError]] = _tree(DeltactlError)
-"""Every class of `foundation.errors` by its name."""
+"""Every class of `deltactl.foundation.errors` by its name."""
 
 
 def as_message(error: BaseException) -> Message:

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.recursion import linear
-from models.robot import FloatArray
+from deltactl.models.recursion import linear
+from deltactl.models.robot import FloatArray
 
 SHORT = 0.01
 """Of a time constant, below which moments are worked out as a series."""

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.chain.active import Active, at, of_entries
-from models.chain.commands import Commands
-from models.chain.delta import Chain
-from models.effects.flow import Flow, Load
-from models.effects.port import Port
-from models.effects.tables import shifted
-from models.inverse_kinematics import targets_of
-from models.linkage import Linkage, forward, inverse, inverse_one
-from models.linkage.scalar_forward import forward_one
-from models.linkage.vectors import Vector
-from models.robot import ARMS, DeltaRobot, EffectEntry, FloatArray
+from deltactl.models.chain.active import Active, at, of_entries
+from deltactl.models.chain.commands import Commands
+from deltactl.models.chain.delta import Chain
+from deltactl.models.effects.flow import Flow, Load
+from deltactl.models.effects.port import Port
+from deltactl.models.effects.tables import shifted
+from deltactl.models.inverse_kinematics import targets_of
+from deltactl.models.linkage import Linkage, forward, inverse, inverse_one
+from deltactl.models.linkage.scalar_forward import forward_one
+from deltactl.models.linkage.vectors import Vector
+from deltactl.models.robot import ARMS, DeltaRobot, EffectEntry, FloatArray
 
 INVERTIBLE = frozenset(
     {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 
 def cosine_and_sine(angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.linkage import Linkage, jacobian
-from models.robot import ARMS, FloatArray, Masses
+from deltactl.models.linkage import Linkage, jacobian
+from deltactl.models.robot import ARMS, FloatArray, Masses
 
 STANDARD_GRAVITY_MPS2 = 9.80665
 

@@ -11,9 +11,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from foundation.errors import LimitExceeded, Refusal
-from models.linkage import Linkage, inverse_one
-from models.robot import ARMS, AnyDrive, FloatArray, Geometry
+from deltactl.foundation.errors import LimitExceeded, Refusal
+from deltactl.models.linkage import Linkage, inverse_one
+from deltactl.models.robot import ARMS, AnyDrive, FloatArray, Geometry
 
 USE_GEOMETRY = "use inverse_kinematics: {kind: geometry}"
 """In a job whose network cannot be taken."""
@@ -35,7 +35,7 @@ class InverseKinematics(Protocol):
 
 
 class GeometricInverse:
-    """Inverse kinematics in closed form (`models.linkage`)."""
+    """Inverse kinematics in closed form (`deltactl.models.linkage`)."""
 
     def __init__(self, geometry: Geometry):
         self.linkage = Linkage.of(geometry)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 try:
     from scipy.linalg import lapack

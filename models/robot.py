@@ -12,11 +12,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Discriminator, Field, Tag
 
-from foundation.errors import ConfigError
-from foundation.rules import RuledModel, rule
-from foundation.strict_yaml import Document, StrictModel
-from models.servo_drive import ServoDrive
-from models.sliding import named_inside
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.rules import RuledModel, rule
+from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.models.servo_drive import ServoDrive
+from deltactl.models.sliding import named_inside
 
 AXES = ("x", "y", "z")
 ARMS = 3

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from foundation.errors import ConfigError
-from foundation.strict_yaml import Document
-from models.chain.stated import forms_of, wrong_effects, wrong_values
-from models.robot import RobotModel, kind_in, model_sections
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.strict_yaml import Document
+from deltactl.models.chain.stated import forms_of, wrong_effects, wrong_values
+from deltactl.models.robot import RobotModel, kind_in, model_sections
 
 
 def load_with_effects(path: Path) -> RobotModel:

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from models.chain import Chain, Commands
-from models.effects import VOCABULARY
-from models.robot import EffectEntry, FloatArray, load_delta
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.effects import VOCABULARY
+from deltactl.models.robot import EffectEntry, FloatArray, load_delta
 
 SAMPLES = 12_000
 LIMIT_S = 0.015

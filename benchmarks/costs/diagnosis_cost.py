@@ -22,12 +22,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.chain import Chain, Commands
-from models.robot import load_delta
-from proof.cases import assemble
-from proof.hidden.build_in import SINGLES
-from proof.hidden.oddities import ODDITIES
-from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import load_delta
+from deltactl.proof.cases import assemble
+from deltactl.proof.hidden.build_in import SINGLES
+from deltactl.proof.hidden.oddities import ODDITIES
+from deltactl.proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
 
 COUNTS = {"nothing": 0, "single": 1, "two": 2, "three": 3, "tolerance": 1, "unknown": 1}
 LENGTH_S = 240.0
@@ -81,7 +81,7 @@ def day(seed: int, hours: float) -> Cost:
 
 
 def _diagnosed(folder: Path, more: Sequence[str], held_out: Sequence[str] = (HOLDOUT,)) -> Cost:
-    command = [sys.executable, "-m", "command_line.main", "diagnose", str(folder / RECORDING)]
+    command = [sys.executable, "-m", "deltactl.cli.main", "diagnose", str(folder / RECORDING)]
     options = ["--robot", str(folder / ROBOT_FILE)]
     options += [word for name in held_out for word in ("--holdout", str(folder / name))]
     begun_s = time.monotonic()

@@ -35,9 +35,9 @@ from benchmarks.costs.fleet_machines import (
     record_axis,
     record_delta,
 )
-from fleet.groups import groups
-from fleet.run import diagnose_fleet
-from fleet.trends import courses, trends
+from deltactl.fleet.groups import groups
+from deltactl.fleet.run import diagnose_fleet
+from deltactl.fleet.trends import courses, trends
 
 DAYS = 180
 GROWING, BATCH = 3, 5

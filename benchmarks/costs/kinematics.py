@@ -16,8 +16,8 @@ from statistics import median
 
 import numpy as np
 
-from models.linkage import Linkage, Status, forward, inverse, inverse_one, jacobian
-from models.robot import FloatArray, Geometry
+from deltactl.models.linkage import Linkage, Status, forward, inverse, inverse_one, jacobian
+from deltactl.models.robot import FloatArray, Geometry
 
 POSES = 1_000_000
 TARGETS = 20_000

@@ -15,9 +15,9 @@ from time import perf_counter, process_time
 from rich.console import Console
 from rich.table import Table
 
-from firmware_py.servo.law import AccelerationControl, LawSettings
-from foundation.errors import DeltactlError
-from foundation.extras import needs
+from deltactl.firmware_py.servo.law import AccelerationControl, LawSettings
+from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.extras import needs
 
 LAW_GOAL_US, WHOLE_GOAL_US = 10.0, 20.0
 ROUNDS = 5
@@ -26,11 +26,11 @@ ROUNDS = 5
 def main() -> None:
     """Measure and print."""
     with needs("proof", "benchmarks/costs/micro.py"):
-        from proof.micro.bodies import Rods
-    from proof.micro.as_built import MicroDelta
-    from proof.micro.plant import MicroPlant
-    from reproduction.uzunovic_2013.control_loop import START_RAD, run
-    from reproduction.uzunovic_2013.control_references import (
+        from deltactl.proof.micro.bodies import Rods
+    from deltactl.proof.micro.as_built import MicroDelta
+    from deltactl.proof.micro.plant import MicroPlant
+    from deltactl.reproduction.uzunovic_2013.control_loop import START_RAD, run
+    from deltactl.reproduction.uzunovic_2013.control_references import (
         EXPERIMENTS,
         micro_delta,
         references,

@@ -18,12 +18,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from models.inverse_kinematics import GeometricInverse, TargetMapper
-from models.linkage import Linkage, inverse
-from models.network import Cylinder, InverseNetwork, NetworkFile
-from models.network.file import TRAINED_FOLDER
-from models.network.runtime import runtime_names
-from models.robot import DeltaRobot, load_delta
+from deltactl.models.inverse_kinematics import GeometricInverse, TargetMapper
+from deltactl.models.linkage import Linkage, inverse
+from deltactl.models.network import Cylinder, InverseNetwork, NetworkFile
+from deltactl.models.network.file import TRAINED_FOLDER
+from deltactl.models.network.runtime import runtime_names
+from deltactl.models.robot import DeltaRobot, load_delta
 
 CONFIG_FOLDER = Path(__file__).resolve().parents[2] / "config"
 CYLINDER = Cylinder(radius_m=0.15, z_m=(-0.55, -0.40))
@@ -72,11 +72,11 @@ def _subjects(robot: DeltaRobot) -> list[tuple[str, Call, float | None]]:
 def _peers(robot: DeltaRobot) -> list[tuple[str, InverseNetwork]]:
     """The papers' networks with random weights; empty without the training extra."""
     try:
-        from models.training.accuracy import Effort
-        from models.training.export import to_file
-        from models.training.graph import Graph
-        from models.training.perceptron import Perceptron, add_layers
-        from models.training.recipe import Task, Trained
+        from deltactl.models.training.accuracy import Effort
+        from deltactl.models.training.export import to_file
+        from deltactl.models.training.graph import Graph
+        from deltactl.models.training.perceptron import Perceptron, add_layers
+        from deltactl.models.training.recipe import Task, Trained
     except ImportError:
         return []
     found = []

@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from drivers.fakes.gpio_chip import GpioChip
-from drivers.fakes.steps import simulated_step_output
-from drivers.fakes.syscall_trap import Device, SyscallTrap, available
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.contract import Ticks
-from foundation.clock import VirtualClock, sleep_s
+from deltactl.drivers.fakes.gpio_chip import GpioChip
+from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.fakes.syscall_trap import Device, SyscallTrap, available
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.foundation.clock import VirtualClock, sleep_s
 
 PERIODS_US = (2000, 500, 100)
 SUBJECTS = Path(__file__).with_name("pulse_subjects.py")

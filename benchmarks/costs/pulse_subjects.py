@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from drivers.fakes.steps import simulated_step_output
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import build_step_output
-from drivers.steps.contract import OutputState, StepOutput, Ticks
-from drivers.steps.process_host import ProcessStepOutput
-from foundation.clock import RealClock
+from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.build import build_step_output
+from deltactl.drivers.steps.contract import OutputState, StepOutput, Ticks
+from deltactl.drivers.steps.process_host import ProcessStepOutput
+from deltactl.foundation.clock import RealClock
 
 INPUTS = InputSettings()
 PULSE, PINS = StepSettings(), StepSettings(backend="gpiozero")
@@ -79,7 +79,7 @@ def blink(period_us: float, seconds: float) -> Facts:
     """gpiozero as its recipes use it: on, off, sleep until the next absolute time, in a thread."""
     from gpiozero import OutputDevice
 
-    from drivers.pin_factory import lgpio_pin_factory
+    from deltactl.drivers.pin_factory import lgpio_pin_factory
 
     factory = lgpio_pin_factory()
     pins = [OutputDevice(pin, pin_factory=factory) for pin in PULSE.step_pins]

@@ -11,10 +11,10 @@ import platform
 import time
 from statistics import median
 
-from drivers.fakes.range_noise import RangeNoise
-from drivers.fakes.ranging_bench import RangingBench
-from drivers.settings import RangingSettings
-from foundation.clock import NS_PER_S
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.ranging_bench import RangingBench
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import NS_PER_S
 
 REPEATS = 7
 ROBOT_S = 20.0

@@ -16,16 +16,16 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers.current.fake import FakeCurrentDrives
-from drivers.steps.contract import Ticks
-from firmware_py.controller.build import build_controller
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import load_robot
-from firmware_py.servo.law import AccelerationControl, LawSettings
-from firmware_py.servo.loop import ServoLoop
-from firmware_py.simulation.servo_world import plant_of
-from foundation.clock import NS_PER_S, sleep_s
-from models.servo_drive import ServoDrive
+from deltactl.drivers.current.fake import FakeCurrentDrives
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.firmware_py.servo.law import AccelerationControl, LawSettings
+from deltactl.firmware_py.servo.loop import ServoLoop
+from deltactl.firmware_py.simulation.servo_world import plant_of
+from deltactl.foundation.clock import NS_PER_S, sleep_s
+from deltactl.models.servo_drive import ServoDrive
 
 ROBOT = CONFIG_FOLDER / "uzunovic-2013.yaml"
 JOB = CONFIG_FOLDER / "micro-circle.yaml"

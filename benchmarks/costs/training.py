@@ -28,16 +28,16 @@ from rich.table import Table
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from models.linkage import Linkage
-from models.network.file import TRAINED_FOLDER, NetworkFile
-from models.robot import FloatArray, load_delta
-from models.training.accuracy import Effort, measure
-from models.training.perceptron import Perceptron, Scaling
-from models.training.recipe import Task
-from models.training.samples_of_angles import random_poses, split
-from models.training.train_shipped import CONFIG_FOLDER
-from models.training.uzunovic import UzunovicSettings, train_uzunovic
-from models.training.zhao import AS_KERAS, AS_PRINTED, ZhaoSettings, train_zhao
+from deltactl.models.linkage import Linkage
+from deltactl.models.network.file import TRAINED_FOLDER, NetworkFile
+from deltactl.models.robot import FloatArray, load_delta
+from deltactl.models.training.accuracy import Effort, measure
+from deltactl.models.training.perceptron import Perceptron, Scaling
+from deltactl.models.training.recipe import Task
+from deltactl.models.training.samples_of_angles import random_poses, split
+from deltactl.models.training.train_shipped import CONFIG_FOLDER
+from deltactl.models.training.uzunovic import UzunovicSettings, train_uzunovic
+from deltactl.models.training.zhao import AS_KERAS, AS_PRINTED, ZhaoSettings, train_zhao
 
 SAMPLES, ANGLE_DEG, DATA_SEED = 5000, (-20.0, 110.0), 1
 EPOCHS = 5000
@@ -123,10 +123,10 @@ def ablation(epochs: int) -> None:
 
 def levenberg_marquardt(library_steps: int) -> None:
     """Uzunovic's network: ours, and scipy from one random start."""
-    from reproduction.uzunovic_2013.kinematics import ROBOT_FILE
-    from reproduction.uzunovic_2013.kinematics_as_built import StageRobot
-    from reproduction.uzunovic_2013.kinematics_stage import SAMPLES as ALL
-    from reproduction.uzunovic_2013.kinematics_stage import measure as lead
+    from deltactl.reproduction.uzunovic_2013.kinematics import ROBOT_FILE
+    from deltactl.reproduction.uzunovic_2013.kinematics_as_built import StageRobot
+    from deltactl.reproduction.uzunovic_2013.kinematics_stage import SAMPLES as ALL
+    from deltactl.reproduction.uzunovic_2013.kinematics_stage import measure as lead
 
     measured = lead(load_delta(ROBOT_FILE), StageRobot())
     samples = measured.position_m, measured.angles_rad

@@ -31,11 +31,11 @@ import psutil
 import socketio
 
 from benchmarks.simulated_share import TALLY, make_tally, tally
-from firmware_py.daemon.client import Client, daemon_answers
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.errors import ServiceError
-from models.robot import FloatArray
-from recording.reading.reader import read_run
+from deltactl.firmware_py.daemon.client import Client, daemon_answers
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.errors import ServiceError
+from deltactl.models.robot import FloatArray
+from deltactl.recording.reading.reader import read_run
 
 WATCHED = """
 const place = document.querySelector('[data-testid="counts"]');
@@ -49,7 +49,7 @@ LOOK_S = 0.02
 ROOT = Path(__file__).resolve().parents[2]
 SETTLE_S = 5.0
 """The planner of the next job is started beside a job's beginning, and loads for a second."""
-PROGRAMS = {"daemon": "benchmarks.simulated_share", "web": "command_line.main"}
+PROGRAMS = {"daemon": "benchmarks.simulated_share", "web": "deltactl.cli.main"}
 LONGEST_S = 3.0
 
 

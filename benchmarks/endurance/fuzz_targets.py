@@ -14,29 +14,29 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.endurance import fuzz_values
-from firmware_py.controller.contract import JobResult, Status
-from firmware_py.daemon import protocol
-from firmware_py.daemon.actions import Actions
-from firmware_py.daemon.address import Peer
-from firmware_py.daemon.job_store import JobStore
-from firmware_py.daemon.limits import Lines
-from firmware_py.job_file import load_job
-from firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
-from firmware_py.robot_file import load_robot
-from foundation.errors import DeltactlError, NotReady
-from models.network.file import checked_metadata, checksum, checksum_start
-from models.network.flat import FlatError
-from models.network.runtime import open_interpreter
-from models.network.structure import check_structure
-from recording.format.channels import CHANNEL_IDS
-from recording.format.configuration import RunConfiguration
-from recording.reading.reader import read_run
-from recording.tables.csv_table import read_csv
-from recording.tables.rounds import flatten
-from recording.writing.append_file import AppendFile
-from recording.writing.container import Container, record_bytes
-from recording.writing.names import confined
-from recording.writing.writer import RunRecorder
+from deltactl.firmware_py.controller.contract import JobResult, Status
+from deltactl.firmware_py.daemon import protocol
+from deltactl.firmware_py.daemon.actions import Actions
+from deltactl.firmware_py.daemon.address import Peer
+from deltactl.firmware_py.daemon.job_store import JobStore
+from deltactl.firmware_py.daemon.limits import Lines
+from deltactl.firmware_py.job_file import load_job
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import DeltactlError, NotReady
+from deltactl.models.network.file import checked_metadata, checksum, checksum_start
+from deltactl.models.network.flat import FlatError
+from deltactl.models.network.runtime import open_interpreter
+from deltactl.models.network.structure import check_structure
+from deltactl.recording.format.channels import CHANNEL_IDS
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.tables.csv_table import read_csv
+from deltactl.recording.tables.rounds import flatten
+from deltactl.recording.writing.append_file import AppendFile
+from deltactl.recording.writing.container import Container, record_bytes
+from deltactl.recording.writing.names import confined
+from deltactl.recording.writing.writer import RunRecorder
 
 Target = Callable[[bytes], None]
 OURS = (DeltactlError, protocol.BadRequest)
@@ -250,7 +250,7 @@ def _small_recording(folder: Folder) -> bytes:
 def _fill(recorder: RunRecorder) -> None:
     import numpy as np
 
-    from drivers.ranging.contract import Gate, Reading
+    from deltactl.drivers.ranging.contract import Gate, Reading
 
     recorder.settings(0, 0.002)
     for k in range(6):

@@ -15,22 +15,22 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.admission.plausibility import check_input
-from diagnosis.admission.step_counts import check_steps
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.plants.delta.safe_poses import MotionLimits
-from drivers.ranging.contract import Gate, Reading
-from foundation.strict_yaml import Document
-from models.chain import Chain, Commands
-from models.robot import load_delta
-from recording.format.channels import CHANNEL_IDS
-from recording.format.configuration import RunConfiguration
-from recording.reading.reader import read_run
-from recording.tables.flat import FlatRecording
-from recording.tables.rounds import flatten
-from recording.writing.append_file import AppendFile
-from recording.writing.container import Container, record_bytes
-from recording.writing.writer import RunRecorder
+from deltactl.diagnosis.admission.plausibility import check_input
+from deltactl.diagnosis.admission.step_counts import check_steps
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.foundation.strict_yaml import Document
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import load_delta
+from deltactl.recording.format.channels import CHANNEL_IDS
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.rounds import flatten
+from deltactl.recording.writing.append_file import AppendFile
+from deltactl.recording.writing.container import Container, record_bytes
+from deltactl.recording.writing.writer import RunRecorder
 
 ROBOT = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 ROUNDS, PERIOD_NS = 80, 20_000_000

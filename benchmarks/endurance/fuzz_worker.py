@@ -154,8 +154,9 @@ def _instrument() -> None:
     """Load our modules with counters in them, before anybody else loads them."""
     import atheris
 
-    ours = ["foundation", "recording", "firmware_py.daemon", "firmware_py.job_file",
-            "models.network", "firmware_py.robot_file"]  # fmt: skip
+    parts = ("foundation", "recording", "firmware_py.daemon", "firmware_py.job_file",
+             "models.network", "firmware_py.robot_file")  # fmt: skip
+    ours = [f"deltactl.{part}" for part in parts]
     with atheris.instrument_imports(include=ours):
         import benchmarks.endurance.fuzz_targets  # noqa: F401
 

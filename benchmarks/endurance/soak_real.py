@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.endurance.soak_table import Sample, Tally
-from drivers.fakes.lines import BenchMemory
-from firmware_py.controller.contract import JobResult
-from firmware_py.daemon.client import Client, daemon_answers
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.errors import DeltactlError
-from recording.reading.reader import read_run
+from deltactl.drivers.fakes.lines import BenchMemory
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.daemon.client import Client, daemon_answers
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.errors import DeltactlError
+from deltactl.recording.reading.reader import read_run
 from tests.rigs.faults.daemon_stand import bench_of
 from tests.rigs.faults.stand import wait_for
 from tests.rigs.faults.vitals import vitals
@@ -176,7 +176,7 @@ class RealSoak:
 
     def _start(self) -> subprocess.Popen[bytes]:
         places = ["--socket", str(self._socket), "--recordings", str(self.recordings)]
-        program = "from command_line.main import main; main()"
+        program = "from deltactl.cli.main import main; main()"
         with (self.folder / "log").open("ab") as log:
             process = subprocess.Popen(
                 [sys.executable, "-c", program, "daemon", str(self._robot), "--simulate", *places],

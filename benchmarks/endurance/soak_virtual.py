@@ -13,16 +13,16 @@ from dataclasses import asdict
 from pathlib import Path
 
 from benchmarks.endurance.soak_table import Sample, Tally
-from drivers.steps.contract import Ticks
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.sensing.verify import verify
-from firmware_py.daemon.actions import Actions
-from firmware_py.daemon.address import Peer
-from firmware_py.daemon.job_store import JobStore
-from firmware_py.daemon.protocol import Message, Request
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.clock import NS_PER_S, sleep_s
-from recording.writing.keeping import GIB, KeptRecordings, RecordingKeeper
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.sensing.verify import verify
+from deltactl.firmware_py.daemon.actions import Actions
+from deltactl.firmware_py.daemon.address import Peer
+from deltactl.firmware_py.daemon.job_store import JobStore
+from deltactl.firmware_py.daemon.protocol import Message, Request
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.clock import NS_PER_S, sleep_s
+from deltactl.recording.writing.keeping import GIB, KeptRecordings, RecordingKeeper
 from tests.rigs.faults.vitals import vitals
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"

@@ -19,12 +19,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from drivers.fakes.bench import FakeBench
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.states import State
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.clock import NS_PER_S, sleep_s
+from deltactl.drivers.fakes.bench import FakeBench
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.clock import NS_PER_S, sleep_s
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 JOB = """

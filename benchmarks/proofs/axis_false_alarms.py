@@ -16,9 +16,9 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from diagnosis.answer.records import Diagnosis
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from models.robot import Drive, RangeSensor, ServoAxis, StepperAxis
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.models.robot import Drive, RangeSensor, ServoAxis, StepperAxis
 from tests.axes.axis_rigs import FollowingRig, ForcedRig, RangingRig
 
 FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")

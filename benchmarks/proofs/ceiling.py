@@ -25,12 +25,12 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.proofs.ideal_observer import Ceiling, ceiling
-from diagnosis.estimation.side_by_side import alone
-from foundation.errors import DeltactlError
-from proof.cases import MORE, draw, draw_more
-from proof.prove.certainty import wilson
-from proof.prove.score import Score, score
-from proof.write_case import RECORDING, ROBOT_FILE, write_blind
+from deltactl.diagnosis.estimation.side_by_side import alone
+from deltactl.foundation.errors import DeltactlError
+from deltactl.proof.cases import MORE, draw, draw_more
+from deltactl.proof.prove.certainty import wilson
+from deltactl.proof.prove.score import Score, score
+from deltactl.proof.write_case import RECORDING, ROBOT_FILE, write_blind
 
 GROUPS = ("single", "faint", "two", "three", "four", "five")
 """Groups of cases in which effects of the vocabulary were concealed, and nothing else."""

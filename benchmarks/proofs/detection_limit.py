@@ -21,10 +21,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from proof.cases import Case, assemble
-from proof.prove.certainty import wilson
-from proof.prove.one_case import diagnose_blind
-from proof.write_case import write_blind
+from deltactl.proof.cases import Case, assemble
+from deltactl.proof.prove.certainty import wilson
+from deltactl.proof.prove.one_case import diagnose_blind
+from deltactl.proof.write_case import write_blind
 
 KINDS = (
     "home_offset", "gear_ratio", "sensor_offset", "sensor_scale", "forearm_length",

@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from diagnosis.api import diagnose
+from deltactl.diagnosis.api import diagnose
 
 DEFAULT = Path(__file__).resolve().parents[2] / "../shared/recordings"
 Case = dict[str, Any]

@@ -14,12 +14,12 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from diagnosis.answer.records import Diagnosis
-from diagnosis.api import diagnose
-from diagnosis.columns.mapping import Mapping, load_mapping
-from diagnosis.columns.reading import read_mapped
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from models.robot import RangeSensor
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.api import diagnose
+from deltactl.diagnosis.columns.mapping import Mapping, load_mapping
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.models.robot import RangeSensor
 
 DEFAULT = Path(__file__).resolve().parents[2] / "../shared/recordings"
 ARMS = {

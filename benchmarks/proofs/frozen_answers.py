@@ -31,9 +31,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from benchmarks.proofs import frozen_cases
 from benchmarks.proofs.frozen_cases import Frozen, answer_file
-from diagnosis.answer.consistency import contradictions
-from diagnosis.answer.records import Diagnosis
-from proof.prove.score import score
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.proof.prove.score import score
 
 SEEDS = (14142135, 31415926)
 COUNT = 300

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from diagnosis.api import diagnose
-from diagnosis.estimation.side_by_side import alone
-from proof.cases import ROUND, draw
-from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
+from deltactl.diagnosis.api import diagnose
+from deltactl.diagnosis.estimation.side_by_side import alone
+from deltactl.proof.cases import ROUND, draw
+from deltactl.proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
 
 TENTH, TURN = 10, 7
 """A tenth takes another residue in every round of groups, so that it holds all groups."""

@@ -12,20 +12,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from diagnosis.estimation.budget import Budget
-from diagnosis.estimation.estimate import Solution
-from diagnosis.evidence.noise_estimation import once_more, prepare
-from diagnosis.plants.candidate import Candidate
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors.size_priors import odds_cost, size_cost
-from diagnosis.score_tests.change_points import without_stale
-from diagnosis.search.addition import add
-from diagnosis.search.exchange import best_of, pairs_for_one
-from diagnosis.search.search import Search
-from diagnosis.selection.ambiguity import stands_of
-from diagnosis.selection.credible_set import credible
-from models.robot import DeltaRobot, load_robot_model
-from recording.tables.flat_files import read_flat
+from deltactl.diagnosis.estimation.budget import Budget
+from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.evidence.noise_estimation import once_more, prepare
+from deltactl.diagnosis.plants.candidate import Candidate
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.priors.size_priors import odds_cost, size_cost
+from deltactl.diagnosis.score_tests.change_points import without_stale
+from deltactl.diagnosis.search.addition import add
+from deltactl.diagnosis.search.exchange import best_of, pairs_for_one
+from deltactl.diagnosis.search.search import Search
+from deltactl.diagnosis.selection.ambiguity import stands_of
+from deltactl.diagnosis.selection.credible_set import credible
+from deltactl.models.robot import DeltaRobot, load_robot_model
+from deltactl.recording.tables.flat_files import read_flat
 
 Name = tuple[str, str]
 """Effect and component."""

@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from proof.cases import assemble
-from proof.hidden.build_in import SINGLES
-from proof.prove.certainty import wilson
-from proof.prove.one_case import diagnose_blind
-from proof.write_case import write_blind
+from deltactl.proof.cases import assemble
+from deltactl.proof.hidden.build_in import SINGLES
+from deltactl.proof.prove.certainty import wilson
+from deltactl.proof.prove.one_case import diagnose_blind
+from deltactl.proof.write_case import write_blind
 
 STRENGTHS = (1.0, 1.0 / 3.0)
 Interval = tuple[str, float, float, float]

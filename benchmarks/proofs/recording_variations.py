@@ -28,13 +28,13 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.answer.consistency import contradictions
-from diagnosis.answer.records import Diagnosis
-from diagnosis.api import diagnose_recordings
-from foundation.errors import DeltactlError
-from models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis, load_robot_model
-from recording.tables.flat import FlatRecording
-from recording.tables.flat_files import read_flat
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.foundation.errors import DeltactlError
+from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis, load_robot_model
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import read_flat
 
 DEFAULT = Path(__file__).resolve().parents[2] / "../shared/recordings"
 OF_THE_AXIS = ("position", "velocity", "command", "command_1", "theta_1", "steps_1", "load")

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.costs.fleet_machines import DELTA_FILE, Concealed, record_delta
-from fleet.checks import Announcement, standing
-from fleet.task import diagnose_one
+from deltactl.fleet.checks import Announcement, standing
+from deltactl.fleet.task import diagnose_one
 
 Row = dict[str, Any]
 LAST_DEG, STEP_DEG, STAYS = 0.2, 0.02, 5

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Literal
 
-from drivers.current.contract import JOINTS, Counts, Plant, Three
-from foundation.errors import DriveAlarm
+from deltactl.drivers.current.contract import JOINTS, Counts, Plant, Three
+from deltactl.foundation.errors import DriveAlarm
 
 FaultKind = Literal["encoder_lost", "over_current"]
 

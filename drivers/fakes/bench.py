@@ -8,13 +8,13 @@ from functools import partial
 from mmap import mmap
 from typing import Protocol
 
-from drivers.fakes.lines import BENCH_BYTES, BenchMemory, Counts, FakeLines, FakeWiring
-from drivers.fakes.mock_pins import WiredFactory
-from drivers.inputs import InputLine, named_inputs
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.lines import DIRECTION_SHIFT, ENABLE_BIT, SWITCH_SHIFT
-from drivers.steps.switches import NO_SWITCHES, Switches
-from foundation.clock import Clock
+from deltactl.drivers.fakes.lines import BENCH_BYTES, BenchMemory, Counts, FakeLines, FakeWiring
+from deltactl.drivers.fakes.mock_pins import WiredFactory
+from deltactl.drivers.inputs import InputLine, named_inputs
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.lines import DIRECTION_SHIFT, ENABLE_BIT, SWITCH_SHIFT
+from deltactl.drivers.steps.switches import NO_SWITCHES, Switches
+from deltactl.foundation.clock import Clock
 
 
 def fake_wiring(settings: StepSettings, inputs: InputSettings) -> FakeWiring:

@@ -6,10 +6,10 @@ import errno
 
 from smbus2 import i2c_msg
 
-from drivers.fakes.i2c_bus import FakeI2cBus
-from drivers.fakes.range_noise import RangeNoise
-from drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from foundation.clock import VirtualClock, ns
+from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
+from deltactl.foundation.clock import VirtualClock, ns
 
 NO_NOISE = RangeNoise(sigma_m=0.0)
 

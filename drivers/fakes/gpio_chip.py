@@ -12,7 +12,7 @@ import struct
 from collections import Counter
 from collections.abc import Callable
 
-from drivers.fakes.syscall_trap import Device
+from deltactl.drivers.fakes.syscall_trap import Device
 
 GET_CHIPINFO, GET_LINEINFO, GET_LINE = 0x8044B401, 0xC100B405, 0xC250B407
 SET_CONFIG, GET_VALUES, SET_VALUES = 0xC110B40D, 0xC010B40E, 0xC010B40F

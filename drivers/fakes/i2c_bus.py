@@ -20,7 +20,7 @@ from typing import Protocol
 
 from smbus2 import i2c_msg
 
-from foundation.clock import NS_PER_S, Clock, sleep_s
+from deltactl.foundation.clock import NS_PER_S, Clock, sleep_s
 
 _READ_FLAG = 0x0001
 """I2C_M_RD of linux/i2c.h."""

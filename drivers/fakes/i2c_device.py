@@ -12,8 +12,8 @@ from collections import Counter
 
 from smbus2 import i2c_msg
 
-from drivers.fakes.i2c_bus import FakeI2cBus
-from drivers.fakes.syscall_trap import Memory
+from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
+from deltactl.drivers.fakes.syscall_trap import Memory
 
 I2C_TIMEOUT, I2C_SLAVE, I2C_FUNCS, I2C_RDWR = 0x0702, 0x0703, 0x0705, 0x0707
 FUNC_I2C = 0x1

@@ -7,8 +7,8 @@ from mmap import mmap
 from time import monotonic_ns
 from typing import Any, Final, NamedTuple
 
-from drivers.fakes.step_drive import SimulatedDrive
-from drivers.steps.lines import (
+from deltactl.drivers.fakes.step_drive import SimulatedDrive
+from deltactl.drivers.steps.lines import (
     ALARM_BITS,
     ALARM_SHIFT,
     DIRECTION_BITS,

@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from drivers.fakes.range_noise import RangeNoise
-from drivers.fakes.ranging_rig import RangingRig, build_rig
-from drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from drivers.ranging.bank import SensorBank
-from drivers.ranging.contract import Reading
-from drivers.settings import RangingSettings
-from foundation.clock import NS_PER_S, VirtualClock, ns
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.ranging_rig import RangingRig, build_rig
+from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
+from deltactl.drivers.ranging.bank import SensorBank
+from deltactl.drivers.ranging.contract import Reading
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import NS_PER_S, VirtualClock, ns
 
 TARGETS_M = {"x": 0.30, "y": 0.45, "z": 0.60}
 NO_NOISE = RangeNoise(sigma_m=0.0)

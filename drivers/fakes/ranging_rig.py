@@ -8,14 +8,14 @@ from typing import Any
 
 from gpiozero.pins.mock import MockFactory
 
-from drivers.fakes.i2c_bus import FakeI2cBus
-from drivers.fakes.range_noise import RangeNoise
-from drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from drivers.fakes.xshut_pin import connect_xshut
-from drivers.ranging.bank import AXES, SensorBank
-from drivers.ranging.xshut import OpenDrainLine
-from drivers.settings import RangingSettings
-from foundation.clock import Clock
+from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
+from deltactl.drivers.fakes.xshut_pin import connect_xshut
+from deltactl.drivers.ranging.bank import AXES, SensorBank
+from deltactl.drivers.ranging.xshut import OpenDrainLine
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import Clock
 
 DistanceAlong = Callable[[str, int, int], float]
 """(axis, from_ns, to_ns) -> true distance [m] averaged over that time."""

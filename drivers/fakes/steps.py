@@ -5,17 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivers.fakes.bench import FakeBench, fake_bench
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import CHECK_AHEAD_NS, minimum_period_ns, player_settings, task_output
-from drivers.steps.gpiozero_lines import GpiozeroLines
-from drivers.steps.output import PlayerStepOutput
-from drivers.steps.process_host import ProcessStepOutput, PulseProcess
-from drivers.steps.switches import NO_SWITCHES, Switches
-from foundation.clock import Clock, VirtualClock
-from foundation.errors import ConfigError
+from deltactl.drivers.fakes.bench import FakeBench, fake_bench
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.build import (
+    CHECK_AHEAD_NS,
+    minimum_period_ns,
+    player_settings,
+    task_output,
+)
+from deltactl.drivers.steps.gpiozero_lines import GpiozeroLines
+from deltactl.drivers.steps.output import PlayerStepOutput
+from deltactl.drivers.steps.process_host import ProcessStepOutput, PulseProcess
+from deltactl.drivers.steps.switches import NO_SWITCHES, Switches
+from deltactl.foundation.clock import Clock, VirtualClock
+from deltactl.foundation.errors import ConfigError
 
-FAKE = "drivers.fakes.lines:of_config"
+FAKE = "deltactl.drivers.fakes.lines:of_config"
 """What opens the lines in the pulse process, see pulse_main.open_lines."""
 
 

@@ -23,8 +23,9 @@ from fcntl import ioctl
 from pathlib import Path
 from typing import NamedTuple, Protocol, runtime_checkable
 
+from deltactl.foundation.places import IMPORT_ROOT
+
 SOCKET_VARIABLE = "DELTACTL_SYSCALL_TRAP"
-ROOT = Path(__file__).resolve().parents[2]
 
 
 class _Machine(NamedTuple):
@@ -134,8 +135,8 @@ class SyscallTrap:
         path = Path(self._folder.name) / "python"
         types = ",".join(str(kind) for kind in ioctl_types)
         path.write_text(
-            f'#!/bin/sh\nPYTHONPATH="{ROOT}" exec "{sys.executable}" -P '
-            f'-m drivers.fakes.syscall_trap "{self._path}" {types} "$@"\n'
+            f'#!/bin/sh\nPYTHONPATH="{IMPORT_ROOT}" exec "{sys.executable}" -P '
+            f'-m deltactl.drivers.fakes.syscall_trap "{self._path}" {types} "$@"\n'
         )
         path.chmod(0o755)
         return str(path)

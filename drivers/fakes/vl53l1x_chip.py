@@ -15,12 +15,12 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-from drivers.fakes import vl53l1x_registers as reg
-from drivers.fakes.range_noise import RangeNoise
-from drivers.fakes.vl53l1x_faults import ChipFaults
-from drivers.fakes.vl53l1x_optics import SPADS, Limits, Scene, Seen, look
-from drivers.fakes.vl53l1x_registers import RegisterFile
-from foundation.clock import Clock
+from deltactl.drivers.fakes import vl53l1x_registers as reg
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_faults import ChipFaults
+from deltactl.drivers.fakes.vl53l1x_optics import SPADS, Limits, Scene, Seen, look
+from deltactl.drivers.fakes.vl53l1x_registers import RegisterFile
+from deltactl.foundation.clock import Clock
 
 DistanceOver = Callable[[int, int], float]
 """True distance [m] averaged from one time to another [ns]; nan or inf when there is no target."""

@@ -7,16 +7,16 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 
-from drivers.i2c import I2cBus, Registers
-from drivers.ranging.bring_up import RESET_HOLD_NS, somebody_at_default
-from drivers.ranging.bus_watch import BusWatch
-from drivers.ranging.contract import Reading
-from drivers.ranging.registers import DEFAULT_ADDRESS
-from drivers.ranging.slot import Place, Slot, SlotState
-from drivers.ranging.xshut import XshutLine
-from drivers.settings import RangingSettings
-from foundation.clock import NS_PER_S, Clock
-from foundation.errors import HardwareError, SensorFault
+from deltactl.drivers.i2c import I2cBus, Registers
+from deltactl.drivers.ranging.bring_up import RESET_HOLD_NS, somebody_at_default
+from deltactl.drivers.ranging.bus_watch import BusWatch
+from deltactl.drivers.ranging.contract import Reading
+from deltactl.drivers.ranging.registers import DEFAULT_ADDRESS
+from deltactl.drivers.ranging.slot import Place, Slot, SlotState
+from deltactl.drivers.ranging.xshut import XshutLine
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import NS_PER_S, Clock
+from deltactl.foundation.errors import HardwareError, SensorFault
 
 AXES = ("x", "y", "z")
 EVENTS_KEPT = 100

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from drivers.i2c import I2cBus, Registers
-from drivers.ranging.registers import DEFAULT_ADDRESS
-from drivers.ranging.timing import RangeTiming
-from drivers.ranging.vl53l1x import BOOT_NS, Vl53l1x
-from drivers.ranging.xshut import XshutLine
-from drivers.settings import RangingSettings
-from foundation.clock import NS_PER_S, Clock, Task, ns
-from foundation.errors import SensorFault
+from deltactl.drivers.i2c import I2cBus, Registers
+from deltactl.drivers.ranging.registers import DEFAULT_ADDRESS
+from deltactl.drivers.ranging.timing import RangeTiming
+from deltactl.drivers.ranging.vl53l1x import BOOT_NS, Vl53l1x
+from deltactl.drivers.ranging.xshut import XshutLine
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import NS_PER_S, Clock, Task, ns
+from deltactl.foundation.errors import SensorFault
 
 RESET_HOLD_NS = ns(0.005)
 SILENCE_TIMEOUT_NS = ns(0.5)

@@ -7,10 +7,10 @@ import os
 
 from smbus2 import i2c_msg
 
-from drivers.i2c import TRANSIENT_ERRNOS, I2cBus
-from drivers.ranging.registers import RESULT_BLOCK
-from foundation.clock import NS_PER_S, Clock, ns
-from foundation.errors import BusDead
+from deltactl.drivers.i2c import TRANSIENT_ERRNOS, I2cBus
+from deltactl.drivers.ranging.registers import RESULT_BLOCK
+from deltactl.foundation.clock import NS_PER_S, Clock, ns
+from deltactl.foundation.errors import BusDead
 
 SILENCE_LIMIT_NS = ns(0.6)
 """Longer than a sensor may take to boot (0.5 s): one that boots slowly does not look like this."""

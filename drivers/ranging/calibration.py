@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from drivers.ranging.contract import Gate, RangingSensors, Reading
-from foundation.clock import NS_PER_S, Clock, ns
-from foundation.errors import SensorFault
-from foundation.scatter import MAD_TO_SIGMA
+from deltactl.drivers.ranging.contract import Gate, RangingSensors, Reading
+from deltactl.foundation.clock import NS_PER_S, Clock, ns
+from deltactl.foundation.errors import SensorFault
+from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 

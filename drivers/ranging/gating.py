@@ -5,11 +5,11 @@ stm32duino/VL53L1X#7: short mode returned 22 to 27 mm for a target at 1.8 m with
 
 from __future__ import annotations
 
-from drivers.ranging.contract import Gate
-from drivers.ranging.sample import RawSample
-from drivers.ranging.status import RANGE_VALID
-from drivers.settings import RangingSettings
-from foundation.clock import ns
+from deltactl.drivers.ranging.contract import Gate
+from deltactl.drivers.ranging.sample import RawSample
+from deltactl.drivers.ranging.status import RANGE_VALID
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import ns
 
 BELIEVED_AFTER = 3
 """So many readings in a row that agree with each other make a jump a fact."""

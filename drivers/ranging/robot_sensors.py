@@ -9,12 +9,12 @@ from typing import Any
 from gpiozero import Device
 from gpiozero.exc import GPIOZeroError
 
-from drivers.i2c import DEVICE_TREE, bus_clock_hz, open_bus
-from drivers.ranging.bank import SensorBank
-from drivers.ranging.xshut import OpenDrainLine
-from drivers.settings import RangingSettings
-from foundation.clock import Clock
-from foundation.errors import SensorFault
+from deltactl.drivers.i2c import DEVICE_TREE, bus_clock_hz, open_bus
+from deltactl.drivers.ranging.bank import SensorBank
+from deltactl.drivers.ranging.xshut import OpenDrainLine
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import Clock
+from deltactl.foundation.errors import SensorFault
 
 FULL_SPEED_HZ = 400_000
 

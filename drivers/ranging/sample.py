@@ -5,8 +5,8 @@ from __future__ import annotations
 import struct
 from typing import NamedTuple
 
-from drivers.ranging.registers import RESULT_BLOCK
-from drivers.ranging.status import STATUS_MASK
+from deltactl.drivers.ranging.registers import RESULT_BLOCK
+from deltactl.drivers.ranging.status import STATUS_MASK
 
 _LAYOUT = struct.Struct(">BBBHHHHHHH")
 """0x0089 on: status, report status, stream count, SPADs 8.8, peak signal 9.7 (uncorrected),

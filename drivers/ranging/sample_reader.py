@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from drivers.i2c import TRANSIENT_ERRNOS
-from drivers.ranging.contract import Reading
-from drivers.ranging.gating import Gatekeeper
-from drivers.ranging.sample import RawSample, samples_between
-from drivers.ranging.sample_times import SampleTimes
-from drivers.ranging.status import explain, uld_status
-from drivers.ranging.timing import RangeTiming
-from drivers.ranging.vl53l1x import Vl53l1x
-from drivers.settings import RangingSettings
-from foundation.clock import NS_PER_S, Clock, ns
+from deltactl.drivers.i2c import TRANSIENT_ERRNOS
+from deltactl.drivers.ranging.contract import Reading
+from deltactl.drivers.ranging.gating import Gatekeeper
+from deltactl.drivers.ranging.sample import RawSample, samples_between
+from deltactl.drivers.ranging.sample_times import SampleTimes
+from deltactl.drivers.ranging.status import explain, uld_status
+from deltactl.drivers.ranging.timing import RangeTiming
+from deltactl.drivers.ranging.vl53l1x import Vl53l1x
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import NS_PER_S, Clock, ns
 
 AGE_MARGIN_NS = ns(0.02)
 FAULTS_IN_A_ROW = 5

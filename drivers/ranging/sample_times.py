@@ -14,7 +14,7 @@ calibrate). What the chip does after phase B is not known and stays in as a cons
 
 from __future__ import annotations
 
-from foundation.clock import NS_PER_S
+from deltactl.foundation.clock import NS_PER_S
 
 LARGEST_PERIOD_ERROR = 0.1
 """The slow oscillator is calibrated by the chip itself; more than this is no drift."""

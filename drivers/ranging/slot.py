@@ -7,14 +7,14 @@ import enum
 from collections.abc import Callable
 from typing import NamedTuple
 
-from drivers.i2c import I2cBus
-from drivers.ranging.bring_up import configure, take_address
-from drivers.ranging.sample_reader import SampleReader
-from drivers.ranging.vl53l1x import Vl53l1x
-from drivers.ranging.xshut import XshutLine
-from drivers.settings import RangingSettings
-from foundation.clock import Clock, Task, ns
-from foundation.errors import HardwareError, SensorFault
+from deltactl.drivers.i2c import I2cBus
+from deltactl.drivers.ranging.bring_up import configure, take_address
+from deltactl.drivers.ranging.sample_reader import SampleReader
+from deltactl.drivers.ranging.vl53l1x import Vl53l1x
+from deltactl.drivers.ranging.xshut import XshutLine
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import Clock, Task, ns
+from deltactl.foundation.errors import HardwareError, SensorFault
 
 RESTART_LIMIT = 3
 """So many attempts to bring a sensor up, then it is a fault."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from drivers.ranging.registers import (
+from deltactl.drivers.ranging.registers import (
     PHASECAL_CONFIG_TIMEOUT_MACROP,
     RANGE_CONFIG_VALID_PHASE_HIGH,
     RANGE_CONFIG_VCSEL_PERIOD_A,

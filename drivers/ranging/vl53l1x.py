@@ -5,19 +5,19 @@ Every method raises OSError with the kernel's errno when the bus fails after its
 
 from __future__ import annotations
 
-from drivers.i2c import TRANSIENT_ERRNOS, I2cBus, Registers
-from drivers.ranging import registers as reg
-from drivers.ranging.registers import Register
-from drivers.ranging.sample import RawSample, decode
-from drivers.ranging.timing import (
+from deltactl.drivers.i2c import TRANSIENT_ERRNOS, I2cBus, Registers
+from deltactl.drivers.ranging import registers as reg
+from deltactl.drivers.ranging.registers import Register
+from deltactl.drivers.ranging.sample import RawSample, decode
+from deltactl.drivers.ranging.timing import (
     BUDGET_TIMEOUTS,
     MODE_REGISTERS,
     Mode,
     RangeTiming,
     range_timing,
 )
-from foundation.clock import Clock, Task, ns
-from foundation.errors import SensorFault
+from deltactl.foundation.clock import Clock, Task, ns
+from deltactl.foundation.errors import SensorFault
 
 BOOT_NS = ns(0.0012)
 """VL53L1_FIRMWARE_BOOT_TIME_US; the chip does not acknowledge before."""

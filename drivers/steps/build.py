@@ -5,21 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from drivers.pin_factory import lgpio_pin_factory
-from drivers.settings import SHORTEST_PERIOD_S, InputSettings, StepSettings
-from drivers.steps.contract import StepOutput
-from drivers.steps.gpiozero_lines import GpiozeroLines
-from drivers.steps.lgpio_lines import LgpioLines, LgpioPins
-from drivers.steps.lines import ALARM_BITS, ENABLE_BIT, ESTOP_BIT, SWITCH_SHIFT
-from drivers.steps.process_host import ProcessStepOutput, PulseProcess
-from drivers.steps.switches import NO_SWITCHES, Switches
-from drivers.steps.task_host import TaskStepOutput
-from drivers.steps.timing import PlayerSettings
-from foundation.clock import Clock, VirtualClock, ns
+from deltactl.drivers.pin_factory import lgpio_pin_factory
+from deltactl.drivers.settings import SHORTEST_PERIOD_S, InputSettings, StepSettings
+from deltactl.drivers.steps.contract import StepOutput
+from deltactl.drivers.steps.gpiozero_lines import GpiozeroLines
+from deltactl.drivers.steps.lgpio_lines import LgpioLines, LgpioPins
+from deltactl.drivers.steps.lines import ALARM_BITS, ENABLE_BIT, ESTOP_BIT, SWITCH_SHIFT
+from deltactl.drivers.steps.process_host import ProcessStepOutput, PulseProcess
+from deltactl.drivers.steps.switches import NO_SWITCHES, Switches
+from deltactl.drivers.steps.task_host import TaskStepOutput
+from deltactl.drivers.steps.timing import PlayerSettings
+from deltactl.foundation.clock import Clock, VirtualClock, ns
 
 SIGNALS_BEFORE_ENA = 6
 """STEP 1 to 3 and DIR 1 to 3, see drivers/steps/lines.py."""
-LGPIO = "drivers.steps.lgpio_lines:of_config"
+LGPIO = "deltactl.drivers.steps.lgpio_lines:of_config"
 """What opens the lines in the pulse process, see pulse_main.open_lines."""
 POLL_NS = 2_000_000
 """Between edges that are far apart; before each edge there is a look of its own."""

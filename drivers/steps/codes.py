@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from drivers.steps.contract import MOTORS, Int8Array, Int64Array, Ticks
+from deltactl.drivers.steps.contract import MOTORS, Int8Array, Int64Array, Ticks
 
 Codes = np.ndarray[Any, np.dtype[np.uint8]]
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]

@@ -6,15 +6,15 @@ from typing import Any
 
 from gpiozero import OutputDevice
 
-from drivers.inputs import InputLine, alarm_inputs, estop_input
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.lines import (
+from deltactl.drivers.inputs import InputLine, alarm_inputs, estop_input
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.lines import (
     ALARM_SHIFT,
     ENABLE_BIT,
     ESTOP_BIT,
 )
-from drivers.steps.switches import NO_SWITCHES, Switches
-from foundation.errors import ConfigError, PulseFault
+from deltactl.drivers.steps.switches import NO_SWITCHES, Switches
+from deltactl.foundation.errors import ConfigError, PulseFault
 
 
 class GpiozeroLines:

@@ -12,9 +12,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from drivers.pin_factory import NO_LGPIO
-from drivers.steps.lines import SWITCH_SHIFT
-from foundation.errors import PulseFault
+from deltactl.drivers.pin_factory import NO_LGPIO
+from deltactl.drivers.steps.lines import SWITCH_SHIFT
+from deltactl.foundation.errors import PulseFault
 
 
 class LgpioPins(NamedTuple):

@@ -8,11 +8,18 @@ from typing import Protocol
 
 import numpy as np
 
-from drivers.steps import board as b
-from drivers.steps.codes import as_steps, as_ticks, stepping
-from drivers.steps.contract import Counts, Int8Array, Int64Array, OutputState, OutputStatus, Ticks
-from foundation.clock import Clock, sleep_s
-from foundation.errors import (
+from deltactl.drivers.steps import board as b
+from deltactl.drivers.steps.codes import as_steps, as_ticks, stepping
+from deltactl.drivers.steps.contract import (
+    Counts,
+    Int8Array,
+    Int64Array,
+    OutputState,
+    OutputStatus,
+    Ticks,
+)
+from deltactl.foundation.clock import Clock, sleep_s
+from deltactl.foundation.errors import (
     DriveAlarm,
     EmergencyStop,
     LimitExceeded,

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import Final
 
-from drivers.steps import board as b
-from drivers.steps.lines import (
+from deltactl.drivers.steps import board as b
+from deltactl.drivers.steps.lines import (
     ALARM_SHIFT,
     DIRECTION_BITS,
     DIRECTION_SHIFT,
@@ -20,7 +20,7 @@ from drivers.steps.lines import (
     STEP_BITS,
     LineGroup,
 )
-from drivers.steps.timing import PlayerSettings
+from deltactl.drivers.steps.timing import PlayerSettings
 
 Deltas = tuple[int, int, int]
 

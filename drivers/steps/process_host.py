@@ -13,14 +13,14 @@ from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
 
-from drivers.steps import board as b
-from drivers.steps.contract import Counts
-from drivers.steps.output import PlayerStepOutput
-from drivers.steps.timing import PlayerSettings
-from foundation.clock import Clock
-from foundation.errors import ConfigError, MissingFile, PulseFault
+from deltactl.drivers.steps import board as b
+from deltactl.drivers.steps.contract import Counts
+from deltactl.drivers.steps.output import PlayerStepOutput
+from deltactl.drivers.steps.timing import PlayerSettings
+from deltactl.foundation.clock import Clock
+from deltactl.foundation.errors import ConfigError, MissingFile, PulseFault
+from deltactl.foundation.places import importable
 
-ROOT = Path(__file__).resolve().parents[2]
 START_S = 10.0
 SILENCE_NS = 2_000_000_000
 """A process that has not moved for so long hangs (it wakes every millisecond)."""
@@ -190,13 +190,12 @@ def _start(
 
     lgpio leaves a pipe in the folder that LG_WD names.
     """
-    search = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "drivers.steps.pulse_main", json.dumps(config)],
+        [sys.executable, "-P", "-m", "deltactl.drivers.steps.pulse_main", json.dumps(config)],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         pass_fds=descriptors,
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": search, "LG_WD": folder},
+        env=importable(dict(os.environ)) | {"LG_WD": folder},
     )

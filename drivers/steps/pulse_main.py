@@ -1,5 +1,6 @@
-"""The pulse process: `python -m drivers.steps.pulse_main CONFIG` (started by process_host.py).
+"""The pulse process: `python -m deltactl.drivers.steps.pulse_main CONFIG`.
 
+Started by process_host.py.
 Owns lines and counters; ends with its controller, STEP low. Imports as little as it can.
 """
 
@@ -14,11 +15,11 @@ from mmap import mmap
 from time import monotonic_ns, sleep
 from typing import Any
 
-from drivers.steps import board as b
-from drivers.steps.lines import LineGroup
-from drivers.steps.player import PulsePlayer
-from drivers.steps.realtime import become_punctual, die_with_parent, doze_until, wait_until
-from drivers.steps.timing import PlayerSettings
+from deltactl.drivers.steps import board as b
+from deltactl.drivers.steps.lines import LineGroup
+from deltactl.drivers.steps.player import PulsePlayer
+from deltactl.drivers.steps.realtime import become_punctual, die_with_parent, doze_until, wait_until
+from deltactl.drivers.steps.timing import PlayerSettings
 
 IDLE_S = 0.001
 """While nothing is to be played, inputs and requests are looked at this often."""

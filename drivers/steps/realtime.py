@@ -12,7 +12,7 @@ import signal
 from pathlib import Path
 from time import monotonic_ns, sleep
 
-from drivers.steps.board import GOT_FIFO, GOT_LOCKED_MEMORY, GOT_OWN_CORE
+from deltactl.drivers.steps.board import GOT_FIFO, GOT_LOCKED_MEMORY, GOT_OWN_CORE
 
 PRIORITY = 40
 """Below the kernel's interrupt threads (50) of a PREEMPT_RT system."""

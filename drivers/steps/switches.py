@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from drivers.settings import SwitchedPin
-from drivers.steps.lines import SWITCH_SHIFT
+from deltactl.drivers.settings import SwitchedPin
+from deltactl.drivers.steps.lines import SWITCH_SHIFT
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,12 +9,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Generator
 
-from drivers.steps.board import BOARD_BYTES, CLOSED, LINE_FAULT, Board
-from drivers.steps.lines import LineGroup
-from drivers.steps.output import PlayerStepOutput
-from drivers.steps.player import PulsePlayer
-from drivers.steps.timing import PlayerSettings
-from foundation.clock import Clock, Task, TaskHandle
+from deltactl.drivers.steps.board import BOARD_BYTES, CLOSED, LINE_FAULT, Board
+from deltactl.drivers.steps.lines import LineGroup
+from deltactl.drivers.steps.output import PlayerStepOutput
+from deltactl.drivers.steps.player import PulsePlayer
+from deltactl.drivers.steps.timing import PlayerSettings
+from deltactl.foundation.clock import Clock, Task, TaskHandle
 
 WATCH_NS = 10_000_000
 """While nothing moves, inputs are looked at this often."""

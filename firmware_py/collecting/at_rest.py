@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.robot import FloatArray, Sensors
+from deltactl.models.robot import FloatArray, Sensors
 
 FEWEST = 5
 """Good readings of a sensor below which a pose counts as not seen."""

@@ -11,16 +11,16 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.collecting.at_rest import at_rest
-from firmware_py.collecting.poses import survey_counts
-from firmware_py.collecting.settings import DWELL_S
-from firmware_py.controller.contract import JobResult
-from firmware_py.robot_file import RobotFile
-from foundation.errors import MotionError, RecordingError
-from models.training.dataset import DataSettings, IntArray, load_dataset
-from models.training.dataset_writer import DataSetWriter, Sample
-from recording.reading.reader import read_run
-from recording.reading.run import Run
+from deltactl.firmware_py.collecting.at_rest import at_rest
+from deltactl.firmware_py.collecting.poses import survey_counts
+from deltactl.firmware_py.collecting.settings import DWELL_S
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import MotionError, RecordingError
+from deltactl.models.training.dataset import DataSettings, IntArray, load_dataset
+from deltactl.models.training.dataset_writer import DataSetWriter, Sample
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.run import Run
 
 CHUNK = 50
 JOB = "poses.yaml"

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.paths.survey import survey
-from firmware_py.robot_file import RobotFile
-from models.linkage import Linkage
+from deltactl.firmware_py.paths.survey import survey
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.models.linkage import Linkage
 
 IntArray = np.ndarray[Any, np.dtype[np.int64]]
 

@@ -6,10 +6,10 @@ import importlib.metadata
 import platform
 from typing import Literal
 
-from firmware_py.robot_file import RobotFile
-from foundation.errors import ConfigError
-from models.network.metadata import fingerprint
-from models.training.dataset import DataSettings
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.network.metadata import fingerprint
+from deltactl.models.training.dataset import DataSettings
 
 T_PWM_S = 0.006
 """Zhao 2023, section 3."""

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.chain.active import Active
-from models.effects.gear_backlash import STICKS, drag_on_teeth
-from models.effects.kind import scalar
-from models.robot import FloatArray
+from deltactl.models.chain.active import Active
+from deltactl.models.effects.gear_backlash import STICKS, drag_on_teeth
+from deltactl.models.effects.kind import scalar
+from deltactl.models.robot import FloatArray
 
 AVERAGED_S = 0.1
 """To either side."""

@@ -14,13 +14,13 @@ import math
 
 import numpy as np
 
-from drivers.steps.contract import MOTORS, Int64Array
-from firmware_py.compensation.ways import AHEAD
-from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S
-from models.chain.active import of_entries
-from models.effects.kind import scalar
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import MOTORS, Int64Array
+from deltactl.firmware_py.compensation.ways import AHEAD
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.chain.active import of_entries
+from deltactl.models.effects.kind import scalar
+from deltactl.models.robot import FloatArray
 
 MOST_LEAD_S = 0.5
 GRID_S = 0.001

@@ -15,17 +15,17 @@ from functools import cached_property
 
 import numpy as np
 
-from firmware_py.compensation.hanging import Hanging
-from firmware_py.compensation.ways import AT_REVERSALS, WARMING
-from firmware_py.robot_file import RobotFile
-from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
-from models.chain import Chain, Commands
-from models.chain.active import at, of_entries
-from models.effects.flow import Flow
-from models.effects.joint_friction import without_swing
-from models.effects.port import Port
-from models.linkage import Linkage, forward, inverse
-from models.robot import ARMS, EffectEntry, FloatArray
+from deltactl.firmware_py.compensation.hanging import Hanging
+from deltactl.firmware_py.compensation.ways import AT_REVERSALS, WARMING
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.models.calibrated_inverse import INVERTIBLE, CalibratedInverse
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.chain.active import at, of_entries
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.joint_friction import without_swing
+from deltactl.models.effects.port import Port
+from deltactl.models.linkage import Linkage, forward, inverse
+from deltactl.models.robot import ARMS, EffectEntry, FloatArray
 
 ROUNDS = 30
 """Play is taken up within a 30th of its width of the arm's way."""

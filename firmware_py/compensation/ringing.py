@@ -12,20 +12,20 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from drivers.steps.contract import MOTORS, Counts, Int64Array, Ticks
-from firmware_py.compensation.lead import GRID_S, lags_s
-from firmware_py.compensation.ways import AT_REVERSALS, RINGING
-from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S
-from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
-from models.chain import Chain, Commands
-from models.chain.active import Active, at, of_entries
-from models.effects.flow import Flow
-from models.effects.joint_friction import without_swing
-from models.effects.kind import scalar
-from models.effects.port import Port
-from models.recursion import lagged
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import MOTORS, Counts, Int64Array, Ticks
+from deltactl.firmware_py.compensation.lead import GRID_S, lags_s
+from deltactl.firmware_py.compensation.ways import AT_REVERSALS, RINGING
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.calibrated_inverse import INVERTIBLE, CalibratedInverse
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.chain.active import Active, at, of_entries
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.joint_friction import without_swing
+from deltactl.models.effects.kind import scalar
+from deltactl.models.effects.port import Port
+from deltactl.models.recursion import lagged
+from deltactl.models.robot import FloatArray
 
 BOXES = 4
 """A cubic B-spline is a box four times over."""

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firmware_py.robot_file import RobotFile
-from foundation.errors import ConfigError
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import ConfigError
 
 BUILT_IN = ("name", "drive", "steps", "inputs", "ranging", "recordings")
 """Sections from which pins, sensors, clocks and the keeper of recordings were built."""

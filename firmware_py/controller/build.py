@@ -6,22 +6,22 @@ import gc
 from functools import partial
 from pathlib import Path
 
-from drivers.fakes.steps import simulated_step_output
-from drivers.inputs import home_switches, named_inputs
-from drivers.ranging.contract import NoSensors, RangingSensors
-from drivers.steps.build import build_step_output, release_drives
-from drivers.steps.contract import MOTORS
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.servo_machine import servo_machine
-from firmware_py.machine import Machine
-from firmware_py.planning.prepared import Prepare, prepare_here
-from firmware_py.robot_file import RobotFile, check_said, load_robot
-from firmware_py.simulation.concealed import Concealed, nothing_apart
-from firmware_py.simulation.noise import with_seed
-from firmware_py.simulation.sensors import simulated_sensors
-from firmware_py.simulation.world import SimulatedRobot
-from foundation.clock import Clock, RealClock, VirtualClock
-from foundation.errors import ConfigError
+from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.inputs import home_switches, named_inputs
+from deltactl.drivers.ranging.contract import NoSensors, RangingSensors
+from deltactl.drivers.steps.build import build_step_output, release_drives
+from deltactl.drivers.steps.contract import MOTORS
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.servo_machine import servo_machine
+from deltactl.firmware_py.machine import Machine
+from deltactl.firmware_py.planning.prepared import Prepare, prepare_here
+from deltactl.firmware_py.robot_file import RobotFile, check_said, load_robot
+from deltactl.firmware_py.simulation.concealed import Concealed, nothing_apart
+from deltactl.firmware_py.simulation.noise import with_seed
+from deltactl.firmware_py.simulation.sensors import simulated_sensors
+from deltactl.firmware_py.simulation.world import SimulatedRobot
+from deltactl.foundation.clock import Clock, RealClock, VirtualClock
+from deltactl.foundation.errors import ConfigError
 
 
 def build_controller(
@@ -58,8 +58,8 @@ def _load_ahead() -> None:
     The TFLite runtime takes a third of a second to import, and the collector as long to look
     through everything that is imported.
     """
-    from models.network import InverseNetwork
-    from models.network.runtime import load_runtime
+    from deltactl.models.network import InverseNetwork
+    from deltactl.models.network.runtime import load_runtime
 
     del InverseNetwork
     load_runtime()
@@ -97,8 +97,8 @@ def simulated_machine(robot: RobotFile, realtime: bool, as_built: Path | None = 
 
 def real_machine(robot: RobotFile) -> Machine:
     """The Pi's pins and bus. Raises HardwareError naming what is not there, ConfigError."""
-    from drivers.pin_factory import lgpio_pin_factory
-    from drivers.ranging.robot_sensors import open_robot_sensors
+    from deltactl.drivers.pin_factory import lgpio_pin_factory
+    from deltactl.drivers.ranging.robot_sensors import open_robot_sensors
 
     if robot.drive.kind == "servo":
         raise ConfigError(

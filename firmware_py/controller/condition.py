@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 
-from firmware_py.controller.jobs.journal import Journal
-from firmware_py.controller.states import Request, State, require, said
-from foundation.clock import Clock
-from foundation.errors import NotReady
+from deltactl.firmware_py.controller.jobs.journal import Journal
+from deltactl.firmware_py.controller.states import Request, State, require, said
+from deltactl.foundation.clock import Clock
+from deltactl.foundation.errors import NotReady
 
 
 class Condition:

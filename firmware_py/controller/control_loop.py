@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from drivers.steps.contract import OutputState
-from firmware_py.controller.condition import Condition
-from firmware_py.controller.emergency import Emergency
-from firmware_py.controller.jobs.active_job import ActiveJob, Phase
-from firmware_py.controller.jobs.job_queue import QueuedJob
-from firmware_py.controller.jobs.jobs import Jobs
-from firmware_py.controller.jobs.journal import Journal
-from firmware_py.controller.observer import Observer
-from firmware_py.controller.states import State
-from firmware_py.machine import Machine
-from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S, Task, ns
-from foundation.errors import DeltactlError
+from deltactl.drivers.steps.contract import OutputState
+from deltactl.firmware_py.controller.condition import Condition
+from deltactl.firmware_py.controller.emergency import Emergency
+from deltactl.firmware_py.controller.jobs.active_job import ActiveJob, Phase
+from deltactl.firmware_py.controller.jobs.job_queue import QueuedJob
+from deltactl.firmware_py.controller.jobs.jobs import Jobs
+from deltactl.firmware_py.controller.jobs.journal import Journal
+from deltactl.firmware_py.controller.observer import Observer
+from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.machine import Machine
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import NS_PER_S, Task, ns
+from deltactl.foundation.errors import DeltactlError
 
 CONTROL_PERIOD_NS = 20_000_000
 """A fifth of what is queued ahead; e-stop, alarms and a dead controller are the pulse player's."""

@@ -9,33 +9,33 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firmware_py.controller.belief import other_belief
-from firmware_py.controller.condition import Condition
-from firmware_py.controller.contract import HomeSeen, JobResult, Status
-from firmware_py.controller.control_loop import ControlLoop
-from firmware_py.controller.emergency import LATCHED, Emergency
-from firmware_py.controller.file_in_force import FileInForce
-from firmware_py.controller.homing import Homing
-from firmware_py.controller.jobs.job_queue import queued
-from firmware_py.controller.jobs.jobs import Jobs
-from firmware_py.controller.jobs.journal import Journal
-from firmware_py.controller.observer import Observer
-from firmware_py.controller.progress import Progress
-from firmware_py.controller.report_status import Running, snapshot
-from firmware_py.controller.sensing.ranging_loop import RangingLoop
-from firmware_py.controller.states import Request, State
-from firmware_py.machine import Machine
-from firmware_py.planning.prepared import InForce, Prepare, prepare_here
-from firmware_py.robot_file import RobotFile
-from foundation.clock import TaskHandle
-from foundation.errors import NotReady
-from models.calibrated_inverse import CalibratedInverse
+from deltactl.firmware_py.controller.belief import other_belief
+from deltactl.firmware_py.controller.condition import Condition
+from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, Status
+from deltactl.firmware_py.controller.control_loop import ControlLoop
+from deltactl.firmware_py.controller.emergency import LATCHED, Emergency
+from deltactl.firmware_py.controller.file_in_force import FileInForce
+from deltactl.firmware_py.controller.homing import Homing
+from deltactl.firmware_py.controller.jobs.job_queue import queued
+from deltactl.firmware_py.controller.jobs.jobs import Jobs
+from deltactl.firmware_py.controller.jobs.journal import Journal
+from deltactl.firmware_py.controller.observer import Observer
+from deltactl.firmware_py.controller.progress import Progress
+from deltactl.firmware_py.controller.report_status import Running, snapshot
+from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
+from deltactl.firmware_py.controller.states import Request, State
+from deltactl.firmware_py.machine import Machine
+from deltactl.firmware_py.planning.prepared import InForce, Prepare, prepare_here
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import TaskHandle
+from deltactl.foundation.errors import NotReady
+from deltactl.models.calibrated_inverse import CalibratedInverse
 
 MOVING = frozenset({State.RUNNING, State.PAUSED})
 
 
 class Controller:
-    """Runs one robot. Implements `firmware_py.controller.contract.RobotController`."""
+    """Runs one robot. Implements `deltactl.firmware_py.controller.contract.RobotController`."""
 
     def __init__(
         self,

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from drivers.steps.contract import OutputStatus
-from firmware_py.controller.condition import Condition
-from firmware_py.controller.jobs.jobs import Jobs
-from firmware_py.controller.observer import Observer
-from firmware_py.controller.sensing.sight import Blindness
-from firmware_py.controller.states import State
-from firmware_py.machine import Machine
-from foundation.clock import Task
-from foundation.errors import NotReady
+from deltactl.drivers.steps.contract import OutputStatus
+from deltactl.firmware_py.controller.condition import Condition
+from deltactl.firmware_py.controller.jobs.jobs import Jobs
+from deltactl.firmware_py.controller.observer import Observer
+from deltactl.firmware_py.controller.sensing.sight import Blindness
+from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.machine import Machine
+from deltactl.foundation.clock import Task
+from deltactl.foundation.errors import NotReady
 
 LATCHED = frozenset({State.STOPPED, State.FAULT})
 STOP_REASONS = ("e-stop", "stop requested")

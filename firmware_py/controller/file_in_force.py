@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from firmware_py.controller.belief import needs_restart
-from firmware_py.file_access import FileAccess, without_quoting
-from firmware_py.robot_file import RobotFile, robot_in
-from foundation.errors import DeltactlError
-from foundation.strict_yaml import Document
+from deltactl.firmware_py.controller.belief import needs_restart
+from deltactl.firmware_py.file_access import FileAccess, without_quoting
+from deltactl.firmware_py.robot_file import RobotFile, robot_in
+from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.strict_yaml import Document
 
 
 class FileInForce:

@@ -11,22 +11,22 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drivers.steps.contract import MOTORS, OutputState, Ticks
-from firmware_py.controller.condition import Condition
-from firmware_py.controller.contract import HomeSeen
-from firmware_py.controller.jobs.feeder import LEAD_S
-from firmware_py.controller.observer import Observer
-from firmware_py.controller.sensing.home_check import BY_HAND, check_plausible
-from firmware_py.controller.sensing.ranging_loop import RangingLoop
-from firmware_py.controller.states import Request, State
-from firmware_py.machine import Machine
-from firmware_py.planner.approach import approach
-from firmware_py.planner.check import home_counts
-from firmware_py.planner.step_gate import StepGate
-from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S, ns, sleep_s
-from foundation.errors import DeltactlError, NotReady, PulseFault
-from models.robot import AXES, FloatArray
+from deltactl.drivers.steps.contract import MOTORS, OutputState, Ticks
+from deltactl.firmware_py.controller.condition import Condition
+from deltactl.firmware_py.controller.contract import HomeSeen
+from deltactl.firmware_py.controller.jobs.feeder import LEAD_S
+from deltactl.firmware_py.controller.observer import Observer
+from deltactl.firmware_py.controller.sensing.home_check import BY_HAND, check_plausible
+from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
+from deltactl.firmware_py.controller.states import Request, State
+from deltactl.firmware_py.machine import Machine
+from deltactl.firmware_py.planner.approach import approach
+from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import NS_PER_S, ns, sleep_s
+from deltactl.foundation.errors import DeltactlError, NotReady, PulseFault
+from deltactl.models.robot import AXES, FloatArray
 
 LOOK_S = 0.4
 """How long the sensors are listened to: some 20 rounds at 50 Hz."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from drivers.ranging.contract import Reading
-from firmware_py.controller.jobs.journal import Journal
-from firmware_py.controller.sensing.sight import Blindness, Sight
-from firmware_py.controller.sensing.step_watch import StepLoss, StepWatch
-from firmware_py.feedback.feedback import Feedback
-from firmware_py.machine import Machine
-from firmware_py.robot_file import RobotFile
-from foundation.clock import ns
+from deltactl.drivers.ranging.contract import Reading
+from deltactl.firmware_py.controller.jobs.journal import Journal
+from deltactl.firmware_py.controller.sensing.sight import Blindness, Sight
+from deltactl.firmware_py.controller.sensing.step_watch import StepLoss, StepWatch
+from deltactl.firmware_py.feedback.feedback import Feedback
+from deltactl.firmware_py.machine import Machine
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import ns
 
 BORNE_OUT_S = 4.0
 """The feedback takes some seconds to be sure of what the watch sees at once."""

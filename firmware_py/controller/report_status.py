@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firmware_py.controller.contract import SensorStatus, Status
-from firmware_py.controller.jobs.active_job import ActiveJob
-from firmware_py.controller.sensing.sight import Blindness
-from firmware_py.controller.states import State
-from firmware_py.machine import Machine
-from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S
-from models.calibrated_inverse import CalibratedInverse
-from models.linkage.counted_pose import counted_pose
+from deltactl.firmware_py.controller.contract import SensorStatus, Status
+from deltactl.firmware_py.controller.jobs.active_job import ActiveJob
+from deltactl.firmware_py.controller.sensing.sight import Blindness
+from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.machine import Machine
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.linkage.counted_pose import counted_pose
 
 TRUSTED = frozenset({State.READY, State.RUNNING, State.PAUSED})
 """States in which the counters say where the arms are."""

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from drivers.current.contract import JOINTS, Plant
-from drivers.current.fake import FakeCurrentDrives
-from drivers.fakes.bench import fake_bench
-from firmware_py.machine import Machine
-from firmware_py.robot_file import RobotFile
-from firmware_py.servo.as_built import AsBuiltServo
-from firmware_py.servo.output import ServoOutput
-from firmware_py.simulation.sensors import simulated_sensors
-from firmware_py.simulation.servo_world import ServoWorld, plant_of
-from foundation.clock import Clock, ns
-from foundation.errors import ConfigError
-from models.robot import Masses
-from models.servo_drive import ServoDrive
+from deltactl.drivers.current.contract import JOINTS, Plant
+from deltactl.drivers.current.fake import FakeCurrentDrives
+from deltactl.drivers.fakes.bench import fake_bench
+from deltactl.firmware_py.machine import Machine
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.firmware_py.servo.as_built import AsBuiltServo
+from deltactl.firmware_py.servo.output import ServoOutput
+from deltactl.firmware_py.simulation.sensors import simulated_sensors
+from deltactl.firmware_py.simulation.servo_world import ServoWorld, plant_of
+from deltactl.foundation.clock import Clock, ns
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.robot import Masses
+from deltactl.models.servo_drive import ServoDrive
 
 PlantMaker = Callable[[RobotFile, ServoDrive, Masses], Plant]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 
-from foundation.errors import NotReady
+from deltactl.foundation.errors import NotReady
 
 
 class State(enum.Enum):

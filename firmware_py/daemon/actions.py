@@ -14,14 +14,14 @@ from importlib.metadata import version as installed_version
 from pathlib import Path
 from typing import Final
 
-from firmware_py import wire_errors
-from firmware_py.controller.contract import RobotController, Status
-from firmware_py.daemon import protocol
-from firmware_py.daemon.address import Peer
-from firmware_py.daemon.job_store import JobStore, check_job
-from firmware_py.daemon.protocol import SLOW, Message, Request
-from foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
-from recording.writing.names import confined
+from deltactl.firmware_py import wire_errors
+from deltactl.firmware_py.controller.contract import RobotController, Status
+from deltactl.firmware_py.daemon import protocol
+from deltactl.firmware_py.daemon.address import Peer
+from deltactl.firmware_py.daemon.job_store import JobStore, check_job
+from deltactl.firmware_py.daemon.protocol import SLOW, Message, Request
+from deltactl.foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
+from deltactl.recording.writing.names import confined
 
 NOTED: Final = SLOW | {"pause", "resume", "cancel", "stop"}
 """These are noted with who asked."""

@@ -9,11 +9,11 @@ from collections.abc import Generator
 from pathlib import Path
 from types import TracebackType
 
-from firmware_py.controller.contract import HomeSeen, JobResult, SensorStatus, Status
-from firmware_py.daemon import protocol
-from firmware_py.daemon.line import Line, find_daemon
-from firmware_py.daemon.protocol import SLOW, Message
-from foundation.errors import MissingFile, ServiceError
+from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, SensorStatus, Status
+from deltactl.firmware_py.daemon import protocol
+from deltactl.firmware_py.daemon.line import Line, find_daemon
+from deltactl.firmware_py.daemon.protocol import SLOW, Message
+from deltactl.foundation.errors import MissingFile, ServiceError
 
 QUICK_S = 5.0
 SLOW_S = 600.0

@@ -8,10 +8,10 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from firmware_py.daemon.actions import Actions
-from firmware_py.daemon.address import Peer
-from firmware_py.daemon.protocol import Message, Request
-from foundation.errors import NotReady
+from deltactl.firmware_py.daemon.actions import Actions
+from deltactl.firmware_py.daemon.address import Peer
+from deltactl.firmware_py.daemon.protocol import Message, Request
+from deltactl.foundation.errors import NotReady
 
 _log = logging.getLogger(__name__)
 

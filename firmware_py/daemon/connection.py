@@ -17,14 +17,14 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from firmware_py import wire_errors
-from firmware_py.daemon import protocol
-from firmware_py.daemon.actions import Actions
-from firmware_py.daemon.address import Peer
-from firmware_py.daemon.command_worker import Command, CommandWorker
-from firmware_py.daemon.limits import Allowance, Limits, Lines
-from firmware_py.daemon.protocol import SLOW, BadRequest, Message, Request, RequestId
-from foundation.errors import ServiceError
+from deltactl.firmware_py import wire_errors
+from deltactl.firmware_py.daemon import protocol
+from deltactl.firmware_py.daemon.actions import Actions
+from deltactl.firmware_py.daemon.address import Peer
+from deltactl.firmware_py.daemon.command_worker import Command, CommandWorker
+from deltactl.firmware_py.daemon.limits import Allowance, Limits, Lines
+from deltactl.firmware_py.daemon.protocol import SLOW, BadRequest, Message, Request, RequestId
+from deltactl.foundation.errors import ServiceError
 
 READ_BYTES = 16_384
 LOOK_S = 0.25

@@ -8,7 +8,7 @@ import re
 import stat
 from pathlib import Path
 
-from foundation.errors import ConfigError, MissingFile, ServiceError
+from deltactl.foundation.errors import ConfigError, MissingFile, ServiceError
 
 SUFFIXES = (".yaml", ".yml")
 MOST_BYTES = 4 * 2**20

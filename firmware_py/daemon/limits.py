@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from firmware_py.daemon.protocol import MAX_LINE_BYTES
+from deltactl.firmware_py.daemon.protocol import MAX_LINE_BYTES
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,12 +9,12 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from firmware_py import wire_errors
-from firmware_py.daemon import protocol
-from firmware_py.daemon.address import client_sockets
-from firmware_py.daemon.protocol import MAX_LINE_BYTES, Message
-from firmware_py.robots_here import proposed
-from foundation.errors import ServiceError
+from deltactl.firmware_py import wire_errors
+from deltactl.firmware_py.daemon import protocol
+from deltactl.firmware_py.daemon.address import client_sockets
+from deltactl.firmware_py.daemon.protocol import MAX_LINE_BYTES, Message
+from deltactl.firmware_py.robots_here import proposed
+from deltactl.foundation.errors import ServiceError
 
 RETRY_S = 0.002
 

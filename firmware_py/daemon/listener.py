@@ -10,7 +10,7 @@ import socket
 import stat
 from pathlib import Path
 
-from foundation.errors import ServiceError
+from deltactl.foundation.errors import ServiceError
 
 MOST_PATH_BYTES = 107
 """sun_path of unix(7), less its end."""

@@ -10,17 +10,17 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-from firmware_py.controller.contract import OwnedController
-from firmware_py.controller.states import State
-from firmware_py.daemon.address import daemon_socket
-from firmware_py.daemon.listener import Listener
-from firmware_py.daemon.notify import Notifier
-from firmware_py.daemon.server import Server
-from firmware_py.daemon.signals import EndSignals
-from firmware_py.daemon.watchdog import Watchdog, check_period_s
-from foundation.errors import DeltactlError
-from foundation.printable import printable
-from recording.writing.keeping import RecordingKeeper
+from deltactl.firmware_py.controller.contract import OwnedController
+from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.daemon.address import daemon_socket
+from deltactl.firmware_py.daemon.listener import Listener
+from deltactl.firmware_py.daemon.notify import Notifier
+from deltactl.firmware_py.daemon.server import Server
+from deltactl.firmware_py.daemon.signals import EndSignals
+from deltactl.firmware_py.daemon.watchdog import Watchdog, check_period_s
+from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.printable import printable
+from deltactl.recording.writing.keeping import RecordingKeeper
 
 SETTLE_S = 5.0
 """How long a job may take to decelerate when the daemon is told to end."""
@@ -46,8 +46,8 @@ def serve(
 
     Raises ServiceError when the socket is taken, and what `build_controller` raises.
     """
-    from firmware_py.controller.build import build_controller
-    from firmware_py.planning.process import PlanningProcess
+    from deltactl.firmware_py.controller.build import build_controller
+    from deltactl.firmware_py.planning.process import PlanningProcess
 
     _set_up_logging()
     sys.setswitchinterval(SWITCH_S)

@@ -11,7 +11,7 @@ import os
 import socket
 from collections.abc import MutableMapping
 
-from foundation.printable import printable
+from deltactl.foundation.printable import printable
 
 _log = logging.getLogger(__name__)
 USEC_PER_S = 1_000_000

@@ -13,9 +13,9 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any, Final, TypeVar
 
-from firmware_py.controller.contract import JobResult, SensorStatus, Status
-from foundation.errors import ServiceError
-from foundation.printable import is_printable
+from deltactl.firmware_py.controller.contract import JobResult, SensorStatus, Status
+from deltactl.foundation.errors import ServiceError
+from deltactl.foundation.printable import is_printable
 
 VERSION: Final = 1
 MAX_LINE_BYTES: Final = 65_536

@@ -10,17 +10,17 @@ import time
 from pathlib import Path
 from types import TracebackType
 
-from firmware_py import wire_errors
-from firmware_py.controller.contract import RobotController
-from firmware_py.daemon import protocol
-from firmware_py.daemon.actions import Actions, Note
-from firmware_py.daemon.address import Peer
-from firmware_py.daemon.command_worker import CommandWorker
-from firmware_py.daemon.connection import Connection
-from firmware_py.daemon.job_store import JobStore
-from firmware_py.daemon.limits import Limits
-from firmware_py.daemon.listener import Listener
-from foundation.errors import ServiceError
+from deltactl.firmware_py import wire_errors
+from deltactl.firmware_py.controller.contract import RobotController
+from deltactl.firmware_py.daemon import protocol
+from deltactl.firmware_py.daemon.actions import Actions, Note
+from deltactl.firmware_py.daemon.address import Peer
+from deltactl.firmware_py.daemon.command_worker import CommandWorker
+from deltactl.firmware_py.daemon.connection import Connection
+from deltactl.firmware_py.daemon.job_store import JobStore
+from deltactl.firmware_py.daemon.limits import Limits
+from deltactl.firmware_py.daemon.listener import Listener
+from deltactl.foundation.errors import ServiceError
 
 LOOK_S = 0.2
 ACCEPT_PAUSE_S = 0.002

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from firmware_py.describing.motors import LEAST_PULSES, of_both, of_ratio, too_few_pulses
-from firmware_py.describing.question import Notation, Question
+from deltactl.firmware_py.describing.motors import LEAST_PULSES, of_both, of_ratio, too_few_pulses
+from deltactl.firmware_py.describing.question import Notation, Question
 
 NAME = Question("name", "Name of the machine", "my-robot", any_text=True)
 MICROSTEPS = Question(

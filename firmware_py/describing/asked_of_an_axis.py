@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from firmware_py.describing.asked_of_all import GEAR, MICROSTEPS, NAME
-from firmware_py.describing.question import UNKNOWN, Question
+from deltactl.firmware_py.describing.asked_of_all import GEAR, MICROSTEPS, NAME
+from deltactl.firmware_py.describing.question import UNKNOWN, Question
 
 ZERO = Question(
     "zero",

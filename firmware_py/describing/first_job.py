@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.program.dry_run import check_job
-from firmware_py.robot_file import RobotFile
-from foundation.errors import MotionError
-from models.linkage import Linkage, Status, forward
-from models.robot import per_arm
+from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import MotionError
+from deltactl.models.linkage import Linkage, Status, forward
+from deltactl.models.robot import per_arm
 
 LEVELS_DEG = (40.0, 60.0, 20.0, 75.0)
 """Arm angles in whose pose the circle may lie: well below level, well above stretched."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.describing.questions import MICROSTEPS, Answers, numbers
-from foundation.errors import RecordingError
-from recording.tables.flat import FlatRecording
+from deltactl.firmware_py.describing.questions import MICROSTEPS, Answers, numbers
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.tables.flat import FlatRecording
 
 
 def measured(kind: str, recording: FlatRecording, known: Answers) -> tuple[Answers, list[str]]:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from firmware_py.describing.products import product
+from deltactl.firmware_py.describing.products import product
 
 Answers = dict[str, str]
 """By the key of the question."""

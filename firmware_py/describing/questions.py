@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from firmware_py.describing.asked_of_a_delta import DELTA
-from firmware_py.describing.asked_of_a_delta import WIRING as WIRING
-from firmware_py.describing.asked_of_all import GEAR, NAME
-from firmware_py.describing.asked_of_all import MICROSTEPS as MICROSTEPS
-from firmware_py.describing.asked_of_an_axis import SERVO_AXIS, STEPPER_AXIS
-from firmware_py.describing.motors import pulses_remark, ratio_remark
-from firmware_py.describing.question import UNKNOWN as UNKNOWN
-from firmware_py.describing.question import Answers as Answers
-from firmware_py.describing.question import Question as Question
-from firmware_py.describing.question import read_numbers
-from foundation.errors import ConfigError
+from deltactl.firmware_py.describing.asked_of_a_delta import DELTA
+from deltactl.firmware_py.describing.asked_of_a_delta import WIRING as WIRING
+from deltactl.firmware_py.describing.asked_of_all import GEAR, NAME
+from deltactl.firmware_py.describing.asked_of_all import MICROSTEPS as MICROSTEPS
+from deltactl.firmware_py.describing.asked_of_an_axis import SERVO_AXIS, STEPPER_AXIS
+from deltactl.firmware_py.describing.motors import pulses_remark, ratio_remark
+from deltactl.firmware_py.describing.question import UNKNOWN as UNKNOWN
+from deltactl.firmware_py.describing.question import Answers as Answers
+from deltactl.firmware_py.describing.question import Question as Question
+from deltactl.firmware_py.describing.question import read_numbers
+from deltactl.foundation.errors import ConfigError
 
 QUESTIONS: dict[str, tuple[Question, ...]] = {
     "delta": DELTA,

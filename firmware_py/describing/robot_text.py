@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from firmware_py.describing.questions import UNKNOWN, Answers, numbers
+from deltactl.firmware_py.describing.questions import UNKNOWN, Answers, numbers
 
 NOTE = "# Made by deltactl init. All keys: docs/reference/robots.md in the source of deltactl"
 

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.feedback.residuals import Residuals
-from foundation.clock import NS_PER_S
-from models.robot import ARMS, AXES, FloatArray
+from deltactl.firmware_py.feedback.residuals import Residuals
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.robot import ARMS, AXES, FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 

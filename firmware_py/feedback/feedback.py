@@ -6,14 +6,14 @@ from collections import deque
 
 import numpy as np
 
-from drivers.ranging.contract import Gate, Reading
-from drivers.steps.contract import MOTORS, Counts, Int64Array, Ticks
-from firmware_py.feedback.estimator import Estimate, SlowErrors
-from firmware_py.feedback.residuals import Expectation, Residuals
-from firmware_py.feedback.settings import FeedbackSettings
-from firmware_py.robot_file import RobotFile
-from foundation.clock import ns
-from models.robot import FloatArray, per_arm
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.drivers.steps.contract import MOTORS, Counts, Int64Array, Ticks
+from deltactl.firmware_py.feedback.estimator import Estimate, SlowErrors
+from deltactl.firmware_py.feedback.residuals import Expectation, Residuals
+from deltactl.firmware_py.feedback.settings import FeedbackSettings
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import ns
+from deltactl.models.robot import FloatArray, per_arm
 
 LOOK_S = 0.1
 BASELINE_S = 3.0

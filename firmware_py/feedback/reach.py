@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 
-from firmware_py.feedback.settings import FeedbackSettings
-from models.linkage import Linkage, forward, jacobian
-from models.robot import ARMS, DeltaRobot, FloatArray, per_arm
+from deltactl.firmware_py.feedback.settings import FeedbackSettings
+from deltactl.models.linkage import Linkage, forward, jacobian
+from deltactl.models.robot import ARMS, DeltaRobot, FloatArray, per_arm
 
 LOOKED_AT = 500
 

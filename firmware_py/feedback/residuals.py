@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from drivers.ranging.contract import Reading
-from drivers.steps.contract import Counts, Ticks
-from firmware_py.robot_file import RobotFile
-from foundation.clock import ns
-from models.calibrated_inverse import CalibratedInverse
-from models.robot import AXES, FloatArray
+from deltactl.drivers.ranging.contract import Reading
+from deltactl.drivers.steps.contract import Counts, Ticks
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import ns
+from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.robot import AXES, FloatArray
 
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]
 EDGES_KEPT_NS = 1_000_000_000

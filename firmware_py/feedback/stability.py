@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.feedback.estimator import FAST_S
-from models.robot import FloatArray
+from deltactl.firmware_py.feedback.estimator import FAST_S
+from deltactl.models.robot import FloatArray
 
 LATEST_S = 0.2
 """The loop is shown to be stable for readings up to this late."""

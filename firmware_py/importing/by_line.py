@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.importing.drawn import Drawn, Point
-from firmware_py.job_file import JobFile
-from firmware_py.path_file import Way, legs_of
-from firmware_py.paths.way import way
-from foundation.errors import ConfigError, MotionError
-from foundation.strict_yaml import Document
+from deltactl.firmware_py.importing.drawn import Drawn, Point
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.path_file import Way, legs_of
+from deltactl.firmware_py.paths.way import way
+from deltactl.foundation.errors import ConfigError, MotionError
+from deltactl.foundation.strict_yaml import Document
 
 _LEG = re.compile(r"\blegs\.(\d+)")
 _BEGIN = re.compile(r"\bstart_m\.\d+: ")

@@ -12,9 +12,9 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from firmware_py.importing.drawn import FLAT, Drawn, Point
-from firmware_py.importing.gcode_arcs import centre_by_words
-from firmware_py.importing.gcode_tables import (
+from deltactl.firmware_py.importing.drawn import FLAT, Drawn, Point
+from deltactl.firmware_py.importing.gcode_arcs import centre_by_words
+from deltactl.firmware_py.importing.gcode_tables import (
     ARCS,
     AXES,
     CALLS,
@@ -29,9 +29,9 @@ from firmware_py.importing.gcode_tables import (
     UNITS,
     WITHOUT_MEANING,
 )
-from firmware_py.importing.gcode_words import Word, words_of
-from foundation.errors import ConfigError
-from foundation.plain_file import TooLong, read_plain
+from deltactl.firmware_py.importing.gcode_words import Word, words_of
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.plain_file import TooLong, read_plain
 
 MAX_BYTES = 20_000_000
 MILLISECONDS = "G4 P taken as milliseconds ({}); where the program meant seconds, write S"

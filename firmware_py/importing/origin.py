@@ -11,17 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.describing.first_job import heights_m
-from firmware_py.importing.drawn import Drawn, Point, job_text
-from firmware_py.job_file import JobFile
-from firmware_py.kinematics_of_job import kinematics_of
-from firmware_py.named_files import find
-from firmware_py.planner.check import make_plan
-from firmware_py.robot_file import RobotFile, load_robot
-from foundation.errors import MotionError
-from foundation.strict_yaml import Document
-from models.linkage import Linkage, inverse
-from models.robot import FloatArray
+from deltactl.firmware_py.describing.first_job import heights_m
+from deltactl.firmware_py.importing.drawn import Drawn, Point, job_text
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import MotionError
+from deltactl.foundation.strict_yaml import Document
+from deltactl.models.linkage import Linkage, inverse
+from deltactl.models.robot import FloatArray
 
 MOST_TRIED = 3
 """Places at which the whole path is checked, each as long as the check that was refused."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.importing.drawn import FLAT, Drawn, Point
-from firmware_py.importing.point_columns import UNNAMED, Column, columns_of
-from foundation.errors import ConfigError
-from models.robot import FloatArray
-from recording.tables.foreign_table import read_table
-from recording.tables.table_format import TableFormat, guess_format
+from deltactl.firmware_py.importing.drawn import FLAT, Drawn, Point
+from deltactl.firmware_py.importing.point_columns import UNNAMED, Column, columns_of
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.robot import FloatArray
+from deltactl.recording.tables.foreign_table import read_table
+from deltactl.recording.tables.table_format import TableFormat, guess_format
 
 SAME_M = 1e-6
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firmware_py.importing.drawn import TABLES, Point
-from firmware_py.importing.point_columns import Column, columns_of
-from firmware_py.importing.points_table import headings_of
-from foundation.errors import ConfigError, RecordingError
-from recording.tables.table_format import SEPARATORS, guess_format, split
-from recording.tables.text_file import read_text
+from deltactl.firmware_py.importing.drawn import TABLES, Point
+from deltactl.firmware_py.importing.point_columns import Column, columns_of
+from deltactl.firmware_py.importing.points_table import headings_of
+from deltactl.foundation.errors import ConfigError, RecordingError
+from deltactl.recording.tables.table_format import SEPARATORS, guess_format, split
+from deltactl.recording.tables.text_file import read_text
 
 HEADING = "x_mm,y_mm,z_mm,dwell_s\n"
 DIGITS = 9

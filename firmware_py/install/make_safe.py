@@ -1,8 +1,8 @@
 """Leave the lines safe: no step, drives released, outputs in their safe state.
 
 systemd runs it after the daemon has ended:
-`python -m firmware_py.install.make_safe ROBOT.yaml [--hold]`. With --hold ENA is left as it is,
-so that the arms do not drop. Whatever fails is said in one line and never fails the unit:
+`python -m deltactl.firmware_py.install.make_safe ROBOT.yaml [--hold]`. With --hold ENA is left
+as it is, so that the arms do not drop. Whatever fails is said in one line and never fails the unit:
 the exit status is always 0.
 """
 
@@ -14,9 +14,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from drivers.steps.build import release_drives
-from firmware_py.robot_file import RobotFile, load_robot
-from foundation.errors import DeltactlError
+from deltactl.drivers.steps.build import release_drives
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import DeltactlError
 
 
 def make_safe(robot: RobotFile, *, hold: bool = False, gpio: Any | None = None) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from foundation.errors import ServiceError
+from deltactl.foundation.errors import ServiceError
 
 BACKUP = ".before-deltactl"
 

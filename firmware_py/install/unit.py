@@ -7,12 +7,13 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_py.robot_file import RobotFile
-from foundation.errors import ConfigError
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.places import IMPORT_ROOT, PACKAGE
 
-PROGRAM = Path(__file__).resolve().parents[2]
-"""The folder that holds firmware_py."""
-TEMPLATES = PROGRAM / "systemd"
+PROGRAM = IMPORT_ROOT
+"""Of a working copy, the folder that holds the docs too."""
+TEMPLATES = PACKAGE / "systemd"
 
 
 @dataclass(frozen=True, slots=True)

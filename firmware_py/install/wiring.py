@@ -1,6 +1,7 @@
 """The wiring table: what the pins of a robot file are to be connected to.
 
-`python -m firmware_py.install.wiring config/zhao-2023.yaml` prints it as docs/wiring.md has it.
+`python -m deltactl.firmware_py.install.wiring config/zhao-2023.yaml` prints it as docs/wiring.md
+has it.
 """
 
 from __future__ import annotations
@@ -10,9 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_py.install.header import GROUND, I2C_GPIO, PIN_OF_GPIO, POWER_3V3
-from firmware_py.robot_file import RobotFile, load_robot
-from models.robot import AXES
+from deltactl.firmware_py.install.header import GROUND, I2C_GPIO, PIN_OF_GPIO, POWER_3V3
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.models.robot import AXES
 
 TITLES = ("GPIO", "Header pin", "Signal", "Connect to")
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firmware_py.paths.courses import Course, Straight
-from firmware_py.paths.path import intervals
-from models.robot import FloatArray
+from deltactl.firmware_py.paths.courses import Course, Straight
+from deltactl.firmware_py.paths.path import intervals
+from deltactl.models.robot import FloatArray
 
 STRAIGHT_RAD = math.radians(0.5)
 """Legs that meet at less than this go on into each other without a stop."""

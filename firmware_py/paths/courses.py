@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 TABLE = 200
 """Pieces in which a spline between two points is measured."""

@@ -11,8 +11,8 @@ from functools import cache
 
 import numpy as np
 
-from firmware_py.paths.path import Path, curve, intervals, level
-from models.robot import FloatArray
+from deltactl.firmware_py.paths.path import Path, curve, intervals, level
+from deltactl.models.robot import FloatArray
 
 WIDTH = 32.0
 _FINE = 40_001

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from firmware_py.paths.path import Path, Space
-from models.robot import FloatArray
+from deltactl.firmware_py.paths.path import Path, Space
+from deltactl.models.robot import FloatArray
 
 
 def joints(angles_deg: Sequence[tuple[float, float, float]], dwell_s: float) -> Path:

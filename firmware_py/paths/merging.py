@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 LONGEST_RUN = 1000
 """Legs looked at together: a line of more is as good in two."""

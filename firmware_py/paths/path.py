@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]

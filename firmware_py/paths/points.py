@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from firmware_py.paths.path import Path, Space, intervals, line
+from deltactl.firmware_py.paths.path import Path, Space, intervals, line
 
 Point = tuple[float, float, float]
 

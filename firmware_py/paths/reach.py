@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from models.linkage import Linkage, Status, forward, parallel_margin, serial_margin
-from models.robot import FloatArray
+from deltactl.models.linkage import Linkage, Status, forward, parallel_margin, serial_margin
+from deltactl.models.robot import FloatArray
 
 STEP_RAD = np.deg2rad(2.0)
 """Poses along a move are at most this far apart in any arm.

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from firmware_py.paths.path import Path, curve, intervals, level
+from deltactl.firmware_py.paths.path import Path, curve, intervals, level
 
 
 def length_m(inner_radius_m: float, outer_radius_m: float, turns: float) -> float:

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.paths import reach
-from firmware_py.paths.joints import through
-from firmware_py.paths.path import Path
-from foundation.errors import UnreachablePoint
-from models.linkage import Linkage
-from models.robot import FloatArray
+from deltactl.firmware_py.paths import reach
+from deltactl.firmware_py.paths.joints import through
+from deltactl.firmware_py.paths.path import Path
+from deltactl.foundation.errors import UnreachablePoint
+from deltactl.models.linkage import Linkage
+from deltactl.models.robot import FloatArray
 
 _DRAWN = 512
 """Triples drawn at a time: fixed, so that the sequence does not depend on the count."""

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firmware_py.paths.corner import STRAIGHT_RAD, cut, turn_rad
-from firmware_py.paths.courses import Arc, Course, Straight, spline
-from firmware_py.paths.merging import LONGEST_RUN, longest
-from firmware_py.paths.path import Path, Space, intervals, line
-from models.robot import FloatArray
+from deltactl.firmware_py.paths.corner import STRAIGHT_RAD, cut, turn_rad
+from deltactl.firmware_py.paths.courses import Arc, Course, Straight, spline
+from deltactl.firmware_py.paths.merging import LONGEST_RUN, longest
+from deltactl.firmware_py.paths.path import Path, Space, intervals, line
+from deltactl.models.robot import FloatArray
 
 MERGED = 0.05
 """Share of the corner distance for making short legs one: of 0.5 mm it takes up points that are

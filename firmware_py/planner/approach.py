@@ -16,15 +16,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from firmware_py.compensation.ringing import rings
-from firmware_py.paths import reach
-from firmware_py.planner.limits import ROUNDING_M
-from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
-from firmware_py.planner.timing_together import TogetherSchedule
-from firmware_py.robot_file import RobotFile
-from foundation.errors import UnreachablePoint
-from models.linkage import Linkage
-from models.robot import ARMS, FloatArray
+from deltactl.firmware_py.compensation.ringing import rings
+from deltactl.firmware_py.paths import reach
+from deltactl.firmware_py.planner.limits import ROUNDING_M
+from deltactl.firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
+from deltactl.firmware_py.planner.timing_together import TogetherSchedule
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import UnreachablePoint
+from deltactl.models.linkage import Linkage
+from deltactl.models.robot import ARMS, FloatArray
 
 SLOWER = 0.95
 """Share of a platform's speed that is used: how fast arms move it is known every two degrees."""

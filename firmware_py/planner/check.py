@@ -5,22 +5,22 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from drivers.steps.contract import Counts
-from firmware_py.compensation.remembering import Remembering
-from firmware_py.job_file import JobFile, load_job, way_in_mps
-from firmware_py.kinematics_of_job import kinematics_of
-from firmware_py.named_files import find
-from firmware_py.path_of_job import path_of
-from firmware_py.paths.path import Space
-from firmware_py.planner.lap_memory import LapMemory
-from firmware_py.planner.limits import PathLimits
-from firmware_py.planner.plan import Plan, TimedLap, schedule_of
-from firmware_py.planner.targets import Lap, LapBuilder, MappingFailed
-from firmware_py.planner.timing_accelerated import CurveSchedule
-from firmware_py.robot_file import RobotFile, load_robot
-from foundation.errors import ConfigError
-from models.inverse_kinematics import InverseKinematics
-from models.linkage import Linkage
+from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.compensation.remembering import Remembering
+from deltactl.firmware_py.job_file import JobFile, load_job, way_in_mps
+from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.path_of_job import path_of
+from deltactl.firmware_py.paths.path import Space
+from deltactl.firmware_py.planner.lap_memory import LapMemory
+from deltactl.firmware_py.planner.limits import PathLimits
+from deltactl.firmware_py.planner.plan import Plan, TimedLap, schedule_of
+from deltactl.firmware_py.planner.targets import Lap, LapBuilder, MappingFailed
+from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.inverse_kinematics import InverseKinematics
+from deltactl.models.linkage import Linkage
 
 
 def home_counts(robot: RobotFile) -> Counts:

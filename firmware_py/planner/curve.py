@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.steps.contract import Int64Array
-from firmware_py.paths.path import BoolArray
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import Int64Array
+from deltactl.firmware_py.paths.path import BoolArray
+from deltactl.models.robot import FloatArray
 
 FEWEST_PIECES = 64
 """Pieces from one rest to the next: the speed is free only between pieces."""

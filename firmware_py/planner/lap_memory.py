@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from firmware_py.compensation.remembering import Course, Remembering
-from firmware_py.planner.plan import TimedLap
-from firmware_py.planner.targets import Lap
-from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S
-from models.robot import FloatArray
+from deltactl.firmware_py.compensation.remembering import Course, Remembering
+from deltactl.firmware_py.planner.plan import TimedLap
+from deltactl.firmware_py.planner.targets import Lap
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.robot import FloatArray
 
 USUAL_START_S = 3.0
 """From switching the drives on to the start of a path, for what changes as the arms warm up."""

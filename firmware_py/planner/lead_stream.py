@@ -10,13 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from drivers.steps.contract import Int64Array
-from firmware_py.compensation.lead import Lead, ahead_s, lags_s, smoothed_s
-from firmware_py.compensation.ringing import Ringing
-from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached
-from firmware_py.planner.step_gate import StepGate
-from firmware_py.robot_file import RobotFile
-from foundation.clock import ns
+from deltactl.drivers.steps.contract import Int64Array
+from deltactl.firmware_py.compensation.lead import Lead, ahead_s, lags_s, smoothed_s
+from deltactl.firmware_py.compensation.ringing import Ringing
+from deltactl.firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached
+from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import ns
 
 MERGE_S = 20e-6
 """Steps of different motors this near to each other are one tick."""

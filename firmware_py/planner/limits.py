@@ -7,16 +7,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firmware_py.job_file import Accelerated, JobFile, Together, way_in_mps
-from firmware_py.paths import reach
-from firmware_py.paths.path import BoolArray, Space
-from firmware_py.paths.reach import Reach
-from firmware_py.planner.targets import Lap, MappingFailed, in_repeat
-from firmware_py.robot_file import Limits, RobotFile
-from foundation.errors import ELSEWHERE, LimitExceeded, MotionError, Refusal, UnreachablePoint
-from models.inverse_kinematics import USE_GEOMETRY
-from models.linkage import Linkage, Status, inverse
-from models.robot import AXES, FloatArray
+from deltactl.firmware_py.job_file import Accelerated, JobFile, Together, way_in_mps
+from deltactl.firmware_py.paths import reach
+from deltactl.firmware_py.paths.path import BoolArray, Space
+from deltactl.firmware_py.paths.reach import Reach
+from deltactl.firmware_py.planner.targets import Lap, MappingFailed, in_repeat
+from deltactl.firmware_py.robot_file import Limits, RobotFile
+from deltactl.foundation.errors import (
+    ELSEWHERE,
+    LimitExceeded,
+    MotionError,
+    Refusal,
+    UnreachablePoint,
+)
+from deltactl.models.inverse_kinematics import USE_GEOMETRY
+from deltactl.models.linkage import Linkage, Status, inverse
+from deltactl.models.robot import AXES, FloatArray
 
 ROUNDING_M = 1e-9
 ROUNDING_RAD = 1e-9

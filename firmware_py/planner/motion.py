@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from drivers.steps.contract import MOTORS, Int64Array, Ticks
-from firmware_py.paths.path import BoolArray
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import MOTORS, Int64Array, Ticks
+from deltactl.firmware_py.paths.path import BoolArray
+from deltactl.models.robot import FloatArray
 
 if TYPE_CHECKING:
-    from firmware_py.planner.step_gate import StepGate
+    from deltactl.firmware_py.planner.step_gate import StepGate
 
 
 @dataclass(frozen=True, slots=True, eq=False)

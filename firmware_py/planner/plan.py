@@ -8,22 +8,22 @@ from functools import partial
 
 import numpy as np
 
-from drivers.steps.contract import Counts
-from firmware_py.job_file import JobFile, Together
-from firmware_py.job_timing import SLOWEST_MPS
-from firmware_py.paths.path import Space
-from firmware_py.paths.reach import Reach
-from firmware_py.planner.approach import approach
-from firmware_py.planner.limits import joint_limits
-from firmware_py.planner.motion import Schedule
-from firmware_py.planner.straight import StraightWay, WayIn
-from firmware_py.planner.targets import Lap
-from firmware_py.planner.timing_accelerated import CurveSchedule, timed_in
-from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
-from firmware_py.planner.timing_together import TogetherSchedule
-from firmware_py.robot_file import RobotFile
-from models.inverse_kinematics import InverseKinematics
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.job_file import JobFile, Together
+from deltactl.firmware_py.job_timing import SLOWEST_MPS
+from deltactl.firmware_py.paths.path import Space
+from deltactl.firmware_py.paths.reach import Reach
+from deltactl.firmware_py.planner.approach import approach
+from deltactl.firmware_py.planner.limits import joint_limits
+from deltactl.firmware_py.planner.motion import Schedule
+from deltactl.firmware_py.planner.straight import StraightWay, WayIn
+from deltactl.firmware_py.planner.targets import Lap
+from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule, timed_in
+from deltactl.firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
+from deltactl.firmware_py.planner.timing_together import TogetherSchedule
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.models.inverse_kinematics import InverseKinematics
+from deltactl.models.robot import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.paths.path import BoolArray
-from firmware_py.planner.curve import Curve
-from models.robot import FloatArray
+from deltactl.firmware_py.paths.path import BoolArray
+from deltactl.firmware_py.planner.curve import Curve
+from deltactl.models.robot import FloatArray
 
 _BLOCK = 8192
 

@@ -11,21 +11,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firmware_py.compensation.ringing import rings
-from firmware_py.job_file import JobFile
-from firmware_py.paths.path import curve, line
-from firmware_py.planner.approach import GENTLE, all_together, approach
-from firmware_py.planner.limits import PathLimits
-from firmware_py.planner.motion import Schedule
-from firmware_py.planner.targets import Lap, LapBuilder
-from firmware_py.planner.timing_accelerated import CurveSchedule
-from firmware_py.planner.timing_moves import MotorLimits
-from firmware_py.robot_file import RobotFile
-from foundation.errors import MotionError
-from models.calibrated_inverse import CalibratedInverse
-from models.inverse_kinematics import InverseKinematics
-from models.linkage import Linkage, forward
-from models.robot import FloatArray
+from deltactl.firmware_py.compensation.ringing import rings
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.paths.path import curve, line
+from deltactl.firmware_py.planner.approach import GENTLE, all_together, approach
+from deltactl.firmware_py.planner.limits import PathLimits
+from deltactl.firmware_py.planner.motion import Schedule
+from deltactl.firmware_py.planner.targets import Lap, LapBuilder
+from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule
+from deltactl.firmware_py.planner.timing_moves import MotorLimits
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import MotionError
+from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.inverse_kinematics import InverseKinematics
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import FloatArray
 
 SPACING_M = 0.001
 """Of targets on the line. The arms' cubics between them stray from it by less than a micrometre."""

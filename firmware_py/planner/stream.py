@@ -10,17 +10,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from drivers.steps.contract import Counts, Int64Array, Ticks
-from firmware_py.compensation.ringing import Ringing, knot_s, rings
-from firmware_py.paths.path import BoolArray, Space
-from firmware_py.planner.lead_stream import LeadStream
-from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached, Schedule
-from firmware_py.planner.plan import Plan, TimedLap
-from firmware_py.planner.step_gate import StepGate
-from firmware_py.planner.targets import Lap, in_repeat
-from foundation.clock import NS_PER_S, ns
-from foundation.errors import MotionError
-from models.inverse_kinematics import TargetMapper
+from deltactl.drivers.steps.contract import Counts, Int64Array, Ticks
+from deltactl.firmware_py.compensation.ringing import Ringing, knot_s, rings
+from deltactl.firmware_py.paths.path import BoolArray, Space
+from deltactl.firmware_py.planner.lead_stream import LeadStream
+from deltactl.firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached, Schedule
+from deltactl.firmware_py.planner.plan import Plan, TimedLap
+from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.planner.targets import Lap, in_repeat
+from deltactl.foundation.clock import NS_PER_S, ns
+from deltactl.foundation.errors import MotionError
+from deltactl.models.inverse_kinematics import TargetMapper
 
 BLOCK = 256
 """Targets mapped ahead: some milliseconds of work, a second or two of motion."""

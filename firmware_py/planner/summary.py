@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from drivers.steps.contract import Counts
-from firmware_py.job_file import Accelerated, NetworkIk, Together
-from firmware_py.path_file import Way
-from firmware_py.planner.plan import Plan, TimedLap, motor_limits
-from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.targets import Lap
-from firmware_py.planner.timing_accelerated import CurveSchedule
-from firmware_py.planner.timing_moves import MotorLimits
-from foundation.clock import NS_PER_S
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.job_file import Accelerated, NetworkIk, Together
+from deltactl.firmware_py.path_file import Way
+from deltactl.firmware_py.planner.plan import Plan, TimedLap, motor_limits
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.planner.targets import Lap
+from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule
+from deltactl.firmware_py.planner.timing_moves import MotorLimits
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.robot import FloatArray
 
 Triple = tuple[float, float, float]
 Range = tuple[float, float]

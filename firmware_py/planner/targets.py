@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.steps.contract import Int64Array
-from firmware_py.paths.path import BoolArray, Path, Space
-from foundation.errors import LimitExceeded, MotionError
-from models.inverse_kinematics import InverseKinematics
-from models.linkage import Linkage, forward
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import Int64Array
+from deltactl.firmware_py.paths.path import BoolArray, Path, Space
+from deltactl.foundation.errors import LimitExceeded, MotionError
+from deltactl.models.inverse_kinematics import InverseKinematics
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import FloatArray
 
 _BLOCK = 8192
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.steps.contract import Int64Array, Ticks
-from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached
-from foundation.clock import ns
+from deltactl.drivers.steps.contract import Int64Array, Ticks
+from deltactl.firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached
+from deltactl.foundation.clock import ns
 
 _NEVER = np.iinfo(np.int64).max
 

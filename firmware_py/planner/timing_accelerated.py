@@ -12,17 +12,17 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from drivers.steps.contract import MOTORS, Int64Array, Ticks
-from firmware_py.job_timing import FASTEST_MPS, SLOWEST_MPS
-from firmware_py.paths.path import BoolArray
-from firmware_py.planner.curve import LONGEST_STEPS, curve_through
-from firmware_py.planner.motion import Schedule
-from firmware_py.planner.speed_profile import squared_rates
-from firmware_py.planner.step_gate import NEVER, StepGate
-from firmware_py.planner.timing_moves import MotorLimits
-from foundation.clock import NS_PER_S
-from foundation.errors import LimitExceeded
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import MOTORS, Int64Array, Ticks
+from deltactl.firmware_py.job_timing import FASTEST_MPS, SLOWEST_MPS
+from deltactl.firmware_py.paths.path import BoolArray
+from deltactl.firmware_py.planner.curve import LONGEST_STEPS, curve_through
+from deltactl.firmware_py.planner.motion import Schedule
+from deltactl.firmware_py.planner.speed_profile import squared_rates
+from deltactl.firmware_py.planner.step_gate import NEVER, StepGate
+from deltactl.firmware_py.planner.timing_moves import MotorLimits
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.foundation.errors import LimitExceeded
+from deltactl.models.robot import FloatArray
 
 _SAMPLES = int(LONGEST_STEPS)
 """Looks a piece: about one a step. The angle is taken as straight in between, which

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.steps.contract import MOTORS, Int64Array, Ticks
-from firmware_py.planner.step_gate import StepGate
-from foundation.clock import NS_PER_S
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import MOTORS, Int64Array, Ticks
+from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.robot import FloatArray
 
 MERGE_S = 50e-6
 """Steps of different motors nearer than this become one tick (or a fifth of a step period, if the

@@ -15,10 +15,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from drivers.steps.contract import Int8Array, Int64Array, Ticks
-from firmware_py.planner.step_gate import StepGate
-from foundation.clock import NS_PER_S, ns
-from models.robot import FloatArray
+from deltactl.drivers.steps.contract import Int8Array, Int64Array, Ticks
+from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.foundation.clock import NS_PER_S, ns
+from deltactl.models.robot import FloatArray
 
 _TICKS_AT_ONCE = 4096
 

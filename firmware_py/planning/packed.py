@@ -14,18 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.file_access import FileAccess
-from firmware_py.job_file import JobFile
-from firmware_py.paths.path import Space
-from firmware_py.paths.reach import Reach
-from firmware_py.planner.curve import Curve
-from firmware_py.planner.plan import Plan, TimedLap
-from firmware_py.planner.targets import Lap
-from firmware_py.planner.timing_accelerated import CurveSchedule
-from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
-from firmware_py.planner.timing_together import TogetherSchedule
-from firmware_py.planning.prepared import InForce, Prepared, kinematics_for
-from firmware_py.program.instructions import (
+from deltactl.firmware_py.file_access import FileAccess
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.paths.path import Space
+from deltactl.firmware_py.paths.reach import Reach
+from deltactl.firmware_py.planner.curve import Curve
+from deltactl.firmware_py.planner.plan import Plan, TimedLap
+from deltactl.firmware_py.planner.targets import Lap
+from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule
+from deltactl.firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
+from deltactl.firmware_py.planner.timing_together import TogetherSchedule
+from deltactl.firmware_py.planning.prepared import InForce, Prepared, kinematics_for
+from deltactl.firmware_py.program.instructions import (
     Block,
     Instruction,
     Move,
@@ -34,7 +34,7 @@ from firmware_py.program.instructions import (
     Wait,
     WaitFor,
 )
-from foundation.errors import ServiceError
+from deltactl.foundation.errors import ServiceError
 
 ALIGNED = 64
 HEAD_BYTES = 16

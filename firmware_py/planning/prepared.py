@@ -6,18 +6,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_py.file_access import FileAccess, without_quoting
-from firmware_py.job_file import JobFile, NetworkIk
-from firmware_py.kinematics_of_job import kinematics_of, network_file
-from firmware_py.named_files import find
-from firmware_py.planner.plan import Plan
-from firmware_py.program.building import make_program
-from firmware_py.program.includes import read_whole
-from firmware_py.program.instructions import Program
-from firmware_py.program.naming import told_with
-from firmware_py.robot_file import RobotFile, load_robot
-from foundation.errors import ConfigError
-from models.inverse_kinematics import InverseKinematics
+from deltactl.firmware_py.file_access import FileAccess, without_quoting
+from deltactl.firmware_py.job_file import JobFile, NetworkIk
+from deltactl.firmware_py.kinematics_of_job import kinematics_of, network_file
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.program.building import make_program
+from deltactl.firmware_py.program.includes import read_whole
+from deltactl.firmware_py.program.instructions import Program
+from deltactl.firmware_py.program.naming import told_with
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.inverse_kinematics import InverseKinematics
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,13 +12,13 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from firmware_py.file_access import FileAccess
-from firmware_py.planning.packed import unpack
-from firmware_py.planning.prepared import InForce, Prepared
-from firmware_py.wire_errors import as_exception
-from foundation.errors import ConfigError, ServiceError
+from deltactl.firmware_py.file_access import FileAccess
+from deltactl.firmware_py.planning.packed import unpack
+from deltactl.firmware_py.planning.prepared import InForce, Prepared
+from deltactl.firmware_py.wire_errors import as_exception
+from deltactl.foundation.errors import ConfigError, ServiceError
+from deltactl.foundation.places import importable
 
-ROOT = Path(__file__).resolve().parents[2]
 MOST_BYTES = 4 * 2**20
 """A survey of 100 000 poses written out is about 3 MB."""
 MOST_S = 300.0
@@ -104,8 +104,7 @@ class _Worker:
 
     def __init__(self) -> None:
         self._memory = os.memfd_create("deltactl-plan")
-        search = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
-        module = ["-P", "-m", "firmware_py.planning.worker", str(self._memory)]
+        module = ["-P", "-m", "deltactl.firmware_py.planning.worker", str(self._memory)]
         hidden = {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"}
         kept = {name: value for name, value in os.environ.items() if name not in hidden}
         self._process = subprocess.Popen(
@@ -113,7 +112,7 @@ class _Worker:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             pass_fds=(self._memory,),
-            env=kept | {"PYTHONPATH": search},
+            env=importable(kept),
         )
 
     def ask(self, question: dict[str, Any], limit_s: float) -> dict[str, Any] | None:

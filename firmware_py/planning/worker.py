@@ -1,8 +1,9 @@
 """The planner's own process: reads one job, writes its plan into shared memory, and ends.
 
-`python -P -m firmware_py.planning.worker DESCRIPTOR`: asked by one line of JSON on standard
-input, answers by one on standard output. It runs at a lower priority and within bounds of its
-own, so that nothing anybody submits can hold up the robot.
+`python -P -m deltactl.firmware_py.planning.worker DESCRIPTOR`: asked by one line of JSON on
+standard input, answers by one on standard output. It
+runs at a lower priority and within bounds of its own, so that nothing anybody submits can hold up
+the robot.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ NICE = 10
 def main(arguments: list[str]) -> int:
     """One job, then the end; nothing is asked when the daemon has gone."""
     os.nice(NICE)
-    from firmware_py.file_access import FileAccess
-    from firmware_py.planning.packed import pack
-    from firmware_py.planning.prepared import InForce, prepare_here
-    from firmware_py.robot_file import RobotFile
-    from firmware_py.wire_errors import as_message
-    from foundation.errors import ConfigError, DeltactlError
-    from foundation.strict_yaml import Document
+    from deltactl.firmware_py.file_access import FileAccess
+    from deltactl.firmware_py.planning.packed import pack
+    from deltactl.firmware_py.planning.prepared import InForce, prepare_here
+    from deltactl.firmware_py.robot_file import RobotFile
+    from deltactl.firmware_py.wire_errors import as_message
+    from deltactl.foundation.errors import ConfigError, DeltactlError
+    from deltactl.foundation.strict_yaml import Document
 
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     line = sys.stdin.readline()

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from drivers.steps.contract import Counts
-from firmware_py.job_file import JobFile
-from firmware_py.job_steps import (
+from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.job_steps import (
     InnerJob,
     JobStep,
     PathStep,
@@ -17,9 +17,9 @@ from firmware_py.job_steps import (
     WaitForStep,
     WaitStep,
 )
-from firmware_py.path_file import PathSpec, Way
-from firmware_py.planner.check import home_counts, make_plan
-from firmware_py.program.instructions import (
+from deltactl.firmware_py.path_file import PathSpec, Way
+from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.program.instructions import (
     Block,
     Instruction,
     Leaf,
@@ -30,10 +30,10 @@ from firmware_py.program.instructions import (
     WaitFor,
     visit,
 )
-from firmware_py.program.names_used import unknown
-from firmware_py.robot_file import RobotFile
-from foundation.errors import ConfigError, LimitExceeded, UnreachablePoint
-from models.inverse_kinematics import InverseKinematics
+from deltactl.firmware_py.program.names_used import unknown
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import ConfigError, LimitExceeded, UnreachablePoint
+from deltactl.models.inverse_kinematics import InverseKinematics
 
 KinematicsOf = Callable[[JobFile], InverseKinematics]
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drivers.steps.contract import Counts
-from firmware_py.kinematics_of_job import kinematics_of
-from firmware_py.named_files import ROBOT_KEY, find
-from firmware_py.planner.check import home_counts
-from firmware_py.planner.summary import CheckSummary
-from firmware_py.program.building import make_program
-from firmware_py.program.includes import read_whole
-from firmware_py.program.instructions import Program
-from firmware_py.program.naming import told_with
-from firmware_py.program.totals import summarise_program
-from firmware_py.robot_file import RobotFile, load_robot
+from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.named_files import ROBOT_KEY, find
+from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.planner.summary import CheckSummary
+from deltactl.firmware_py.program.building import make_program
+from deltactl.firmware_py.program.includes import read_whole
+from deltactl.firmware_py.program.instructions import Program
+from deltactl.firmware_py.program.naming import told_with
+from deltactl.firmware_py.program.totals import summarise_program
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
 
 
 def check_job(

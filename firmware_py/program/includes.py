@@ -12,9 +12,9 @@ from typing import Any
 
 import yaml
 
-from firmware_py.file_access import FileAccess
-from firmware_py.job_file import JobFile
-from firmware_py.job_steps import (
+from deltactl.firmware_py.file_access import FileAccess
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.job_steps import (
     IncludeStep,
     InnerJob,
     JobStep,
@@ -22,12 +22,12 @@ from firmware_py.job_steps import (
     PathStep,
     RepeatStep,
 )
-from firmware_py.named_files import find
-from firmware_py.path_file import PathSpec
-from firmware_py.program.one_file import read_one, with_those_of_all
-from firmware_py.robot_file import RobotFile
-from foundation.errors import ConfigError
-from foundation.strict_yaml import Document
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.path_file import PathSpec
+from deltactl.firmware_py.program.one_file import read_one, with_those_of_all
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.strict_yaml import Document
 
 DEEPEST = 8
 MOST_INCLUDED = 1000

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from drivers.steps.contract import Counts
-from firmware_py.job_file import JobFile
-from firmware_py.planner.plan import Plan
-from firmware_py.robot_file import RobotFile
+from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.robot_file import RobotFile
 
 
 @dataclass(frozen=True, slots=True, eq=False)

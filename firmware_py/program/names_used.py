@@ -10,13 +10,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from firmware_py.clashes import Clash
-from firmware_py.file_access import FileAccess
-from firmware_py.named_files import find
-from firmware_py.robot_file import RobotFile, load_robot
-from foundation.errors import ConfigError, MissingFile
-from foundation.strict_yaml import Document
-from foundation.yaml_tree import Location
+from deltactl.firmware_py.clashes import Clash
+from deltactl.firmware_py.file_access import FileAccess
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import ConfigError, MissingFile
+from deltactl.foundation.strict_yaml import Document
+from deltactl.foundation.yaml_tree import Location
 
 
 def wrong_names(document: Document, how: FileAccess, robot: RobotFile | None = None) -> list[Clash]:

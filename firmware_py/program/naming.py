@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from foundation.errors import LimitExceeded, UnreachablePoint
+from deltactl.foundation.errors import LimitExceeded, UnreachablePoint
 
 
 @contextmanager

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from firmware_py.file_access import FileAccess, without_quoting
-from firmware_py.job_file import JobFile, job_in
-from firmware_py.named_files import find
-from firmware_py.program.names_used import wrong_names
-from firmware_py.robot_file import RobotFile, load_robot
-from foundation.errors import ConfigError, MissingFile
-from foundation.strict_yaml import Document
+from deltactl.firmware_py.file_access import FileAccess, without_quoting
+from deltactl.firmware_py.job_file import JobFile, job_in
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.program.names_used import wrong_names
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import ConfigError, MissingFile
+from deltactl.foundation.strict_yaml import Document
 
 MOST_LOOKED_INTO = 100
 """Files of a job with mistakes; their mistakes are more than anybody reads."""

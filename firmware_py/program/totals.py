@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from drivers.steps.contract import Counts
-from firmware_py.planner.plan import Plan
-from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.summary import CheckSummary, Range, slower, summarise
-from firmware_py.program.instructions import Leaf, Move, Program, Wait, WaitFor, visit
-from foundation.clock import NS_PER_S, ns
+from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.planner.summary import CheckSummary, Range, slower, summarise
+from deltactl.firmware_py.program.instructions import Leaf, Move, Program, Wait, WaitFor, visit
+from deltactl.foundation.clock import NS_PER_S, ns
 
 
 @dataclass

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from charts.figures import LineChart
-from charts.spec import Colour, Mark, Series, Span, Style
-from firmware_py.robot_file import RobotFile
-from firmware_py.run_report.reference import seconds
-from firmware_py.run_report.tracking import RunTracking, Tracking, positions_of_counts
-from models.robot import AXES, FloatArray
-from recording.reading.run import Run
+from deltactl.charts.figures import LineChart
+from deltactl.charts.spec import Colour, Mark, Series, Span, Style
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.firmware_py.run_report.reference import seconds
+from deltactl.firmware_py.run_report.tracking import RunTracking, Tracking, positions_of_counts
+from deltactl.models.robot import AXES, FloatArray
+from deltactl.recording.reading.run import Run
 
 _NS = 1e-9
 _MM = 1e3

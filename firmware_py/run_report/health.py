@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from charts.figures import HeatStrip
-from charts.spec import Colour
-from recording.reading.run import Readings, Run
-from recording.tables.rounds import AXES, gather
+from deltactl.charts.figures import HeatStrip
+from deltactl.charts.spec import Colour
+from deltactl.recording.reading.run import Readings, Run
+from deltactl.recording.tables.rounds import AXES, gather
 
 _NS = 1e-9
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.planner.check import home_counts
-from firmware_py.robot_file import RobotFile
-from firmware_py.run_report.reference import arrivals
-from firmware_py.run_report.tracking import RunTracking, asked_path, positions_of_counts
-from models.robot import AXES, FloatArray
-from models.servo_drive import ServoDrive
-from recording.reading.run import Run
+from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.firmware_py.run_report.reference import arrivals
+from deltactl.firmware_py.run_report.tracking import RunTracking, asked_path, positions_of_counts
+from deltactl.models.robot import AXES, FloatArray
+from deltactl.models.servo_drive import ServoDrive
+from deltactl.recording.reading.run import Run
 
 TELLS = 0.8
 """Share of an axis' error, at most, that is left without this where it is told."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.robot import FloatArray
-from recording.reading.columns import Int64Array
-from recording.reading.run import Run
+from deltactl.models.robot import FloatArray
+from deltactl.recording.reading.columns import Int64Array
+from deltactl.recording.reading.run import Run
 
 _NS = 1e-9
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firmware_py.run_report.pace import planned_s
-from models.robot import FloatArray
-from recording.reading.columns import Int64Array
-from recording.reading.run import BoolArray, Run
+from deltactl.firmware_py.run_report.pace import planned_s
+from deltactl.models.robot import FloatArray
+from deltactl.recording.reading.columns import Int64Array
+from deltactl.recording.reading.run import BoolArray, Run
 
 PATH_EVENTS = ("path_start", "path_end")
 DONE = "done"

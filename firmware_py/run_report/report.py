@@ -9,13 +9,13 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from charts.page import HINT, columns, facts, folded, heading, page, paragraph, table
-from firmware_py.robot_file import RobotFile
-from firmware_py.run_report import curves
-from firmware_py.run_report.health import health_strip, sensor_health
-from firmware_py.run_report.reference import arrivals
-from firmware_py.run_report.servo import servo_section
-from firmware_py.run_report.tracking import (
+from deltactl.charts.page import HINT, columns, facts, folded, heading, page, paragraph, table
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.firmware_py.run_report import curves
+from deltactl.firmware_py.run_report.health import health_strip, sensor_health
+from deltactl.firmware_py.run_report.reference import arrivals
+from deltactl.firmware_py.run_report.servo import servo_section
+from deltactl.firmware_py.run_report.tracking import (
     ENDED_EARLY,
     RunTracking,
     Tracking,
@@ -23,11 +23,11 @@ from firmware_py.run_report.tracking import (
     robot_of,
     track,
 )
-from foundation.counting import count
-from foundation.errors import RecordingError
-from models.robot import AXES
-from recording.reading.reader import read_run
-from recording.reading.run import Run
+from deltactl.foundation.counting import count
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.robot import AXES
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.run import Run
 
 MAXIMUM_EVENTS = 300
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from charts.figures import LineChart
-from charts.page import heading, paragraph, table
-from charts.spec import Colour, Series
-from firmware_py.run_report.curves import TIME_GROUP
-from firmware_py.run_report.reference import seconds
-from models.robot import FloatArray
-from recording.reading.run import Run
+from deltactl.charts.figures import LineChart
+from deltactl.charts.page import heading, paragraph, table
+from deltactl.charts.spec import Colour, Series
+from deltactl.firmware_py.run_report.curves import TIME_GROUP
+from deltactl.firmware_py.run_report.reference import seconds
+from deltactl.models.robot import FloatArray
+from deltactl.recording.reading.run import Run
 
 COLOURS = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
 

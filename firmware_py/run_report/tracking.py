@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.robot_file import RobotFile
-from firmware_py.run_report.reference import (
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.firmware_py.run_report.reference import (
     arrivals,
     path_windows,
     ran_to_its_end,
     seconds,
     targets_at,
 )
-from foundation.strict_yaml import Document
-from models.calibrated_inverse import CalibratedInverse
-from models.robot import AXES, FloatArray
-from recording.reading.run import Run, Targets
-from recording.tables.rounds import gather
+from deltactl.foundation.strict_yaml import Document
+from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.robot import AXES, FloatArray
+from deltactl.recording.reading.run import Run, Targets
+from deltactl.recording.tables.rounds import gather
 
 JOINT_SHAPES = frozenset({"survey", "joints"})
 ENDED_EARLY = "The path was not run to its end: errors are of the {:.1f} s that were run"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import degrees, radians
 
-from drivers.current.contract import JOINTS, Three
-from models.servo_drive import ServoDrive
+from deltactl.drivers.current.contract import JOINTS, Three
+from deltactl.models.servo_drive import ServoDrive
 
 AT_LIMIT = 0.999
 

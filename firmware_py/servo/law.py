@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import exp
 
-from drivers.current.contract import JOINTS, Counts, Three
-from models.servo_drive import ServoDrive
+from deltactl.drivers.current.contract import JOINTS, Counts, Three
+from deltactl.models.servo_drive import ServoDrive
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,13 +7,13 @@ simulated robot does not need.
 
 from __future__ import annotations
 
-from drivers.current.contract import CurrentDrives, Three
-from firmware_py.servo.guard import Guard
-from firmware_py.servo.law import AccelerationControl, LawSettings
-from firmware_py.servo.samples import Sampler, ServoSample
-from firmware_py.servo.setpoints import Setpoints
-from foundation.clock import NS_PER_S
-from models.servo_drive import ServoDrive
+from deltactl.drivers.current.contract import CurrentDrives, Three
+from deltactl.firmware_py.servo.guard import Guard
+from deltactl.firmware_py.servo.law import AccelerationControl, LawSettings
+from deltactl.firmware_py.servo.samples import Sampler, ServoSample
+from deltactl.firmware_py.servo.setpoints import Setpoints
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.servo_drive import ServoDrive
 
 BLOCK_NS = 1_000_000
 

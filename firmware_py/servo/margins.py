@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.servo.law import LawSettings
-from models.robot import FloatArray
+from deltactl.firmware_py.servo.law import LawSettings
+from deltactl.models.robot import FloatArray
 
 ComplexArray = np.ndarray[Any, np.dtype[np.complex128]]
 LOOKS = 200_000

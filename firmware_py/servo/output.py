@@ -12,13 +12,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drivers.current.contract import CurrentDrives
-from drivers.steps.contract import Counts, OutputState, OutputStatus, Ticks
-from firmware_py.servo.loop import BLOCK_NS, ServoLoop
-from firmware_py.servo.samples import ServoSample
-from foundation.clock import Clock, Task, sleep_s
-from foundation.errors import EmergencyStop, HardwareError, NotReady, PulseFault
-from models.servo_drive import ServoDrive
+from deltactl.drivers.current.contract import CurrentDrives
+from deltactl.drivers.steps.contract import Counts, OutputState, OutputStatus, Ticks
+from deltactl.firmware_py.servo.loop import BLOCK_NS, ServoLoop
+from deltactl.firmware_py.servo.samples import ServoSample
+from deltactl.foundation.clock import Clock, Task, sleep_s
+from deltactl.foundation.errors import EmergencyStop, HardwareError, NotReady, PulseFault
+from deltactl.models.servo_drive import ServoDrive
 
 CAPACITY = 1_000_000
 """Ticks that may wait; a tenth of a second of motion is at most some ten thousand."""
@@ -29,7 +29,7 @@ MOST_BEHIND_NS = 500_000_000
 
 
 class ServoOutput:
-    """Implements `drivers.steps.contract.StepOutput` on current-commanded drives."""
+    """Implements `deltactl.drivers.steps.contract.StepOutput` on current-commanded drives."""
 
     def __init__(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from drivers.current.contract import JOINTS, Three
+from deltactl.drivers.current.contract import JOINTS, Three
 
 Row = tuple[float, ...]
 """Twelve numbers of one tick: references, counts, currents, disturbances of the three joints."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from drivers.current.contract import JOINTS, Three
-from drivers.steps.contract import Counts, Ticks
-from models.robot import FloatArray
+from deltactl.drivers.current.contract import JOINTS, Three
+from deltactl.drivers.steps.contract import Counts, Ticks
+from deltactl.models.robot import FloatArray
 
 NOTHING = Ticks(np.empty(0, dtype=np.int64), np.empty((0, JOINTS), dtype=np.int8))
 AHEAD = 100

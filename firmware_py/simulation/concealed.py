@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from foundation.errors import MissingFile
-from foundation.strict_yaml import Document, StrictModel
-from models.chain.active import of_entries
-from models.robot import EffectEntry
+from deltactl.foundation.errors import MissingFile
+from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.models.chain.active import of_entries
+from deltactl.models.robot import EffectEntry
 
 Effects = tuple[EffectEntry, ...]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from zlib import crc32
 
-from drivers.fakes.range_noise import RangeNoise
-from firmware_py.robot_file import RobotFile
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.firmware_py.robot_file import RobotFile
 
 
 def range_noise(robot: RobotFile) -> RangeNoise:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from firmware_py.robot_file import RobotFile
-from models.linkage import Linkage
-from models.linkage.scalar_forward import forward_one
-from models.linkage.vectors import Vector
-from models.robot import ARMS
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.models.linkage import Linkage
+from deltactl.models.linkage.scalar_forward import forward_one
+from deltactl.models.linkage.vectors import Vector
+from deltactl.models.robot import ARMS
 
 
 class NominalRobot:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from drivers.fakes.ranging_rig import RangingRig, build_rig
-from drivers.ranging.contract import NoSensors, RangingSensors
-from firmware_py.robot_file import RobotFile
-from firmware_py.simulation.noise import range_noise
-from firmware_py.simulation.world import SimulatedRobot
-from foundation.clock import Clock
+from deltactl.drivers.fakes.ranging_rig import RangingRig, build_rig
+from deltactl.drivers.ranging.contract import NoSensors, RangingSensors
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.firmware_py.simulation.noise import range_noise
+from deltactl.firmware_py.simulation.world import SimulatedRobot
+from deltactl.foundation.clock import Clock
 
 
 def simulated_sensors(

@@ -12,14 +12,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drivers.current.contract import Three
-from drivers.current.fake import FakeCurrentDrives
-from firmware_py.robot_file import RobotFile
-from firmware_py.servo.as_built import AsBuiltServo
-from firmware_py.simulation.world import MEMORY_S, SimulatedRobot
-from models.dynamics import DeltaPlant, PlantSettings
-from models.robot import FloatArray, Masses
-from models.servo_drive import ServoDrive
+from deltactl.drivers.current.contract import Three
+from deltactl.drivers.current.fake import FakeCurrentDrives
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.firmware_py.servo.as_built import AsBuiltServo
+from deltactl.firmware_py.simulation.world import MEMORY_S, SimulatedRobot
+from deltactl.models.dynamics import DeltaPlant, PlantSettings
+from deltactl.models.robot import FloatArray, Masses
+from deltactl.models.servo_drive import ServoDrive
 
 BLOCKS_KEPT = round(MEMORY_S / 1e-3)
 

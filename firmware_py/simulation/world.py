@@ -16,14 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.robot_file import RobotFile
-from firmware_py.simulation.concealed import Effects, nothing_apart
-from firmware_py.simulation.nominal import NominalRobot
-from foundation.clock import NS_PER_S, ns
-from models.chain import OnlineChain
-from models.effects.joint_friction import without_swing
-from models.linkage.vectors import Vector
-from models.robot import AXES, FloatArray
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.firmware_py.simulation.concealed import Effects, nothing_apart
+from deltactl.firmware_py.simulation.nominal import NominalRobot
+from deltactl.foundation.clock import NS_PER_S, ns
+from deltactl.models.chain import OnlineChain
+from deltactl.models.effects.joint_friction import without_swing
+from deltactl.models.linkage.vectors import Vector
+from deltactl.models.robot import AXES, FloatArray
 
 CountsAt = Callable[[int], tuple[float, float, float]]
 """Where the drives have brought the arms at a time, in counts."""

@@ -6,6 +6,6 @@ effects, each size with where it comes from.
 
 from __future__ import annotations
 
-from models.belief.merge import merged
+from deltactl.models.belief.merge import merged
 
 __all__ = ["merged"]

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from models.belief.rules import ALSO_SUMMED, RULES, Rule
-from models.effects import effect_kind
-from models.effects.tables import looked_up
-from models.robot import EffectEntry, FoundBy
+from deltactl.models.belief.rules import ALSO_SUMMED, RULES, Rule
+from deltactl.models.effects import effect_kind
+from deltactl.models.effects.tables import looked_up
+from deltactl.models.robot import EffectEntry, FoundBy
 
 Number = float | tuple[float, ...]
 SAME_PERIOD = 0.02

@@ -4,10 +4,10 @@ The nominal robot is the chain with no effects. `Chain.delta(robot).simulate(com
 computes a whole recording at once; `OnlineChain` goes on block by block with the same result.
 """
 
-from models.chain.active import Active, activate
-from models.chain.commands import Commands
-from models.chain.delta import Chain
-from models.chain.online import OnlineChain
-from models.chain.outputs import Outputs
+from deltactl.models.chain.active import Active, activate
+from deltactl.models.chain.commands import Commands
+from deltactl.models.chain.delta import Chain
+from deltactl.models.chain.online import OnlineChain
+from deltactl.models.chain.outputs import Outputs
 
 __all__ = ["Active", "Chain", "Commands", "OnlineChain", "Outputs", "activate"]

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from foundation.errors import ConfigError
-from models.effects import EffectKind, effect_kind
-from models.effects.flow import Flow
-from models.effects.kind import Memory, Parameter
-from models.effects.port import Port
-from models.robot import EffectEntry, FloatArray
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.effects import EffectKind, effect_kind
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import Memory, Parameter
+from deltactl.models.effects.port import Port
+from deltactl.models.robot import EffectEntry, FloatArray
 
 
 @dataclass(slots=True)

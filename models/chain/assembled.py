@@ -10,8 +10,8 @@ from dataclasses import fields
 
 import numpy as np
 
-from models.linkage import Linkage, forward
-from models.robot import FloatArray
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import FloatArray
 
 KEPT = 4
 

@@ -6,20 +6,20 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from models.chain.active import Active, activate, at
-from models.chain.commands import Commands
-from models.effects.flow import Flow, Load
-from models.effects.kind import EffectKind
-from models.effects.lone_axis import Motion, command_effects
-from models.effects.port import Port
-from models.robot import AxisGravity, EffectEntry, FloatArray
+from deltactl.models.chain.active import Active, activate, at
+from deltactl.models.chain.commands import Commands
+from deltactl.models.effects.flow import Flow, Load
+from deltactl.models.effects.kind import EffectKind
+from deltactl.models.effects.lone_axis import Motion, command_effects
+from deltactl.models.effects.port import Port
+from deltactl.models.robot import AxisGravity, EffectEntry, FloatArray
 
 PORTS = (Port.MOTOR, Port.GEAR, Port.ARM)
 
 
 def entries_of(entries: Sequence[EffectEntry], kinds: dict[str, EffectKind]) -> list[Active]:
     """Effects of a robot file in the vocabulary of its kind. Raises ConfigError on others."""
-    from foundation.errors import ConfigError
+    from deltactl.foundation.errors import ConfigError
 
     for entry in entries:
         if entry.effect not in kinds:

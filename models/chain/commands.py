@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from models.robot import AnyDrive, FloatArray
+from deltactl.models.robot import AnyDrive, FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 

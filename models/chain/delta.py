@@ -8,15 +8,15 @@ from functools import cache
 
 import numpy as np
 
-from models.chain.active import Active, at, of_entries
-from models.chain.assembled import Assembled
-from models.chain.commands import Commands
-from models.chain.outputs import Outputs
-from models.effects.flow import Flow, Load
-from models.effects.port import Port
-from models.gravity import gravity_torque_nm, torque_per_kg_nm
-from models.linkage import Linkage, forward
-from models.robot import DeltaRobot, EffectEntry, FloatArray
+from deltactl.models.chain.active import Active, at, of_entries
+from deltactl.models.chain.assembled import Assembled
+from deltactl.models.chain.commands import Commands
+from deltactl.models.chain.outputs import Outputs
+from deltactl.models.effects.flow import Flow, Load
+from deltactl.models.effects.port import Port
+from deltactl.models.gravity import gravity_torque_nm, torque_per_kg_nm
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray
 
 ANGLE_PORTS = (Port.MOTOR, Port.GEAR, Port.ARM)
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.chain.active import at
-from models.chain.axis import entries_of, gravity_pull
-from models.effects.effort_flow import BoolArray, EffortFlow
-from models.effects.flow import Load
-from models.effects.lone_axis import Motion, effort_effects
-from models.effects.port import Port
-from models.robot import FloatArray, ServoAxis
+from deltactl.models.chain.active import at
+from deltactl.models.chain.axis import entries_of, gravity_pull
+from deltactl.models.effects.effort_flow import BoolArray, EffortFlow
+from deltactl.models.effects.flow import Load
+from deltactl.models.effects.lone_axis import Motion, effort_effects
+from deltactl.models.effects.port import Port
+from deltactl.models.robot import FloatArray, ServoAxis
 
 
 @dataclass(frozen=True, slots=True, eq=False)

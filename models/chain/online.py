@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from models.chain.active import Active, of_entries
-from models.chain.commands import Commands
-from models.chain.delta import Chain
-from models.chain.outputs import Outputs
-from models.robot import DeltaRobot, EffectEntry, FloatArray
+from deltactl.models.chain.active import Active, of_entries
+from deltactl.models.chain.commands import Commands
+from deltactl.models.chain.delta import Chain
+from deltactl.models.chain.outputs import Outputs
+from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray
 
 
 class OnlineChain:

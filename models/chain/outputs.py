@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 
 class Outputs(NamedTuple):

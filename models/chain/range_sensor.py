@@ -6,13 +6,13 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from models.chain.active import Active, at
-from models.chain.axis import entries_of
-from models.chain.commands import BoolArray
-from models.effects.flow import Flow, Load
-from models.effects.lone_axis import sensor_effects
-from models.effects.port import Port
-from models.robot import EffectEntry, FloatArray
+from deltactl.models.chain.active import Active, at
+from deltactl.models.chain.axis import entries_of
+from deltactl.models.chain.commands import BoolArray
+from deltactl.models.effects.flow import Flow, Load
+from deltactl.models.effects.lone_axis import sensor_effects
+from deltactl.models.effects.port import Port
+from deltactl.models.robot import EffectEntry, FloatArray
 
 
 class SensorChain:

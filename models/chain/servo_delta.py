@@ -17,17 +17,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foundation.errors import ConfigError
-from models.chain.active import Active, activate, at
-from models.dynamics import mass_matrix_kgm2, velocity_torque_nm
-from models.effects.flow import BoolArray, Load
-from models.effects.port import Port
-from models.effects.servo_joints import PAYLOAD
-from models.effects.torque_flow import TorqueFlow
-from models.gravity import gravity_torque_nm, torque_per_kg_nm
-from models.linkage import Linkage, forward
-from models.robot import DeltaRobot, FloatArray
-from models.servo_drive import ServoDrive
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.chain.active import Active, activate, at
+from deltactl.models.dynamics import mass_matrix_kgm2, velocity_torque_nm
+from deltactl.models.effects.flow import BoolArray, Load
+from deltactl.models.effects.port import Port
+from deltactl.models.effects.servo_joints import PAYLOAD
+from deltactl.models.effects.torque_flow import TorqueFlow
+from deltactl.models.gravity import gravity_torque_nm, torque_per_kg_nm
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import DeltaRobot, FloatArray
+from deltactl.models.servo_drive import ServoDrive
 
 PORTS = (Port.PLATFORM, Port.ARM, Port.GEAR, Port.MOTOR)
 """From the load back to the motor."""

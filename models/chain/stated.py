@@ -8,14 +8,19 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from foundation.errors import ConfigError
-from foundation.yaml_tree import Location
-from models.chain.active import activate
-from models.effects import TABLES, VOCABULARY
-from models.effects.kind import EffectKind
-from models.effects.lone_axis import Motion, command_effects, effort_effects, sensor_effects
-from models.robot import EffectEntry, RobotModel
-from models.sliding import IN_FILE
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.yaml_tree import Location
+from deltactl.models.chain.active import activate
+from deltactl.models.effects import TABLES, VOCABULARY
+from deltactl.models.effects.kind import EffectKind
+from deltactl.models.effects.lone_axis import (
+    Motion,
+    command_effects,
+    effort_effects,
+    sensor_effects,
+)
+from deltactl.models.robot import EffectEntry, RobotModel
+from deltactl.models.sliding import IN_FILE
 
 Forms = Mapping[str, Sequence[EffectKind]]
 """Effect -> what it may be: of an axis another thing with an effort column than with commands."""

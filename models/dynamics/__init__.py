@@ -4,9 +4,9 @@
 plain floats, for `DeltaPlant`, which simulates a robot as fast as a control loop asks.
 """
 
-from models.dynamics.plain import PlainBody, Terms
-from models.dynamics.plant import DeltaPlant, PlantSettings
-from models.dynamics.terms import (
+from deltactl.models.dynamics.plain import PlainBody, Terms
+from deltactl.models.dynamics.plant import DeltaPlant, PlantSettings
+from deltactl.models.dynamics.terms import (
     kinetic_energy_j,
     mass_matrix_kgm2,
     potential_energy_j,

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from math import cos, sin, sqrt
 from typing import NamedTuple
 
-from foundation.errors import UnreachablePoint
-from models.gravity import STANDARD_GRAVITY_MPS2
-from models.linkage import Linkage
-from models.linkage.vectors import Vector, cross, dot, less, times
-from models.robot import Masses
+from deltactl.foundation.errors import UnreachablePoint
+from deltactl.models.gravity import STANDARD_GRAVITY_MPS2
+from deltactl.models.linkage import Linkage
+from deltactl.models.linkage.vectors import Vector, cross, dot, less, times
+from deltactl.models.robot import Masses
 
 LEAST_VOLUME = 1e-4
 """Volume of the forearms' directions below which the platform is as good as loose."""

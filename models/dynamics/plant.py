@@ -15,12 +15,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import radians
 
-from foundation.errors import UnreachablePoint
-from models.dynamics.plain import PlainBody, Terms
-from models.linkage import Linkage
-from models.linkage.vectors import Vector
-from models.robot import Geometry, Masses
-from models.servo_drive import ServoDrive
+from deltactl.foundation.errors import UnreachablePoint
+from deltactl.models.dynamics.plain import PlainBody, Terms
+from deltactl.models.linkage import Linkage
+from deltactl.models.linkage.vectors import Vector
+from deltactl.models.robot import Geometry, Masses
+from deltactl.models.servo_drive import ServoDrive
 
 REFRESH = 10
 """Periods between two looks at M, c and g: 1 ms of a 10 kHz loop, in which an arm at 3 rad/s
@@ -66,7 +66,7 @@ class PlantSettings:
 
 
 class DeltaPlant:
-    """Implements `drivers.current.contract.Plant`: currents in, arm angles out."""
+    """Implements `deltactl.drivers.current.contract.Plant`: currents in, arm angles out."""
 
     def __init__(self, settings: PlantSettings, angles_rad: Vector):
         self.settings = settings

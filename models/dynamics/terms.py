@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.gravity import STANDARD_GRAVITY_MPS2
-from models.linkage import Linkage, jacobian
-from models.robot import ARMS, FloatArray, Masses
+from deltactl.models.gravity import STANDARD_GRAVITY_MPS2
+from deltactl.models.linkage import Linkage, jacobian
+from deltactl.models.robot import ARMS, FloatArray, Masses
 
 
 def mass_matrix_kgm2(

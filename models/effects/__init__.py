@@ -5,8 +5,8 @@ A new effect is one file with an `EFFECT`, and its line here.
 
 from __future__ import annotations
 
-from foundation.errors import ConfigError
-from models.effects import (
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.effects import (
     base_radius,
     contact,
     encoder_error,
@@ -33,9 +33,9 @@ from models.effects import (
     upper_arm_length,
     viscous_friction,
 )
-from models.effects.kind import EffectKind, Memory, Parameter, Values
-from models.effects.port import PORT_TEXT, Port
-from models.effects.tables import JOINT_TABLE, PLATFORM_TABLE
+from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values
+from deltactl.models.effects.port import PORT_TEXT, Port
+from deltactl.models.effects.tables import JOINT_TABLE, PLATFORM_TABLE
 
 _MODULES = (
     following_lag,

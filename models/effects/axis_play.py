@@ -13,12 +13,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.effects.effort_flow import BoolArray
-from models.effects.flow import Flow
-from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from models.effects.port import Port
-from models.recursion import clipped
-from models.robot import FloatArray
+from deltactl.models.effects.effort_flow import BoolArray
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
+from deltactl.models.effects.port import Port
+from deltactl.models.recursion import clipped
+from deltactl.models.robot import FloatArray
 
 LEAST_PULL = 0.1
 """Share of the largest load below which bearings hold the axis where it is within the play."""

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.effects import resonance
-from models.effects.flow import Flow
-from models.effects.kind import Memory, Values
-from models.effects.port import Port
+from deltactl.models.effects import resonance
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import Memory, Values
+from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from models.effects.effort_flow import effort_flow
-from models.effects.flow import Flow
-from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
-from models.effects.port import Port
+from deltactl.models.effects.effort_flow import effort_flow
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

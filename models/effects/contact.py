@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from models.effects.flow import BoolArray, Flow
-from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from models.effects.port import Port
-from models.robot import FloatArray
+from deltactl.models.effects.flow import BoolArray, Flow
+from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
+from deltactl.models.effects.port import Port
+from deltactl.models.robot import FloatArray
 
 IntArray = np.ndarray[Any, np.dtype[np.signedinteger[Any]]]
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from models.effects.flow import Flow
-from models.robot import FloatArray
+from deltactl.models.effects.flow import Flow
+from deltactl.models.robot import FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from models.between_rows import late, slopes_of
-from models.recursion import delayed, lagged
-from models.robot import FloatArray
+from deltactl.models.between_rows import late, slopes_of
+from deltactl.models.recursion import delayed, lagged
+from deltactl.models.robot import FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.effects.flow import Flow
-from models.effects.kind import EffectKind, Memory, Parameter, Values
-from models.effects.port import Port
-from models.robot import FloatArray
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values
+from deltactl.models.effects.port import Port
+from deltactl.models.robot import FloatArray
 
 
 def rotation(vector_rad: FloatArray) -> FloatArray:

@@ -12,11 +12,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.effects.flow import Flow
-from models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from models.effects.port import Port
-from models.recursion import clipped
-from models.robot import FloatArray
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import (
+    MOTORS,
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Values,
+    scalar,
+)
+from deltactl.models.effects.port import Port
+from deltactl.models.recursion import clipped
+from deltactl.models.robot import FloatArray
 
 STICKS = 200.0
 """A drag from here on [N m s/rad] only stands for an arm that stays where it is pushed."""

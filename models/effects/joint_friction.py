@@ -10,11 +10,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.effects.flow import Flow
-from models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from models.effects.port import Port
-from models.recursion import clipped
-from models.robot import EffectEntry, FloatArray
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import (
+    MOTORS,
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Values,
+    scalar,
+)
+from deltactl.models.effects.port import Port
+from deltactl.models.recursion import clipped
+from deltactl.models.robot import EffectEntry, FloatArray
 
 
 def without_swing(entry: EffectEntry) -> EffectEntry:

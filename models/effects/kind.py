@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from foundation.errors import ConfigError
-from models.effects.flow import Flow
-from models.effects.port import Port
-from models.robot import FloatArray
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.port import Port
+from deltactl.models.robot import FloatArray
 
 Values = Mapping[str, FloatArray]
 """Parameter name -> value, shape () for numbers and (3,) for vectors."""

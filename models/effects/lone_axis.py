@@ -8,7 +8,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, Literal
 
-from models.effects import (
+from deltactl.models.effects import (
     axis_inertia,
     axis_latency,
     axis_play,
@@ -32,7 +32,7 @@ from models.effects import (
     transmission_error,
     viscous_friction,
 )
-from models.effects.kind import EffectKind, Parameter
+from deltactl.models.effects.kind import EffectKind, Parameter
 
 Motion = Literal["linear", "rotary"]
 COMPONENT = "axis"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
-from models.effects.port import Port
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from models.cosine_sine import cosine_and_sine
-from models.effects.kind import Parameter, Values, scalar
-from models.robot import FloatArray
+from deltactl.models.cosine_sine import cosine_and_sine
+from deltactl.models.effects.kind import Parameter, Values, scalar
+from deltactl.models.robot import FloatArray
 
 PARAMETERS = (
     Parameter("amplitude", "rad", 0.0, 0.2, starts=(0.001,), typical=0.002),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.cosine_sine import cosine_and_sine
-from models.effects.flow import Flow
-from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from models.effects.port import Port
-from models.recursion import linear
+from deltactl.models.cosine_sine import cosine_and_sine
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
+from deltactl.models.effects.port import Port
+from deltactl.models.recursion import linear
 
 FASTEST_DECAY = 0.999
 

@@ -8,11 +8,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Operate, Parameter, Values, scalar
-from models.effects.port import Port
-from models.effects.torque_flow import TorqueFlow, torque_flow
-from models.robot import FloatArray
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import (
+    MOTORS,
+    EffectKind,
+    Memory,
+    Operate,
+    Parameter,
+    Values,
+    scalar,
+)
+from deltactl.models.effects.port import Port
+from deltactl.models.effects.torque_flow import TorqueFlow, torque_flow
+from deltactl.models.robot import FloatArray
 
 
 def _adds(parameter: str, column: str) -> Operate:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
-from models.effects.port import Port
-from models.robot import FloatArray
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from deltactl.models.effects.port import Port
+from deltactl.models.robot import FloatArray
 
 STEEPEST = 0.5
 """Error per change of what it follows; a steeper table could not be turned round."""

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.effects.flow import Flow
-from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from models.effects.port import Port
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
+from deltactl.models.effects.port import Port
 
 PHYSICAL_STRAIN = 0.012
 """Polyamide by 100 K (120e-6 per K; ABS 100e-6, PLA 70e-6, aluminium 23e-6, steel 12e-6; tables of

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models.effects.flow import Flow
-from models.robot import FloatArray
+from deltactl.models.effects.flow import Flow
+from deltactl.models.robot import FloatArray
 
 
 @dataclass

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from models.effects.flow import Flow
-from models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Values
-from models.effects.periodic import PARAMETERS, add_periodic, size_in_words
-from models.effects.port import Port
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Values
+from deltactl.models.effects.periodic import PARAMETERS, add_periodic, size_in_words
+from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from models.effects.flow import Flow
-from models.effects.kind import (
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import (
     MOTORS,
     Discrepancy,
     EffectKind,
@@ -13,7 +13,7 @@ from models.effects.kind import (
     joints,
     scalar,
 )
-from models.effects.port import Port
+from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

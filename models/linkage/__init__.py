@@ -5,12 +5,12 @@ horizontal and positive is down. `inverse`, `forward`, `jacobian` and the margin
 whole arrays; `inverse_one` on a single target in plain floats.
 """
 
-from models.linkage.arms import Linkage
-from models.linkage.forward import forward
-from models.linkage.inverse import inverse
-from models.linkage.jacobian import jacobian, parallel_margin, serial_margin
-from models.linkage.scalar import inverse_one
-from models.linkage.status import (
+from deltactl.models.linkage.arms import Linkage
+from deltactl.models.linkage.forward import forward
+from deltactl.models.linkage.inverse import inverse
+from deltactl.models.linkage.jacobian import jacobian, parallel_margin, serial_margin
+from deltactl.models.linkage.scalar import inverse_one
+from deltactl.models.linkage.status import (
     SINGULAR_MARGIN,
     STATUS_TEXT,
     ArmAngles,

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from models.linkage.status import SINGULAR_MARGIN
-from models.robot import ARMS, FloatArray, Geometry
+from deltactl.models.linkage.status import SINGULAR_MARGIN
+from deltactl.models.robot import ARMS, FloatArray, Geometry
 
 
 class PlainArm(NamedTuple):

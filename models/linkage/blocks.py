@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from models.linkage.arms import Linkage
-from models.linkage.status import SINGULAR_MARGIN, Status, StatusArray
-from models.robot import ARMS, FloatArray
+from deltactl.models.linkage.arms import Linkage
+from deltactl.models.linkage.status import SINGULAR_MARGIN, Status, StatusArray
+from deltactl.models.robot import ARMS, FloatArray
 
 BLOCK = 2048
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from models.linkage.vectors import Vector
+from deltactl.models.linkage.vectors import Vector
 
 
 def counted_pose(

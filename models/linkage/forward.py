@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.cosine_sine import cosine_and_sine
-from models.linkage.arms import Linkage
-from models.linkage.blocks import Block, Poses, Rows
-from models.linkage.status import PlatformPosition
-from models.robot import FloatArray
+from deltactl.models.cosine_sine import cosine_and_sine
+from deltactl.models.linkage.arms import Linkage
+from deltactl.models.linkage.blocks import Block, Poses, Rows
+from deltactl.models.linkage.status import PlatformPosition
+from deltactl.models.robot import FloatArray
 
 
 def forward(linkage: Linkage, angles_rad: FloatArray) -> PlatformPosition:

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.linkage.arms import Linkage
-from models.linkage.blocks import Block, Poses
-from models.linkage.status import SINGULAR_MARGIN, ArmAngles
-from models.robot import FloatArray
+from deltactl.models.linkage.arms import Linkage
+from deltactl.models.linkage.blocks import Block, Poses
+from deltactl.models.linkage.status import SINGULAR_MARGIN, ArmAngles
+from deltactl.models.robot import FloatArray
 
 
 def inverse(linkage: Linkage, position_m: FloatArray) -> ArmAngles:

@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.linkage.arms import Linkage
-from models.robot import FloatArray
+from deltactl.models.linkage.arms import Linkage
+from deltactl.models.robot import FloatArray
 
 _NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 

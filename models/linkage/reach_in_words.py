@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from models.linkage.arms import Linkage
-from models.linkage.inverse import inverse
-from models.linkage.status import Status
+from deltactl.models.linkage.arms import Linkage
+from deltactl.models.linkage.inverse import inverse
+from deltactl.models.linkage.status import Status
 
 LEVELS, DIRECTIONS, RADII = 1001, 36, 120
 

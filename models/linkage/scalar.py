@@ -1,6 +1,6 @@
 """Inverse kinematics of one target in plain floats: a numpy call costs more than the arithmetic.
 
-Same closed form and same refusals as `models.linkage.inverse`, which explains them.
+Same closed form and same refusals as `deltactl.models.linkage.inverse`, which explains them.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from typing import NoReturn
 
 import numpy as np
 
-from foundation.errors import Refusal, UnreachablePoint
-from models.linkage.arms import Linkage
-from models.linkage.inverse import inverse
-from models.linkage.reach_in_words import in_reach
-from models.linkage.status import STATUS_TEXT, Status
+from deltactl.foundation.errors import Refusal, UnreachablePoint
+from deltactl.models.linkage.arms import Linkage
+from deltactl.models.linkage.inverse import inverse
+from deltactl.models.linkage.reach_in_words import in_reach
+from deltactl.models.linkage.status import STATUS_TEXT, Status
 
 
 def inverse_one(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> tuple[float, float, float]:

@@ -1,14 +1,14 @@
 """Forward kinematics of one pose in plain floats: a numpy call costs more than the arithmetic.
 
-Same closed form as `models.linkage.forward`, which explains it.
+Same closed form as `deltactl.models.linkage.forward`, which explains it.
 """
 
 from __future__ import annotations
 
 import math
 
-from models.linkage.arms import Linkage
-from models.linkage.vectors import Vector
+from deltactl.models.linkage.arms import Linkage
+from deltactl.models.linkage.vectors import Vector
 
 NOWHERE: Vector = (math.nan, math.nan, math.nan)
 

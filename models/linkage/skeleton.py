@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.linkage import Linkage
-from models.linkage.vectors import Vector, cross, dot, less, times, unit
-from models.robot import FloatArray, Geometry
+from deltactl.models.linkage import Linkage
+from deltactl.models.linkage.vectors import Vector, cross, dot, less, times, unit
+from deltactl.models.robot import FloatArray, Geometry
 
 Matrix = list[list[float]]
 ROD_APART_PART = 0.45

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 StatusArray = np.ndarray[Any, np.dtype[np.uint8]]
 

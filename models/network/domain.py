@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from foundation.strict_yaml import StrictModel
-from models.robot import FloatArray
+from deltactl.foundation.strict_yaml import StrictModel
+from deltactl.models.robot import FloatArray
 
 EDGE_M = 1e-9
 """A target this far outside still counts as inside: rounding of a point on the edge."""

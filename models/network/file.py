@@ -8,12 +8,17 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from foundation.errors import NetworkError
-from foundation.plain_file import TooLong, read_plain
-from models.network.flat import FlatError, metadata_span
-from models.network.metadata import METADATA_NAME, NO_CHECKSUM, NetworkMetadata, fingerprint
-from models.network.structure import check_structure
-from models.robot import DeltaRobot
+from deltactl.foundation.errors import NetworkError
+from deltactl.foundation.plain_file import TooLong, read_plain
+from deltactl.models.network.flat import FlatError, metadata_span
+from deltactl.models.network.metadata import (
+    METADATA_NAME,
+    NO_CHECKSUM,
+    NetworkMetadata,
+    fingerprint,
+)
+from deltactl.models.network.structure import check_structure
+from deltactl.models.robot import DeltaRobot
 
 TRAINED_FOLDER = Path(__file__).resolve().parent.parent / "trained"
 """Networks that ship with the program."""

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from foundation.errors import LimitExceeded, NetworkError
-from models.inverse_kinematics import USE_GEOMETRY
-from models.network.file import NetworkFile
-from models.network.metadata import NetworkMetadata
-from models.network.runtime import open_interpreter
-from models.robot import ARMS, DeltaRobot, FloatArray
+from deltactl.foundation.errors import LimitExceeded, NetworkError
+from deltactl.models.inverse_kinematics import USE_GEOMETRY
+from deltactl.models.network.file import NetworkFile
+from deltactl.models.network.metadata import NetworkMetadata
+from deltactl.models.network.runtime import open_interpreter
+from deltactl.models.robot import ARMS, DeltaRobot, FloatArray
 
 _SHAPE = [1, ARMS]
 

@@ -9,9 +9,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from foundation.strict_yaml import StrictModel
-from models.network.domain import Domain, Range
-from models.robot import EffectEntry, Geometry, per_arm
+from deltactl.foundation.strict_yaml import StrictModel
+from deltactl.models.network.domain import Domain, Range
+from deltactl.models.robot import EffectEntry, Geometry, per_arm
 
 METADATA_NAME = "deltactl"
 """Name of the TFLite metadata entry that carries the JSON."""

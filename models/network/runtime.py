@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from models.inverse_kinematics import USE_GEOMETRY
+from deltactl.foundation.errors import NetworkError
+from deltactl.models.inverse_kinematics import USE_GEOMETRY
 
 RUNTIMES = ("tflite_runtime", "ai_edge_litert")
 """tflite-runtime: Python 3.9 to 3.11, numpy below 2. ai-edge-litert: 3.10 to 3.14."""

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from foundation.errors import NetworkError
-from models.network.flat import FlatError, Table
+from deltactl.foundation.errors import NetworkError
+from deltactl.models.network.flat import FlatError, Table
 
 FULLY_CONNECTED, LOGISTIC, MUL, RESHAPE, TANH = 9, 14, 18, 22, 28
 OPTIONS = {FULLY_CONNECTED: 8, LOGISTIC: 0, MUL: 21, RESHAPE: 17, TANH: 0}

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.linkage import Linkage
-from models.network.file import NetworkFile
-from models.network.inverse import InverseNetwork
-from models.network.metadata import Validation
-from models.robot import FloatArray
-from models.training.recipe import Task
-from models.training.samples import around, edges, hardest, labels_rad, spread
+from deltactl.models.linkage import Linkage
+from deltactl.models.network.file import NetworkFile
+from deltactl.models.network.inverse import InverseNetwork
+from deltactl.models.network.metadata import Validation
+from deltactl.models.robot import FloatArray
+from deltactl.models.training.recipe import Task
+from deltactl.models.training.samples import around, edges, hardest, labels_rad, spread
 
 STREAM = 1
 """Second word of the validation's seed: never the stream that chose training samples."""

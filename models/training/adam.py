@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from foundation.extras import needs
-from models.robot import FloatArray
+from deltactl.foundation.extras import needs
+from deltactl.models.robot import FloatArray
 
 Stretches = Callable[[int], Iterator[tuple[int, FloatArray]]]
 """Epochs between looks to (epochs done, weights)."""
@@ -47,5 +47,5 @@ def advance(
 
 def _kernel() -> Any:
     with needs("training", "training this network"):
-        from models.training.adam_kernel import epochs
+        from deltactl.models.training.adam_kernel import epochs
     return epochs

@@ -11,13 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.linkage import Linkage
-from models.robot import ARMS, FloatArray
-from models.training.fit import Samples, fit
-from models.training.graph import Graph
-from models.training.perceptron import Layer, Perceptron, Scaling, add_layers
-from models.training.recipe import Follow, Settings, Stopwatch, silent, unseen
-from models.training.shared_arm import arm_rows, frame_rows
+from deltactl.models.linkage import Linkage
+from deltactl.models.robot import ARMS, FloatArray
+from deltactl.models.training.fit import Samples, fit
+from deltactl.models.training.graph import Graph
+from deltactl.models.training.perceptron import Layer, Perceptron, Scaling, add_layers
+from deltactl.models.training.recipe import Follow, Settings, Stopwatch, silent, unseen
+from deltactl.models.training.shared_arm import arm_rows, frame_rows
 
 
 def train_arms(

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from foundation.scatter import MAD_TO_SIGMA
-from models.gravity import gravity_torque_nm
-from models.linkage import Linkage, forward, inverse
-from models.robot import ARMS, DeltaRobot, FloatArray
-from models.training import levenberg_marquardt
+from deltactl.foundation.errors import NetworkError
+from deltactl.foundation.scatter import MAD_TO_SIGMA
+from deltactl.models.gravity import gravity_torque_nm
+from deltactl.models.linkage import Linkage, forward, inverse
+from deltactl.models.robot import ARMS, DeltaRobot, FloatArray
+from deltactl.models.training import levenberg_marquardt
 
 _PASSES = 4
 """Fits with new weights of outliers and new gravity torques."""

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from foundation.errors import RecordingError
-from foundation.strict_yaml import Document
-from models.effects.kind import MOTORS, RANGES
-from models.network.metadata import fingerprint
-from models.robot import DeltaRobot, EffectEntry, FloatArray, Geometry, per_arm
-from models.training.calibrate import Calibrated
+from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.strict_yaml import Document
+from deltactl.models.effects.kind import MOTORS, RANGES
+from deltactl.models.network.metadata import fingerprint
+from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, Geometry, per_arm
+from deltactl.models.training.calibrate import Calibrated
 
 LEAST_YIELD_RAD_PER_NM = 1e-9
 """Gears do not push back: what looks like it is a stiff gear."""

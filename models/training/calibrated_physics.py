@@ -12,12 +12,12 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
-from foundation.one_thread import one_thread
-from models.robot import DeltaRobot, FloatArray
-from models.training.arm_networks import train_arms
-from models.training.calibrate import Calibrated, Plausible, calibrate
-from models.training.recipe import Follow, Settings, Trained, unseen
-from models.training.samples_of_angles import SMALLEST_MARGIN, random_poses, split
+from deltactl.foundation.one_thread import one_thread
+from deltactl.models.robot import DeltaRobot, FloatArray
+from deltactl.models.training.arm_networks import train_arms
+from deltactl.models.training.calibrate import Calibrated, Plausible, calibrate
+from deltactl.models.training.recipe import Follow, Settings, Trained, unseen
+from deltactl.models.training.samples_of_angles import SMALLEST_MARGIN, random_poses, split
 
 RECIPE = "ours"
 _BEYOND_DEG = 3.0

@@ -11,16 +11,16 @@ from pathlib import Path
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from foundation.one_thread import one_thread
-from models.calibrated_inverse import CalibratedInverse, corrections_of
-from models.network.domain import Box, Cylinder
-from models.robot import FloatArray
-from models.training.arm_networks import train_arms
-from models.training.export import HeldOut, Origin, data_to_file
-from models.training.recipe import Follow, Settings, Task, Trained, unseen
-from models.training.samples import edges, spread
-from models.training.train import Written, check_writable
+from deltactl.foundation.errors import NetworkError
+from deltactl.foundation.one_thread import one_thread
+from deltactl.models.calibrated_inverse import CalibratedInverse, corrections_of
+from deltactl.models.network.domain import Box, Cylinder
+from deltactl.models.robot import FloatArray
+from deltactl.models.training.arm_networks import train_arms
+from deltactl.models.training.export import HeldOut, Origin, data_to_file
+from deltactl.models.training.recipe import Follow, Settings, Task, Trained, unseen
+from deltactl.models.training.samples import edges, spread
+from deltactl.models.training.train import Written, check_writable
 
 RECIPE = "corrected"
 EFFORT = Settings(

@@ -18,10 +18,18 @@ import numpy as np
 import yaml
 from pydantic import Field
 
-from foundation.errors import MissingFile, RecordingError
-from foundation.strict_yaml import Document, StrictModel
-from models.network.metadata import fingerprint
-from models.robot import ARMS, DeltaRobot, DriveSection, FloatArray, Geometry, Sensors, per_arm
+from deltactl.foundation.errors import MissingFile, RecordingError
+from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.models.network.metadata import fingerprint
+from deltactl.models.robot import (
+    ARMS,
+    DeltaRobot,
+    DriveSection,
+    FloatArray,
+    Geometry,
+    Sensors,
+    per_arm,
+)
 
 IntArray = np.ndarray[Any, np.dtype[np.int64]]
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
@@ -39,7 +47,7 @@ class DataSettings(StrictModel):
     format: Literal[1] = 1
     robot: Text
     fingerprint: str
-    """`models.network.metadata.fingerprint` of `geometry`."""
+    """`deltactl.models.network.metadata.fingerprint` of `geometry`."""
     geometry: Geometry
     drive: DriveSection
     sensors: Sensors

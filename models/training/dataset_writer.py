@@ -10,10 +10,10 @@ from types import TracebackType
 
 import yaml
 
-from foundation.errors import RecordingError
-from foundation.strict_yaml import Document
-from models.robot import FloatArray
-from models.training.dataset import (
+from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.strict_yaml import Document
+from deltactl.models.robot import FloatArray
+from deltactl.models.training.dataset import (
     HEADER,
     SAMPLES,
     SETTINGS,

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from models.network.file import NetworkFile, checked_metadata, checksum, checksum_start
-from models.network.inverse import InverseNetwork
-from models.network.metadata import (
+from deltactl.foundation.errors import NetworkError
+from deltactl.models.network.file import NetworkFile, checked_metadata, checksum, checksum_start
+from deltactl.models.network.inverse import InverseNetwork
+from deltactl.models.network.metadata import (
     NO_CHECKSUM,
     NetworkMetadata,
     TrainedRobot,
@@ -22,10 +22,10 @@ from models.network.metadata import (
     Validation,
     fingerprint,
 )
-from models.robot import FloatArray
-from models.training.accuracy import Effort, measure
-from models.training.recipe import Task, Trained
-from models.training.samples import spread
+from deltactl.models.robot import FloatArray
+from deltactl.models.training.accuracy import Effort, measure
+from deltactl.models.training.recipe import Task, Trained
+from deltactl.models.training.samples import spread
 
 _LIBRARIES = ("numpy", "scipy", "numba")
 _PARITY_POINTS = 1000

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.robot import FloatArray
-from models.training import levenberg_marquardt
-from models.training.perceptron import Layer, Perceptron, Scaling, fold
-from models.training.recipe import Settings, Stopwatch
+from deltactl.models.robot import FloatArray
+from deltactl.models.training import levenberg_marquardt
+from deltactl.models.training.perceptron import Layer, Perceptron, Scaling, fold
+from deltactl.models.training.recipe import Settings, Stopwatch
 
 REPORT_EVERY = 100
 COUNT_EVERY = 10

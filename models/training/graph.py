@@ -13,9 +13,9 @@ import flatbuffers
 import numpy as np
 import tflite
 
-from models.network.flat import IDENTIFIER
-from models.network.metadata import METADATA_NAME
-from models.robot import FloatArray
+from deltactl.models.network.flat import IDENTIFIER
+from deltactl.models.network.metadata import METADATA_NAME
+from deltactl.models.robot import FloatArray
 
 Activation = Literal["tanh", "sigmoid"]
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 Residuals = Callable[[FloatArray], FloatArray]
 """Parameters (p,) to residuals (n,)."""

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.robot import FloatArray
-from models.training.graph import Activation, Graph
+from deltactl.models.robot import FloatArray
+from deltactl.models.training.graph import Activation, Graph
 
 Layer = tuple[FloatArray, FloatArray]
 """Weights of shape (outputs, inputs) and bias of shape (outputs,)."""

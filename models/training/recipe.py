@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from models.network.domain import Box, Cylinder, Range
-from models.robot import DeltaRobot, EffectEntry, FloatArray
-from models.training.graph import Graph
+from deltactl.models.network.domain import Box, Cylinder, Range
+from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray
+from deltactl.models.training.graph import Graph
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 Progress = Callable[[str], None]

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from models.linkage import Linkage, inverse, serial_margin
-from models.network.domain import Box, Cylinder
-from models.robot import FloatArray
+from deltactl.foundation.errors import NetworkError
+from deltactl.models.linkage import Linkage, inverse, serial_margin
+from deltactl.models.network.domain import Box, Cylinder
+from deltactl.models.robot import FloatArray
 
 INFLATE = 0.3
 """Points for the edges come from a box larger by this share of its size on every side."""

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from models.linkage import Linkage, Status, forward, parallel_margin, serial_margin
-from models.robot import ARMS, FloatArray
+from deltactl.foundation.errors import NetworkError
+from deltactl.models.linkage import Linkage, Status, forward, parallel_margin, serial_margin
+from deltactl.models.robot import ARMS, FloatArray
 
 IntArray = np.ndarray[Any, np.dtype[np.int64]]
 

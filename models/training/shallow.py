@@ -12,10 +12,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from models.robot import FloatArray
-from models.training import levenberg_marquardt
-from models.training.levenberg_marquardt import Normal, Step
-from models.training.perceptron import Perceptron
+from deltactl.models.robot import FloatArray
+from deltactl.models.training import levenberg_marquardt
+from deltactl.models.training.levenberg_marquardt import Normal, Step
+from deltactl.models.training.perceptron import Perceptron
 
 _BLOCK = 2048
 """Samples looked at together: their arrays stay in the cache."""

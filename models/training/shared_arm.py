@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from models.linkage import Linkage, serial_margin
-from models.robot import ARMS, FloatArray
-from models.training.fit import Samples, fit
-from models.training.graph import Graph
-from models.training.perceptron import Layer, Perceptron, Scaling, add_layers
-from models.training.recipe import (
+from deltactl.foundation.errors import NetworkError
+from deltactl.models.linkage import Linkage, serial_margin
+from deltactl.models.robot import ARMS, FloatArray
+from deltactl.models.training.fit import Samples, fit
+from deltactl.models.training.graph import Graph
+from deltactl.models.training.perceptron import Layer, Perceptron, Scaling, add_layers
+from deltactl.models.training.recipe import (
     Follow,
     Progress,
     Settings,
@@ -25,7 +25,7 @@ from models.training.recipe import (
     silent,
     unseen,
 )
-from models.training.samples import around, edges, hardest, labels_rad, spread
+from deltactl.models.training.samples import around, edges, hardest, labels_rad, spread
 
 RECIPE = "shared_arm"
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foundation.errors import ConfigError
-from models.linkage import Linkage
-from models.network.domain import Box, Cylinder
-from models.robot import DeltaRobot, FloatArray
-from models.training.dataset import FEWEST, DataSet
-from models.training.samples import labels_rad, spread
-from models.training.samples_of_angles import random_poses
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.linkage import Linkage
+from deltactl.models.network.domain import Box, Cylinder
+from deltactl.models.robot import DeltaRobot, FloatArray
+from deltactl.models.training.dataset import FEWEST, DataSet
+from deltactl.models.training.samples import labels_rad, spread
+from deltactl.models.training.samples_of_angles import random_poses
 
 ANGLE_DEG = (-20.0, 110.0)
 """Zhao 2023, section 3: the angles that are drawn."""

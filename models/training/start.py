@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 Start = Literal["glorot", "wide"]
 

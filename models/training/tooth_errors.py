@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.robot import ARMS, FloatArray
+from deltactl.models.robot import ARMS, FloatArray
 
 MOST_PER_TURN = 400.0
 """Finer than the teeth of any small gear."""

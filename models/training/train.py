@@ -8,18 +8,18 @@ from typing import Literal
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from foundation.one_thread import one_thread
-from models.network.file import NetworkFile
-from models.training import shared_arm
-from models.training.calibrated_physics import CalibratedSettings, train_calibrated
-from models.training.export import HeldOut, Origin, data_to_file, to_file, unwritable
-from models.training.recipe import Follow, Settings, Task, Trained, plain, unseen
-from models.training.samples_of_angles import split
-from models.training.sources import Source
-from models.training.train_shipped import SHIPPED
-from models.training.uzunovic import UzunovicSettings, train_uzunovic
-from models.training.zhao import ZhaoSettings, train_zhao
+from deltactl.foundation.errors import NetworkError
+from deltactl.foundation.one_thread import one_thread
+from deltactl.models.network.file import NetworkFile
+from deltactl.models.training import shared_arm
+from deltactl.models.training.calibrated_physics import CalibratedSettings, train_calibrated
+from deltactl.models.training.export import HeldOut, Origin, data_to_file, to_file, unwritable
+from deltactl.models.training.recipe import Follow, Settings, Task, Trained, plain, unseen
+from deltactl.models.training.samples_of_angles import split
+from deltactl.models.training.sources import Source
+from deltactl.models.training.train_shipped import SHIPPED
+from deltactl.models.training.uzunovic import UzunovicSettings, train_uzunovic
+from deltactl.models.training.zhao import ZhaoSettings, train_zhao
 
 Recipe = Literal["zhao", "uzunovic", "ours"]
 

@@ -1,4 +1,4 @@
-"""Trains the networks in `models/trained` again: `python -m models.training.train_shipped`.
+"""Train the networks in `models/trained`: `python -m deltactl.models.training.train_shipped`.
 
 Two minutes. The same seed gives the same file on the same machine, libraries and number of
 threads (the shipped ones: OPENBLAS_NUM_THREADS=1, which is also as fast); elsewhere sums are
@@ -12,14 +12,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from models.network.domain import Box, Cylinder, Range
-from models.network.file import TRAINED_FOLDER, NetworkFile
-from models.robot import load_delta
-from models.training import shared_arm
-from models.training.export import to_file
-from models.training.recipe import Progress, Settings, Task
+from deltactl.foundation.places import PACKAGE
+from deltactl.models.network.domain import Box, Cylinder, Range
+from deltactl.models.network.file import TRAINED_FOLDER, NetworkFile
+from deltactl.models.robot import load_delta
+from deltactl.models.training import shared_arm
+from deltactl.models.training.export import to_file
+from deltactl.models.training.recipe import Progress, Settings, Task
 
-CONFIG_FOLDER = Path(__file__).resolve().parents[2] / "config"
+CONFIG_FOLDER = PACKAGE / "config"
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def train_one(shipped: Shipped, config: Path, folder: Path, progress: Progress) 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Command line."""
     names = [shipped.robot for shipped in SHIPPED]
-    parser = argparse.ArgumentParser(prog="python -m models.training.train_shipped")
+    parser = argparse.ArgumentParser(prog="python -m deltactl.models.training.train_shipped")
     parser.add_argument("robots", nargs="*", default=names, help=f"of {', '.join(names)}")
     parser.add_argument("--config", type=Path, default=CONFIG_FOLDER, help="folder of robot files")
     parser.add_argument("--out", type=Path, default=TRAINED_FOLDER, help="folder to write to")

@@ -12,14 +12,14 @@ from itertools import islice
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from foundation.one_thread import one_thread
-from models.robot import ARMS, FloatArray
-from models.training.graph import Graph
-from models.training.perceptron import Perceptron, Scaling, add_layers, fold
-from models.training.recipe import Follow, Trained, plain, unseen
-from models.training.samples_of_angles import IntArray, split
-from models.training.shallow import search
+from deltactl.foundation.errors import NetworkError
+from deltactl.foundation.one_thread import one_thread
+from deltactl.models.robot import ARMS, FloatArray
+from deltactl.models.training.graph import Graph
+from deltactl.models.training.perceptron import Perceptron, Scaling, add_layers, fold
+from deltactl.models.training.recipe import Follow, Trained, plain, unseen
+from deltactl.models.training.samples_of_angles import IntArray, split
+from deltactl.models.training.shallow import search
 
 RECIPE = "uzunovic"
 _REPORT_EVERY = 10

@@ -14,15 +14,15 @@ from typing import Literal
 
 import numpy as np
 
-from foundation.errors import NetworkError
-from foundation.one_thread import one_thread
-from models.robot import ARMS, FloatArray
-from models.training.adam import advance
-from models.training.graph import Graph
-from models.training.perceptron import Perceptron, Scaling, add_layers, fold
-from models.training.recipe import Follow, Trained, plain, unseen
-from models.training.samples_of_angles import split
-from models.training.start import Start, starting_weights
+from deltactl.foundation.errors import NetworkError
+from deltactl.foundation.one_thread import one_thread
+from deltactl.models.robot import ARMS, FloatArray
+from deltactl.models.training.adam import advance
+from deltactl.models.training.graph import Graph
+from deltactl.models.training.perceptron import Perceptron, Scaling, add_layers, fold
+from deltactl.models.training.recipe import Follow, Trained, plain, unseen
+from deltactl.models.training.samples_of_angles import split
+from deltactl.models.training.start import Start, starting_weights
 
 RECIPE = "zhao"
 REPORTS = 100

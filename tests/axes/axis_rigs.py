@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 FloatArray = NDArray[np.float64]
 

@@ -8,16 +8,16 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from diagnosis.admission.regression_plausibility import lead_s
-from diagnosis.admission.together import check_together
-from diagnosis.answer.records import Evidence, Finding, Fit, Where
-from diagnosis.columns.mapping import load_mapping
-from diagnosis.columns.reading import read_mapped
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.plants.lone.commanded_axis import CommandedAxis
-from foundation.errors import ConfigError, RecordingError
-from models.robot import ServoAxis, StepperAxis
-from recording.tables.flat import from_columns
+from deltactl.diagnosis.admission.regression_plausibility import lead_s
+from deltactl.diagnosis.admission.together import check_together
+from deltactl.diagnosis.answer.records import Evidence, Finding, Fit, Where
+from deltactl.diagnosis.columns.mapping import load_mapping
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
+from deltactl.foundation.errors import ConfigError, RecordingError
+from deltactl.models.robot import ServoAxis, StepperAxis
+from deltactl.recording.tables.flat import from_columns
 
 FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="rotary", inertia=1.0)

@@ -8,13 +8,13 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from diagnosis.answer.corrected_robot import save_corrected
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.plants.lone.commanded_axis import CommandedAxis
-from diagnosis.report.sentences.summary import plain_lines
-from diagnosis.report.sentences.telling import told
-from models.robot import DeltaRobot, EffectEntry, RobotModel, ServoAxis, load_robot_model
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.answer.corrected_robot import save_corrected
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
+from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.models.robot import DeltaRobot, EffectEntry, RobotModel, ServoAxis, load_robot_model
+from deltactl.recording.tables.flat import FlatRecording
 
 FOLLOWS = "kind: servo_axis\nname: follows\nmotion: rotary\n"
 FORCED = "kind: servo_axis\nname: forced\nmotion: linear\ninertia: 2.0\n"

@@ -7,11 +7,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from diagnosis.answer.records import Diagnosis
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.report.sentences.telling_apart import hint
-from models.robot import AxisGravity, Drive, RangeSensor, ServoAxis, StepperAxis
-from recording.tables.flat import from_columns
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.report.sentences.telling_apart import hint
+from deltactl.models.robot import AxisGravity, Drive, RangeSensor, ServoAxis, StepperAxis
+from deltactl.recording.tables.flat import from_columns
 
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="linear", inertia=2.0)
 HEAVY = FORCED.model_copy(

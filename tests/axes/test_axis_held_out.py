@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.stats import f
 
-from diagnosis.assessment.options import ASSESSMENT
-from diagnosis.assessment.regression_holdout import beyond_noise, on_blocks, on_other_runs
-from diagnosis.assessment.significance import chance
-from diagnosis.evidence.effective_size import TemperedNoise
-from diagnosis.evidence.laplace import Laplace
-from diagnosis.plants.regression import Columns, Regressor
+from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.assessment.regression_holdout import beyond_noise, on_blocks, on_other_runs
+from deltactl.diagnosis.assessment.significance import chance
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise
+from deltactl.diagnosis.evidence.laplace import Laplace
+from deltactl.diagnosis.plants.regression import Columns, Regressor
 
 COUNT = 500
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from command_line.main import app
+from deltactl.cli.main import app
 
 ROBOT = "kind: stepper_axis\nname: angles\n"
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from models.robot import ServoAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 SLIDE = ServoAxis(kind="servo_axis", name="slide", motion="linear", zero="arbitrary")
 GAP_M, LATE_S = 26e-6, 0.02

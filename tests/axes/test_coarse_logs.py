@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.plants.lone.commanded_axis import CommandedAxis
-from models.robot import ServoAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 SERVO = ServoAxis(kind="servo_axis", name="servo", motion="rotary")
 COUNT_RAD = 2.0 * np.pi / 4096

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from models.robot import ServoAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 AXIS = ServoAxis(kind="servo_axis", name="joint", motion="rotary")
 TIME_S, NOISE_RAD, STEP_S = 0.045, 1e-4, 0.0005

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.report.sentences.summary import plain_lines
-from foundation.errors import RecordingError
-from models.robot import RangeSensor, ServoAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.robot import RangeSensor, ServoAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 T_S = np.arange(0.0, 20.0, 0.02)
 AXIS = ServoAxis(kind="servo_axis", name="a", motion="rotary")

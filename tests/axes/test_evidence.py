@@ -9,19 +9,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagnosis.answer.consistency import contradictions
-from diagnosis.evidence.effective_size import TemperedNoise, runs_of_one_value, tempered
-from diagnosis.evidence.laplace import Laplace
-from diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.plants.lone.commanded_axis import CommandedAxis
-from diagnosis.plants.regression import Columns, Regressor
-from diagnosis.plants.spline_terms import spline_basis, spline_terms
-from diagnosis.report.sentences.telling import told
-from diagnosis.report.sentences.telling_apart import hint
-from foundation.errors import RecordingError
-from models.robot import AxisGravity, RangeSensor, ServoAxis, StepperAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise, runs_of_one_value, tempered
+from deltactl.diagnosis.evidence.laplace import Laplace
+from deltactl.diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
+from deltactl.diagnosis.plants.regression import Columns, Regressor
+from deltactl.diagnosis.plants.spline_terms import spline_basis, spline_terms
+from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.diagnosis.report.sentences.telling_apart import hint
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.robot import AxisGravity, RangeSensor, ServoAxis, StepperAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="rotary", inertia=2.0)

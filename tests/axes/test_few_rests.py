@@ -7,10 +7,10 @@ import itertools
 import numpy as np
 import pytest
 
-from diagnosis.observations.readings import FloatArray
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from models.robot import StepperAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.models.robot import StepperAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 ROBOT = StepperAxis(kind="stepper_axis", name="slow")
 PLAY_RAD, UNEVEN_RAD, RATE_HZ = 5e-4, 4e-5, 20.0

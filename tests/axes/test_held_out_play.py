@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from models.robot import StepperAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.models.robot import StepperAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 from tests.axes.axis_rigs import wander
 
 AXIS = StepperAxis(kind="stepper_axis", name="table")

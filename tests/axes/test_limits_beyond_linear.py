@@ -7,9 +7,9 @@ from statistics import median
 
 import pytest
 
-from diagnosis.answer.records import Diagnosis
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from models.robot import ServoAxis
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.models.robot import ServoAxis
 from tests.axes.axis_rigs import FollowingRig
 
 SLIDE = ServoAxis(kind="servo_axis", name="slide", motion="linear", zero="absolute")

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.effects.axis_play import loose
+from deltactl.models.effects.axis_play import loose
 
 
 @settings(max_examples=30, deadline=None)

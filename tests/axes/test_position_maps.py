@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from diagnosis.answer.consistency import contradictions
-from diagnosis.answer.records import Diagnosis
-from diagnosis.assessment.options import ASSESSMENT
-from diagnosis.evidence.repeats import repeats
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.plants.lone.waves import resolved_waves
-from diagnosis.report.sentences.remedies import remedies
-from diagnosis.report.sentences.telling import told
-from models.robot import ServoAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.evidence.repeats import repeats
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.plants.lone.waves import resolved_waves
+from deltactl.diagnosis.report.sentences.remedies import remedies
+from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 SLIDE = ServoAxis(kind="servo_axis", name="slide", motion="linear")
 JOINT = ServoAxis(kind="servo_axis", name="joint", motion="rotary")

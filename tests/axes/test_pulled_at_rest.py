@@ -8,16 +8,16 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from diagnosis.answer.consistency import contradictions
-from diagnosis.answer.records import Diagnosis
-from diagnosis.assessment.at_rest import at_rest
-from diagnosis.observations.readings import FloatArray
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.plants.lone.travel import ends_earlier_move
-from diagnosis.report.sentences.summary import plain_lines
-from diagnosis.report.sentences.telling import told
-from models.robot import ServoAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.assessment.at_rest import at_rest
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.plants.lone.travel import ends_earlier_move
+from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 ROBOT = ServoAxis(kind="servo_axis", name="stand", motion="rotary", zero="absolute")
 COUNT_RAD = 2.0 * math.pi / 4096.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.plants.lone.commanded_axis import CommandedAxis
-from models.robot import KINDS, AxisGravity, ServoAxis, StepperAxis
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
+from deltactl.models.robot import KINDS, AxisGravity, ServoAxis, StepperAxis
+from deltactl.recording.tables.flat import FlatRecording
 
 T_S = 0.02 * np.arange(1000)
 ASKED_RAD = 0.8 * np.sin(T_S)

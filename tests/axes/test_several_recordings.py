@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagnosis.answer.consistency import contradictions
-from diagnosis.assessment.prior_sensitivity import _change
-from diagnosis.evidence.laplace import Laplace
-from diagnosis.evidence.tempering import saturated_noise
-from diagnosis.observations.gross_outliers import gross_outliers
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.plants.lone.range_sensor import RangeSensorPlant
-from diagnosis.plants.regression import Columns
-from models.robot import RangeSensor, ServoAxis
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.assessment.prior_sensitivity import _change
+from deltactl.diagnosis.evidence.laplace import Laplace
+from deltactl.diagnosis.evidence.tempering import saturated_noise
+from deltactl.diagnosis.observations.gross_outliers import gross_outliers
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.plants.lone.range_sensor import RangeSensorPlant
+from deltactl.diagnosis.plants.regression import Columns
+from deltactl.models.robot import RangeSensor, ServoAxis
 from tests.axes.axis_rigs import FollowingRig, ForcedRig, RangingRig
 
 RANGES = RangeSensor(kind="range_sensor", name="ranges")

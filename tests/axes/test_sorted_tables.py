@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.report.page.html import report_html
-from models.robot import RangeSensor
-from recording.tables.flat import from_columns
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.report.page.html import report_html
+from deltactl.models.robot import RangeSensor
+from deltactl.recording.tables.flat import from_columns
 from tests.rigs.charts import charts_of
 
 SENSOR = RangeSensor(kind="range_sensor", name="sonar")

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.observations.begun_in_motion import begun_in_motion
-from diagnosis.observations.gross_outliers import gross_outliers
-from foundation.errors import RecordingError
-from models.robot import ServoAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.observations.begun_in_motion import begun_in_motion
+from deltactl.diagnosis.observations.gross_outliers import gross_outliers
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 from tests.axes.axis_rigs import ForcedRig
 
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="linear", inertia=2.0)

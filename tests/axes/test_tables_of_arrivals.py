@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.answer.records import Diagnosis
-from diagnosis.pipelines.lone_machine import diagnose_axis
-from diagnosis.plants.lone.commanded_axis import CommandedAxis
-from diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
-from models.robot import ServoAxis
-from recording.tables.flat import FlatRecording, from_columns
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
+from deltactl.diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 SLIDE = ServoAxis(kind="servo_axis", name="slide", motion="linear", zero="absolute")
 PLACES_M = np.linspace(0.015, 0.055, 5)

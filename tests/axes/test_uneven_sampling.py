@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagnosis.observations.inverse_dynamics import motion_of
+from deltactl.diagnosis.observations.inverse_dynamics import motion_of
 
 
 @settings(max_examples=20, deadline=None)

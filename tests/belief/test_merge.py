@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.belief import merged
-from models.belief.rules import RULES
-from models.chain import Chain, Commands
-from models.effects import TABLES, VOCABULARY
-from models.robot import DeltaRobot, Drive, EffectEntry, Geometry, Masses
+from deltactl.models.belief import merged
+from deltactl.models.belief.rules import RULES
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.effects import TABLES, VOCABULARY
+from deltactl.models.robot import DeltaRobot, Drive, EffectEntry, Geometry, Masses
 
 ROBOT = DeltaRobot(
     kind="delta",

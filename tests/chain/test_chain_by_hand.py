@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import ConfigError
-from models.chain import Chain, Commands
-from models.chain.active import activate
-from models.chain.axis import gravity_pull
-from models.effects import effect_kind
-from models.recursion import by_doubling, by_substitution, clipped, lagged, linear
-from models.robot import AxisGravity, DeltaRobot, EffectEntry, ServoAxis
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.chain.active import activate
+from deltactl.models.chain.axis import gravity_pull
+from deltactl.models.effects import effect_kind
+from deltactl.models.recursion import by_doubling, by_substitution, clipped, lagged, linear
+from deltactl.models.robot import AxisGravity, DeltaRobot, EffectEntry, ServoAxis
 
 
 def _run(robot: DeltaRobot, t_s: np.ndarray, angles: np.ndarray, **effect: object) -> np.ndarray:

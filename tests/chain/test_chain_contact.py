@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.chain.active import activate
-from models.effects import effect_kind
-from models.effects.flow import Flow, Load
+from deltactl.models.chain.active import activate
+from deltactl.models.effects import effect_kind
+from deltactl.models.effects.flow import Flow, Load
 
 
 def stopped(sent_mm: list[tuple[float, float, float]], grip: float, height_mm: float = 0.0):

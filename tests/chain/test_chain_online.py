@@ -7,9 +7,9 @@ import itertools
 import numpy as np
 import pytest
 
-from models.chain import Chain, Commands, OnlineChain
-from models.effects import VOCABULARY
-from models.robot import DeltaRobot, EffectEntry
+from deltactl.models.chain import Chain, Commands, OnlineChain
+from deltactl.models.effects import VOCABULARY
+from deltactl.models.robot import DeltaRobot, EffectEntry
 
 EXAMPLES: dict[str, dict[str, float | tuple[float, ...]]] = {
     "following_lag": {"time": 0.07, "dead_time": 0.033},

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.chain import Chain, Commands
-from models.robot import DeltaRobot, EffectEntry
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import DeltaRobot, EffectEntry
 
 RINGING = EffectEntry(
     effect="resonance", component="platform", parameters={"frequency": 3.0, "damping": 0.2}

@@ -13,9 +13,9 @@ import pytest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
-from charts.figures import Bar, BarChart, HeatStrip, LineChart
-from charts.page import page, table
-from charts.spec import Colour, Mark, Series, Span, Style
+from deltactl.charts.figures import Bar, BarChart, HeatStrip, LineChart
+from deltactl.charts.page import page, table
+from deltactl.charts.spec import Colour, Mark, Series, Span, Style
 
 PATIENCE_S = 60.0
 Open = Callable[[Path], webdriver.Chrome]

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from charts import drawing
-from charts.document import library
-from charts.figures import Bar, BarChart, HeatStrip, LineChart, histogram
-from charts.page import THINNED, columns, facts, folded, heading, page, paragraph, table
-from charts.spec import Colour, Mark, Series, Span, Style, pack, unpack
+from deltactl.charts import drawing
+from deltactl.charts.document import library
+from deltactl.charts.figures import Bar, BarChart, HeatStrip, LineChart, histogram
+from deltactl.charts.page import THINNED, columns, facts, folded, heading, page, paragraph, table
+from deltactl.charts.spec import Colour, Mark, Series, Span, Style, pack, unpack
 
 NASTY = "</script><script>alert('x')</script> & \"quoted\" \u2028"
 VOID = {"meta", "br"}
@@ -116,7 +116,7 @@ def test_a_page_without_charts_carries_no_library() -> None:
 
 
 def test_without_the_library_the_page_says_what_to_type(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("charts.page.find_spec", lambda _: None)
+    monkeypatch.setattr("deltactl.charts.page.find_spec", lambda _: None)
     text = page("", [table(["a"], [["1"]]), chart().html()])
     assert "extras WITH=charts" in text
     assert "<script" not in text

@@ -19,7 +19,7 @@ def deltactl(tmp_path: Path) -> Deltactl:
 
     def run(*arguments: str, status: int = 0) -> subprocess.CompletedProcess[str]:
         done = subprocess.run(
-            [sys.executable, "-m", "command_line.main", *arguments],
+            [sys.executable, "-m", "deltactl.cli.main", *arguments],
             cwd=tmp_path,
             env=os.environ | {"COLUMNS": "100", "XDG_RUNTIME_DIR": str(tmp_path)},
             capture_output=True,

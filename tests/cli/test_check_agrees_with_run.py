@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.run_report.reference import arrivals
-from recording.reading.reader import read_run
+from deltactl.firmware_py.run_report.reference import arrivals
+from deltactl.recording.reading.reader import read_run
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 ROBOT = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from command_line.main import main
-from models.chain import Chain, Commands
-from models.robot import load_delta
-from recording.tables.flat import FlatRecording
-from recording.tables.flat_files import write_flat
+from deltactl.cli.main import main
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import load_delta
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import write_flat
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 Refused = Callable[[Path, str], None]

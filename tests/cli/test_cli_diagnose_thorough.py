@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from command_line.main import main
-from diagnosis.estimation import budget
-from diagnosis.estimation.options import ESTIMATION
-from models.chain import Chain, Commands
-from models.robot import EffectEntry, load_delta
-from recording.tables.flat import FlatRecording
-from recording.tables.flat_files import write_flat
+from deltactl.cli.main import main
+from deltactl.diagnosis.estimation import budget
+from deltactl.diagnosis.estimation.options import ESTIMATION
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import EffectEntry, load_delta
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import write_flat
 
 ROBOT = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 SAMPLES = 1500

@@ -9,8 +9,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from command_line.called_otherwise import CALLED
-from command_line.main import app
+from deltactl.cli.called_otherwise import CALLED
+from deltactl.cli.main import app
 
 JOBS = ["run", "check", "report", "export", "diagnose"]
 SERVICE = ["on", "off", "home", "pause", "resume", "cancel", "acknowledge", "stop", "status"]

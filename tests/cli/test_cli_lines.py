@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from command_line import output
+from deltactl.cli import output
 
 
 def test_a_path_is_neither_broken_nor_read_as_markup(capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
 
 CIRCLE = (CONFIG_FOLDER / "circle.yaml").read_text()
 

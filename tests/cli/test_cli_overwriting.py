@@ -24,7 +24,7 @@ def test_what_is_there_is_kept(
 ) -> None:
     from typer.testing import CliRunner
 
-    from command_line.main import app
+    from deltactl.cli.main import app
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "kept").write_text("mine")
@@ -43,7 +43,7 @@ def test_force_writes_over_it(deltactl: Deltactl, tmp_path: Path) -> None:
 def test_a_recording_is_kept_with_force_too(tmp_path: Path) -> None:
     from typer.testing import CliRunner
 
-    from command_line.main import app
+    from deltactl.cli.main import app
 
     kept = tmp_path / "kept.mcap"
     kept.write_text("mine")
@@ -70,7 +70,7 @@ def test_a_kind_of_file_that_is_not_written_or_read_says_what_to_type(
 ) -> None:
     from typer.testing import CliRunner
 
-    from command_line.main import app
+    from deltactl.cli.main import app
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x.txt").write_text("0 1 2\n1 2 3\n")
@@ -82,7 +82,7 @@ def test_a_kind_of_file_that_is_not_written_or_read_says_what_to_type(
 def test_the_short_word_for_help_helps() -> None:
     from typer.testing import CliRunner
 
-    from command_line.main import app
+    from deltactl.cli.main import app
 
     assert CliRunner().invoke(app, ["-h"]).exit_code == 0
     assert "Run a job" in CliRunner().invoke(app, ["run", "-h"]).output

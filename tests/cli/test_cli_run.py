@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.named_files import CONFIG_FOLDER
-from recording.reading.reader import read_run
-from recording.tables.flat_files import read_flat
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.tables.flat_files import read_flat
 
 
 def test_the_heart_runs_and_everything_agrees(deltactl, tmp_path: Path) -> None:
@@ -92,7 +92,7 @@ def test_an_interrupted_run_decelerates_and_ends(tmp_path: Path, word: int) -> N
     (tmp_path / "long.yaml").write_text(text.replace("repeats: 1", "repeats: 500"))
     recording = tmp_path / "long.mcap"
     run = subprocess.Popen(
-        [sys.executable, "-m", "command_line.main", "run", "long.yaml", "--simulate",
+        [sys.executable, "-m", "deltactl.cli.main", "run", "long.yaml", "--simulate",
          "--record", str(recording)],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip

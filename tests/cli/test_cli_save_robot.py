@@ -9,7 +9,7 @@ from subprocess import CompletedProcess
 import numpy as np
 import yaml
 
-from models.robot import ServoAxis, load_robot_model
+from deltactl.models.robot import ServoAxis, load_robot_model
 
 Deltactl = Callable[..., CompletedProcess[str]]
 ROBOT = "kind: servo_axis\nname: slide\nmotion: linear\n"

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from command_line.output import decimals, millimetres
+from deltactl.cli.output import decimals, millimetres
 
 ROOT = Path(__file__).parents[2]
 
 
 def test_no_thread_of_the_arithmetic_spins_beside_the_control_loop() -> None:
     asked = """
-from command_line.main import main
+from deltactl.cli.main import main
 try:
     main()
 except SystemExit:

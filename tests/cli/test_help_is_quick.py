@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from command_line.main import app
+from deltactl.cli.main import app
 
 OVER_BARE = 1.5
 """Of a program with as many commands that do nothing: what is ours, not the library's."""
@@ -31,11 +31,11 @@ app()
 def test_help_costs_little_more_than_that_of_a_program_that_does_nothing(tmp_path: Path) -> None:
     bare = tmp_path / "bare.py"
     bare.write_text(BARE.format(commands=len(app.registered_commands)))
-    assert _calls("-m", "command_line.main") < OVER_BARE * _calls(str(bare))
+    assert _calls("-m", "deltactl.cli.main") < OVER_BARE * _calls(str(bare))
 
 
 def test_help_loads_nothing_that_takes_long() -> None:
-    asked = "import sys\nfrom command_line.main import main\nprint(*sys.modules)"
+    asked = "import sys\nfrom deltactl.cli.main import main\nprint(*sys.modules)"
     loaded = subprocess.run(
         [sys.executable, "-c", asked], capture_output=True, text=True, check=True
     ).stdout.split()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 JOB = """name: ring

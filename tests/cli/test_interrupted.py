@@ -17,7 +17,7 @@ def _interrupted(folder: Path, begun: str, *arguments: str) -> tuple[int, str]:
     # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     run = subprocess.Popen(
-        [sys.executable, "-m", "command_line.main", *arguments],
+        [sys.executable, "-m", "deltactl.cli.main", *arguments],
         cwd=folder,
         stderr=subprocess.PIPE,
         text=True,

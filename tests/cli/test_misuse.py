@@ -33,7 +33,7 @@ import pytest
     ],
 )
 def test_one_line_says_what_was_wrong_and_where_help_is(typed: str, said: str) -> None:
-    command = [sys.executable, "-m", "command_line.main", *typed.split()]
+    command = [sys.executable, "-m", "deltactl.cli.main", *typed.split()]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert run.returncode == 2
     (line,) = run.stderr.splitlines()
@@ -43,7 +43,7 @@ def test_one_line_says_what_was_wrong_and_where_help_is(typed: str, said: str) -
 
 
 def test_nothing_typed_is_answered_by_the_help() -> None:
-    command = [sys.executable, "-m", "command_line.main"]
+    command = [sys.executable, "-m", "deltactl.cli.main"]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert "deltactl run heart.yaml" in run.stdout + run.stderr
     assert not run.stderr

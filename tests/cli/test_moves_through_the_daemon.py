@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from command_line.main import app
-from firmware_py.controller.build import simulated_machine
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.states import State
-from firmware_py.daemon.listener import Listener
-from firmware_py.daemon.server import Server
-from firmware_py.importing.points_table import read_points
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.planning.process import PlanningProcess
-from firmware_py.robot_file import load_robot
-from foundation.errors import DeltactlError
-from recording.reading.reader import read_run
+from deltactl.cli.main import app
+from deltactl.firmware_py.controller.build import simulated_machine
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.daemon.listener import Listener
+from deltactl.firmware_py.daemon.server import Server
+from deltactl.firmware_py.importing.points_table import read_points
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.planning.process import PlanningProcess
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import DeltactlError
+from deltactl.recording.reading.reader import read_run
 
 Deltactl = Callable[..., Result]
 STEP_M = 1.5e-4

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.controller.belief import needs_restart
-from firmware_py.controller.build import simulated_machine
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import load_robot
-from recording.reading.reader import read_run
-from recording.tables.flat_files import read_flat
+from deltactl.firmware_py.controller.belief import needs_restart
+from deltactl.firmware_py.controller.build import simulated_machine
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.tables.flat_files import read_flat
 
 SIZES = (
     "--base-radius-mm", "95", "--platform-radius-mm", "35", "--upper-arm-mm", "110",

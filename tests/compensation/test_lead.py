@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware_py.compensation.lead import Lead
-from foundation.clock import NS_PER_S
-from models.robot import FloatArray
+from deltactl.firmware_py.compensation.lead import Lead
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.robot import FloatArray
 
 MS_NS = 1_000_000
 FASTEST_HZ, ACCELERATION_HZPS = 20_000.0, 50_000.0

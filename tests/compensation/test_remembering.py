@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware_py.compensation.remembering import Course, Remembering
-from firmware_py.job_file import JobFile, load_job
-from firmware_py.kinematics_of_job import kinematics_of
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.planner.check import home_counts, make_plan
-from firmware_py.planner.plan import Plan
-from firmware_py.planner.stream import MotionStream
-from firmware_py.robot_file import RobotFile, load_robot
-from firmware_py.simulation.world import SimulatedRobot
-from foundation.clock import NS_PER_S
-from models.chain import Chain, Commands
-from models.robot import EffectEntry, FloatArray
+from deltactl.firmware_py.compensation.remembering import Course, Remembering
+from deltactl.firmware_py.job_file import JobFile, load_job
+from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.firmware_py.simulation.world import SimulatedRobot
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import EffectEntry, FloatArray
 
 ZHAO = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
 TOGETHER = {"mode": "together", "t_pwm_s": 0.002}

@@ -10,9 +10,9 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from firmware_py.job_file import JobFile
-from firmware_py.robot_file import RobotFile
-from models.robot import RangeSensor, ServoAxis, StepperAxis
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.models.robot import RangeSensor, ServoAxis, StepperAxis
 
 UPPER_AND_LOWER = (Ge, Gt, Le, Lt)
 NAMES = {"name", "robot", "file", "record", "include"}

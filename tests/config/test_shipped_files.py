@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 import yaml
 
-from firmware_py.job_file import GeometryIk, JobFile, load_job
-from firmware_py.named_files import CONFIG_FOLDER, find
-from firmware_py.planner.check import home_counts, plan_of
-from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.summary import CheckSummary
-from firmware_py.program.building import make_program
-from firmware_py.program.includes import read_whole
-from firmware_py.program.totals import summarise_program
-from firmware_py.robot_file import RobotFile, load_robot
-from foundation.errors import LimitExceeded, UnreachablePoint
-from models.inverse_kinematics import GeometricInverse
-from models.linkage import Linkage, Status, forward
-from models.robot import KINDS, load_delta, load_robot_model
+from deltactl.firmware_py.job_file import GeometryIk, JobFile, load_job
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
+from deltactl.firmware_py.planner.check import home_counts, plan_of
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.planner.summary import CheckSummary
+from deltactl.firmware_py.program.building import make_program
+from deltactl.firmware_py.program.includes import read_whole
+from deltactl.firmware_py.program.totals import summarise_program
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import LimitExceeded, UnreachablePoint
+from deltactl.models.inverse_kinematics import GeometricInverse
+from deltactl.models.linkage import Linkage, Status, forward
+from deltactl.models.robot import KINDS, load_delta, load_robot_model
 
 FILES = sorted(CONFIG_FOLDER.glob("*.yaml"))
 KIND = {path: yaml.safe_load(path.read_text(encoding="utf-8")).get("kind") for path in FILES}

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.job_file import load_job
-from firmware_py.named_files import CONFIG_FOLDER, JOB_KEY, ROBOT_KEY, find
-from firmware_py.robot_file import load_robot
-from foundation.errors import ConfigError, MissingFile
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.job_file import load_job
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, JOB_KEY, ROBOT_KEY, find
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import ConfigError, MissingFile
 
 HEART = (CONFIG_FOLDER / "heart.yaml").read_text(encoding="utf-8")
 ZHAO = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")

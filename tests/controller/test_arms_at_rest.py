@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.sensing.step_watch import StepLoss
-from foundation.clock import sleep_s
-from foundation.errors import NotReady
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.sensing.step_watch import StepLoss
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import NotReady
 
 NINE_DEG = 400
 """Steps of an arm."""

@@ -7,18 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.ranging.contract import Gate, Reading
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.sensing.determined import determine, unseen_rad
-from firmware_py.controller.sensing.home_check import check_plausible, expected_ranges_m
-from firmware_py.controller.sensing.ranging_loop import RangingLoop
-from firmware_py.controller.sensing.sight import BLIND_S, Blindness, Sight
-from firmware_py.controller.states import State
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import load_robot
-from foundation.clock import VirtualClock, ns, sleep_s
-from foundation.errors import NotReady
-from models.linkage import Linkage, forward
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.sensing.determined import determine, unseen_rad
+from deltactl.firmware_py.controller.sensing.home_check import check_plausible, expected_ranges_m
+from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
+from deltactl.firmware_py.controller.sensing.sight import BLIND_S, Blindness, Sight
+from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.clock import VirtualClock, ns, sleep_s
+from deltactl.foundation.errors import NotReady
+from deltactl.models.linkage import Linkage, forward
 
 ROBOT = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
 OUT_OF_BOUNDS = 4

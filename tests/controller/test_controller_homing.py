@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.steps.contract import Ticks
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.homing import Homer
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.clock import sleep_s
-from foundation.errors import BusDead, NotReady, SensorFault
-from recording.reading.reader import read_run
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.homing import Homer
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import BusDead, NotReady, SensorFault
+from deltactl.recording.reading.reader import read_run
 
 
 @pytest.fixture

@@ -8,18 +8,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.jobs.active_job import Phase
-from foundation.clock import sleep_s
-from foundation.errors import (
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.jobs.active_job import Phase
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import (
     ConfigError,
     LimitExceeded,
     NotReady,
     RecordingError,
     UnreachablePoint,
 )
-from recording.reading.reader import read_run
-from recording.reading.run import Run
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.run import Run
 
 
 def run_of(result) -> Run:
@@ -192,7 +192,7 @@ def test_a_path_out_of_reach_is_refused_before_anything_moves(
 
 
 def test_a_job_for_another_robot_is_refused(homed: Controller, write_job) -> None:
-    from firmware_py.named_files import CONFIG_FOLDER
+    from deltactl.firmware_py.named_files import CONFIG_FOLDER
 
     job = write_job("foreign", robot=CONFIG_FOLDER / "uzunovic-2013.yaml")
     with pytest.raises(ConfigError, match=r"this robot runs zhao-2023\.yaml"):

@@ -7,10 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.states import ALLOWED, Request, State, require, said, way_out
-from foundation.clock import sleep_s
-from foundation.errors import EmergencyStop, NotReady
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.states import ALLOWED, Request, State, require, said, way_out
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import EmergencyStop, NotReady
 
 
 @pytest.mark.parametrize("request_", list(Request))

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.states import ALLOWED, Request, State
-from foundation.clock import sleep_s
-from foundation.errors import DeltactlError
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.states import ALLOWED, Request, State
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import DeltactlError
 
 ROBOT_FILE = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 DEPTH = 2

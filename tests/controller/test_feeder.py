@@ -7,13 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from drivers.steps.contract import Ticks
-from firmware_py.controller.jobs.feeder import LEAD_S, LOOKAHEAD_S, Feeder
-from firmware_py.controller.jobs.journal import Journal
-from firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached
-from firmware_py.planner.time_scaling import TimeScaledMotion
-from foundation.clock import VirtualClock, ns
-from foundation.errors import PulseFault
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.controller.jobs.feeder import LEAD_S, LOOKAHEAD_S, Feeder
+from deltactl.firmware_py.controller.jobs.journal import Journal
+from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached
+from deltactl.firmware_py.planner.time_scaling import TimeScaledMotion
+from deltactl.foundation.clock import VirtualClock, ns
+from deltactl.foundation.errors import PulseFault
 
 HEARTBEAT_NS = ns(0.25)
 PERIOD_NS = 1_000_000
@@ -27,7 +27,7 @@ class Output:
         self.slip_ns = 0
 
     def status(self):
-        from drivers.steps.contract import OutputState, OutputStatus
+        from deltactl.drivers.steps.contract import OutputState, OutputStatus
 
         return OutputStatus(OutputState.READY, (0, 0, 0), 0, self.slip_ns)
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.controller import Controller
-from firmware_py.named_files import CONFIG_FOLDER
-from recording.reading.reader import read_run
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.recording.reading.reader import read_run
 
 TEXT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
 

@@ -9,16 +9,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.fakes.range_noise import RangeNoise
-from drivers.ranging.contract import Gate, Reading
-from drivers.steps.contract import Ticks
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.sensing.step_watch import LOOK_S, NOW_S, Moved, StepLoss, StepWatch
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import load_robot
-from foundation.clock import sleep_s
-from models.linkage import Linkage, forward
-from models.robot import AXES
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.sensing.step_watch import (
+    LOOK_S,
+    NOW_S,
+    Moved,
+    StepLoss,
+    StepWatch,
+)
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.clock import sleep_s
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import AXES
 
 ROBOT = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
 PERIOD_NS = 20_000_000

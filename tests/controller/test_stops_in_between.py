@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from drivers.steps.contract import Ticks
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.jobs import active_job
-from firmware_py.controller.states import State
-from foundation.clock import sleep_s
-from foundation.errors import DeltactlError, NotReady
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.jobs import active_job
+from deltactl.firmware_py.controller.states import State
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import DeltactlError, NotReady
 
 
 def open_recordings() -> list[str]:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import RobotFile, load_robot
-from firmware_py.simulation.world import GRID_S, SimulatedRobot
-from foundation.clock import NS_PER_S, sleep_s
-from models.chain import OnlineChain, Outputs
-from models.robot import AXES, EffectEntry, FloatArray
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.firmware_py.simulation.world import GRID_S, SimulatedRobot
+from deltactl.foundation.clock import NS_PER_S, sleep_s
+from deltactl.models.chain import OnlineChain, Outputs
+from deltactl.models.robot import AXES, EffectEntry, FloatArray
 
 PLAY = EffectEntry(effect="gear_backlash", component="motor1", parameters={"width": 0.02})
 FEW_SECONDS_NS, UNWATCHED_NS = 3 * NS_PER_S, 40 * NS_PER_S

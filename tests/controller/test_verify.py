@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.sensing.verify import Verification, verify
-from foundation.clock import sleep_s
-from foundation.errors import MotionError, NotReady
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.sensing.verify import Verification, verify
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import MotionError, NotReady
 
 
 def verified(controller: Controller, write_job, finish, slipped: int = 0) -> Verification:

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.contract import HomeSeen, JobResult, SensorStatus, Status
-from firmware_py.controller.states import Request, State, require
-from firmware_py.daemon.client import Client
-from firmware_py.daemon.limits import Limits
-from firmware_py.daemon.listener import Listener
-from firmware_py.daemon.server import Server
-from foundation.errors import ConfigError
+from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, SensorStatus, Status
+from deltactl.firmware_py.controller.states import Request, State, require
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.daemon.limits import Limits
+from deltactl.firmware_py.daemon.listener import Listener
+from deltactl.firmware_py.daemon.server import Server
+from deltactl.foundation.errors import ConfigError
 
 
 @dataclass

@@ -13,10 +13,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.daemon.client import Client
-from firmware_py.daemon.limits import Allowance, Limits, Lines
-from firmware_py.daemon.protocol import ARGUMENTS, MAX_LINE_BYTES, BadRequest, encode, parse
-from foundation.errors import NotReady, ServiceError
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.daemon.limits import Allowance, Limits, Lines
+from deltactl.firmware_py.daemon.protocol import (
+    ARGUMENTS,
+    MAX_LINE_BYTES,
+    BadRequest,
+    encode,
+    parse,
+)
+from deltactl.foundation.errors import NotReady, ServiceError
 
 RUBBISH = [
     (b"hello", "one JSON object a line"),

@@ -21,13 +21,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.fakes.lines import BENCH_BYTES, BenchMemory
-from drivers.settings import StepSettings
-from firmware_py.daemon.client import Client
-from firmware_py.install.unit import PROGRAM
-from foundation.errors import NotReady, ServiceError
-from recording.reading.reader import read_run
-from recording.reading.run import Run
+from deltactl.drivers.fakes.lines import BENCH_BYTES, BenchMemory
+from deltactl.drivers.settings import StepSettings
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.install.unit import PROGRAM
+from deltactl.foundation.errors import NotReady, ServiceError
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.run import Run
 from tests.rigs.faults.daemon_stand import pulse_process_of
 
 ROBOT_FILE = PROGRAM / "config/zhao-2023.yaml"
@@ -35,7 +35,7 @@ HEARTBEAT_S = StepSettings().heartbeat_s
 MINIMUM_GAP = StepSettings().minimum_gap_fraction
 NO_EXECUTABLE_MEMORY = (
     "import ctypes, sys; ctypes.CDLL(None).prctl(65, 1, 0, 0, 0);"
-    "from command_line.main import main; main()"
+    "from deltactl.cli.main import main; main()"
 )
 """PR_SET_MDWE, which is what MemoryDenyWriteExecute= of the unit does (kernels from 6.3 on)."""
 
@@ -269,6 +269,6 @@ def _readable_up_to(recording: Path, end_ns: int, bench: BenchMemory) -> Run:
 
 
 def _start_a_second_one(daemon: Process) -> None:
-    from firmware_py.daemon.main import serve
+    from deltactl.firmware_py.daemon.main import serve
 
     serve(ROBOT_FILE, daemon.socket, True, daemon.folder / "other")

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.daemon.address import client_sockets, daemon_socket
-from firmware_py.daemon.client import daemon_answers
-from firmware_py.daemon.listener import Listener
-from firmware_py.daemon.main import _log_what_latched, run_daemon
-from firmware_py.daemon.notify import Notifier
-from firmware_py.daemon.signals import EndSignals
-from firmware_py.daemon.watchdog import Watchdog, check_period_s
-from foundation.errors import ServiceError
+from deltactl.firmware_py.daemon.address import client_sockets, daemon_socket
+from deltactl.firmware_py.daemon.client import daemon_answers
+from deltactl.firmware_py.daemon.listener import Listener
+from deltactl.firmware_py.daemon.main import _log_what_latched, run_daemon
+from deltactl.firmware_py.daemon.notify import Notifier
+from deltactl.firmware_py.daemon.signals import EndSignals
+from deltactl.firmware_py.daemon.watchdog import Watchdog, check_period_s
+from deltactl.foundation.errors import ServiceError
 
 
 class Manager:

@@ -9,10 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.contract import HomeSeen
-from firmware_py.daemon.client import Client, daemon_answers
-from firmware_py.daemon.line import Line
-from foundation.errors import ConfigError, MissingFile, NotReady, RecordingError, ServiceError
+from deltactl.firmware_py.controller.contract import HomeSeen
+from deltactl.firmware_py.daemon.client import Client, daemon_answers
+from deltactl.firmware_py.daemon.line import Line
+from deltactl.foundation.errors import (
+    ConfigError,
+    MissingFile,
+    NotReady,
+    RecordingError,
+    ServiceError,
+)
 
 
 def test_a_job_from_power_on_to_its_result(serve, job, wait_until):

@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.install.boot import WANTED, active_parameters, with_options
-from firmware_py.install.install import hindrances, install, plan, writable_by_others
-from firmware_py.install.steps import Run, WriteFile
-from firmware_py.install.unit import PROGRAM, Place, service_unit
-from firmware_py.robot_file import load_robot
-from foundation.errors import ConfigError, HardwareError, ServiceError
+from deltactl.firmware_py.install.boot import WANTED, active_parameters, with_options
+from deltactl.firmware_py.install.install import hindrances, install, plan, writable_by_others
+from deltactl.firmware_py.install.steps import Run, WriteFile
+from deltactl.firmware_py.install.unit import PROGRAM, Place, service_unit
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import ConfigError, HardwareError, ServiceError
 
 ROBOT_FILE = PROGRAM / "config/zhao-2023.yaml"
 LEAST_EXPOSURE = 2.0
@@ -98,7 +98,7 @@ def test_every_option_of_the_daemon_in_the_unit_exists(robot):
     text = service_unit(robot, Place(ROBOT_FILE))
     (line,) = re.findall(r"^ExecStart=\S+ (.*)$", text, re.MULTILINE)
     words = line.replace("%S", "/tmp").replace("%t", "/tmp").split()
-    command = [sys.executable, "-m", "command_line.main", *words, "--no-such-option"]
+    command = [sys.executable, "-m", "deltactl.cli.main", *words, "--no-such-option"]
     found = subprocess.run(command, capture_output=True, text=True, check=False, cwd=PROGRAM)
     assert "No such option: --no-such-option" in found.stderr
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.progress import Progress
-from firmware_py.install.unit import PROGRAM
-from foundation.clock import sleep_s
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.progress import Progress
+from deltactl.firmware_py.install.unit import PROGRAM
+from deltactl.foundation.clock import sleep_s
 
 
 @pytest.fixture

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.controller import Controller
-from firmware_py.daemon.client import Client
-from firmware_py.daemon.listener import Listener
-from firmware_py.daemon.server import Server
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.clock import sleep_s
-from foundation.errors import ConfigError, NotReady
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.daemon.listener import Listener
+from deltactl.firmware_py.daemon.server import Server
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import ConfigError, NotReady
 
 TEXT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
 MICROSTEP_M = 1e-4

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.daemon.address import Peer
-from firmware_py.daemon.client import Client
-from firmware_py.job_file import load_job
-from foundation.errors import ConfigError, DeltactlError, MissingFile, ServiceError
+from deltactl.firmware_py.daemon.address import Peer
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.job_file import load_job
+from deltactl.foundation.errors import ConfigError, DeltactlError, MissingFile, ServiceError
 
 PROGRAM = Path(__file__).resolve().parents[2]
 PACKAGES = ("drivers", "firmware_py", "foundation", "models", "recording")
@@ -66,8 +66,8 @@ def test_a_pipe_named_as_a_file_holds_nobody_up(tmp_path: Path, load) -> None:
 
 
 def test_a_job_cannot_place_its_recording_elsewhere(tmp_path: Path) -> None:
-    from firmware_py.controller.build import build_controller
-    from firmware_py.named_files import CONFIG_FOLDER
+    from deltactl.firmware_py.controller.build import build_controller
+    from deltactl.firmware_py.named_files import CONFIG_FOLDER
 
     one = build_controller(
         CONFIG_FOLDER / "zhao-2023.yaml", simulated=True, realtime=False, recordings=tmp_path / "r"

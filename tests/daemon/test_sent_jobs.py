@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.daemon import job_store
-from firmware_py.daemon.connection import Connection
-from firmware_py.daemon.job_store import JobStore, check_job
-from firmware_py.daemon.limits import Limits, Lines
-from firmware_py.daemon.protocol import BadRequest, parse
-from foundation.errors import ConfigError
+from deltactl.firmware_py.daemon import job_store
+from deltactl.firmware_py.daemon.connection import Connection
+from deltactl.firmware_py.daemon.job_store import JobStore, check_job
+from deltactl.firmware_py.daemon.limits import Limits, Lines
+from deltactl.firmware_py.daemon.protocol import BadRequest, parse
+from deltactl.foundation.errors import ConfigError
 
 MIB = 2**20
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.wire_errors import KINDS, as_exception, as_message
-from foundation.errors import (
+from deltactl.firmware_py.wire_errors import KINDS, as_exception, as_message
+from deltactl.foundation.errors import (
     DeltactlError,
     LimitExceeded,
     MotionError,

@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 from gpiozero.pins.pi import PiBoardInfo
 
-from drivers.settings import SwitchedPin
-from drivers.steps.build import lgpio_pins
-from drivers.steps.lgpio_lines import LgpioLines
-from firmware_py.install.header import GROUND, PIN_OF_GPIO, POWER_3V3, POWER_5V
-from firmware_py.install.install import hints
-from firmware_py.install.make_safe import main, make_safe
-from firmware_py.install.unit import PROGRAM
-from firmware_py.install.wiring import as_markdown, as_text, wiring
-from firmware_py.robot_file import load_robot
-from foundation.errors import PulseFault
+from deltactl.drivers.settings import SwitchedPin
+from deltactl.drivers.steps.build import lgpio_pins
+from deltactl.drivers.steps.lgpio_lines import LgpioLines
+from deltactl.firmware_py.install.header import GROUND, PIN_OF_GPIO, POWER_3V3, POWER_5V
+from deltactl.firmware_py.install.install import hints
+from deltactl.firmware_py.install.make_safe import main, make_safe
+from deltactl.firmware_py.install.unit import PROGRAM
+from deltactl.firmware_py.install.wiring import as_markdown, as_text, wiring
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import PulseFault
 from tests.rigs import needs
 
 ROBOT_FILE = PROGRAM / "config/zhao-2023.yaml"
@@ -163,7 +163,13 @@ def test_it_never_fails_the_unit(arguments, capsys):
 @pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="would move the lines of this machine")
 def test_as_systemd_runs_it():
     pytest.importorskip("lgpio", reason=needs.LGPIO)
-    command = [sys.executable, "-P", "-m", "firmware_py.install.make_safe", str(ROBOT_FILE)]
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "deltactl.firmware_py.install.make_safe",
+        str(ROBOT_FILE),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert "/dev/gpiochip0 does not exist" in done.stderr

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from firmware_py.describing.first_job import write_first_job
-from firmware_py.describing.robot_text import robot_text
-from firmware_py.program.dry_run import check_job
-from firmware_py.robot_file import load_robot
-from models.robot import load_robot_model
+from deltactl.firmware_py.describing.first_job import write_first_job
+from deltactl.firmware_py.describing.robot_text import robot_text
+from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.models.robot import load_robot_model
 from tests.describing.conftest import DELTA, WIRED, Deltactl, options
 
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.describing.questions import QUESTIONS
-from firmware_py.describing.robot_text import robot_text
-from models.robot import KINDS, ServoAxis, load_robot_model
-from recording.tables.flat import FlatRecording
-from recording.tables.flat_files import write_flat
+from deltactl.firmware_py.describing.questions import QUESTIONS
+from deltactl.firmware_py.describing.robot_text import robot_text
+from deltactl.models.robot import KINDS, ServoAxis, load_robot_model
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import write_flat
 from tests.describing.conftest import Deltactl
 
 

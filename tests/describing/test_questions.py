@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from command_line.recordings.init import _ask as asked_by_hand
-from firmware_py.describing.questions import QUESTIONS, WIRING, Question, gather, numbers, remarks
-from foundation.errors import ConfigError
+from deltactl.cli.recordings.init import _ask as asked_by_hand
+from deltactl.firmware_py.describing.questions import (
+    QUESTIONS,
+    WIRING,
+    Question,
+    gather,
+    numbers,
+    remarks,
+)
+from deltactl.foundation.errors import ConfigError
 from tests.describing.conftest import DELTA, WIRED
 
 
@@ -67,7 +74,7 @@ def test_questions_are_asked_where_somebody_sits() -> None:
 
 def test_an_answer_that_cannot_be_taken_is_asked_for_again(monkeypatch) -> None:
     typed = iter(["rotary", "95.1"])
-    monkeypatch.setattr("command_line.recordings.init.typer.prompt", lambda *_, **__: next(typed))
+    monkeypatch.setattr("deltactl.cli.recordings.init.typer.prompt", lambda *_, **__: next(typed))
     (inertia,) = (one for one in QUESTIONS["servo_axis"] if one.key == "inertia")
     assert asked_by_hand(inertia) == "95.1"
     kinds = {one.key: one for one in (*QUESTIONS["servo_axis"], *WIRING)}

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.chain import Chain, Commands
-from models.robot import DeltaRobot, EffectEntry, load_delta
-from recording.tables.flat import FlatRecording
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import DeltaRobot, EffectEntry, load_delta
+from deltactl.recording.tables.flat import FlatRecording
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 

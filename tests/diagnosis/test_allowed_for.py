@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from models.chain import Chain, Commands
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 HOME_RAD = 0.0026
 """0.15 degrees: within what careful building leaves, and 60 times the noise of an encoder."""

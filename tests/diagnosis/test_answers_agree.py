@@ -11,10 +11,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from diagnosis.answer.consistency import contradictions
-from diagnosis.answer.corrected_robot import save_corrected
-from diagnosis.api import diagnose, diagnose_recordings
-from models.robot import DeltaRobot, EffectEntry
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.answer.corrected_robot import save_corrected
+from deltactl.diagnosis.api import diagnose, diagnose_recordings
+from deltactl.models.robot import DeltaRobot, EffectEntry
 from tests.diagnosis.conftest import Record
 
 REAL = Path(

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from diagnosis.answer.consistency import contradictions
-from diagnosis.answer.records import Diagnosis
-from diagnosis.api import diagnose
-from diagnosis.estimation.side_by_side import alone
-from foundation.errors import DeltactlError
-from recording.tables.flat import FlatRecording
-from recording.tables.flat_files import write_flat
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.api import diagnose
+from deltactl.diagnosis.estimation.side_by_side import alone
+from deltactl.foundation.errors import DeltactlError
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import write_flat
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 AXIS = "kind: servo_axis\nname: any\nmotion: rotary\ninertia: 1.0\n"

@@ -7,23 +7,23 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.noise import estimate
-from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors.options import OPTIONS, PENALTIES
-from diagnosis.priors.penalties import penalty, penalty_of, spline_penalty
-from diagnosis.search.outside_contact import (
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.estimation.least_squares import Fitter
+from deltactl.diagnosis.estimation.noise import estimate
+from deltactl.diagnosis.evidence.noise_estimation import prepare
+from deltactl.diagnosis.plants.candidate import Term
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.priors.options import OPTIONS, PENALTIES
+from deltactl.diagnosis.priors.penalties import penalty, penalty_of, spline_penalty
+from deltactl.diagnosis.search.outside_contact import (
     clear_rows,
     gain_elsewhere,
     left_alone,
 )
-from diagnosis.search.search import Search
-from diagnosis.selection.nonparametric import seen_apart
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.search.search import Search
+from deltactl.diagnosis.selection.nonparametric import seen_apart
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 HEIGHT_M = -0.44

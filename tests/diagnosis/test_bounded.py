@@ -13,17 +13,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagnosis.admission import excerpt as admission
-from diagnosis.admission.excerpt import excerpt, excerpts, thinned
-from diagnosis.admission.options import ADMISSION
-from diagnosis.admission.step_counts import check_steps
-from diagnosis.api import diagnose, diagnose_recordings
-from diagnosis.plants.delta.safe_poses import MotionLimits
-from diagnosis.report.sentences.summary import plain_lines
-from foundation.errors import RecordingError
-from models.robot import DeltaRobot
-from recording.tables.flat import FlatRecording
-from recording.tables.flat_files import read_flat, write_flat
+from deltactl.diagnosis.admission import excerpt as admission
+from deltactl.diagnosis.admission.excerpt import excerpt, excerpts, thinned
+from deltactl.diagnosis.admission.options import ADMISSION
+from deltactl.diagnosis.admission.step_counts import check_steps
+from deltactl.diagnosis.api import diagnose, diagnose_recordings
+from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
+from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.robot import DeltaRobot
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import read_flat, write_flat
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 # The kernel's own high-water mark: getrusage hands a child the mark of the process that started it.
@@ -36,8 +36,8 @@ def peak_mb():
 CHILD = """
 import sys
 from pathlib import Path
-from diagnosis.api import diagnose
-from diagnosis.estimation.side_by_side import alone
+from deltactl.diagnosis.api import diagnose
+from deltactl.diagnosis.estimation.side_by_side import alone
 with alone():
     answer = diagnose([Path(sys.argv[1])], Path(sys.argv[2]))
 print(peak_mb())
@@ -45,7 +45,7 @@ print(peak_mb())
 READS = """
 import sys
 from pathlib import Path
-from recording.tables.flat_files import read_flat
+from deltactl.recording.tables.flat_files import read_flat
 before = peak_mb()
 recording = read_flat(Path(sys.argv[1]))
 print(peak_mb() - before)

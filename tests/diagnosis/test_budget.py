@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.estimation.budget import Budget, Until
-from diagnosis.estimation.options import ESTIMATION
-from diagnosis.estimation.side_by_side import alone
-from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.selection.model_choice import explain
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.estimation.budget import Budget, Until
+from deltactl.diagnosis.estimation.options import ESTIMATION
+from deltactl.diagnosis.estimation.side_by_side import alone
+from deltactl.diagnosis.evidence.noise_estimation import prepare
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.selection.model_choice import explain
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 SCALE = EffectEntry(effect="sensor_scale", component="range_x", parameters={"scale": 1.02})

@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.plants.delta.options import TOLERANCES
-from diagnosis.priors.build_tolerances import within_tolerance
-from diagnosis.priors.options import PENALTIES
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.plants.candidate import Term
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.options import TOLERANCES
+from deltactl.diagnosis.priors.build_tolerances import within_tolerance
+from deltactl.diagnosis.priors.options import PENALTIES
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.evidence.noise_estimation import Prepared, prepare
-from diagnosis.plants.delta.model import DeltaModel
-from models.robot import DeltaRobot
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.evidence.noise_estimation import Prepared, prepare
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.models.robot import DeltaRobot
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

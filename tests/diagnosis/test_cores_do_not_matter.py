@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.estimation import side_by_side
-from diagnosis.estimation.side_by_side import alone
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.estimation import side_by_side
+from deltactl.diagnosis.estimation.side_by_side import alone
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 CAUSES = (

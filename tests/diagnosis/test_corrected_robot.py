@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.answer.corrected_robot import corrected_text, save_corrected
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.corrected_robot import corrected_text, save_corrected
+from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,
     Evidence,
@@ -18,9 +18,9 @@ from diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from foundation.errors import RecordingError
-from models.chain import Chain, Commands
-from models.robot import DeltaRobot, load_delta
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import DeltaRobot, load_delta
 
 ROBOT = """# a comment worth keeping
 kind: delta

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.special import chdtri
 
-from diagnosis.answer.verdict import ALARM
-from diagnosis.assessment.detection_limits import limits
-from diagnosis.evidence.detection import Detection
-from diagnosis.evidence.noise_estimation import Prepared, prepare
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.search.search import Search
-from models.robot import DeltaRobot, EffectEntry
+from deltactl.diagnosis.answer.verdict import ALARM
+from deltactl.diagnosis.assessment.detection_limits import limits
+from deltactl.diagnosis.evidence.detection import Detection
+from deltactl.diagnosis.evidence.noise_estimation import Prepared, prepare
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.search.search import Search
+from deltactl.models.robot import DeltaRobot, EffectEntry
 from tests.diagnosis.conftest import Record
 
 PROMPT_S = 0.0097

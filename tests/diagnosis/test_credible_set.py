@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.selection.credible_set import _Weights
-from diagnosis.selection.options import CREDIBLE
+from deltactl.diagnosis.selection.credible_set import _Weights
+from deltactl.diagnosis.selection.options import CREDIBLE
 
 weights = st.floats(0.0, 1e30)
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.admission.robot_match import check_belongs
-from diagnosis.api import diagnose, diagnose_recordings
-from foundation.errors import DeltactlError, RecordingError
-from models.robot import DeltaRobot
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.admission.robot_match import check_belongs
+from deltactl.diagnosis.api import diagnose, diagnose_recordings
+from deltactl.foundation.errors import DeltactlError, RecordingError
+from deltactl.models.robot import DeltaRobot
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 Change = Callable[[dict[str, np.ndarray]], None]

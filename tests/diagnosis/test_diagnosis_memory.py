@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.answer.records import Finding
-from diagnosis.api import diagnose_recordings
-from models.robot import DeltaRobot
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.answer.records import Finding
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.models.robot import DeltaRobot
+from deltactl.recording.tables.flat import FlatRecording
 
 PERIOD_M = 0.05
 SIZE_M = 0.006

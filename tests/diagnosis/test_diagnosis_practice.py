@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from diagnosis.api import diagnose
+from deltactl.diagnosis.api import diagnose
 
 FOLDER = (
     Path(

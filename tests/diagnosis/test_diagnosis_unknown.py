@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.answer.records import Finding
-from diagnosis.api import diagnose_recordings
-from diagnosis.estimation.splines import way
-from models.chain import Chain, Commands
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.answer.records import Finding
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.estimation.splines import way
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 RATE_HZ = 0.31

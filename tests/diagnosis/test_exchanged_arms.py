@@ -6,9 +6,9 @@ import itertools
 
 import pytest
 
-from diagnosis.admission.exchanged_arms import refuse_exchanged_arms
-from foundation.errors import RecordingError
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.admission.exchanged_arms import refuse_exchanged_arms
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.tables.flat import FlatRecording
 from tests.rigs.picker import nominal, recorded
 
 ORDERS = [order for order in itertools.permutations((1, 2, 3)) if order != (1, 2, 3)]

@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.assessment.covariance import covariance
-from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.noise import estimate
-from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.plants.delta.options import TOLERANCES
-from diagnosis.priors.file_tolerances import giving_way, pull
-from diagnosis.priors.options import PENALTIES
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.assessment.covariance import covariance
+from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.estimation.least_squares import Fitter
+from deltactl.diagnosis.estimation.noise import estimate
+from deltactl.diagnosis.plants.candidate import Term
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.options import TOLERANCES
+from deltactl.diagnosis.priors.file_tolerances import giving_way, pull
+from deltactl.diagnosis.priors.options import PENALTIES
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.plants.delta.near_singular import fragile
-from models.linkage import Linkage, forward
-from models.robot import DeltaRobot
+from deltactl.diagnosis.plants.delta.near_singular import fragile
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import DeltaRobot
 
 
 def test_flat_arms_are_fragile_and_bent_ones_are_not(delta: DeltaRobot) -> None:

@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.assessment.covariance import NORMAL_95, covariance, parameters
-from diagnosis.assessment.holdout import on_another_run, on_blocks
-from diagnosis.assessment.options import ASSESSMENT
-from diagnosis.estimation.blocks import blocks_of
-from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.noise import ChannelNoise, Whitener
-from diagnosis.estimation.splines import SplineTerm, knots_for, spline_basis
-from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors import file_tolerances
-from models.robot import DeltaRobot
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.assessment.covariance import NORMAL_95, covariance, parameters
+from deltactl.diagnosis.assessment.holdout import on_another_run, on_blocks
+from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.estimation.blocks import blocks_of
+from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.estimation.least_squares import Fitter
+from deltactl.diagnosis.estimation.noise import ChannelNoise, Whitener
+from deltactl.diagnosis.estimation.splines import SplineTerm, knots_for, spline_basis
+from deltactl.diagnosis.plants.candidate import Term
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.priors import file_tolerances
+from deltactl.models.robot import DeltaRobot
+from deltactl.recording.tables.flat import FlatRecording
 from tests.diagnosis.conftest import Record
 
 SIGMA_M = 0.002

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.selection.imitation import _along, chances
-from diagnosis.selection.options import CREDIBLE
+from deltactl.diagnosis.selection.imitation import _along, chances
+from deltactl.diagnosis.selection.options import CREDIBLE
 
 shares = st.lists(st.floats(0.0, 1.0), min_size=1, max_size=8)
 

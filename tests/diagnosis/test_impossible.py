@@ -7,26 +7,26 @@ from copy import copy
 import numpy as np
 import pytest
 
-from diagnosis.assessment import profile_likelihood
-from diagnosis.assessment.impossible import (
+from deltactl.diagnosis.assessment import profile_likelihood
+from deltactl.diagnosis.assessment.impossible import (
     beyond_physics,
     first_impossible,
     impossible,
     lacking,
     less,
 )
-from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.options import ESTIMATION
-from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.candidate import Candidate, Term
-from diagnosis.plants.delta.candidates import lost_steps
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.score_tests.change_points import jumps
-from diagnosis.search.search import Search
-from diagnosis.selection.ambiguity import stands_of
-from diagnosis.selection.credible_set import credible
-from diagnosis.selection.model_choice import Explained
-from models.robot import DeltaRobot, EffectEntry
+from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.estimation.options import ESTIMATION
+from deltactl.diagnosis.evidence.noise_estimation import prepare
+from deltactl.diagnosis.plants.candidate import Candidate, Term
+from deltactl.diagnosis.plants.delta.candidates import lost_steps
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.score_tests.change_points import jumps
+from deltactl.diagnosis.search.search import Search
+from deltactl.diagnosis.selection.ambiguity import stands_of
+from deltactl.diagnosis.selection.credible_set import credible
+from deltactl.diagnosis.selection.model_choice import Explained
+from deltactl.models.robot import DeltaRobot, EffectEntry
 from tests.diagnosis.conftest import Record
 
 

@@ -6,15 +6,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis.assessment import profile_likelihood as profile
-from diagnosis.assessment.covariance import covariance
-from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.noise import estimate
-from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.model import DeltaModel
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.assessment import profile_likelihood as profile
+from deltactl.diagnosis.assessment.covariance import covariance
+from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.estimation.least_squares import Fitter
+from deltactl.diagnosis.estimation.noise import estimate
+from deltactl.diagnosis.plants.candidate import Term
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagnosis.answer.records import ParameterResult
-from diagnosis.assessment.covariance import NORMAL_95, parameters
-from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.candidates import candidates_of
+from deltactl.diagnosis.answer.records import ParameterResult
+from deltactl.diagnosis.assessment.covariance import NORMAL_95, parameters
+from deltactl.diagnosis.plants.candidate import Term
+from deltactl.diagnosis.plants.delta.candidates import candidates_of
 
 SPREADS = st.floats(1e-3, 0.5)
 FEW = settings(max_examples=15)

@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.candidates import lost_steps
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.search.search import Search
-from diagnosis.selection.ambiguity import resolved
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.evidence.noise_estimation import prepare
+from deltactl.diagnosis.plants.candidate import Term
+from deltactl.diagnosis.plants.delta.candidates import lost_steps
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.search.search import Search
+from deltactl.diagnosis.selection.ambiguity import resolved
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 LATE_S = 0.14

@@ -10,20 +10,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.estimation.change_point_timing import shown_later
-from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.levenberg_marquardt import Slopes
-from diagnosis.estimation.options import ESTIMATION
-from diagnosis.estimation.orthonormal import orthonormal
-from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.candidate import Candidate, Term
-from diagnosis.plants.delta.candidates import lost_steps
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.search import removal
-from diagnosis.search.removal import begun_without, clearly_needed, drop, spare
-from diagnosis.search.search import Search
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.estimation.change_point_timing import shown_later
+from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.estimation.levenberg_marquardt import Slopes
+from deltactl.diagnosis.estimation.options import ESTIMATION
+from deltactl.diagnosis.estimation.orthonormal import orthonormal
+from deltactl.diagnosis.evidence.noise_estimation import prepare
+from deltactl.diagnosis.plants.candidate import Candidate, Term
+from deltactl.diagnosis.plants.delta.candidates import lost_steps
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.search import removal
+from deltactl.diagnosis.search.removal import begun_without, clearly_needed, drop, spare
+from deltactl.diagnosis.search.search import Search
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.answer.records import Diagnosis
-from diagnosis.api import diagnose_recordings
-from diagnosis.observations.readings import without_outliers
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.observations.readings import without_outliers
 from tests.rigs.picker import nominal, recorded
 
 ROWS = 2000

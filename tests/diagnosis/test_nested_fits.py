@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.evidence.effective_size import tempered
-from diagnosis.evidence.laplace import Laplace
-from diagnosis.observations.readings import FloatArray
-from diagnosis.plants.regression import Columns, Regressor, Size
+from deltactl.diagnosis.evidence.effective_size import tempered
+from deltactl.diagnosis.evidence.laplace import Laplace
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.regression import Columns, Regressor, Size
 
 TRUE_HZ, WRONG_HZ = 3.0, 4.6
 

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.search.search import Search
-from diagnosis.selection.model_choice import calmed
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.evidence.noise_estimation import prepare
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.search.search import Search
+from deltactl.diagnosis.selection.model_choice import calmed
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

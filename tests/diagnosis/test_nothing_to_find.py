@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.assessment.detection_limits import NORMAL_FROM, noncentrality
-from firmware_py.named_files import CONFIG_FOLDER
-from models.chain import Chain, Commands
-from models.linkage import Linkage, forward
-from models.robot import DeltaRobot, FloatArray, load_robot_model
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.assessment.detection_limits import NORMAL_FROM, noncentrality
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import DeltaRobot, FloatArray, load_robot_model
+from deltactl.recording.tables.flat import FlatRecording
 
 ROWS = 600
 T_S = np.arange(ROWS) * 0.02

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from benchmarks.endurance.fuzz_values import ROBOT, ROUNDS, Recordings
-from command_line.main import main
-from foundation.errors import RecordingError
-from recording.reading.reader import read_run
+from deltactl.cli.main import main
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.reading.reader import read_run
 
 TIME, ALL = 255, bytes([0, 255])
 EDGES, READINGS = 2, (4, 5, 6)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.admission.robot_match import check_belongs
-from foundation.errors import RecordingError
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.admission.robot_match import check_belongs
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 
 @pytest.mark.parametrize("late_s", [0.2, 0.45])

@@ -7,20 +7,20 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.answer.verdict import ALARM
-from diagnosis.api import diagnose_recordings
-from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.noise import Whitener, estimate
-from diagnosis.estimation.orthonormal import orthonormal
-from diagnosis.evidence.detection import Detection
-from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.evidence.options import EVIDENCE
-from diagnosis.evidence.saturated_model import Saturated, given_back
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.score_tests.fine_scores import scores_of
-from diagnosis.score_tests.score_test import explained_by
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.answer.verdict import ALARM
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.estimation.least_squares import Fitter
+from deltactl.diagnosis.estimation.noise import Whitener, estimate
+from deltactl.diagnosis.estimation.orthonormal import orthonormal
+from deltactl.diagnosis.evidence.detection import Detection
+from deltactl.diagnosis.evidence.noise_estimation import prepare
+from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.evidence.saturated_model import Saturated, given_back
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.score_tests.fine_scores import scores_of
+from deltactl.diagnosis.score_tests.score_test import explained_by
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 RHO = 0.6

@@ -7,16 +7,16 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.candidate import Candidate, Term
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors.penalties import Trial, penalty
-from diagnosis.score_tests.pair_scores import best_pairs, leading
-from diagnosis.search.addition import likely
-from diagnosis.search.search import Search
-from diagnosis.selection.equivalents import equivalents_of
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.evidence.noise_estimation import prepare
+from deltactl.diagnosis.plants.candidate import Candidate, Term
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.priors.penalties import Trial, penalty
+from deltactl.diagnosis.score_tests.pair_scores import best_pairs, leading
+from deltactl.diagnosis.search.addition import likely
+from deltactl.diagnosis.search.search import Search
+from deltactl.diagnosis.selection.equivalents import equivalents_of
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 TRUTH = {("gear_ratio", "motor1"), ("joint_compliance", "joints")}

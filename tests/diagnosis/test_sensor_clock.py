@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.plants.delta.sensor_clock import OwnTimes
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.plants.delta.sensor_clock import OwnTimes
+from deltactl.recording.tables.flat import FlatRecording
 
 
 def test_a_prediction_is_carried_to_each_sensors_own_time() -> None:

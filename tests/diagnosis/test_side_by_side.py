@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from diagnosis.estimation import side_by_side as module
-from diagnosis.estimation.side_by_side import alone, only_here, side_by_side
+from deltactl.diagnosis.estimation import side_by_side as module
+from deltactl.diagnosis.estimation.side_by_side import alone, only_here, side_by_side
 
 
 @pytest.fixture(autouse=True)

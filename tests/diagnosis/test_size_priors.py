@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad, trapezoid
 
-from diagnosis.plants.delta.candidates import EVENTS, candidates_of
-from diagnosis.priors.options import SIZE_PRIORS
-from diagnosis.priors.size_priors import odds_cost, prior_of, score_log_odds
-from models.effects import VOCABULARY
+from deltactl.diagnosis.plants.delta.candidates import EVENTS, candidates_of
+from deltactl.diagnosis.priors.options import SIZE_PRIORS
+from deltactl.diagnosis.priors.size_priors import odds_cost, prior_of, score_log_odds
+from deltactl.models.effects import VOCABULARY
 
 DELTA = [name for name in VOCABULARY if name not in (*EVENTS, "contact")]
 

@@ -7,20 +7,20 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.search.search import Search
-from diagnosis.selection.credible_set import _of_shape
-from diagnosis.selection.nonparametric import (
+from deltactl.diagnosis.evidence.noise_estimation import prepare
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.search.search import Search
+from deltactl.diagnosis.selection.credible_set import _of_shape
+from deltactl.diagnosis.selection.nonparametric import (
     explains_it_all,
     in_place_of,
     named_instead,
     shape_promises,
     with_spline_terms,
 )
-from diagnosis.selection.tolerance_rival import ToleranceRival
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.selection.tolerance_rival import ToleranceRival
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 SIZE_M = 0.03

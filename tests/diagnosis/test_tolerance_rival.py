@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from models.robot import DeltaRobot, EffectEntry
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 FAULT = EffectEntry(effect="sensor_crosstalk", component="range_y", parameters={"curvature": 0.04})

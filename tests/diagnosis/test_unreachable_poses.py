@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.chain.delta import standing
+from deltactl.models.chain.delta import standing
 
 
 def test_the_platform_stands_where_it_last_was() -> None:

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.answer.assembly import assembled, sharing
-from diagnosis.answer.consistency import contradictions
-from diagnosis.answer.options import VERDICT
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.assembly import assembled, sharing
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.answer.options import VERDICT
+from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,
     Evidence,
@@ -21,7 +21,7 @@ from diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from diagnosis.answer.verdict import ALARM, Rest, claimed, left_over, rather_unknown
+from deltactl.diagnosis.answer.verdict import ALARM, Rest, claimed, left_over, rather_unknown
 
 RMS = st.floats(1e-6, 1.0)
 PS = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 1e-300, ALARM, 1.0]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.records import (
     Diagnosis,
     Evidence,
     Finding,
@@ -14,9 +14,9 @@ from diagnosis.answer.records import (
     Verdict,
     Where,
 )
-from diagnosis.answer.verdict import Rest, verdict
-from diagnosis.report.sentences.headline import headline
-from diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
+from deltactl.diagnosis.answer.verdict import Rest, verdict
+from deltactl.diagnosis.report.sentences.headline import headline
+from deltactl.diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
 
 LAG = Finding(
     effect="following_lag", component="motor1",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from diagnosis.answer.consistency import contradictions
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,
     Evidence,
@@ -13,9 +13,9 @@ from diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from diagnosis.answer.verdict import Rest, verdict
-from diagnosis.report.sentences.headline import headline
-from diagnosis.report.sentences.telling import told
+from deltactl.diagnosis.answer.verdict import Rest, verdict
+from deltactl.diagnosis.report.sentences.headline import headline
+from deltactl.diagnosis.report.sentences.telling import told
 
 FIT = Fit(
     rms_before_m=2e-3, rms_after_m=1.5e-3, noise_floor_m=1.5e-3,

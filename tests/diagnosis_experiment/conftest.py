@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.noise import estimate
-from diagnosis.experiment.ties import Tie
-from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.plants.delta.motions import Motion
-from diagnosis.plants.delta.timeline import commanded
-from models.chain import Chain, Commands
-from models.linkage import Linkage, inverse
-from models.robot import DeltaRobot, EffectEntry, FloatArray, load_delta
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.estimation.least_squares import Fitter
+from deltactl.diagnosis.estimation.noise import estimate
+from deltactl.diagnosis.experiment.ties import Tie
+from deltactl.diagnosis.plants.candidate import Term
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.motions import Motion
+from deltactl.diagnosis.plants.delta.timeline import commanded
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.linkage import Linkage, inverse
+from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, load_delta
+from deltactl.recording.tables.flat import FlatRecording
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 

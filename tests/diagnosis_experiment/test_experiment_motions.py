@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 import yaml
 
-from diagnosis.answer.records import NextExperiment
-from diagnosis.experiment import write_job
-from diagnosis.plants.delta.motions import motions
-from diagnosis.plants.delta.next_runs import job_of
-from diagnosis.plants.delta.safe_poses import MotionLimits, is_safe
-from diagnosis.plants.delta.timeline import duration_s
-from firmware_py.named_files import CONFIG_FOLDER, find
-from firmware_py.program.dry_run import check_job
-from firmware_py.robot_file import load_robot
-from models.linkage import Linkage, forward
+from deltactl.diagnosis.answer.records import NextExperiment
+from deltactl.diagnosis.experiment import write_job
+from deltactl.diagnosis.plants.delta.motions import motions
+from deltactl.diagnosis.plants.delta.next_runs import job_of
+from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits, is_safe
+from deltactl.diagnosis.plants.delta.timeline import duration_s
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
+from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.models.linkage import Linkage, forward
 
 ROBOTS = ("zhao-2023.yaml", "uzunovic-2013.yaml")
 

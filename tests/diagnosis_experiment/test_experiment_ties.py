@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from diagnosis.estimation.least_squares import Fitter
-from diagnosis.experiment import Proposal, Tie, next_experiment
-from diagnosis.experiment.design import contains
-from diagnosis.experiment.options import EXPERIMENT
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.plants.delta.motions import Motion
-from diagnosis.plants.delta.next_runs import next_runs
-from diagnosis.report.sentences.next_run_words import tie_line
-from models.robot import EffectEntry
+from deltactl.diagnosis.estimation.least_squares import Fitter
+from deltactl.diagnosis.experiment import Proposal, Tie, next_experiment
+from deltactl.diagnosis.experiment.design import contains
+from deltactl.diagnosis.experiment.options import EXPERIMENT
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.motions import Motion
+from deltactl.diagnosis.plants.delta.next_runs import next_runs
+from deltactl.diagnosis.report.sentences.next_run_words import tie_line
+from deltactl.models.robot import EffectEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable

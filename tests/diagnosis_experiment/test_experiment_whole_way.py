@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.plants.delta.motions import Motion
-from models.robot import DeltaRobot, EffectEntry
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.plants.delta.motions import Motion
+from deltactl.models.robot import DeltaRobot, EffectEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable

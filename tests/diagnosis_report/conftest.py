@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.records import (
     Alternative,
     Channel,
     Diagnosis,
@@ -24,7 +24,7 @@ from diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from models.robot import DeltaRobot, RangeSensor, ServoAxis, StepperAxis
+from deltactl.models.robot import DeltaRobot, RangeSensor, ServoAxis, StepperAxis
 from tests.rigs.charts import nothing_drawn
 
 Make = Callable[..., Any]
@@ -36,7 +36,7 @@ DRAWN = {"test_long_recordings_stay_small"}
 def charts_left_out(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts take a twentieth of a second each; most tests here look at what is around them."""
     if request.node.name not in DRAWN:
-        monkeypatch.setattr("charts.document.document", nothing_drawn)
+        monkeypatch.setattr("deltactl.charts.document.document", nothing_drawn)
 
 
 def delta_robot(name: str = "practice-robot") -> DeltaRobot:

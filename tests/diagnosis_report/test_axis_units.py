@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.report.phrases.axis_units import covariate_unit
-from models.robot import RangeSensor, RobotModel, ServoAxis, load_delta
-from recording.tables.flat import from_columns
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.report.phrases.axis_units import covariate_unit
+from deltactl.models.robot import RangeSensor, RobotModel, ServoAxis, load_delta
+from deltactl.recording.tables.flat import from_columns
 from tests.axes.axis_rigs import ForcedRig
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"

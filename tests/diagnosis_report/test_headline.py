@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from diagnosis.answer.records import Evidence, Fit, Unexplained
-from diagnosis.report.sentences.headline import SO_LITTLE, headline
-from diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.answer.records import Evidence, Fit, Unexplained
+from deltactl.diagnosis.report.sentences.headline import SO_LITTLE, headline
+from deltactl.diagnosis.report.sentences.summary import plain_lines
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
 NAN = math.nan

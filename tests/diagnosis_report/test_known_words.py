@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from diagnosis.answer.known import known_of
-from diagnosis.answer.records import Known
-from diagnosis.report.phrases.known_words import known_line
-from models.robot import EffectEntry, FoundBy, ServoAxis
+from deltactl.diagnosis.answer.known import known_of
+from deltactl.diagnosis.answer.records import Known
+from deltactl.diagnosis.report.phrases.known_words import known_line
+from deltactl.models.robot import EffectEntry, FoundBy, ServoAxis
 
 
 def _late(motor: int, probability: float | None = 0.98, here: bool = False) -> Known:

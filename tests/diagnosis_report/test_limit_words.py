@@ -7,17 +7,17 @@ from typing import Any
 
 import pytest
 
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.records import (
     Alternative,
     NotTestable,
     ParameterResult,
     SmallestDetectable,
 )
-from diagnosis.report.phrases.words import EFFECTS
-from diagnosis.report.sentences.summary import (
+from deltactl.diagnosis.report.phrases.words import EFFECTS
+from deltactl.diagnosis.report.sentences.summary import (
     plain_lines,
 )
-from models.robot import ServoAxis
+from deltactl.models.robot import ServoAxis
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
 NAN = math.nan

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.records import (
     Channel,
     Evidence,
     Finding,
@@ -17,16 +17,16 @@ from diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from diagnosis.report.phrases.fit_words import fit_lines
-from diagnosis.report.phrases.sureness import in_chi_square
-from diagnosis.report.sentences.finding_words import finding_lines
-from diagnosis.report.sentences.headline import headline
-from diagnosis.report.sentences.lone_sentences import spoken
-from diagnosis.report.sentences.remedies import remedies
-from diagnosis.report.sentences.summary import plain_lines
-from diagnosis.report.sentences.telling import told as told_of
-from models.effects.lone_axis import command_effects, effort_effects, said
-from models.robot import EffectEntry, ServoAxis
+from deltactl.diagnosis.report.phrases.fit_words import fit_lines
+from deltactl.diagnosis.report.phrases.sureness import in_chi_square
+from deltactl.diagnosis.report.sentences.finding_words import finding_lines
+from deltactl.diagnosis.report.sentences.headline import headline
+from deltactl.diagnosis.report.sentences.lone_sentences import spoken
+from deltactl.diagnosis.report.sentences.remedies import remedies
+from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.report.sentences.telling import told as told_of
+from deltactl.models.effects.lone_axis import command_effects, effort_effects, said
+from deltactl.models.robot import EffectEntry, ServoAxis
 
 DEG = np.pi / 180.0
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from diagnosis import api
-from firmware_py.named_files import find
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis import api
+from deltactl.firmware_py.named_files import find
+from deltactl.recording.tables.flat import FlatRecording
 
 
 def test_the_robot_file_that_the_proposed_job_names_exists(

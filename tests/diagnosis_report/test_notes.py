@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.answer.corrected_robot import sure
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.corrected_robot import sure
+from deltactl.diagnosis.answer.records import (
     Alternative,
     Channel,
     Evidence,
@@ -17,10 +17,10 @@ from diagnosis.answer.records import (
     PriorSensitivity,
     Where,
 )
-from diagnosis.report.page.cards import finding_cards
-from diagnosis.report.sentences.finding_words import finding_lines
-from diagnosis.report.sentences.notes import notes
-from diagnosis.report.sentences.remedies import remedies
+from deltactl.diagnosis.report.page.cards import finding_cards
+from deltactl.diagnosis.report.sentences.finding_words import finding_lines
+from deltactl.diagnosis.report.sentences.notes import notes
+from deltactl.diagnosis.report.sentences.remedies import remedies
 
 
 def found(effect: str, follows: str = "", unit: str = "rad", **sizes: float) -> Finding:

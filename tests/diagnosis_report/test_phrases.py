@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.records import (
     ParameterResult,
 )
-from diagnosis.report.phrases.sizes import number, quantity, sizes
-from diagnosis.report.phrases.sureness import odds
-from diagnosis.report.phrases.words import EFFECTS, effect, followed, listed, spelled
-from models.effects import VOCABULARY
-from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
+from deltactl.diagnosis.report.phrases.sizes import number, quantity, sizes
+from deltactl.diagnosis.report.phrases.sureness import odds
+from deltactl.diagnosis.report.phrases.words import EFFECTS, effect, followed, listed, spelled
+from deltactl.models.effects import VOCABULARY
+from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
 NAN = math.nan

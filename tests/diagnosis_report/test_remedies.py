@@ -6,19 +6,19 @@ from typing import Any
 
 import pytest
 
-from diagnosis.answer.finding import Table
-from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
-from diagnosis.report.phrases import words
-from diagnosis.report.phrases.words import EFFECTS
-from diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
-from diagnosis.report.sentences.beside_others import wider_in_motion, zero_of_play
-from diagnosis.report.sentences.headline import headline
-from diagnosis.report.sentences.remedies import remedies
-from diagnosis.report.sentences.remedy import remedy
-from diagnosis.report.sentences.ways import TERMINAL
-from firmware_py.named_files import CONFIG_FOLDER
-from models.effects.lone_axis import effort_effects
-from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
+from deltactl.diagnosis.answer.finding import Table
+from deltactl.diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
+from deltactl.diagnosis.report.phrases import words
+from deltactl.diagnosis.report.phrases.words import EFFECTS
+from deltactl.diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
+from deltactl.diagnosis.report.sentences.beside_others import wider_in_motion, zero_of_play
+from deltactl.diagnosis.report.sentences.headline import headline
+from deltactl.diagnosis.report.sentences.remedies import remedies
+from deltactl.diagnosis.report.sentences.remedy import remedy
+from deltactl.diagnosis.report.sentences.ways import TERMINAL
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.models.effects.lone_axis import effort_effects
+from deltactl.models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
 
 ROBOT = load_robot_model(CONFIG_FOLDER / "zhao-2023.yaml")
 SERVO = ServoAxis(kind="servo_axis", name="mount", motion="rotary")

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.answer.records import Channel, Picture
-from diagnosis.report.page.maps import CELLS, grid_of, place_maps
-from diagnosis.report.page.pictures import _ranked, mismatch_sections
-from diagnosis.report.page.regimes import regimes
-from diagnosis.report.page.residuals import binned, explained_by, mismatches, smoothed
-from models.robot import ServoAxis
+from deltactl.diagnosis.answer.records import Channel, Picture
+from deltactl.diagnosis.report.page.maps import CELLS, grid_of, place_maps
+from deltactl.diagnosis.report.page.pictures import _ranked, mismatch_sections
+from deltactl.diagnosis.report.page.regimes import regimes
+from deltactl.diagnosis.report.page.residuals import binned, explained_by, mismatches, smoothed
+from deltactl.models.robot import ServoAxis
 
 
 def channel(observed: Any, before: Any, after: Any) -> Channel:

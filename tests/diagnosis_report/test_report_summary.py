@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.records import (
     Alternative,
     Evidence,
     Fit,
@@ -18,16 +18,16 @@ from diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from diagnosis.report.sentences.finding_words import where_line
-from diagnosis.report.sentences.headline import headline
-from diagnosis.report.sentences.summary import (
+from deltactl.diagnosis.report.sentences.finding_words import where_line
+from deltactl.diagnosis.report.sentences.headline import headline
+from deltactl.diagnosis.report.sentences.summary import (
     ENDED_EARLY,
     plain_lines,
     summary_lines,
     unexplained_line,
 )
-from diagnosis.report.sentences.telling import NOISE, told
-from diagnosis.report.sentences.ways import TERMINAL
+from deltactl.diagnosis.report.sentences.telling import NOISE, told
+from deltactl.diagnosis.report.sentences.ways import TERMINAL
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
 NAN = math.nan

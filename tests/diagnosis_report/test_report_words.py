@@ -6,12 +6,12 @@ import re
 
 import pytest
 
-from diagnosis.answer.records import ParameterResult
-from diagnosis.report.phrases import words
-from diagnosis.report.phrases.sizes import sizes
-from diagnosis.report.sentences.advice import ADVICE
-from models.effects.kind import EffectKind
-from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
+from deltactl.diagnosis.answer.records import ParameterResult
+from deltactl.diagnosis.report.phrases import words
+from deltactl.diagnosis.report.phrases.sizes import sizes
+from deltactl.diagnosis.report.sentences.advice import ADVICE
+from deltactl.models.effects.kind import EffectKind
+from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 
 OF_A_DELTA = re.compile(r"platform|\barms?\b|forearm|all joints")
 OF_STEPPERS = re.compile(r"microstep|stop or jig|\bjobs\b|deltactl sensors")

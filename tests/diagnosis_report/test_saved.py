@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from diagnosis.answer.corrected_robot import lasts
-from diagnosis.answer.records import (
+from deltactl.diagnosis.answer.corrected_robot import lasts
+from deltactl.diagnosis.answer.records import (
     Alternative,
     Evidence,
     Finding,
@@ -15,12 +15,12 @@ from diagnosis.answer.records import (
     ParameterResult,
     Where,
 )
-from diagnosis.report.sentences.lone_sentences import spoken
-from diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
-from diagnosis.report.sentences.saved import support, written
-from diagnosis.report.sentences.summary import plain_lines
-from diagnosis.report.sentences.ways import PAGE, TERMINAL, Ways
-from models.effects.lone_axis import command_effects
+from deltactl.diagnosis.report.sentences.lone_sentences import spoken
+from deltactl.diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
+from deltactl.diagnosis.report.sentences.saved import support, written
+from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.report.sentences.ways import PAGE, TERMINAL, Ways
+from deltactl.models.effects.lone_axis import command_effects
 from tests.diagnosis_report.conftest import delta_robot
 
 

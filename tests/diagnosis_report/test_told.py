@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
-from diagnosis.assessment.prior_sensitivity import as_found
-from diagnosis.report.phrases.fit_words import fit_lines
-from diagnosis.report.sentences.telling import BESIDE, IS_NOISE, NOISE, told
+from deltactl.diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
+from deltactl.diagnosis.assessment.prior_sensitivity import as_found
+from deltactl.diagnosis.report.phrases.fit_words import fit_lines
+from deltactl.diagnosis.report.sentences.telling import BESIDE, IS_NOISE, NOISE, told
 
 
 def bare(finding: Finding) -> Finding:

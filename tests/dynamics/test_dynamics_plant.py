@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.dynamics import (
+from deltactl.models.dynamics import (
     DeltaPlant,
     PlainBody,
     PlantSettings,
@@ -15,8 +15,8 @@ from models.dynamics import (
     mass_matrix_kgm2,
     potential_energy_j,
 )
-from models.linkage import Linkage, forward
-from models.robot import Geometry, Masses
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import Geometry, Masses
 
 GEOMETRY = Geometry(
     base_radius_m=0.040, platform_radius_m=0.030, upper_arm_m=0.040, forearm_m=0.068

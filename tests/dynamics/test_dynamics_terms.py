@@ -6,16 +6,16 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.dynamics import (
+from deltactl.models.dynamics import (
     PlainBody,
     kinetic_energy_j,
     mass_matrix_kgm2,
     potential_energy_j,
     velocity_torque_nm,
 )
-from models.gravity import gravity_torque_nm
-from models.linkage import Linkage, forward
-from models.robot import FloatArray, Geometry, Masses
+from deltactl.models.gravity import gravity_torque_nm
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import FloatArray, Geometry, Masses
 
 GEOMETRY = Geometry(
     base_radius_m=0.040, platform_radius_m=0.030, upper_arm_m=0.040, forearm_m=0.068

@@ -11,19 +11,19 @@ from functools import cache
 
 import numpy as np
 
-from drivers.ranging.contract import Gate, Reading
-from drivers.steps.contract import Ticks
-from firmware_py.feedback.feedback import Feedback
-from firmware_py.feedback.settings import FeedbackSettings
-from firmware_py.job_file import JobFile
-from firmware_py.kinematics_of_job import kinematics_of
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.planner.check import home_counts, make_plan
-from firmware_py.robot_file import load_robot
-from foundation.clock import NS_PER_S
-from models.linkage import Linkage, forward
-from models.robot import AXES, FloatArray
-from repair.played import played
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.feedback.feedback import Feedback
+from deltactl.firmware_py.feedback.settings import FeedbackSettings
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.clock import NS_PER_S
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import AXES, FloatArray
+from deltactl.repair.played import played
 
 BLOCK_NS = 100_000_000
 READINGS_IN_BLOCK = 5

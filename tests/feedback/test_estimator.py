@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware_py.feedback.estimator import Estimate, SlowErrors
-from firmware_py.feedback.residuals import Residuals
-from models.robot import FloatArray
+from deltactl.firmware_py.feedback.estimator import Estimate, SlowErrors
+from deltactl.firmware_py.feedback.residuals import Residuals
+from deltactl.models.robot import FloatArray
 
 LOOK_NS = 100_000_000
 SLOPE = np.array([[0.24, -0.1, -0.12], [0.01, 0.21, -0.2], [-0.2, -0.19, -0.22]])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware_py.feedback.reach import farthest_m
-from firmware_py.feedback.settings import FeedbackSettings
-from firmware_py.planner.check import home_counts
-from models.robot import FloatArray
+from deltactl.firmware_py.feedback.reach import farthest_m
+from deltactl.firmware_py.feedback.settings import FeedbackSettings
+from deltactl.firmware_py.planner.check import home_counts
+from deltactl.models.robot import FloatArray
 from tests.feedback.loop import ROBOT, Lie, Loop, planned, rms_m
 
 FAULT_S = 6.0

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import yaml
 
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.contract import JobResult
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.run_report.reference import path_windows, targets_at
-from foundation.clock import sleep_s
-from models.robot import FloatArray
-from recording.reading.reader import read_run
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.run_report.reference import path_windows, targets_at
+from deltactl.foundation.clock import sleep_s
+from deltactl.models.robot import FloatArray
+from deltactl.recording.reading.reader import read_run
 
 JOB = {
     "name": "circle",

@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware_py.feedback.estimator import FAST_S
-from firmware_py.feedback.settings import FeedbackSettings
-from firmware_py.feedback.stability import LATEST_S, READING_S, closed_loop_poles, gain_margin
+from deltactl.firmware_py.feedback.estimator import FAST_S
+from deltactl.firmware_py.feedback.settings import FeedbackSettings
+from deltactl.firmware_py.feedback.stability import (
+    LATEST_S,
+    READING_S,
+    closed_loop_poles,
+    gain_margin,
+)
 
 LATENCIES = np.arange(0.0, LATEST_S + READING_S / 2.0, READING_S)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from fleet.cluster import connected
+from deltactl.fleet.cluster import connected
 
 
 def callbacks(dask_worker: Any) -> set[str]:

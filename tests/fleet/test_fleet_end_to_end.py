@@ -9,11 +9,11 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
-from command_line.main import app
-from fleet.book import NAME, Book
-from fleet.run import PAGE, TABLE, diagnose_fleet
-from fleet.trends import courses, trends
-from foundation.errors import ConfigError, MissingFile
+from deltactl.cli.main import app
+from deltactl.fleet.book import NAME, Book
+from deltactl.fleet.run import PAGE, TABLE, diagnose_fleet
+from deltactl.fleet.trends import courses, trends
+from deltactl.foundation.errors import ConfigError, MissingFile
 
 
 def test_a_fleet_is_diagnosed_once_and_a_bad_file_costs_one_line(

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.named_files import CONFIG_FOLDER
-from fleet.checks import RunChecks, read_announced, standing
-from recording.format.configuration import RunConfiguration
-from recording.writing.writer import RunRecorder
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.fleet.checks import RunChecks, read_announced, standing
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.writing.writer import RunRecorder
 
 PLAY = {"effect": "gear_backlash", "component": "motor2", "parameter": "width", "unit": "rad",
         "value": 0.0035, "probability": 0.97}  # fmt: skip

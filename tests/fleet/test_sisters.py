@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from fleet.sisters import Sisters, sharpened
-from models.effects import VOCABULARY
+from deltactl.fleet.sisters import Sisters, sharpened
+from deltactl.models.effects import VOCABULARY
 
 ARM, PLAY = ("upper_arm_length", "arm1", "length_error"), ("gear_backlash", "motor1", "width")
 

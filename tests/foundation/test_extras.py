@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from command_line.main import main
-from foundation import extras
-from foundation.errors import MissingExtra
+from deltactl.cli.main import main
+from deltactl.foundation import extras
+from deltactl.foundation.errors import MissingExtra
 
 ROOT = Path(__file__).parents[2]
 
@@ -86,7 +86,7 @@ def test_a_broken_package_of_ours_is_no_missing_extra() -> None:
     with pytest.raises(MissingExtra, match="diagnose needs nothing_such"), needs_it():
         importlib.import_module("nothing_such")
     with pytest.raises(ImportError, match="cannot import"), needs_it():
-        exec("from foundation.errors import no_such_name")
+        exec("from deltactl.foundation.errors import no_such_name")
 
 
 def needs_it():

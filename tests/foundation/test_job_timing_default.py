@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.job_file import Accelerated, JobFile, Together
-from foundation.errors import ConfigError
-from foundation.strict_yaml import Document
+from deltactl.firmware_py.job_file import Accelerated, JobFile, Together
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.strict_yaml import Document
 
 JOB = """\
 name: test

@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.table import Table
 
-from command_line.main import one_line
-from command_line.output import PlainConsole
-from firmware_py.daemon.main import _write_out
-from foundation.errors import ConfigError, MissingFile
-from foundation.plain_file import read_plain
-from foundation.printable import is_printable, printable
-from foundation.strict_yaml import Document
+from deltactl.cli.main import one_line
+from deltactl.cli.output import PlainConsole
+from deltactl.firmware_py.daemon.main import _write_out
+from deltactl.foundation.errors import ConfigError, MissingFile
+from deltactl.foundation.plain_file import read_plain
+from deltactl.foundation.printable import is_printable, printable
+from deltactl.foundation.strict_yaml import Document
 
 EVIL = ("\x1b]0;owned\x07", "a\x9bb", "\u202egnp.exe", "a\u2028b", "\x00", "\x7f", "\ud800")
 

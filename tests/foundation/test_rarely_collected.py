@@ -6,7 +6,7 @@ import gc
 
 import pytest
 
-from foundation.rarely_collected import SELDOM, rarely_collected
+from deltactl.foundation.rarely_collected import SELDOM, rarely_collected
 
 
 @rarely_collected

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from foundation.clock import RealClock, Task, ns
+from deltactl.foundation.clock import RealClock, Task, ns
 
 
 def test_never_wakes_early() -> None:

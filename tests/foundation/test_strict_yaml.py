@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 import pytest
 from pydantic import Field, model_validator
 
-from foundation.errors import ConfigError, MissingFile
-from foundation.strict_yaml import Document, StrictModel, load
+from deltactl.foundation.errors import ConfigError, MissingFile
+from deltactl.foundation.strict_yaml import Document, StrictModel, load
 
 Length = Annotated[float, Field(gt=0.0)]
 

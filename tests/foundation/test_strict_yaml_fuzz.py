@@ -11,9 +11,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import Field
 
-from foundation import yaml_tree
-from foundation.errors import ConfigError
-from foundation.strict_yaml import Document, StrictModel
+from deltactl.foundation import yaml_tree
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.strict_yaml import Document, StrictModel
 
 PATH = Path("any.yaml")
 

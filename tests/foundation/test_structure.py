@@ -57,7 +57,7 @@ def test_numbers_that_decide_are_counted(tmp_path: Path) -> None:
 
 
 def test_no_number_of_the_diagnosis_has_a_second_value_elsewhere() -> None:
-    assert at_odds(ROOT / "diagnosis") == []
+    assert at_odds(ROOT / "deltactl" / "diagnosis") == []
 
 
 FULLER = {
@@ -68,8 +68,8 @@ FULLER = {
     "firmware_py/planner": 19,
     "models/effects": 44,
     "models/training": 28,
-    "reproduction/uzunovic_2013": 17,
-    "reproduction/zhao_2023": 19,
+    "deltactl/reproduction/uzunovic_2013": 17,
+    "deltactl/reproduction/zhao_2023": 19,
 }
 """Rooms fuller than 15 files: none of them may grow, and one that has shrunk leaves this table.
 One effect is one file, so `models/effects` is as long as the vocabulary."""
@@ -89,7 +89,7 @@ def test_a_room_holds_no_more_than_one_reader_holds(top: Path) -> None:
 def test_every_number_in_a_table_has_its_reason() -> None:
     """Below the field, or below the next where two belong together."""
     bare = []
-    for file in sorted((ROOT / "diagnosis").rglob("*.py")):
+    for file in sorted((ROOT / "deltactl" / "diagnosis").rglob("*.py")):
         for table in ast.parse(file.read_text("utf-8")).body:
             if isinstance(table, ast.ClassDef) and table.name.endswith("Options"):
                 said = [_is_words(part) for part in table.body] + [False, False]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from foundation.clock import NS_PER_S, Task, VirtualClock, ns, sleep_s
+from deltactl.foundation.clock import NS_PER_S, Task, VirtualClock, ns, sleep_s
 
 Log = list[tuple[str, int]]
 

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from drivers.fakes.syscall_trap import available
-from firmware_py.controller.contract import JobResult
-from firmware_py.daemon.client import Client
-from firmware_py.named_files import find
-from firmware_py.robot_file import load_robot
-from foundation.errors import DeltactlError
+from deltactl.drivers.fakes.syscall_trap import available
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import DeltactlError
 from tests.rigs import needs
 from tests.rigs.hil.modelled_pi import ModelledPi
 
@@ -108,7 +108,7 @@ def site(
     places = ["--recordings", str(folder / "recordings"), "--socket", str(folder / "d.sock")]
     with (folder / "log").open("wb") as log:
         process = subprocess.Popen(
-            [executable, "-m", "command_line.main", "daemon", str(robot_file), *places],
+            [executable, "-m", "deltactl.cli.main", "daemon", str(robot_file), *places],
             cwd=folder,
             env=os.environ | {"STATE_DIRECTORY": str(folder / "state")},
             stderr=log,

@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.fakes.gpio_chip import SET_VALUES
-from drivers.fakes.i2c_device import I2C_RDWR
-from firmware_py.daemon.client import Client
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import load_robot
-from firmware_py.run_report.tracking import robot_of, track
-from foundation.errors import DeltactlError
-from recording.reading.reader import read_run
+from deltactl.drivers.fakes.gpio_chip import SET_VALUES
+from deltactl.drivers.fakes.i2c_device import I2C_RDWR
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.firmware_py.run_report.tracking import robot_of, track
+from deltactl.foundation.errors import DeltactlError
+from deltactl.recording.reading.reader import read_run
 from tests.rigs.hil.modelled_pi import ModelledPi
 
 from .conftest import T_PWM_S, Site, refused, wait_for
@@ -181,7 +181,7 @@ def test_sensors_are_read_without_a_daemon(site: Site, tmp_path: Path) -> None:
     """Last: the daemon has to give the lines back first."""
     site.process.terminate()
     assert site.process.wait(15.0) == 0, site.log()
-    words = ["-m", "command_line.main", "sensors", "--robot", str(site.robot_file), "--json"]
+    words = ["-m", "deltactl.cli.main", "sensors", "--robot", str(site.robot_file), "--json"]
     done = subprocess.run(
         [site.executable, *words], cwd=tmp_path, capture_output=True, text=True, timeout=60
     )

@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.importing.gcode import read_gcode
-from firmware_py.importing.points_table import read_points
-from firmware_py.job_file import load_job
-from foundation.errors import ConfigError, RecordingError
+from deltactl.firmware_py.importing.gcode import read_gcode
+from deltactl.firmware_py.importing.points_table import read_points
+from deltactl.firmware_py.job_file import load_job
+from deltactl.foundation.errors import ConfigError, RecordingError
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 PART = """\

@@ -9,10 +9,10 @@ from gcodeparser import parse_gcode_lines
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.importing.drawn import Drawn
-from firmware_py.importing.gcode import read_gcode
-from firmware_py.importing.gcode_words import words_of
-from foundation.errors import ConfigError
+from deltactl.firmware_py.importing.drawn import Drawn
+from deltactl.firmware_py.importing.gcode import read_gcode
+from deltactl.firmware_py.importing.gcode_words import words_of
+from deltactl.foundation.errors import ConfigError
 
 HEAD = "G21 G90\nG0 X0 Y0 Z0\n"
 

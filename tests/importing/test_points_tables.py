@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.importing.drawn import Drawn, held
-from firmware_py.importing.points_table import read_points
-from firmware_py.importing.teaching import add_point
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.errors import ConfigError, DeltactlError
+from deltactl.firmware_py.importing.drawn import Drawn, held
+from deltactl.firmware_py.importing.points_table import read_points
+from deltactl.firmware_py.importing.teaching import add_point
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.errors import ConfigError, DeltactlError
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 NOWHERE = (0.0, 0.0, 0.0)

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.mapping import load_mapping
-from diagnosis.columns.reading import read_mapped
-from diagnosis.inspection.inspection import inspect
-from recording.tables.moment import seconds
+from deltactl.diagnosis.columns.mapping import load_mapping
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.recording.tables.moment import seconds
 
 STEP_S = 0.5
 T_S = STEP_S * np.arange(300)

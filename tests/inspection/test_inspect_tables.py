@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.mapping import load_mapping
-from diagnosis.columns.reading import read_mapped
-from diagnosis.inspection.found import Inspection
-from diagnosis.inspection.inspection import inspect
-from foundation.errors import RecordingError
-from recording.tables.flat import FlatRecording
+from deltactl.diagnosis.columns.mapping import load_mapping
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.inspection.found import Inspection
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.tables.flat import FlatRecording
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 ROWS = 900

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.mapping import load_mapping
-from diagnosis.columns.reading import read_mapped
-from diagnosis.inspection.inspection import inspect
-from foundation.errors import RecordingError
+from deltactl.diagnosis.columns.mapping import load_mapping
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.foundation.errors import RecordingError
 from tests.inspection.logs_of_makers import LOGS, NO_TABLES, PERIOD_S
 
 

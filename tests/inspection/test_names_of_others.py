@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.names import read_name
-from diagnosis.inspection.found import Inspection
-from diagnosis.inspection.inspection import inspect
+from deltactl.diagnosis.columns.names import read_name
+from deltactl.diagnosis.inspection.found import Inspection
+from deltactl.diagnosis.inspection.inspection import inspect
 
 ROWS = 600
 T_S = 0.01 * np.arange(ROWS)

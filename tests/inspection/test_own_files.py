@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.inspection.inspection import inspect
-from recording.tables.flat import BESIDE, UNITS, from_columns
-from recording.tables.flat_files import write_flat
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.recording.tables.flat import BESIDE, UNITS, from_columns
+from deltactl.recording.tables.flat_files import write_flat
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 ROWS = 200

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from diagnosis.inspection.inspection import inspect
-from foundation.errors import RecordingError
-from recording.tables.foreign_table import read_table
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.tables.foreign_table import read_table
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 ROWS = [f"{20 * n},{n % 50},{(n - 3) % 50}" for n in range(200)]

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.admission.joint_ranges import far_for_a_joint
-from diagnosis.columns.mapping import load_mapping
-from diagnosis.columns.reading import read_mapped
-from diagnosis.inspection.inspection import inspect
-from foundation.errors import ConfigError
-from models.robot import ServoAxis
-from recording.tables.flat import from_columns
+from deltactl.diagnosis.admission.joint_ranges import far_for_a_joint
+from deltactl.diagnosis.columns.mapping import load_mapping
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import from_columns
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 T_S = 4.0 * np.arange(300)

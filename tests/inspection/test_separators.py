@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.columns.mapping import load_mapping
-from diagnosis.columns.reading import read_mapped
-from diagnosis.inspection.inspection import inspect
-from foundation.errors import ConfigError
-from recording.tables.table_format import guess_format
+from deltactl.diagnosis.columns.mapping import load_mapping
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.foundation.errors import ConfigError
+from deltactl.recording.tables.table_format import guess_format
 from tests.cli.conftest import Deltactl
 
 SEPARATORS = ("\t", ";", ",", "   ", " | ")

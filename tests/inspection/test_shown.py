@@ -29,7 +29,7 @@ def in_a_window(folder: Path, width: int, *arguments: str) -> str:
     seen_by, shown_on = pty.openpty()
     environment = os.environ | {"COLUMNS": str(width), "TERM": "dumb", "NO_COLOR": "1"}
     with subprocess.Popen(
-        [sys.executable, "-m", "command_line.main", *arguments],
+        [sys.executable, "-m", "deltactl.cli.main", *arguments],
         cwd=folder, env=environment, stdout=shown_on, stderr=shown_on, stdin=shown_on,
     ) as program:  # fmt: skip
         os.close(shown_on)

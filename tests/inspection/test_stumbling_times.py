@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.mapping import load_mapping
-from diagnosis.columns.reading import read_mapped
-from diagnosis.inspection.found import Inspection
-from diagnosis.inspection.inspection import inspect
-from foundation.errors import RecordingError
+from deltactl.diagnosis.columns.mapping import load_mapping
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.inspection.found import Inspection
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.foundation.errors import RecordingError
 
 T_S = np.round(0.1 * np.arange(150), 3)
 ASKED = np.sin(T_S)

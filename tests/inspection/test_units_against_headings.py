@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.admission.joint_ranges import far_for_a_joint
-from diagnosis.api import diagnose_recordings
-from diagnosis.columns.mapping import load_mapping
-from diagnosis.columns.names import unit_said
-from diagnosis.columns.reading import read_mapped
-from diagnosis.inspection.inspection import inspect
-from diagnosis.report.sentences.summary import plain_lines
-from foundation.errors import RecordingError
-from models.robot import ServoAxis, load_robot_model
-from recording.tables.flat import from_columns
+from deltactl.diagnosis.admission.joint_ranges import far_for_a_joint
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.columns.mapping import load_mapping
+from deltactl.diagnosis.columns.names import unit_said
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.robot import ServoAxis, load_robot_model
+from deltactl.recording.tables.flat import from_columns
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 CONFIG = Path(__file__).parents[2] / "config"
@@ -241,7 +241,7 @@ def test_arm_angles_in_degrees_read_as_radians_are_said_to_look_like_degrees(
 
 
 def test_single_arm_angles_that_went_astray_are_no_unit() -> None:
-    from diagnosis.admission.joint_ranges import check_arm_angles
+    from deltactl.diagnosis.admission.joint_ranges import check_arm_angles
 
     theta = 0.3 * WAVE
     theta[100] = 99.0

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.doubts import other_motion
-from diagnosis.columns.mapping import load_mapping
-from diagnosis.columns.reading import read_mapped
-from diagnosis.columns.slope import check_velocity, slope_ratio
-from diagnosis.inspection.inspection import inspect
-from foundation.errors import ConfigError, RecordingError
-from recording.tables.flat import from_columns
+from deltactl.diagnosis.columns.doubts import other_motion
+from deltactl.diagnosis.columns.mapping import load_mapping
+from deltactl.diagnosis.columns.reading import read_mapped
+from deltactl.diagnosis.columns.slope import check_velocity, slope_ratio
+from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.foundation.errors import ConfigError, RecordingError
+from deltactl.recording.tables.flat import from_columns
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 T_S = 0.01 * np.arange(900)

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from models.linkage import Linkage
-from models.robot import Geometry
+from deltactl.models.linkage import Linkage
+from deltactl.models.robot import Geometry
 
 ZHAO: dict[str, Any] = {
     "base_radius_m": 0.325,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.gravity import STANDARD_GRAVITY_MPS2, gravity_torque_nm
-from models.linkage import Linkage, forward, parallel_margin, serial_margin
-from models.robot import FloatArray, Masses
+from deltactl.models.gravity import STANDARD_GRAVITY_MPS2, gravity_torque_nm
+from deltactl.models.linkage import Linkage, forward, parallel_margin, serial_margin
+from deltactl.models.robot import FloatArray, Masses
 
 MASSES = Masses(upper_arm_kg=0.205, forearm_kg=0.153, platform_kg=0.653)
 STEP_RAD = 2e-4

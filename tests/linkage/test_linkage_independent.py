@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from models.linkage import Linkage, Status, forward, inverse, serial_margin
-from models.robot import FloatArray, Geometry, per_arm
+from deltactl.models.linkage import Linkage, Status, forward, inverse, serial_margin
+from deltactl.models.robot import FloatArray, Geometry, per_arm
 
 CIRCLE = np.linspace(-np.pi, np.pi, 721)
 

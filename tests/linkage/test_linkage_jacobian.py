@@ -8,8 +8,15 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.linkage import Linkage, forward, inverse, jacobian, parallel_margin, serial_margin
-from models.robot import FloatArray
+from deltactl.models.linkage import (
+    Linkage,
+    forward,
+    inverse,
+    jacobian,
+    parallel_margin,
+    serial_margin,
+)
+from deltactl.models.robot import FloatArray
 
 
 def workspace(linkage: Linkage, count: int, least_margin: float) -> tuple[FloatArray, FloatArray]:

@@ -12,8 +12,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.linkage import Linkage, Status, forward, inverse, parallel_margin, serial_margin
-from models.robot import FloatArray
+from deltactl.models.linkage import (
+    Linkage,
+    Status,
+    forward,
+    inverse,
+    parallel_margin,
+    serial_margin,
+)
+from deltactl.models.robot import FloatArray
 
 EPS = float(np.finfo(np.float64).eps)
 GROWTH = 32.0

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from foundation.errors import MotionError, UnreachablePoint
-from models.linkage import Linkage, Status, inverse, inverse_one
-from models.robot import Geometry
+from deltactl.foundation.errors import MotionError, UnreachablePoint
+from deltactl.models.linkage import Linkage, Status, inverse, inverse_one
+from deltactl.models.robot import Geometry
 
 CROOKED = Linkage.of(
     Geometry(

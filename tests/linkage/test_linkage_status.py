@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from foundation.errors import UnreachablePoint
-from models.linkage import (
+from deltactl.foundation.errors import UnreachablePoint
+from deltactl.models.linkage import (
     SINGULAR_MARGIN,
     Linkage,
     Status,
@@ -16,7 +16,7 @@ from models.linkage import (
     parallel_margin,
     serial_margin,
 )
-from models.robot import FloatArray
+from deltactl.models.robot import FloatArray
 
 
 def outstretched(linkage: Linkage, length_scale: float) -> FloatArray:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.linkage import Linkage, forward, inverse, jacobian
-from models.robot import Geometry
+from deltactl.models.linkage import Linkage, forward, inverse, jacobian
+from deltactl.models.robot import Geometry
 
 
 def test_of_a_geometry() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.linkage import Linkage, Status, forward
-from models.linkage.scalar_forward import forward_one
+from deltactl.models.linkage import Linkage, Status, forward
+from deltactl.models.linkage.scalar_forward import forward_one
 
 ANGLES = st.tuples(*[st.floats(-math.pi, math.pi)] * 3)
 LINKAGES = (

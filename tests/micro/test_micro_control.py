@@ -9,16 +9,16 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the micro delta needs the extra 'proof' (MuJoCo)")
 
-from drivers.current.fake import FakeCurrentDrives
-from firmware_py.servo.law import LawSettings
-from firmware_py.servo.loop import ServoLoop
-from proof.micro.as_built import MicroDelta
-from proof.micro.plant import MicroPlant
-from reproduction.uzunovic_2013.control import ControlPart
-from reproduction.uzunovic_2013.control_figures import reference_figure, response_figures
-from reproduction.uzunovic_2013.control_friction import friction_current_a
-from reproduction.uzunovic_2013.control_loop import START_RAD, run
-from reproduction.uzunovic_2013.control_references import (
+from deltactl.drivers.current.fake import FakeCurrentDrives
+from deltactl.firmware_py.servo.law import LawSettings
+from deltactl.firmware_py.servo.loop import ServoLoop
+from deltactl.proof.micro.as_built import MicroDelta
+from deltactl.proof.micro.plant import MicroPlant
+from deltactl.reproduction.uzunovic_2013.control import ControlPart
+from deltactl.reproduction.uzunovic_2013.control_figures import reference_figure, response_figures
+from deltactl.reproduction.uzunovic_2013.control_friction import friction_current_a
+from deltactl.reproduction.uzunovic_2013.control_loop import START_RAD, run
+from deltactl.reproduction.uzunovic_2013.control_references import (
     CONTROL_ON_S,
     EXPERIMENTS,
     References,
@@ -26,13 +26,19 @@ from reproduction.uzunovic_2013.control_references import (
     references,
     shipped_network,
 )
-from reproduction.uzunovic_2013.control_tables import (
+from deltactl.reproduction.uzunovic_2013.control_tables import (
     Result,
     observer_table,
     speed_table,
     tracking_table,
 )
-from reproduction.uzunovic_2013.control_variants import NOTHING, OURS, PAPER, TROUBLES, simulate
+from deltactl.reproduction.uzunovic_2013.control_variants import (
+    NOTHING,
+    OURS,
+    PAPER,
+    TROUBLES,
+    simulate,
+)
 
 _, DRIVE = micro_delta()
 SECONDS = 3.5

@@ -12,18 +12,24 @@ import pytest
 pytest.importorskip("mujoco", reason="the micro delta needs the extra 'proof' (MuJoCo)")
 pytest.importorskip("scipy", reason="the diagnosis needs the extra 'diagnosis'")
 
-from diagnosis.api import diagnose_recordings
-from diagnosis.observations.servo_preprocessing import signals_of
-from diagnosis.pipelines.lone_machine import diagnose_servo
-from diagnosis.pipelines.servo_robot import joined, sensor_rounds
-from foundation.errors import ConfigError, RecordingError
-from models.chain.servo_delta import ServoChain
-from models.robot import EffectEntry
-from proof.micro.as_built import MicroDelta
-from recording.tables.flat import FlatRecording
-from reproduction.uzunovic_2013.control_blind import NOTHING, Outcome, confusion, line, run_case
-from reproduction.uzunovic_2013.control_hidden import KINDS, case, record
-from reproduction.uzunovic_2013.control_references import micro_delta
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.observations.servo_preprocessing import signals_of
+from deltactl.diagnosis.pipelines.lone_machine import diagnose_servo
+from deltactl.diagnosis.pipelines.servo_robot import joined, sensor_rounds
+from deltactl.foundation.errors import ConfigError, RecordingError
+from deltactl.models.chain.servo_delta import ServoChain
+from deltactl.models.robot import EffectEntry
+from deltactl.proof.micro.as_built import MicroDelta
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.reproduction.uzunovic_2013.control_blind import (
+    NOTHING,
+    Outcome,
+    confusion,
+    line,
+    run_case,
+)
+from deltactl.reproduction.uzunovic_2013.control_hidden import KINDS, case, record
+from deltactl.reproduction.uzunovic_2013.control_references import micro_delta
 
 ROBOT, DRIVE = micro_delta()
 SECONDS = 5.0

@@ -10,14 +10,14 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the micro delta needs the extra 'proof' (MuJoCo)")
 
-from foundation.errors import UnreachablePoint
-from models.dynamics import DeltaPlant, PlantSettings
-from models.robot import load_delta
-from models.servo_drive import ServoDrive
-from proof.micro.as_built import Drives, MicroDelta, each
-from proof.micro.bodies import Rods
-from proof.micro.checks import START_RAD, check, frictionless
-from proof.micro.plant import MicroPlant
+from deltactl.foundation.errors import UnreachablePoint
+from deltactl.models.dynamics import DeltaPlant, PlantSettings
+from deltactl.models.robot import load_delta
+from deltactl.models.servo_drive import ServoDrive
+from deltactl.proof.micro.as_built import Drives, MicroDelta, each
+from deltactl.proof.micro.bodies import Rods
+from deltactl.proof.micro.checks import START_RAD, check, frictionless
+from deltactl.proof.micro.plant import MicroPlant
 
 ROBOT = Path("config/uzunovic-2013.yaml")
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 import tflite
 
-from models.network import Box, NetworkFile
-from models.robot import DeltaRobot, Geometry
-from models.training.accuracy import Effort
-from models.training.export import to_file
-from models.training.graph import Activation, Graph
-from models.training.perceptron import Perceptron, add_layers
-from models.training.recipe import Task, Trained
+from deltactl.models.network import Box, NetworkFile
+from deltactl.models.robot import DeltaRobot, Geometry
+from deltactl.models.training.accuracy import Effort
+from deltactl.models.training.export import to_file
+from deltactl.models.training.graph import Activation, Graph
+from deltactl.models.training.perceptron import Perceptron, add_layers
+from deltactl.models.training.recipe import Task, Trained
 
 DOMAIN = Box(x_m=(-0.1, 0.1), y_m=(-0.1, 0.1), z_m=(-0.5, -0.4))
 

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from models.training import levenberg_marquardt
-from models.training.graph import Activation
-from models.training.perceptron import Perceptron
+from deltactl.models.training import levenberg_marquardt
+from deltactl.models.training.graph import Activation
+from deltactl.models.training.perceptron import Perceptron
 
 
 def last(problem: Any, start: Any, at_most: int = 500) -> levenberg_marquardt.Step:

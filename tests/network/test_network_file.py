@@ -12,13 +12,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from foundation.errors import MissingFile, NetworkError
-from models.network import NetworkFile, fingerprint
-from models.network.file import checked_metadata
-from models.network.flat import Span, metadata_span
-from models.robot import DeltaRobot
-from models.training.graph import Graph
-from models.training.recipe import Task
+from deltactl.foundation.errors import MissingFile, NetworkError
+from deltactl.models.network import NetworkFile, fingerprint
+from deltactl.models.network.file import checked_metadata
+from deltactl.models.network.flat import Span, metadata_span
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.training.graph import Graph
+from deltactl.models.training.recipe import Task
 
 
 def refusal(content: bytes) -> str:
@@ -116,7 +116,7 @@ def test_a_missing_file_and_a_folder_are_not_broken_networks(tmp_path: Path) -> 
 def test_a_file_that_is_far_too_large_is_not_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("models.network.file.LARGEST_BYTES", 10)
+    monkeypatch.setattr("deltactl.models.network.file.LARGEST_BYTES", 10)
     path = tmp_path / "big.tflite"
     path.write_bytes(bytes(11))
     with pytest.raises(NetworkError, match="more than 10 bytes"):

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from foundation.errors import LimitExceeded, MissingFile, NetworkError
-from models.network import InverseNetwork, NetworkFile, runtime
-from models.robot import DeltaRobot
-from models.training.recipe import Task
+from deltactl.foundation.errors import LimitExceeded, MissingFile, NetworkError
+from deltactl.models.network import InverseNetwork, NetworkFile, runtime
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.training.recipe import Task
 
 
 @pytest.fixture

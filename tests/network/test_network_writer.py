@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.network import InverseNetwork, NetworkFile
-from models.network.runtime import open_interpreter
-from models.training.graph import Graph
-from models.training.perceptron import Scaling, fold
+from deltactl.models.network import InverseNetwork, NetworkFile
+from deltactl.models.network.runtime import open_interpreter
+from deltactl.models.training.graph import Graph
+from deltactl.models.training.perceptron import Scaling, fold
 
 ZHAO_SIZES = (3, *[50] * 8, 3)
 """Zhao 2023, section 3: eight hidden layers of 50 sigmoid neurons."""

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foundation.errors import NetworkError
-from models.linkage import Linkage, serial_margin
-from models.network import Cylinder, InverseNetwork, NetworkFile
-from models.robot import DeltaRobot
-from models.training import shared_arm
-from models.training.accuracy import Effort, measure
-from models.training.export import to_file
-from models.training.recipe import Settings, Task
-from models.training.samples import around, edges, hardest, labels_rad, spread
+from deltactl.foundation.errors import NetworkError
+from deltactl.models.linkage import Linkage, serial_margin
+from deltactl.models.network import Cylinder, InverseNetwork, NetworkFile
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.training import shared_arm
+from deltactl.models.training.accuracy import Effort, measure
+from deltactl.models.training.export import to_file
+from deltactl.models.training.recipe import Settings, Task
+from deltactl.models.training.samples import around, edges, hardest, labels_rad, spread
 
 SHORT = Settings(
     hidden=(6,), spread=150, edge=50, cluster=100, iterations=60, rounds=1, iterations_a_round=20

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from foundation.errors import LimitExceeded
-from models.linkage import Linkage
-from models.network import InverseNetwork
-from models.network.file import TRAINED_FOLDER
-from models.robot import DeltaRobot, load_delta
-from models.training.accuracy import Effort, errors_deg, worst_deg
-from models.training.recipe import Task
-from models.training.samples import around, hardest, labels_rad, spread
-from models.training.train_shipped import CONFIG_FOLDER, SHIPPED, Shipped
+from deltactl.foundation.errors import LimitExceeded
+from deltactl.models.linkage import Linkage
+from deltactl.models.network import InverseNetwork
+from deltactl.models.network.file import TRAINED_FOLDER
+from deltactl.models.robot import DeltaRobot, load_delta
+from deltactl.models.training.accuracy import Effort, errors_deg, worst_deg
+from deltactl.models.training.recipe import Task
+from deltactl.models.training.samples import around, hardest, labels_rad, spread
+from deltactl.models.training.train_shipped import CONFIG_FOLDER, SHIPPED, Shipped
 
 MICROSTEP_DEG = 0.0225
 """Of the Zhao robot: 1600 microsteps a turn, gear 10."""

@@ -10,15 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import LimitExceeded, UnreachablePoint
-from models.inverse_kinematics import GeometricInverse, InverseKinematics, TargetMapper
-from models.linkage import Linkage, forward
-from models.network import Cylinder, InverseNetwork
-from models.robot import DeltaRobot, Drive, Geometry
-from models.training import shared_arm
-from models.training.accuracy import Effort
-from models.training.export import to_file
-from models.training.recipe import Settings, Task
+from deltactl.foundation.errors import LimitExceeded, UnreachablePoint
+from deltactl.models.inverse_kinematics import GeometricInverse, InverseKinematics, TargetMapper
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.network import Cylinder, InverseNetwork
+from deltactl.models.robot import DeltaRobot, Drive, Geometry
+from deltactl.models.training import shared_arm
+from deltactl.models.training.accuracy import Effort
+from deltactl.models.training.export import to_file
+from deltactl.models.training.recipe import Settings, Task
 
 DRIVE = Drive(microsteps_per_rev=1600, gear_ratio=10.0)
 LIMITS_DEG = (-20.0, 110.0)

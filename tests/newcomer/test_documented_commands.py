@@ -10,7 +10,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from command_line.main import app
+from deltactl.cli.main import app
 from tests.newcomer.test_with_a_readers_files import TYPED
 from tests.newcomer.untyped import WHY
 from tests.rigs.documented import PAGES, ROOT, Documented, fenced, inline

@@ -62,9 +62,9 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         "deltactl reproduce zhao-2023 --out zhao",
         "deltactl reproduce uzunovic-2013 --out uzunovic",
         "deltactl reproduce uzunovic-2013",
-        "python -m reproduction.uzunovic_2013.control --out DIR",
-        "python -m reproduction.uzunovic_2013.control_blind --out DIR --cases 36",
-        "python -m proof.micro.checks",
+        "python -m deltactl.reproduction.uzunovic_2013.control --out DIR",
+        "python -m deltactl.reproduction.uzunovic_2013.control_blind --out DIR --cases 36",
+        "python -m deltactl.proof.micro.checks",
         "python benchmarks/costs/micro.py",
     ),
 }

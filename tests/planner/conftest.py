@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from firmware_py.job_file import JobFile
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import RobotFile, load_robot
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
 
 MakeJob = Callable[..., JobFile]
 MakeRobot = Callable[..., RobotFile]

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.paths import reach
-from firmware_py.planner.approach import approach, find_way
-from firmware_py.robot_file import load_robot
-from foundation.errors import UnreachablePoint
-from models.linkage import Linkage
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.paths import reach
+from deltactl.firmware_py.planner.approach import approach, find_way
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import UnreachablePoint
+from deltactl.models.linkage import Linkage
 
 angle = st.floats(-20.0, 110.0)
 pose = st.tuples(angle, angle, angle)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware_py.planner.check import home_counts, make_plan
-from firmware_py.planner.stream import MotionStream
-from foundation.errors import LimitExceeded
-from models.inverse_kinematics import GeometricInverse
+from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.foundation.errors import LimitExceeded
+from deltactl.models.inverse_kinematics import GeometricInverse
 
 SHORTEST_NS = 2_000_000
 

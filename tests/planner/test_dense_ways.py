@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.job_file import JobFile
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.paths.corner import from_polyline
-from firmware_py.paths.merging import longest
-from firmware_py.paths.way import Leg, way
-from firmware_py.planner.check import make_plan
-from firmware_py.planner.plan import Plan
-from firmware_py.planner.summary import slower
-from firmware_py.robot_file import load_robot
-from models.inverse_kinematics import GeometricInverse
-from models.robot import FloatArray
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.paths.corner import from_polyline
+from deltactl.firmware_py.paths.merging import longest
+from deltactl.firmware_py.paths.way import Leg, way
+from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.summary import slower
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.models.inverse_kinematics import GeometricInverse
+from deltactl.models.robot import FloatArray
 
 ROBOT = load_robot(CONFIG_FOLDER / "gripper-delta.yaml")
 SPACING_M = 0.0005

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.planner.check import home_counts, make_plan
-from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.summary import summarise
-from models.inverse_kinematics import GeometricInverse
+from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.planner.summary import summarise
+from deltactl.models.inverse_kinematics import GeometricInverse
 
 timings = st.sampled_from(
     [

@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.steps.build import minimum_period_ns
-from firmware_py.planner import timing_together
-from firmware_py.planner.check import home_counts, make_plan
-from firmware_py.planner.stream import BLOCK, MotionStream
-from foundation.clock import VirtualClock
-from foundation.errors import MotionError
-from models.inverse_kinematics import GeometricInverse
-from models.robot import EffectEntry
+from deltactl.drivers.steps.build import minimum_period_ns
+from deltactl.firmware_py.planner import timing_together
+from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.planner.stream import BLOCK, MotionStream
+from deltactl.foundation.clock import VirtualClock
+from deltactl.foundation.errors import MotionError
+from deltactl.models.inverse_kinematics import GeometricInverse
+from deltactl.models.robot import EffectEntry
 
 point = st.tuples(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(-0.5, -0.42))
 arms = st.tuples(*[st.floats(30.0, 70.0)] * 3)

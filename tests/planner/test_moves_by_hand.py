@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware_py.planner.check import make_plan
-from firmware_py.planner.plan import Plan
-from firmware_py.planner.stream import MotionStream
-from models.inverse_kinematics import GeometricInverse
-from models.linkage import Linkage, forward
+from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.models.inverse_kinematics import GeometricInverse
+from deltactl.models.linkage import Linkage, forward
 
 FROM_DEG, TO_DEG = (50.0, 50.0, 50.0), (60.0, 50.0, 50.0)
 

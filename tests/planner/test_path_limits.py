@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.paths.points import target_count
-from firmware_py.planner.check import make_plan
-from foundation.errors import LimitExceeded, UnreachablePoint
-from models.inverse_kinematics import GeometricInverse
-from models.linkage import Linkage, Status, inverse
+from deltactl.firmware_py.paths.points import target_count
+from deltactl.firmware_py.planner.check import make_plan
+from deltactl.foundation.errors import LimitExceeded, UnreachablePoint
+from deltactl.models.inverse_kinematics import GeometricInverse
+from deltactl.models.linkage import Linkage, Status, inverse
 
 GEOMETRY = {"kind": "geometry"}
 

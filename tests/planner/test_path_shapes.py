@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.paths import circle, heart, points, spiral
-from firmware_py.paths.path import Path, Space
+from deltactl.firmware_py.paths import circle, heart, points, spiral
+from deltactl.firmware_py.paths.path import Path, Space
 
 lengths = st.floats(0.01, 0.3)
 spacings = st.floats(0.0005, 0.01)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.paths import reach
-from models.linkage import Linkage, forward
+from deltactl.firmware_py.paths import reach
+from deltactl.models.linkage import Linkage, forward
 
 angle = st.floats(-0.3, 1.9)
 pose = st.tuples(angle, angle, angle)

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.planner.check import make_plan
-from firmware_py.planner.plan import Plan
-from firmware_py.planner.stream import MotionStream
-from foundation.errors import LimitExceeded
-from models.inverse_kinematics import GeometricInverse
-from models.linkage import Linkage, forward
-from models.robot import FloatArray
+from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.foundation.errors import LimitExceeded
+from deltactl.models.inverse_kinematics import GeometricInverse
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import FloatArray
 
 INSIDE = st.tuples(*[st.floats(-0.1, 0.1)] * 2, st.floats(-0.5, -0.4))
 

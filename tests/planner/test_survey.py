@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.paths import reach
-from firmware_py.paths.survey import survey
-from firmware_py.robot_file import load_robot
-from foundation.errors import UnreachablePoint
-from models.linkage import Linkage
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.paths import reach
+from deltactl.firmware_py.paths.survey import survey
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import UnreachablePoint
+from deltactl.models.linkage import Linkage
 
 RANGE_DEG = (-20.0, 110.0)
 

@@ -18,13 +18,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.paths.heart import heart
-from firmware_py.paths.points import points
-from firmware_py.planner.plan import motor_limits
-from firmware_py.planner.step_gate import StepGate
-from firmware_py.planner.timing_accelerated import CurveSchedule
-from firmware_py.planner.timing_moves import MotorLimits
-from models.linkage import Linkage, inverse
+from deltactl.firmware_py.paths.heart import heart
+from deltactl.firmware_py.paths.points import points
+from deltactl.firmware_py.planner.plan import motor_limits
+from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule
+from deltactl.firmware_py.planner.timing_moves import MotorLimits
+from deltactl.models.linkage import Linkage, inverse
 
 STEP_RAD = 2 * np.pi / 16_000
 H_S = 0.02

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from firmware_py.planner.step_gate import StepGate
-from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
+from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
 
 STEP_RAD = 2 * np.pi / 16_000
 angle = st.floats(-0.3, 1.9)

@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from firmware_py.planner import timing_together
-from firmware_py.planner.step_gate import StepGate
-from firmware_py.planner.timing_together import TogetherSchedule
+from deltactl.firmware_py.planner import timing_together
+from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.planner.timing_together import TogetherSchedule
 
 step = st.integers(-60, 60)
 ways = st.lists(st.tuples(step, step, step), min_size=1, max_size=12)

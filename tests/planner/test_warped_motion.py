@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.steps.contract import Ticks
-from firmware_py.planner.check import home_counts, make_plan
-from firmware_py.planner.motion import NOTHING_REACHED, Chunk
-from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.time_scaling import Pacing, TimeScaledMotion
-from models.inverse_kinematics import GeometricInverse
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.planner.time_scaling import Pacing, TimeScaledMotion
+from deltactl.models.inverse_kinematics import GeometricInverse
 
 MS = 1_000_000
 PERIOD_NS = 1 * MS

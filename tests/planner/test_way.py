@@ -11,13 +11,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from firmware_py.job_file import JobFile
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.paths.corner import from_polyline
-from firmware_py.paths.way import Leg, courses_of, way
-from firmware_py.planner.check import make_plan
-from firmware_py.robot_file import load_robot
-from models.inverse_kinematics import GeometricInverse
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.paths.corner import from_polyline
+from deltactl.firmware_py.paths.way import Leg, courses_of, way
+from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.models.inverse_kinematics import GeometricInverse
 
 ROBOT = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
 SPACING_M = 0.0005

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.file_in_force import FileInForce
-from firmware_py.file_access import FileAccess
-from firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
-from firmware_py.planning.packed import pack, unpack
-from firmware_py.planning.prepared import InForce, prepare_here
-from firmware_py.planning.process import NOTHING_SHOWN, PlanningProcess
-from firmware_py.robot_file import load_robot
-from foundation.errors import ConfigError, DeltactlError, MissingFile, NetworkError
+from deltactl.firmware_py.controller.file_in_force import FileInForce
+from deltactl.firmware_py.file_access import FileAccess
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
+from deltactl.firmware_py.planning.packed import pack, unpack
+from deltactl.firmware_py.planning.prepared import InForce, prepare_here
+from deltactl.firmware_py.planning.process import NOTHING_SHOWN, PlanningProcess
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import ConfigError, DeltactlError, MissingFile, NetworkError
 
 ROBOT_FILE = CONFIG_FOLDER / "zhao-2023.yaml"
 ROBOT = InForce(load_robot(ROBOT_FILE), ROBOT_FILE, ROBOT_FILE.read_text())

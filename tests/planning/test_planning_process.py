@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.planner.check import home_counts
-from firmware_py.planner.stream import MotionStream
-from firmware_py.planning.packed import pack, unpack
-from firmware_py.planning.prepared import InForce, Prepared, prepare_here
-from firmware_py.planning.process import PlanningProcess
-from firmware_py.robot_file import load_robot
-from foundation.errors import ConfigError, MissingFile, ServiceError, UnreachablePoint
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.planning.packed import pack, unpack
+from deltactl.firmware_py.planning.prepared import InForce, Prepared, prepare_here
+from deltactl.firmware_py.planning.process import PlanningProcess
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import ConfigError, MissingFile, ServiceError, UnreachablePoint
 
 ROBOT_FILE = CONFIG_FOLDER / "zhao-2023.yaml"
 ROBOT = InForce(load_robot(ROBOT_FILE), ROBOT_FILE, ROBOT_FILE.read_text())

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.contract import JobResult
-from firmware_py.controller.controller import Controller
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.clock import sleep_s
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.clock import sleep_s
 
 HEAD = """\
 name: steps

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.planning.packed import pack, unpack
-from firmware_py.planning.prepared import InForce, prepare_here
-from firmware_py.program.dry_run import check_job
-from firmware_py.program.instructions import Leaf, Move
-from firmware_py.robot_file import load_robot
-from foundation.errors import ConfigError, DeltactlError
+from deltactl.firmware_py.planning.packed import pack, unpack
+from deltactl.firmware_py.planning.prepared import InForce, prepare_here
+from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.program.instructions import Leaf, Move
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import ConfigError, DeltactlError
 from tests.program.conftest import HEAD, Write
 
 POINT = "  - path: {shape: points, points_m: [[0.0, 0.0, -0.3]]}\n"

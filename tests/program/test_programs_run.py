@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.controller import Controller
-from firmware_py.job_file import JobFile
-from firmware_py.program.dry_run import check_job
-from foundation.clock import sleep_s
-from foundation.strict_yaml import Document
-from recording.reading.reader import read_run
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.strict_yaml import Document
+from deltactl.recording.reading.reader import read_run
 from tests.program.conftest import Write, finished
 
 UP = "  - path: {shape: points, points_m: [[0.0, 0.0, -0.3]]}\n"

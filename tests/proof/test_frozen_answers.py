@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.proofs.frozen_answers import Pair, changed, paired
 from benchmarks.proofs.frozen_cases import Frozen, simulated
-from proof.cases import ROUND
+from deltactl.proof.cases import ROUND
 
 CASE = Frozen("case", "single", None, Path(), Path(), Path(), None)
 TRUTH = {

@@ -10,14 +10,14 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
-from proof.cases import MORE_ROUND, ROUND, Case, assemble, draw, draw_more
-from proof.hidden.more_oddities import NEW, SEEN, SURVEY_ONLY, UNKNOWN, UNSEEN
-from proof.prove.score import score
-from proof.prove.table import more_rows
-from proof.recorded import Machine, record_clean
-from proof.robot.as_built import AsBuilt, FloatArray
-from proof.robot.run import run
-from proof.robot.stepping import StepTrain
+from deltactl.proof.cases import MORE_ROUND, ROUND, Case, assemble, draw, draw_more
+from deltactl.proof.hidden.more_oddities import NEW, SEEN, SURVEY_ONLY, UNKNOWN, UNSEEN
+from deltactl.proof.prove.score import score
+from deltactl.proof.prove.table import more_rows
+from deltactl.proof.recorded import Machine, record_clean
+from deltactl.proof.robot.as_built import AsBuilt, FloatArray
+from deltactl.proof.robot.run import run
+from deltactl.proof.robot.stepping import StepTrain
 from tests.proof.test_proof_score import HOME, STRIPES, finding, result
 
 BEFORE = {

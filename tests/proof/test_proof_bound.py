@@ -9,10 +9,10 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
-from proof.cases import assemble
-from proof.prove.bound import as_recorded, bound, distance
-from proof.recorded import record_with_truth, sample_times
-from proof.sensors.noise import Noise
+from deltactl.proof.cases import assemble
+from deltactl.proof.prove.bound import as_recorded, bound, distance
+from deltactl.proof.recorded import record_with_truth, sample_times
+from deltactl.proof.sensors.noise import Noise
 
 NOISE = Noise(0.002, 0.6, outliers=0.01, dropouts=0.03)
 

@@ -10,9 +10,9 @@ pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' 
 
 from typer.testing import CliRunner
 
-from command_line.main import app
-from foundation.errors import ConfigError, RecordingError, ServiceError
-from proof.prove import campaign, one_case
+from deltactl.cli.main import app
+from deltactl.foundation.errors import ConfigError, RecordingError, ServiceError
+from deltactl.proof.prove import campaign, one_case
 
 
 def small_result(seed: int, number: int) -> dict[str, object]:
@@ -101,13 +101,13 @@ def test_a_diagnosis_that_fails_is_a_result(tmp_path, monkeypatch):
     def broken(*_, **__):
         raise RecordingError("too short")
 
-    monkeypatch.setattr("diagnosis.api.diagnose", broken)
+    monkeypatch.setattr("deltactl.diagnosis.api.diagnose", broken)
     assert one_case.diagnose_blind(tmp_path) == (None, "too short")
 
     def crashing(*_, **__):
         raise ZeroDivisionError("oops")
 
-    monkeypatch.setattr("diagnosis.api.diagnose", crashing)
+    monkeypatch.setattr("deltactl.diagnosis.api.diagnose", crashing)
     assert one_case.diagnose_blind(tmp_path) == (None, "ZeroDivisionError: oops")
 
 
@@ -118,7 +118,7 @@ def test_the_diagnosis_is_shown_three_files_and_nothing_else(tmp_path, monkeypat
         shown.update(recordings=recordings, robot=robot, holdout=holdout)
         raise RecordingError("seen enough")
 
-    monkeypatch.setattr("diagnosis.api.diagnose", note)
+    monkeypatch.setattr("deltactl.diagnosis.api.diagnose", note)
     one_case.diagnose_blind(tmp_path)
     assert shown == {
         "recordings": [tmp_path / "recording.csv.gz"],

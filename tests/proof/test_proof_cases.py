@@ -10,16 +10,16 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
-from foundation.errors import ConfigError
-from proof import generate
-from proof.cases import ROUND, assemble, draw
-from proof.hidden.build_in import SINGLES
-from proof.hidden.oddities import ODDITIES
-from proof.recorded import Machine, record_clean
-from proof.robot.run import run
-from proof.sensors.ranging import ideal_ranges
-from proof.write_case import write_blind
-from recording.tables.flat_files import read_flat
+from deltactl.foundation.errors import ConfigError
+from deltactl.proof import generate
+from deltactl.proof.cases import ROUND, assemble, draw
+from deltactl.proof.hidden.build_in import SINGLES
+from deltactl.proof.hidden.oddities import ODDITIES
+from deltactl.proof.recorded import Machine, record_clean
+from deltactl.proof.robot.run import run
+from deltactl.proof.sensors.ranging import ideal_ranges
+from deltactl.proof.write_case import write_blind
+from deltactl.recording.tables.flat_files import read_flat
 
 
 def test_the_same_seed_draws_the_same_case():

@@ -7,16 +7,16 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
-from proof.hidden.build_in import SINGLES, VOCABULARY, Planned, construct, heights_m
-from proof.motion.survey import survey
-from proof.recorded import Machine
-from proof.robot.as_built import AsBuilt, Body, Joints, three
-from proof.robot.assemble import Assembly
-from proof.robot.bodies import build
-from proof.robot.run import run
-from proof.robot.stepping import StepTrain, together
-from proof.sensors.noise import SILENT
-from proof.sensors.ranging import ideal_ranges, read
+from deltactl.proof.hidden.build_in import SINGLES, VOCABULARY, Planned, construct, heights_m
+from deltactl.proof.motion.survey import survey
+from deltactl.proof.recorded import Machine
+from deltactl.proof.robot.as_built import AsBuilt, Body, Joints, three
+from deltactl.proof.robot.assemble import Assembly
+from deltactl.proof.robot.bodies import build
+from deltactl.proof.robot.run import run
+from deltactl.proof.robot.stepping import StepTrain, together
+from deltactl.proof.sensors.noise import SILENT
+from deltactl.proof.sensors.ranging import ideal_ranges, read
 
 RAD_PER_STEP = Joints().rad_per_step
 SAG_M = 7e-5

@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
-from foundation.errors import UnreachablePoint
-from proof.motion.inverse import arm_angles
-from proof.motion.survey import survey
-from proof.null import silence
-from proof.recorded import Machine, record_clean
-from proof.robot.as_built import AsBuilt, Body, Joints
-from proof.robot.assemble import Assembly
-from proof.robot.bodies import build
-from proof.robot.run import run
+from deltactl.foundation.errors import UnreachablePoint
+from deltactl.proof.motion.inverse import arm_angles
+from deltactl.proof.motion.survey import survey
+from deltactl.proof.null import silence
+from deltactl.proof.recorded import Machine, record_clean
+from deltactl.proof.robot.as_built import AsBuilt, Body, Joints
+from deltactl.proof.robot.assemble import Assembly
+from deltactl.proof.robot.bodies import build
+from deltactl.proof.robot.run import run
 
 ASSEMBLY = Assembly(build(Body(), Joints(), 0.001))
 

@@ -8,10 +8,10 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the proof's cases need the extra 'proof' (MuJoCo)")
 
-from proof.prove.certainty import median_limits, wilson
-from proof.prove.matrix import confusion, picture, rows_and_columns
-from proof.prove.score import Score, score
-from proof.prove.table import markdown, table
+from deltactl.proof.prove.certainty import median_limits, wilson
+from deltactl.proof.prove.matrix import confusion, picture, rows_and_columns
+from deltactl.proof.prove.score import Score, score
+from deltactl.proof.prove.table import markdown, table
 
 HOME = {
     "effect": "home_offset", "where": "motor2", "value": 0.01, "unit": "rad",

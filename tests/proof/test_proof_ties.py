@@ -7,13 +7,13 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the proof's cases need the extra 'proof' (MuJoCo)")
 
-from foundation.errors import ConfigError, UnreachablePoint
-from proof.hidden.ties import TIES
-from proof.motion.job import from_job
-from proof.prove import one_tie
-from proof.prove.one_tie import draw_tie, run_tie
-from proof.prove.score_tie import score_tie, tie_rows
-from proof.robot.as_built import Joints
+from deltactl.foundation.errors import ConfigError, UnreachablePoint
+from deltactl.proof.hidden.ties import TIES
+from deltactl.proof.motion.job import from_job
+from deltactl.proof.prove import one_tie
+from deltactl.proof.prove.one_tie import draw_tie, run_tie
+from deltactl.proof.prove.score_tie import score_tie, tie_rows
+from deltactl.proof.robot.as_built import Joints
 
 RAD = Joints().rad_per_step
 TOGETHER = {"mode": "together", "t_pwm_s": 0.002}

@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the proof's cases need the extra 'proof' (MuJoCo)")
 
-from proof.prove.reliability import bins, calibration_error, diagram, sure_claims
-from proof.prove.score import score
+from deltactl.proof.prove.reliability import bins, calibration_error, diagram, sure_claims
+from deltactl.proof.prove.score import score
 from tests.proof.test_proof_score import HOME, finding, result
 
 

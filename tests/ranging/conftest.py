@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.fakes.chip_bench import ChipBench
-from drivers.fakes.ranging_bench import RangingBench
+from deltactl.drivers.fakes.chip_bench import ChipBench
+from deltactl.drivers.fakes.ranging_bench import RangingBench
 
 
 @pytest.fixture

@@ -10,13 +10,13 @@ from gpiozero import DigitalOutputDevice
 from gpiozero.pins.mock import MockFactory
 from smbus2 import i2c_msg
 
-from drivers.fakes.i2c_bus import FakeI2cBus
-from drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from drivers.fakes.xshut_pin import connect_xshut
-from drivers.i2c import Registers, bus_clock_hz, open_bus
-from drivers.ranging.xshut import OpenDrainLine
-from foundation.clock import VirtualClock, ns
-from foundation.errors import BusDead
+from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
+from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
+from deltactl.drivers.fakes.xshut_pin import connect_xshut
+from deltactl.drivers.i2c import Registers, bus_clock_hz, open_bus
+from deltactl.drivers.ranging.xshut import OpenDrainLine
+from deltactl.foundation.clock import VirtualClock, ns
+from deltactl.foundation.errors import BusDead
 
 
 def _chip(clock: VirtualClock) -> Vl53l1xChip:

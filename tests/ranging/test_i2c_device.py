@@ -7,8 +7,8 @@ import struct
 
 import pytest
 
-from drivers.fakes.chip_bench import ChipBench
-from drivers.fakes.i2c_device import (
+from deltactl.drivers.fakes.chip_bench import ChipBench
+from deltactl.drivers.fakes.i2c_device import (
     FUNC_I2C,
     I2C_FUNCS,
     I2C_RDWR,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.fakes.range_noise import RangeNoise
-from drivers.fakes.ranging_bench import RangingBench
-from drivers.ranging.calibration import OffsetCalibration, calibrate_offset
-from drivers.settings import RangingSettings
-from foundation.errors import SensorFault
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.ranging_bench import RangingBench
+from deltactl.drivers.ranging.calibration import OffsetCalibration, calibrate_offset
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.errors import SensorFault
 
 NOISE = RangeNoise(sigma_m=0.003, correlation=0.3, outlier_rate=0.02, outlier_m=0.05, seed=5)
 

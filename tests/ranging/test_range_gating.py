@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.ranging.contract import Gate
-from drivers.ranging.gating import BELIEVED_AFTER, Gatekeeper
-from drivers.ranging.sample import RawSample
-from drivers.settings import RangingSettings
-from foundation.clock import ns
+from deltactl.drivers.ranging.contract import Gate
+from deltactl.drivers.ranging.gating import BELIEVED_AFTER, Gatekeeper
+from deltactl.drivers.ranging.sample import RawSample
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import ns
 
 PERIOD_NS = ns(0.02)
 

@@ -13,14 +13,14 @@ from itertools import pairwise
 
 import pytest
 
-from drivers.fakes.ranging_rig import build_rig
-from drivers.i2c import open_bus
-from drivers.ranging.bank import AXES, SensorBank
-from drivers.ranging.contract import Gate, Reading
-from drivers.ranging.status import STATUSES
-from drivers.ranging.xshut import OpenDrainLine, XshutLine
-from drivers.settings import RangingSettings
-from foundation.clock import Clock, RealClock, VirtualClock, ns, sleep_s
+from deltactl.drivers.fakes.ranging_rig import build_rig
+from deltactl.drivers.i2c import open_bus
+from deltactl.drivers.ranging.bank import AXES, SensorBank
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.drivers.ranging.status import STATUSES
+from deltactl.drivers.ranging.xshut import OpenDrainLine, XshutLine
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import Clock, RealClock, VirtualClock, ns, sleep_s
 
 
 @dataclass
@@ -56,8 +56,8 @@ def _simulated(clock: Clock) -> Backend:
 def _hardware(robot: str) -> Backend:
     from gpiozero import Device
 
-    from firmware_py.named_files import find
-    from firmware_py.robot_file import load_robot
+    from deltactl.firmware_py.named_files import find
+    from deltactl.firmware_py.robot_file import load_robot
 
     settings = load_robot(find(robot)).ranging
     clock = RealClock()

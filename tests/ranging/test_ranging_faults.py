@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.fakes.ranging_bench import RangingBench
-from drivers.ranging.contract import Gate, Reading
-from drivers.ranging.sample import RawSample
-from drivers.ranging.vl53l1x import Vl53l1x
-from drivers.settings import RangingSettings
-from foundation.clock import ns, sleep_s
+from deltactl.drivers.fakes.ranging_bench import RangingBench
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.drivers.ranging.sample import RawSample
+from deltactl.drivers.ranging.vl53l1x import Vl53l1x
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import ns, sleep_s
 
 
 def _axes(readings: list[Reading]) -> set[str]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.fakes.ranging_bench import RangingBench
-from drivers.ranging.contract import Reading
-from foundation.clock import ns
-from foundation.errors import BusDead, SensorFault
+from deltactl.drivers.fakes.ranging_bench import RangingBench
+from deltactl.drivers.ranging.contract import Reading
+from deltactl.foundation.clock import ns
+from deltactl.foundation.errors import BusDead, SensorFault
 
 
 def _axes(readings: list[Reading]) -> set[str]:

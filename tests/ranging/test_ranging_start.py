@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 import pytest
 from smbus2 import i2c_msg
 
-from drivers.fakes.ranging_bench import RangingBench
-from drivers.ranging.contract import Reading
-from foundation.clock import ns
-from foundation.errors import SensorFault
+from deltactl.drivers.fakes.ranging_bench import RangingBench
+from deltactl.drivers.ranging.contract import Reading
+from deltactl.foundation.clock import ns
+from deltactl.foundation.errors import SensorFault
 
 
 def _axes(readings: list[Reading]) -> set[str]:

@@ -7,10 +7,10 @@ import time
 
 import pytest
 
-from drivers.fakes.range_noise import RangeNoise
-from drivers.fakes.ranging_bench import RangingBench
-from drivers.ranging.contract import Reading
-from foundation.clock import ns
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.ranging_bench import RangingBench
+from deltactl.drivers.ranging.contract import Reading
+from deltactl.foundation.clock import ns
 
 
 def _axes(readings: list[Reading]) -> set[str]:

@@ -9,14 +9,14 @@ from gpiozero import OutputDevice
 from gpiozero.pins.mock import MockFactory
 from smbus2 import i2c_msg
 
-from drivers.fakes.i2c_bus import FakeI2cBus
-from drivers.ranging import robot_sensors
-from drivers.ranging.robot_sensors import bus_speed_advice, open_robot_sensors
-from drivers.settings import RangingSettings
-from firmware_py.controller.build import real_machine
-from firmware_py.robot_file import load_robot
-from foundation.clock import VirtualClock
-from foundation.errors import BusDead, SensorFault
+from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
+from deltactl.drivers.ranging import robot_sensors
+from deltactl.drivers.ranging.robot_sensors import bus_speed_advice, open_robot_sensors
+from deltactl.drivers.settings import RangingSettings
+from deltactl.firmware_py.controller.build import real_machine
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.clock import VirtualClock
+from deltactl.foundation.errors import BusDead, SensorFault
 
 
 def test_without_the_bus_the_pins_are_not_touched() -> None:
@@ -67,7 +67,7 @@ def test_a_robot_without_sensors_opens_neither_bus_nor_pins(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     factory = MockFactory()
-    monkeypatch.setattr("drivers.pin_factory.lgpio_pin_factory", lambda: factory)
+    monkeypatch.setattr("deltactl.drivers.pin_factory.lgpio_pin_factory", lambda: factory)
     robot = load_robot(Path(__file__).parents[2] / "config" / "zhao-2023.yaml")
     steps = robot.steps.model_copy(update={"backend": "gpiozero"})
     machine = real_machine(robot.model_copy(update={"sensors": None, "steps": steps}))

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 from smbus2 import i2c_msg
 
-from drivers.ranging.bus_watch import SILENCE_TRANSFERS, BusWatch
-from drivers.ranging.sample import RawSample
-from drivers.ranging.sample_reader import SampleReader
-from drivers.settings import RangingSettings
-from foundation.clock import VirtualClock, ns
-from foundation.errors import BusDead
+from deltactl.drivers.ranging.bus_watch import SILENCE_TRANSFERS, BusWatch
+from deltactl.drivers.ranging.sample import RawSample
+from deltactl.drivers.ranging.sample_reader import SampleReader
+from deltactl.drivers.settings import RangingSettings
+from deltactl.foundation.clock import VirtualClock, ns
+from deltactl.foundation.errors import BusDead
 
 PERIOD_NS = ns(0.02)
 

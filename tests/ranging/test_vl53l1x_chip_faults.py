@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.fakes.chip_bench import ChipBench
-from foundation.clock import ns
+from deltactl.drivers.fakes.chip_bench import ChipBench
+from deltactl.foundation.clock import ns
 
 
 @pytest.mark.parametrize(

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.fakes.i2c_bus import FakeI2cBus
-from drivers.fakes.range_noise import RangeNoise
-from drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from drivers.i2c import Registers
-from drivers.ranging.timing import BUDGET_TIMEOUTS
-from drivers.ranging.vl53l1x import Vl53l1x
-from foundation.clock import Task, VirtualClock, ns
-from foundation.errors import SensorFault
+from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
+from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
+from deltactl.drivers.i2c import Registers
+from deltactl.drivers.ranging.timing import BUDGET_TIMEOUTS
+from deltactl.drivers.ranging.vl53l1x import Vl53l1x
+from deltactl.foundation.clock import Task, VirtualClock, ns
+from deltactl.foundation.errors import SensorFault
 
 
 class CommandWorker:

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.ranging import registers as reg
-from drivers.ranging.sample import decode, samples_between
-from drivers.ranging.status import STATUSES, explain, uld_status
-from drivers.ranging.timing import (
+from deltactl.drivers.ranging import registers as reg
+from deltactl.drivers.ranging.sample import decode, samples_between
+from deltactl.drivers.ranging.status import STATUSES, explain, uld_status
+from deltactl.drivers.ranging.timing import (
     BUDGET_TIMEOUTS,
     MODE_REGISTERS,
     VCSEL_PERIODS,

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recording.format.configuration import RunConfiguration
-from recording.writing.writer import RunRecorder
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 START_NS = 5_000_000_000
@@ -37,7 +37,7 @@ class Gate(enum.Enum):
 
 @dataclass(frozen=True)
 class Sample:
-    """A reading with the fields of `drivers.ranging.contract.Reading`."""
+    """A reading with the fields of `deltactl.drivers.ranging.contract.Reading`."""
 
     axis: str
     t_ns: int

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from foundation.errors import RecordingError
-from recording.format.configuration import RunConfiguration
-from recording.writing import append_file, disk
-from recording.writing.append_file import AppendFile
-from recording.writing.writer import RunRecorder
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.writing import append_file, disk
+from deltactl.recording.writing.append_file import AppendFile
+from deltactl.recording.writing.writer import RunRecorder
 
 START_NS = 5_000_000_000
 

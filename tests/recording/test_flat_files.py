@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from pyarrow import parquet
 from scipy.io import savemat
 
-from foundation.errors import RecordingError
-from recording.tables.flat import FlatRecording
-from recording.tables.flat_files import read_flat, write_flat
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import read_flat, write_flat
 
 ENDINGS = (".csv", ".csv.gz", ".parquet", ".mat")
 

@@ -16,12 +16,12 @@ from mcap.reader import make_reader
 from mcap.records import Footer, SummaryOffset
 from mcap.stream_reader import StreamReader
 
-from foundation.errors import RecordingError
-from recording.format.channels import CHANNELS, WRITTEN
-from recording.format.configuration import RunConfiguration
-from recording.reading.reader import read_run
-from recording.writing.names import fresh_path
-from recording.writing.writer import RunRecorder
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.format.channels import CHANNELS, WRITTEN
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.writing.names import fresh_path
+from deltactl.recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 START_NS = 5_000_000_000
@@ -62,7 +62,7 @@ def test_a_newer_format_is_refused(
 ) -> None:
     path = tmp_path / "newer.mcap"
     with monkeypatch.context() as patch:
-        patch.setattr("recording.format.configuration.FORMAT", 2)
+        patch.setattr("deltactl.recording.format.configuration.FORMAT", 2)
         RunRecorder(path, configuration).close()
     with pytest.raises(RecordingError, match=r"newer\.mcap: was written by a newer deltactl"):
         read_run(path)

@@ -11,15 +11,15 @@ import pytest
 import zstandard
 from mcap import records
 
-from foundation.errors import RecordingError
-from recording.format.configuration import RunConfiguration
-from recording.reading.reader import read_run
-from recording.reading.scan import Scan
-from recording.tables import csv_table
-from recording.tables.csv_table import read_csv
-from recording.writing.container import record_bytes
-from recording.writing.names import confined
-from recording.writing.writer import RunRecorder
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.scan import Scan
+from deltactl.recording.tables import csv_table
+from deltactl.recording.tables.csv_table import read_csv
+from deltactl.recording.writing.container import record_bytes
+from deltactl.recording.writing.names import confined
+from deltactl.recording.writing.writer import RunRecorder
 
 MB = 2**20
 

@@ -20,11 +20,11 @@ from mcap.reader import make_reader
 from mcap.records import ChunkIndex
 from mcap.writer import CompressionType, Writer
 
-from foundation.errors import RecordingError
-from recording.format.configuration import RunConfiguration
-from recording.reading.reader import read_run
-from recording.writing.spool import WAITING_BYTES, Spool
-from recording.writing.writer import RunRecorder
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.writing.spool import WAITING_BYTES, Spool
+from deltactl.recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 
@@ -231,8 +231,8 @@ def test_in_simulation_the_caller_waits_for_a_slow_disk() -> None:
 _VICTIM = """
 import sys, time
 from pathlib import Path
-from recording.format.configuration import RunConfiguration
-from recording.writing.writer import RunRecorder
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.writing.writer import RunRecorder
 start_ns = time.monotonic_ns()
 recorder = RunRecorder(Path(sys.argv[1]), RunConfiguration("r", "j"), start_ns=start_ns)
 while True:

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import RecordingError
-from recording.format.configuration import RunConfiguration
-from recording.format.edges import blocks, counts_set, from_message
-from recording.reading.reader import read_run
-from recording.writing.writer import RunRecorder
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.format.edges import blocks, counts_set, from_message
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.writing.writer import RunRecorder
 
 DELTAS_NS = st.lists(
     st.one_of(st.integers(1, 60_000), st.integers(2**32 - 3, 2**32 + 3), st.just(10**12)),

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recording.reading.reader import read_run
-from recording.reading.scan import STRETCHES, Scan
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.scan import STRETCHES, Scan
 
 ROUNDS = 1500
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from recording.format.configuration import RunConfiguration
-from recording.writing.retention import prune
-from recording.writing.writer import RunRecorder
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.writing.retention import prune
+from deltactl.recording.writing.writer import RunRecorder
 
 NOW_S = 1_000_000.0
 

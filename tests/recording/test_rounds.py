@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from foundation.errors import RecordingError
-from recording.format.configuration import RunConfiguration
-from recording.reading.reader import read_run
-from recording.tables.flat import FlatRecording
-from recording.tables.flat_files import read_flat, write_flat
-from recording.tables.rounds import flatten
-from recording.writing.writer import RunRecorder
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import read_flat, write_flat
+from deltactl.recording.tables.rounds import flatten
+from deltactl.recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 

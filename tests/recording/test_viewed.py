@@ -13,14 +13,14 @@ import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, json_format, message_factory
 from mcap.reader import make_reader
 
-from drivers.ranging.contract import Gate, Reading
-from firmware_py.controller.jobs.view import View
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import load_robot
-from recording.format.configuration import RunConfiguration
-from recording.format.viewed import SCHEMAS, VIEWED
-from recording.reading.reader import read_run
-from recording.writing.writer import RunRecorder
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.firmware_py.controller.jobs.view import View
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.format.viewed import SCHEMAS, VIEWED
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.writing.writer import RunRecorder
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 HOME = (1333, 1333, 1333)

@@ -9,17 +9,17 @@ from typing import Annotated, Any
 import pytest
 from pydantic import BaseModel, TypeAdapter
 
-from firmware_py.daemon.protocol import ARGUMENTS, parse
-from foundation.schema_keys import models_in
-from models.chain.active import activate
-from models.effects import TABLES, VOCABULARY
-from models.effects.kind import EffectKind
-from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
-from models.robot import RangeSensor, ServoAxis, StepperAxis
-from reference import effect_schemas
-from reference.examples import READ, example_of, shipped_examples
-from reference.examples_table import EXAMPLES
-from reference.socket_words import ARGUMENT_WORDS
+from deltactl.firmware_py.daemon.protocol import ARGUMENTS, parse
+from deltactl.foundation.schema_keys import models_in
+from deltactl.models.chain.active import activate
+from deltactl.models.effects import TABLES, VOCABULARY
+from deltactl.models.effects.kind import EffectKind
+from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
+from deltactl.models.robot import RangeSensor, ServoAxis, StepperAxis
+from deltactl.reference import effect_schemas
+from deltactl.reference.examples import READ, example_of, shipped_examples
+from deltactl.reference.examples_table import EXAMPLES
+from deltactl.reference.socket_words import ARGUMENT_WORDS
 
 
 def models() -> list[type[BaseModel]]:

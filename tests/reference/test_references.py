@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from firmware_py.daemon.protocol import ARGUMENTS
-from recording.tables.flat import UNITS
-from reference.column_words import COLUMN_WORDS, stem_of
-from reference.fields import sections
-from reference.socket_words import ARGUMENT_WORDS, REQUEST_WORDS
-from reference.write import made
+from deltactl.firmware_py.daemon.protocol import ARGUMENTS
+from deltactl.recording.tables.flat import UNITS
+from deltactl.reference.column_words import COLUMN_WORDS, stem_of
+from deltactl.reference.fields import sections
+from deltactl.reference.socket_words import ARGUMENT_WORDS, REQUEST_WORDS
+from deltactl.reference.write import made
 from tests.rigs.documented import ROOT
 
 
@@ -20,12 +20,16 @@ def test_nothing_is_stale(path) -> None:
 
 def test_nothing_is_left_over() -> None:
     """A page that is no longer made would never be stale."""
-    there = {one for folder in ("docs/reference", "schemas") for one in (ROOT / folder).iterdir()}
+    there = {
+        one
+        for folder in ("docs/reference", "deltactl/schemas")
+        for one in (ROOT / folder).iterdir()
+    }
     assert there == set(made()), "delete what nothing makes"
 
 
 def test_every_key_of_a_job_says_something() -> None:
-    from firmware_py.job_file import JobFile
+    from deltactl.firmware_py.job_file import JobFile
 
     found = {f"{one.place}.{key.name}": key for one in sections(JobFile) for key in one.keys}
     assert found["path.radius_m"].unit == "m"

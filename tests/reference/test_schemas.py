@@ -11,8 +11,8 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-from foundation.yaml_tree import Tree
-from reference.schemas import schemas
+from deltactl.foundation.yaml_tree import Tree
+from deltactl.reference.schemas import schemas
 from tests.rigs.documented import ROOT
 
 FILES = sorted((ROOT / "config").glob("*.yaml"))

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from repair import campaign
-from repair.campaign import prove_repair
+from deltactl.repair import campaign
+from deltactl.repair.campaign import prove_repair
 
 
 def test_it_stops_after_its_minutes_and_goes_on_from_there(

@@ -9,14 +9,14 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 
-from diagnosis.api import diagnose
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import load_robot
-from foundation.errors import RecordingError
-from recording.tables.flat_files import write_flat
-from repair.campaign import BESIDE_FROM, Row, kinds_of
-from repair.correct import correct
-from repair.machine import conceal
+from deltactl.diagnosis.api import diagnose
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.tables.flat_files import write_flat
+from deltactl.repair.campaign import BESIDE_FROM, Row, kinds_of
+from deltactl.repair.correct import correct
+from deltactl.repair.machine import conceal
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 

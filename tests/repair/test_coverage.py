@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.planning.prepared import InForce, prepare_here
-from firmware_py.program.dry_run import check_job
-from firmware_py.robot_file import load_robot
-from foundation.errors import ConfigError
-from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
-from models.chain import Chain, Commands
-from models.effects import TABLES, VOCABULARY
-from models.robot import EffectEntry
-from repair.coverage import LEFT, WAYS, coverage_of, robot_coverage
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.planning.prepared import InForce, prepare_here
+from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.calibrated_inverse import INVERTIBLE, CalibratedInverse
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.effects import TABLES, VOCABULARY
+from deltactl.models.robot import EffectEntry
+from deltactl.repair.coverage import LEFT, WAYS, coverage_of, robot_coverage
 
 ROBOT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
 EFFECTS = """

@@ -13,15 +13,15 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.planner.check import plan_of
-from foundation.errors import ConfigError
-from proof.hidden.hidden import Hidden
-from repair.demonstration import CORRECTED, RECORDING, demonstrate
-from repair.machine import conceal
-from repair.page import _size, page_html
-from repair.played import played
-from repair.tracking import Drawn
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.planner.check import plan_of
+from deltactl.foundation.errors import ConfigError
+from deltactl.proof.hidden.hidden import Hidden
+from deltactl.repair.demonstration import CORRECTED, RECORDING, demonstrate
+from deltactl.repair.machine import conceal
+from deltactl.repair.page import _size, page_html
+from deltactl.repair.played import played
+from deltactl.repair.tracking import Drawn
 
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
 
@@ -86,7 +86,7 @@ def test_an_effect_there_is_none_of_is_refused() -> None:
 def test_the_command_prints_the_table_and_writes_the_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from command_line.recordings.demo import demo
+    from deltactl.cli.recordings.demo import demo
 
     demo(conceal="home_offset", seed=3, minutes=1.0, out=tmp_path / "demo", json_out=True,
          unknown=False, job="demo-heart.yaml")  # fmt: skip
@@ -96,7 +96,7 @@ def test_the_command_prints_the_table_and_writes_the_page(
 
 
 def test_a_demonstration_replaces_one_before_it_and_nothing_else(tmp_path: Path) -> None:
-    from command_line.recordings.demo import PAGE, make_room
+    from deltactl.cli.recordings.demo import PAGE, make_room
 
     names = (PAGE, RECORDING, CORRECTED)
     assert not make_room(tmp_path / "new", names, force=False)

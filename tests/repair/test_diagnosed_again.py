@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.answer.consistency import contradictions
-from diagnosis.answer.corrected_robot import save_corrected
-from diagnosis.answer.records import Diagnosis
-from diagnosis.api import diagnose_recordings
-from diagnosis.plants.delta.measured_before import measured_before
-from diagnosis.report.sentences.summary import summary_lines
-from diagnosis.report.sentences.telling import unexplained
-from models.robot import DeltaRobot, EffectEntry, FloatArray, FoundBy, load_delta
+from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.answer.corrected_robot import save_corrected
+from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.plants.delta.measured_before import measured_before
+from deltactl.diagnosis.report.sentences.summary import summary_lines
+from deltactl.diagnosis.report.sentences.telling import unexplained
+from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, FoundBy, load_delta
 from tests.rigs.picker import HERTZ, ROBOT, SLOWED, STEP_S, followed, nominal, places, recorded
 
 

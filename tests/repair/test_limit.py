@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.job_file import load_job
-from firmware_py.kinematics_of_job import kinematics_of
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.planner.check import make_plan
-from firmware_py.program.dry_run import program_of
-from firmware_py.program.includes import read_whole
-from firmware_py.robot_file import load_robot
-from models.robot import EffectEntry, FoundBy
-from repair.coverage import coverage
-from repair.limit import Limit, limit_of
-from repair.program_limit import limit_of_program
+from deltactl.firmware_py.job_file import load_job
+from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.program.dry_run import program_of
+from deltactl.firmware_py.program.includes import read_whole
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.models.robot import EffectEntry, FoundBy
+from deltactl.repair.coverage import coverage
+from deltactl.repair.limit import Limit, limit_of
+from deltactl.repair.program_limit import limit_of_program
 
 JOB = CONFIG_FOLDER / "demo-heart.yaml"
 STEP_RAD = np.deg2rad(0.0225)

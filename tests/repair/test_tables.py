@@ -7,18 +7,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.answer.corrected_robot import corrected_text
-from diagnosis.answer.records import Diagnosis, Evidence, Finding, Fit, Table, Unexplained, Where
-from diagnosis.answer.tables import Tables, table_of
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import RobotFile, load_robot
-from foundation.errors import ConfigError
-from models.belief import merged
-from models.calibrated_inverse import CalibratedInverse
-from models.chain import Chain, Commands
-from models.chain.active import of_entries
-from models.robot import EffectEntry
-from repair.correct import held_back
+from deltactl.diagnosis.answer.corrected_robot import corrected_text
+from deltactl.diagnosis.answer.records import (
+    Diagnosis,
+    Evidence,
+    Finding,
+    Fit,
+    Table,
+    Unexplained,
+    Where,
+)
+from deltactl.diagnosis.answer.tables import Tables, table_of
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.belief import merged
+from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.chain.active import of_entries
+from deltactl.models.robot import EffectEntry
+from deltactl.repair.correct import held_back
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 PLACES = np.linspace(0.0, 1.2, 64)

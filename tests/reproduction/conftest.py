@@ -16,7 +16,7 @@ LIMIT = (
     "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
     "resource.setrlimit(resource.RLIMIT_FSIZE, ({0}, {0})); "
 )
-RUN = "from command_line.main import main; sys.argv[0] = 'deltactl'; main()"
+RUN = "from deltactl.cli.main import main; sys.argv[0] = 'deltactl'; main()"
 
 
 @pytest.fixture(scope="session")
@@ -46,7 +46,7 @@ def here(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) ->
     """Runs deltactl's entry point in this process: the same, without starting Python anew."""
 
     def run(*words: str | Path) -> subprocess.CompletedProcess[str]:
-        from command_line.main import main
+        from deltactl.cli.main import main
 
         arguments = ["deltactl", *map(str, words)]
         monkeypatch.setattr(sys, "argv", arguments)
@@ -66,10 +66,10 @@ def here(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) ->
 def surveyed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A data set of 120 samples of the as-built robot."""
     pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
-    from firmware_py.named_files import find
-    from firmware_py.robot_file import load_robot
-    from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
-    from reproduction.zhao_2023.collecting import collect
+    from deltactl.firmware_py.named_files import find
+    from deltactl.firmware_py.robot_file import load_robot
+    from deltactl.reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
+    from deltactl.reproduction.zhao_2023.collecting import collect
 
     folder = tmp_path_factory.mktemp("survey") / "data"
     robot = load_robot(find("zhao-2023.yaml"))

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.job_file import JobFile, load_job
-from firmware_py.kinematics_of_job import kinematics_of
-from firmware_py.named_files import find
-from firmware_py.robot_file import load_robot
-from foundation.errors import ConfigError, RecordingError, UnreachablePoint
-from models.calibrated_inverse import CalibratedInverse
-from models.chain.commands import Commands
-from models.chain.delta import Chain
-from models.inverse_kinematics import GeometricInverse
-from models.linkage import Linkage, forward
-from models.robot import DeltaRobot, EffectEntry
+from deltactl.firmware_py.job_file import JobFile, load_job
+from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import ConfigError, RecordingError, UnreachablePoint
+from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.chain.commands import Commands
+from deltactl.models.chain.delta import Chain
+from deltactl.models.inverse_kinematics import GeometricInverse
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import DeltaRobot, EffectEntry
 
 ROBOT = load_robot(find("zhao-2023.yaml"))
 TARGETS_M = np.array([[0.0, 0.0, -0.45], [0.1, -0.05, -0.4], [-0.12, 0.08, -0.55]])
@@ -91,9 +91,9 @@ def test_jobs_take_known_effects_into_account() -> None:
 
 def test_a_calibration_is_the_robot_file_it_is_written_to(surveyed: Path, tmp_path: Path) -> None:
     pytest.importorskip("scipy", reason="calibrating needs the extra 'training'")
-    from models.training.calibrate import calibrate
-    from models.training.calibrated_file import check_new, save_calibrated
-    from models.training.dataset import load_dataset
+    from deltactl.models.training.calibrate import calibrate
+    from deltactl.models.training.calibrated_file import check_new, save_calibrated
+    from deltactl.models.training.dataset import load_dataset
 
     data = load_dataset(surveyed)
     found = calibrate(ROBOT, data.position_m, data.angles_rad)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from models.training.dataset import SAMPLES, load_dataset
+from deltactl.models.training.dataset import SAMPLES, load_dataset
 
 pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
 
@@ -31,7 +31,7 @@ def test_a_survey_of_the_as_built_robot(here, surveyed: Path, tmp_path: Path) ->
 def test_killed_in_the_middle_and_gone_on_with(here, surveyed: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
     words = ["collect", "--samples", "3000", "--as-built", "zhao-2023", "--out", str(out)]
-    code = "import sys; from command_line.main import main; main()"
+    code = "import sys; from deltactl.cli.main import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", code, *words], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL
     )
@@ -115,7 +115,7 @@ def test_a_survey_of_the_simulated_chain(here, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     data = load_dataset(out)
     assert data.settings.machine == "simulated"
-    from models.linkage import Linkage, forward
+    from deltactl.models.linkage import Linkage, forward
 
     nominal_m = forward(Linkage.of(data.settings.geometry), data.angles_rad).position_m
     assert abs(nominal_m - data.position_m).max() < 0.004  # 1.5 mm of noise, 25 readings

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foundation.errors import MissingFile, RecordingError
-from models.network.metadata import fingerprint
-from models.robot import DeltaRobot, load_delta
-from models.training.dataset import SAMPLES, DataSettings, load_dataset
-from models.training.dataset_writer import DataSetWriter
+from deltactl.foundation.errors import MissingFile, RecordingError
+from deltactl.models.network.metadata import fingerprint
+from deltactl.models.robot import DeltaRobot, load_delta
+from deltactl.models.training.dataset import SAMPLES, DataSettings, load_dataset
+from deltactl.models.training.dataset_writer import DataSetWriter
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 

@@ -10,13 +10,13 @@ import pytest
 pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
 pytest.importorskip("tflite", reason="training needs the extra 'training'")
 
-from firmware_py.evaluating.held_out import held_out
-from firmware_py.named_files import find
-from firmware_py.robot_file import load_robot
-from models.network.file import NetworkFile
-from models.training.dataset import load_dataset
-from models.training.sources import of_dataset
-from models.training.train import train_from_samples
+from deltactl.firmware_py.evaluating.held_out import held_out
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.models.network.file import NetworkFile
+from deltactl.models.training.dataset import load_dataset
+from deltactl.models.training.sources import of_dataset
+from deltactl.models.training.train import train_from_samples
 
 ROBOT = load_robot(find("zhao-2023.yaml"))
 

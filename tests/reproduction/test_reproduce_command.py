@@ -12,16 +12,16 @@ pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'
 pytest.importorskip("tflite", reason="training needs the extra 'training'")
 pytest.importorskip("numba", reason="training needs the extra 'training'")
 
-from firmware_py.named_files import find
-from foundation.errors import RecordingError
-from models.robot import load_delta
-from models.training.dataset import load_dataset
-from models.training.sources import of_dataset
-from models.training.train import train_from_samples
-from reproduction.sheet import Sheet
-from reproduction.stage_results import kept
-from reproduction.zhao_2023.report import recipes
-from reproduction.zhao_2023.scale import FULL
+from deltactl.firmware_py.named_files import find
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.robot import load_delta
+from deltactl.models.training.dataset import load_dataset
+from deltactl.models.training.sources import of_dataset
+from deltactl.models.training.train import train_from_samples
+from deltactl.reproduction.sheet import Sheet
+from deltactl.reproduction.stage_results import kept
+from deltactl.reproduction.zhao_2023.report import recipes
+from deltactl.reproduction.zhao_2023.scale import FULL
 
 
 def made_at(out: Path) -> dict[str, int]:

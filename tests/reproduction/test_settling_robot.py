@@ -7,17 +7,17 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
 
-from firmware_py.collecting.poses import survey_counts
-from firmware_py.named_files import find
-from firmware_py.robot_file import load_robot
-from foundation.errors import ConfigError, UnreachablePoint
-from models.linkage import Linkage, forward
-from proof.recorded import Machine
-from proof.robot.run import run
-from proof.robot.stepping import together
-from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built, machine_of
-from reproduction.zhao_2023.limit import ExpectedMap
-from reproduction.zhao_2023.settling import SettlingRobot
+from deltactl.firmware_py.collecting.poses import survey_counts
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import ConfigError, UnreachablePoint
+from deltactl.models.linkage import Linkage, forward
+from deltactl.proof.recorded import Machine
+from deltactl.proof.robot.run import run
+from deltactl.proof.robot.stepping import together
+from deltactl.reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built, machine_of
+from deltactl.reproduction.zhao_2023.limit import ExpectedMap
+from deltactl.reproduction.zhao_2023.settling import SettlingRobot
 
 START = np.array([1333, 1333, 1333])
 ROBOT = load_robot(find("zhao-2023.yaml"))

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("mujoco", reason="the micro delta needs the extra 'proof'")
 pytest.importorskip("tflite", reason="training needs the extra 'training'")
 
-from reproduction.uzunovic_2013 import control
+from deltactl.reproduction.uzunovic_2013 import control
 
 SHORT_S = 2.2
 """Control is on from 1 s and judged from 2 s; a whole experiment takes 11 s."""

@@ -7,12 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.linkage import Linkage, inverse
-from models.robot import DeltaRobot, load_delta
-from models.training.samples_of_angles import split
-from reproduction.uzunovic_2013.kinematics import ROBOT_FILE, KinematicsPart, reproduce_kinematics
-from reproduction.uzunovic_2013.kinematics_as_built import StageRobot
-from reproduction.uzunovic_2013.kinematics_stage import SAMPLES, measure, reference_m
+from deltactl.models.linkage import Linkage, inverse
+from deltactl.models.robot import DeltaRobot, load_delta
+from deltactl.models.training.samples_of_angles import split
+from deltactl.reproduction.uzunovic_2013.kinematics import (
+    ROBOT_FILE,
+    KinematicsPart,
+    reproduce_kinematics,
+)
+from deltactl.reproduction.uzunovic_2013.kinematics_as_built import StageRobot
+from deltactl.reproduction.uzunovic_2013.kinematics_stage import SAMPLES, measure, reference_m
 
 NONE = (0.0, 0.0, 0.0)
 PERFECT = StageRobot(NONE, NONE, NONE, NONE, play_deg=NONE, ripple_deg=NONE, worn_deg=0.0)

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from charts import document
+from deltactl.charts import document
 
 
 def nothing_drawn(specs: Sequence[dict[str, Any]]) -> tuple[str, bool]:
-    """Instead of `charts.document.document`, in tests of what stands around the charts."""
+    """Instead of `deltactl.charts.document.document`, in tests of what stands around the charts."""
     return "{}", False
 
 

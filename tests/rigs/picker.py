@@ -12,8 +12,8 @@ import numpy as np
 import yaml
 from scipy.signal import cont2discrete, lfilter
 
-from models.robot import DeltaRobot, FloatArray
-from recording.tables.flat import FlatRecording
+from deltactl.models.robot import DeltaRobot, FloatArray
+from deltactl.recording.tables.flat import FlatRecording
 
 ROBOT = """kind: delta
 name: picker

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.linkage import Linkage, inverse
-from recording.format.configuration import RunConfiguration
-from recording.reading.reader import read_run
-from recording.reading.run import Run
-from recording.writing.writer import RunRecorder
+from deltactl.models.linkage import Linkage, inverse
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.run import Run
+from deltactl.recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 ROUNDS = 100

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.run_report.tracking import robot_of, track
-from foundation.clock import sleep_s
-from recording.reading.reader import read_run
-from recording.reading.run import Run
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.run_report.tracking import robot_of, track
+from deltactl.foundation.clock import sleep_s
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.run import Run
 
 JOB = """
 name: far

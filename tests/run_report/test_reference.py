@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.run_report.reference import arrivals, targets_at, windows
-from recording.reading.reader import read_run
+from deltactl.firmware_py.run_report.reference import arrivals, targets_at, windows
+from deltactl.recording.reading.reader import read_run
 from tests.cli.conftest import deltactl as deltactl
 
 SIZES = (

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from charts.document import library
-from charts.spec import unpack
-from firmware_py.run_report.health import STATES, health_strip, sensor_health
-from firmware_py.run_report.report import report_html, write_report
-from firmware_py.run_report.tracking import robot_of
-from foundation.errors import RecordingError
-from recording.reading.run import Run
+from deltactl.charts.document import library
+from deltactl.charts.spec import unpack
+from deltactl.firmware_py.run_report.health import STATES, health_strip, sensor_health
+from deltactl.firmware_py.run_report.report import report_html, write_report
+from deltactl.firmware_py.run_report.tracking import robot_of
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.reading.run import Run
 from tests.rigs.charts import charts_of
 
 MakeRun = Callable[..., Run]

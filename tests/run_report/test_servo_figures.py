@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.run_report.servo import following, servo_section
-from recording.format.configuration import RunConfiguration
-from recording.reading.reader import read_run
-from recording.reading.run import Run, Servo
-from recording.writing.writer import RunRecorder
+from deltactl.firmware_py.run_report.servo import following, servo_section
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.run import Run, Servo
+from deltactl.recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 

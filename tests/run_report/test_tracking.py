@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from firmware_py.run_report.reference import path_windows, targets_at
-from firmware_py.run_report.tracking import robot_of, track
-from foundation.errors import ConfigError
-from recording.reading.run import Run
+from deltactl.firmware_py.run_report.reference import path_windows, targets_at
+from deltactl.firmware_py.run_report.tracking import robot_of, track
+from deltactl.foundation.errors import ConfigError
+from deltactl.recording.reading.run import Run
 
 MakeRun = Callable[..., Run]
 MS = 1_000_000

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import RobotFile, load_robot
-from firmware_py.servo.law import JointLaw, LawSettings
-from models.robot import FloatArray
-from models.servo_drive import ServoDrive
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.firmware_py.servo.law import JointLaw, LawSettings
+from deltactl.models.robot import FloatArray
+from deltactl.models.servo_drive import ServoDrive
 
 MICRO = CONFIG_FOLDER / "uzunovic-2013.yaml"
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.named_files import CONFIG_FOLDER
-from recording.reading.reader import read_run
-from recording.tables.flat_files import read_flat
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.tables.flat_files import read_flat
 
 TEXT = (CONFIG_FOLDER / "uzunovic-2013.yaml").read_text(encoding="utf-8")
 JOB = """name: little
@@ -26,7 +26,7 @@ timing: {{mode: accelerated, speed_mps: 0.01}}
 inverse_kinematics: {{kind: network, file: uzunovic-2013.tflite}}
 """
 LOST = "as_built: {servo: {faults: [{kind: encoder_lost, joint: 2, at_s: %s, lasts_s: 1.0}]}}\n"
-COMMAND = [sys.executable, "-m", "command_line.main"]
+COMMAND = [sys.executable, "-m", "deltactl.cli.main"]
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
-from drivers.current.contract import CurrentDrives, Plant
-from drivers.current.fake import FakeCurrentDrives, PlannedFault
-from firmware_py.simulation.servo_world import plant_of
-from foundation.errors import DriveAlarm
+from deltactl.drivers.current.contract import CurrentDrives, Plant
+from deltactl.drivers.current.fake import FakeCurrentDrives, PlannedFault
+from deltactl.firmware_py.simulation.servo_world import plant_of
+from deltactl.foundation.errors import DriveAlarm
 
 PERIOD_S, COUNT_RAD, LIMIT_A = 1e-4, 1e-3, 0.5
 Make = Callable[..., FakeCurrentDrives]

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.install.wiring import wiring
-from firmware_py.robot_file import load_robot
-from foundation.errors import ConfigError
-from models.dynamics import mass_matrix_kgm2
-from models.linkage import Linkage, inverse
-from models.robot import load_delta
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.install.wiring import wiring
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import ConfigError
+from deltactl.models.dynamics import mass_matrix_kgm2
+from deltactl.models.linkage import Linkage, inverse
+from deltactl.models.robot import load_delta
 
 MICRO = Path(__file__).resolve().parents[2] / "config" / "uzunovic-2013.yaml"
 TEXT = MICRO.read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.servo.law import AccelerationControl, JointLaw, LawSettings
+from deltactl.firmware_py.servo.law import AccelerationControl, JointLaw, LawSettings
 
 SLOW, FAST = -11.2701665, -88.7298335
 """Roots of s^2 + 100 s + 1000."""

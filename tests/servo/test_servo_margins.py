@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firmware_py.servo.law import LawSettings
-from firmware_py.servo.margins import loop_gain, margins
+from deltactl.firmware_py.servo.law import LawSettings
+from deltactl.firmware_py.servo.margins import loop_gain, margins
 
 
 def of(settings, drive, factor: float = 1.0):

@@ -9,11 +9,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.steps.contract import OutputState, Ticks
-from firmware_py.controller.servo_machine import servo_machine
-from firmware_py.machine import Machine
-from foundation.clock import VirtualClock, sleep_s
-from foundation.errors import DeltactlError
+from deltactl.drivers.steps.contract import OutputState, Ticks
+from deltactl.firmware_py.controller.servo_machine import servo_machine
+from deltactl.firmware_py.machine import Machine
+from deltactl.foundation.clock import VirtualClock, sleep_s
+from deltactl.foundation.errors import DeltactlError
 
 POWERED = (OutputState.READY, OutputState.MOVING)
 

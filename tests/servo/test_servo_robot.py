@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.contract import JobResult
-from firmware_py.controller.controller import Controller
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.clock import sleep_s
-from foundation.errors import DriveAlarm, EmergencyStop, LimitExceeded, NotReady
-from models.linkage import Linkage, forward
-from recording.reading.reader import read_run
-from recording.tables.flat_files import read_flat, write_flat
-from recording.tables.rounds import flatten
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import DriveAlarm, EmergencyStop, LimitExceeded, NotReady
+from deltactl.models.linkage import Linkage, forward
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.tables.flat_files import read_flat, write_flat
+from deltactl.recording.tables.rounds import flatten
 
 TEXT = (CONFIG_FOLDER / "uzunovic-2013.yaml").read_text(encoding="utf-8")
 JOB = """name: {name}

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.steps.contract import Ticks
-from firmware_py.servo.setpoints import Setpoints
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.servo.setpoints import Setpoints
 
 STEP_RAD = 1e-4
 MS = 1_000_000

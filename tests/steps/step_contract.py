@@ -7,9 +7,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from drivers.steps.contract import OutputState, Ticks
-from foundation.clock import ns, sleep_s
-from foundation.errors import DriveAlarm, EmergencyStop, LimitExceeded, NotReady, PulseFault
+from deltactl.drivers.steps.contract import OutputState, Ticks
+from deltactl.foundation.clock import ns, sleep_s
+from deltactl.foundation.errors import (
+    DriveAlarm,
+    EmergencyStop,
+    LimitExceeded,
+    NotReady,
+    PulseFault,
+)
 from tests.steps.step_rig import LONG, MIXED, SAFE, STEPS, SWITCHES, Rig, on
 
 

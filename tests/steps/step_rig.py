@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from drivers.fakes.bench import FakeBench
-from drivers.settings import InputSettings, StepSettings, SwitchedPin
-from drivers.steps.contract import OutputState, StepOutput, Ticks
-from drivers.steps.switches import Switches
-from foundation.clock import Clock, ns, sleep_s
+from deltactl.drivers.fakes.bench import FakeBench
+from deltactl.drivers.settings import InputSettings, StepSettings, SwitchedPin
+from deltactl.drivers.steps.contract import OutputState, StepOutput, Ticks
+from deltactl.drivers.steps.switches import Switches
+from deltactl.foundation.clock import Clock, ns, sleep_s
 
 INPUTS = InputSettings()
 STEPS = StepSettings()

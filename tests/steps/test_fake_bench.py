@@ -8,15 +8,15 @@ from gpiozero import Device, InputDevice, OutputDevice
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.fakes.bench import FakeBench, fake_bench
-from drivers.fakes.lines import BENCH_BYTES, ROWS, BenchMemory, FakeLines
-from drivers.fakes.mock_pins import WiredFactory
-from drivers.fakes.step_drive import DriveLimits, SimulatedDrive
-from drivers.inputs import alarm_inputs, estop_input, home_switches
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.lines import ENABLE_BIT
-from foundation.clock import VirtualClock, sleep_s
-from foundation.errors import ConfigError
+from deltactl.drivers.fakes.bench import FakeBench, fake_bench
+from deltactl.drivers.fakes.lines import BENCH_BYTES, ROWS, BenchMemory, FakeLines
+from deltactl.drivers.fakes.mock_pins import WiredFactory
+from deltactl.drivers.fakes.step_drive import DriveLimits, SimulatedDrive
+from deltactl.drivers.inputs import alarm_inputs, estop_input, home_switches
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.lines import ENABLE_BIT
+from deltactl.foundation.clock import VirtualClock, sleep_s
+from deltactl.foundation.errors import ConfigError
 
 STEPS, INPUTS = StepSettings(), InputSettings()
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import lgpio_pins, player_settings, release_drives
-from drivers.steps.lgpio_lines import LgpioLines
-from drivers.steps.lines import ALARM_BITS, ALARM_SHIFT, ENABLE_BIT, ESTOP_BIT
-from foundation.errors import PulseFault
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.build import lgpio_pins, player_settings, release_drives
+from deltactl.drivers.steps.lgpio_lines import LgpioLines
+from deltactl.drivers.steps.lines import ALARM_BITS, ALARM_SHIFT, ENABLE_BIT, ESTOP_BIT
+from deltactl.foundation.errors import PulseFault
 from tests.steps.step_rig import SWITCHES
 
 OPEN = 0b1111

@@ -9,17 +9,17 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from drivers.steps import board as b
-from drivers.steps.codes import as_ticks
-from drivers.steps.contract import Ticks
-from drivers.steps.lines import (
+from deltactl.drivers.steps import board as b
+from deltactl.drivers.steps.codes import as_ticks
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.drivers.steps.lines import (
     DIRECTION_BITS,
     DIRECTION_SHIFT,
     ENABLE_BIT,
     STEP_BITS,
 )
-from drivers.steps.player import PulsePlayer
-from drivers.steps.timing import PlayerSettings
+from deltactl.drivers.steps.player import PulsePlayer
+from deltactl.drivers.steps.timing import PlayerSettings
 
 FRACTION = 0.9
 SETTINGS = PlayerSettings(

@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.fakes.lines import BENCH_BYTES, BenchMemory
-from drivers.fakes.steps import SimulatedSteps, simulated_step_output
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps import board as b
-from drivers.steps.build import build_step_output
-from drivers.steps.contract import OutputState, Ticks
-from drivers.steps.process_host import ProcessStepOutput, last_counts
-from foundation.clock import RealClock, VirtualClock
-from foundation.errors import ConfigError, MissingFile, PulseFault
+from deltactl.drivers.fakes.lines import BENCH_BYTES, BenchMemory
+from deltactl.drivers.fakes.steps import SimulatedSteps, simulated_step_output
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps import board as b
+from deltactl.drivers.steps.build import build_step_output
+from deltactl.drivers.steps.contract import OutputState, Ticks
+from deltactl.drivers.steps.process_host import ProcessStepOutput, last_counts
+from deltactl.foundation.clock import RealClock, VirtualClock
+from deltactl.foundation.errors import ConfigError, MissingFile, PulseFault
 from tests.steps.step_rig import SAFE, SWITCHES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -134,10 +134,10 @@ CONTROLLER = textwrap.dedent("""
     import sys, time, threading
     from pathlib import Path
     import numpy as np
-    from drivers.settings import InputSettings, StepSettings
-    from drivers.fakes.steps import simulated_step_output
-    from drivers.steps.contract import Ticks
-    from foundation.clock import RealClock
+    from deltactl.drivers.settings import InputSettings, StepSettings
+    from deltactl.drivers.fakes.steps import simulated_step_output
+    from deltactl.drivers.steps.contract import Ticks
+    from deltactl.foundation.clock import RealClock
     from tests.steps.step_rig import SWITCHES
 
     made = []

@@ -8,16 +8,21 @@ import numpy as np
 import pytest
 from gpiozero import OutputDevice
 
-from drivers.fakes.bench import fake_bench
-from drivers.fakes.steps import simulated_step_output
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import build_step_output, lgpio_pins, minimum_period_ns, player_settings
-from drivers.steps.contract import OutputState, Ticks
-from drivers.steps.lines import ALARM_BITS, ESTOP_BIT
-from drivers.steps.output import PlayerStepOutput
-from drivers.steps.task_host import TaskHost, TaskStepOutput
-from foundation.clock import RealClock, Task, TaskHandle, VirtualClock, sleep_s
-from foundation.errors import ConfigError, LimitExceeded, PulseFault
+from deltactl.drivers.fakes.bench import fake_bench
+from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.build import (
+    build_step_output,
+    lgpio_pins,
+    minimum_period_ns,
+    player_settings,
+)
+from deltactl.drivers.steps.contract import OutputState, Ticks
+from deltactl.drivers.steps.lines import ALARM_BITS, ESTOP_BIT
+from deltactl.drivers.steps.output import PlayerStepOutput
+from deltactl.drivers.steps.task_host import TaskHost, TaskStepOutput
+from deltactl.foundation.clock import RealClock, Task, TaskHandle, VirtualClock, sleep_s
+from deltactl.foundation.errors import ConfigError, LimitExceeded, PulseFault
 
 INPUTS = InputSettings()
 ON_PINS = StepSettings(backend="gpiozero")

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 
 import pytest
 
-from drivers.fakes.bench import fake_bench
-from drivers.fakes.gpio_chip import GpioChip
-from drivers.fakes.steps import simulated_step_output
-from drivers.fakes.syscall_trap import SyscallTrap, available
-from drivers.settings import StepSettings
-from drivers.steps.build import build_step_output
-from firmware_py.named_files import find
-from firmware_py.robot_file import load_robot
-from foundation.clock import RealClock, VirtualClock
+from deltactl.drivers.fakes.bench import fake_bench
+from deltactl.drivers.fakes.gpio_chip import GpioChip
+from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.fakes.syscall_trap import SyscallTrap, available
+from deltactl.drivers.settings import StepSettings
+from deltactl.drivers.steps.build import build_step_output
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.clock import RealClock, VirtualClock
 from tests.rigs import needs
 from tests.steps.step_contract import StepOutputContract
 from tests.steps.step_rig import INPUTS, STEPS, SWITCHES, Rig

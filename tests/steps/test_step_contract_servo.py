@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from drivers.steps.contract import OutputState, Ticks
-from firmware_py.controller.servo_machine import servo_machine
-from firmware_py.named_files import find
-from firmware_py.robot_file import load_robot
-from foundation.clock import VirtualClock, sleep_s
-from foundation.errors import NotReady
+from deltactl.drivers.steps.contract import OutputState, Ticks
+from deltactl.firmware_py.controller.servo_machine import servo_machine
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.clock import VirtualClock, sleep_s
+from deltactl.foundation.errors import NotReady
 from tests.steps.step_contract import StepOutputContract
 from tests.steps.step_rig import LONG, Rig
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.fakes.step_drive import DriveLimits, SimulatedDrive
+from deltactl.drivers.fakes.step_drive import DriveLimits, SimulatedDrive
 
 WIDTH_NS, SETTLED_NS = 5_000, 1_000_000_000
 

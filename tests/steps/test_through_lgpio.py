@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.fakes.bench import fake_bench
-from drivers.fakes.gpio_chip import GET_VALUES, SET_VALUES, GpioChip
-from drivers.fakes.syscall_trap import SyscallTrap, available
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import build_step_output
-from drivers.steps.contract import Ticks
-from foundation.clock import RealClock
-from foundation.errors import PulseFault
+from deltactl.drivers.fakes.bench import fake_bench
+from deltactl.drivers.fakes.gpio_chip import GET_VALUES, SET_VALUES, GpioChip
+from deltactl.drivers.fakes.syscall_trap import SyscallTrap, available
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.build import build_step_output
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.foundation.clock import RealClock
+from deltactl.foundation.errors import PulseFault
 from tests.rigs import needs
 
 pytest.importorskip("lgpio", reason=needs.LGPIO, exc_type=ImportError)
@@ -77,10 +77,10 @@ def test_lines_that_cannot_be_had_are_named(chip: GpioChip) -> None:
 ON_PINS = """
 import time
 import numpy as np
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import build_step_output
-from drivers.steps.contract import Ticks
-from foundation.clock import RealClock
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.build import build_step_output
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.foundation.clock import RealClock
 
 output = build_step_output(StepSettings(backend="gpiozero"), InputSettings(), RealClock())
 output.enable()

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivers.fakes.steps import simulated_step_output
-from drivers.settings import InputSettings, StepSettings
-from drivers.steps.board import (
+from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.board import (
     ALL_MOTORS,
     BOARD_BYTES,
     BY_ALARM,
@@ -17,8 +17,8 @@ from drivers.steps.board import (
     TEXT_BYTES,
     Board,
 )
-from drivers.steps.contract import Ticks
-from foundation.clock import VirtualClock
+from deltactl.drivers.steps.contract import Ticks
+from deltactl.foundation.clock import VirtualClock
 
 
 @pytest.mark.parametrize("motor", [1, 2, 3])

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.linkage import Linkage, forward
-from models.network.metadata import fingerprint
-from models.robot import DeltaRobot, FloatArray, load_delta
-from models.training.dataset import DataSettings
-from models.training.dataset_writer import DataSetWriter
-from models.training.samples_of_angles import random_poses
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.network.metadata import fingerprint
+from deltactl.models.robot import DeltaRobot, FloatArray, load_delta
+from deltactl.models.training.dataset import DataSettings
+from deltactl.models.training.dataset_writer import DataSetWriter
+from deltactl.models.training.samples_of_angles import random_poses
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 SHORT_ANGLES_DEG = (0.0, 70.0)

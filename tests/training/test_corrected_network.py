@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.named_files import CONFIG_FOLDER
-from models.calibrated_inverse import CalibratedInverse
-from models.network import InverseNetwork
-from models.network.domain import Cylinder
-from models.robot import EffectEntry, load_delta
-from models.training.corrected import EFFORT, train_corrected
-from models.training.recipe import Task
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.network import InverseNetwork
+from deltactl.models.network.domain import Cylinder
+from deltactl.models.robot import EffectEntry, load_delta
+from deltactl.models.training.corrected import EFFORT, train_corrected
+from deltactl.models.training.recipe import Task
 
 
 def test_it_learns_what_the_file_knows_and_says_so(tmp_path: Path) -> None:

@@ -8,17 +8,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from foundation.errors import NetworkError
-from models.linkage import Linkage
-from models.robot import DeltaRobot, FloatArray
-from models.training.calibrate import Plausible, calibrate
-from models.training.calibrated_physics import CalibratedSettings, train_calibrated
-from models.training.recipe import Settings, plain
-from models.training.samples_of_angles import random_poses, split
-from models.training.start import starting_weights
-from models.training.train_shipped import SHIPPED
-from models.training.uzunovic import UzunovicSettings, train_uzunovic
-from models.training.zhao import AS_KERAS, AS_PRINTED, ZhaoSettings, train_zhao
+from deltactl.foundation.errors import NetworkError
+from deltactl.models.linkage import Linkage
+from deltactl.models.robot import DeltaRobot, FloatArray
+from deltactl.models.training.calibrate import Plausible, calibrate
+from deltactl.models.training.calibrated_physics import CalibratedSettings, train_calibrated
+from deltactl.models.training.recipe import Settings, plain
+from deltactl.models.training.samples_of_angles import random_poses, split
+from deltactl.models.training.start import starting_weights
+from deltactl.models.training.train_shipped import SHIPPED
+from deltactl.models.training.uzunovic import UzunovicSettings, train_uzunovic
+from deltactl.models.training.zhao import AS_KERAS, AS_PRINTED, ZhaoSettings, train_zhao
 
 Samples = tuple[FloatArray, FloatArray]
 
@@ -178,7 +178,7 @@ def test_a_calibration_finds_what_is_wrong(zhao_robot: DeltaRobot) -> None:
 
 def calibrate_nothing(robot: DeltaRobot):
     """The robot file's own robot."""
-    from models.training.calibrate import _Layout
+    from deltactl.models.training.calibrate import _Layout
 
     return _Layout(robot, Plausible()).nominal()
 
@@ -201,7 +201,7 @@ def test_wild_samples_do_not_spoil_a_calibration(zhao_robot: DeltaRobot) -> None
 def test_data_of_quite_another_robot_are_refused(exact: Samples) -> None:
     zhao = SHIPPED[0]
     assert zhao.robot == "zhao-2023"
-    from models.training.train_shipped import CONFIG_FOLDER, load_delta
+    from deltactl.models.training.train_shipped import CONFIG_FOLDER, load_delta
 
     printed = load_delta(CONFIG_FOLDER / "zhao-2023-as-printed.yaml")
     with pytest.raises(NetworkError, match="is this the robot the data are of"):

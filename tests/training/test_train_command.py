@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from command_line.main import main
-from foundation.errors import NetworkError
-from models.network import InverseNetwork, NetworkFile
-from models.robot import DeltaRobot
-from models.training.dataset import load_dataset
-from models.training.sources import of_dataset, of_geometry
-from models.training.train import settings_in_file, train_from_samples
+from deltactl.cli.main import main
+from deltactl.foundation.errors import NetworkError
+from deltactl.models.network import InverseNetwork, NetworkFile
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.training.dataset import load_dataset
+from deltactl.models.training.sources import of_dataset, of_geometry
+from deltactl.models.training.train import settings_in_file, train_from_samples
 
 MakeData = Callable[..., Path]
 RECIPES = {"zhao": 3, "uzunovic": 5, "ours": 5}
@@ -96,7 +96,7 @@ def test_the_nominal_robot_is_learned_without_data(tmp_path: Path) -> None:
         [
             sys.executable,
             "-m",
-            "command_line.main",
+            "deltactl.cli.main",
             *command,
             "--epochs",
             "5",

@@ -21,8 +21,8 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
 
-from firmware_py.daemon.client import Client
-from firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
 
 READY_S = 60.0
 PATIENCE_S = 30.0
@@ -124,7 +124,7 @@ def start_page(folder: Path, *more: str) -> WebPage:
     call = ["web", "--port", str(port), "--recordings", str(folder / "recordings"), *more]
     with (folder / "log").open("wb") as log:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "command_line.main", *call],
+            [sys.executable, "-P", "-m", "deltactl.cli.main", *call],
             cwd=folder, stdout=log, stderr=log,
         )  # fmt: skip
     page = WebPage(process, f"http://127.0.0.1:{port}", folder / "recordings")

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.controller.contract import SensorStatus
-from firmware_py.named_files import CONFIG_FOLDER
-from models.linkage import forward
-from models.linkage.skeleton import Skeleton
-from web.behind.belief import Belief
+from deltactl.firmware_py.controller.contract import SensorStatus
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.models.linkage import forward
+from deltactl.models.linkage.skeleton import Skeleton
+from deltactl.web.behind.belief import Belief
 
 BELIEF = Belief.of(CONFIG_FOLDER / "zhao-2023.yaml")
 HOME = (0.0, 0.0, -0.45)

@@ -15,16 +15,16 @@ import pytest
 import yaml
 from selenium.webdriver.common.by import By
 
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.controller import Controller
-from firmware_py.daemon.client import Client
-from firmware_py.named_files import CONFIG_FOLDER
-from firmware_py.robot_file import load_robot
-from foundation.clock import sleep_s
-from foundation.errors import ConfigError
-from recording.reading.reader import read_run
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import ConfigError
+from deltactl.recording.reading.reader import read_run
+from deltactl.web.behind.concealment import DEFECTS, NOTHING, SURPRISE, Concealment
 from tests.web.conftest import CIRCLE, Browser, WebPage, at_home, switch_off
-from web.behind.concealment import DEFECTS, NOTHING, SURPRISE, Concealment
 
 Open = Callable[..., Browser]
 ROBOT, HEART = CONFIG_FOLDER / "zhao-2023.yaml", CONFIG_FOLDER / "heart.yaml"
@@ -71,8 +71,8 @@ def test_a_heart_is_enough_to_name_what_is_concealed(defect: str, tmp_path: Path
     (tmp_path / "built.yaml").unlink()
     made = tmp_path / "made"
     made.mkdir()
-    call = [sys.executable, "-P", "-m", "web.behind.worker", "diagnose", str(made), str(ROBOT),
-            str(recording)]  # fmt: skip
+    worker = [sys.executable, "-P", "-m", "deltactl.web.behind.worker"]
+    call = [*worker, "diagnose", str(made), str(ROBOT), str(recording)]
     subprocess.run(call, capture_output=True, check=True, timeout=120.0)
     first = json.loads((made / "answer.json").read_text())["findings"][0]
     assert (first["effect"], first["component"]) == (entry["effect"], entry["component"])

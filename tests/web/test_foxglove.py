@@ -19,17 +19,17 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from websockets.sync.client import ClientConnection, connect
 
-from firmware_py.controller.contract import SensorStatus, Status
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.errors import RecordingError
-from models.linkage.skeleton import quaternion
-from recording.format.configuration import RunConfiguration
-from recording.reading.reader import read_run
-from recording.writing.writer import RunRecorder
-from web.behind.belief import Beliefs
-from web.behind.link import Seen
-from web.foxglove.convert import convert
-from web.foxglove.live import LiveServer
+from deltactl.firmware_py.controller.contract import SensorStatus, Status
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.linkage.skeleton import quaternion
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.writing.writer import RunRecorder
+from deltactl.web.behind.belief import Beliefs
+from deltactl.web.behind.link import Seen
+from deltactl.web.foxglove.convert import convert
+from deltactl.web.foxglove.live import LiveServer
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 HOME = (1333, 1333, 1333)
@@ -165,7 +165,7 @@ def heard(server: LiveServer, viewer: ClientConnection, ids: dict[int, Any]) -> 
 
 
 def test_the_layout_names_topics_that_exist(converted: Path) -> None:
-    layout = json.loads((files("web.foxglove") / "layout.json").read_text())
+    layout = json.loads((files("deltactl.web.foxglove") / "layout.json").read_text())
     with converted.open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None

@@ -12,17 +12,17 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
 from starlette.testclient import TestClient
 
-from foundation.errors import RecordingError
+from deltactl.foundation.errors import RecordingError
+from deltactl.web.access.guard import MAX_UPLOAD, UPLOAD, Guard
+from deltactl.web.access.sessions import Session, Sessions
+from deltactl.web.behind import own_recordings
+from deltactl.web.behind.belief import Beliefs
+from deltactl.web.behind.link import DaemonLink
+from deltactl.web.behind.own_recordings import MAX_BYTES, MOST, OwnRecordings
+from deltactl.web.behind.site import Site
+from deltactl.web.serve import add_pages
 from tests.web.conftest import CIRCLE, Browser, WebPage
 from tests.web.test_concealed import run_job, simulated_robot
-from web.access.guard import MAX_UPLOAD, UPLOAD, Guard
-from web.access.sessions import Session, Sessions
-from web.behind import own_recordings
-from web.behind.belief import Beliefs
-from web.behind.link import DaemonLink
-from web.behind.own_recordings import MAX_BYTES, MOST, OwnRecordings
-from web.behind.site import Site
-from web.serve import add_pages
 
 Open = Callable[..., Browser]
 HERE = "http://127.0.0.1:8080"

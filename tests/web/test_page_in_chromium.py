@@ -12,6 +12,7 @@ import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
+from deltactl.web.access.users import add_user
 from tests.web.conftest import (
     CIRCLE,
     PHONE,
@@ -24,7 +25,6 @@ from tests.web.conftest import (
     start_page,
     switch_off,
 )
-from web.access.users import add_user
 
 
 def test_a_heart_from_switching_on_to_the_stop(browser: Browser, simulated: WebPage) -> None:
@@ -251,7 +251,7 @@ def test_two_browsers_and_a_daemon_that_comes_goes_and_comes_again(
 ) -> None:
     place = tmp_path / "d.sock"
     page = start_page(tmp_path, "--socket", str(place))
-    call = [sys.executable, "-P", "-m", "command_line.main", "daemon",
+    call = [sys.executable, "-P", "-m", "deltactl.cli.main", "daemon",
             str(patient_robot(tmp_path)), "--simulate", "--socket", str(place),
             "--recordings", str(page.recordings)]  # fmt: skip
     try:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from selenium.webdriver.common.by import By
 
-from firmware_py.daemon.client import Client
+from deltactl.firmware_py.daemon.client import Client
 from tests.web.conftest import CIRCLE, PHONE, Browser, Open, WebPage, at_home, switch_off
 
 

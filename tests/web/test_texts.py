@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from firmware_py.job_file import JobFile
-from foundation.errors import ConfigError
-from web.access.texts import kind_of
-from web.motion_card import to_angles, to_point
-from web.state_card import in_degrees, in_millimetres
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.foundation.errors import ConfigError
+from deltactl.web.access.texts import kind_of
+from deltactl.web.motion_card import to_angles, to_point
+from deltactl.web.state_card import in_degrees, in_millimetres
 
 HEART = {"name": "h", "robot": "zhao-2023.yaml", "path": {"shape": "heart"}}
 

@@ -12,15 +12,15 @@ import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
 
-from firmware_py.named_files import CONFIG_FOLDER
-from foundation.errors import RecordingError
-from recording.format.configuration import RunConfiguration
-from recording.writing.writer import RunRecorder
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.writing.writer import RunRecorder
+from deltactl.web.behind.carried import carried_by
+from deltactl.web.behind.columns import Chosen, inspected, mapping_text
+from deltactl.web.behind.own_recordings import CHOSEN, OwnRecordings
+from deltactl.web.behind.shelf import Shelf
 from tests.web.conftest import Browser, WebPage
-from web.behind.carried import carried_by
-from web.behind.columns import Chosen, inspected, mapping_text
-from web.behind.own_recordings import CHOSEN, OwnRecordings
-from web.behind.shelf import Shelf
 
 ZHAO = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
 AXIS = "kind: servo_axis\nname: wrist\nmotion: rotary\n"
@@ -48,7 +48,16 @@ def test_the_worker_diagnoses_several_as_one(tmp_path: Path) -> None:
     believed.write_text(AXIS)
     made.mkdir()
     tables = [a_table(tmp_path / f"{name}.csv", f) for name, f in (("slow", 0.3), ("fast", 0.9))]
-    call = [sys.executable, "-P", "-m", "web.behind.worker", "diagnose", made, believed, *tables]
+    call = [
+        sys.executable,
+        "-P",
+        "-m",
+        "deltactl.web.behind.worker",
+        "diagnose",
+        made,
+        believed,
+        *tables,
+    ]
     done = subprocess.run(
         [str(one) for one in call], capture_output=True, text=True, timeout=60.0, check=True
     )
@@ -74,7 +83,16 @@ def test_the_columns_of_a_table_are_guessed_chosen_and_taken(tmp_path: Path) -> 
     chosen = [Chosen("ms", "t", "ms"), Chosen("goal", "command", "deg"),
               Chosen("angle", "position", "deg")]  # fmt: skip
     (tmp_path / f"0a1b.csv{CHOSEN}").write_text(mapping_text(found["mapping"], chosen))
-    call = [sys.executable, "-P", "-m", "web.behind.worker", "diagnose", made, believed, table]
+    call = [
+        sys.executable,
+        "-P",
+        "-m",
+        "deltactl.web.behind.worker",
+        "diagnose",
+        made,
+        believed,
+        table,
+    ]
     subprocess.run([str(one) for one in call], check=True, timeout=60.0, capture_output=True)
     report = (made / "report.html").read_text()
     assert "wrist.csv" in report

@@ -19,12 +19,12 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from foundation.errors import ConfigError
-from web.access.guard import MAX_BODY, Guard
-from web.access.login import add_login
-from web.access.sessions import LASTS_S, Sessions
-from web.access.users import add_user, load_users, right
-from web.serve import Where, not_cut_off, serve
+from deltactl.foundation.errors import ConfigError
+from deltactl.web.access.guard import MAX_BODY, Guard
+from deltactl.web.access.login import add_login
+from deltactl.web.access.sessions import LASTS_S, Sessions
+from deltactl.web.access.users import add_user, load_users, right
+from deltactl.web.serve import Where, not_cut_off, serve
 
 HERE = "http://127.0.0.1:8080"
 WS = "ws://127.0.0.1:8080/ws"
@@ -114,7 +114,7 @@ def test_a_session_ends_by_itself_under_an_open_page() -> None:
 
 
 def test_guessing_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("web.access.login.TRIES_HZ", 1e-6)
+    monkeypatch.setattr("deltactl.web.access.login.TRIES_HZ", 1e-6)
     one = browser(guarded(Sessions()))
     said = [one.post("/login", data={"name": "ada", "password": "x"}).status_code for _ in range(9)]
     assert said == [401] * 8 + [429]
@@ -212,8 +212,8 @@ def test_too_many_requests_and_too_many_pages_are_told_so(monkeypatch: pytest.Mo
         with pytest.raises(WebSocketDisconnect), one.websocket_connect(WS):
             pass
     assert one.get("/").status_code == 200
-    monkeypatch.setattr("web.access.guard.REQUESTS_HZ", 0.01)
-    monkeypatch.setattr("web.access.guard.REQUESTS_BURST", 3)
+    monkeypatch.setattr("deltactl.web.access.guard.REQUESTS_HZ", 0.01)
+    monkeypatch.setattr("deltactl.web.access.guard.REQUESTS_BURST", 3)
     hasty = browser(guarded(None))
     assert [hasty.get("/").status_code for _ in range(4)] == [200, 200, 200, 429]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from web.page import STYLE, WEBGL
+from deltactl.web.page import STYLE, WEBGL
 
 
 def test_the_mark_that_the_script_sets_shows_the_words_and_hides_the_empty_box() -> None:

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.named_files import CONFIG_FOLDER
-from recording.format.configuration import RunConfiguration
-from recording.writing.writer import RunRecorder
-from web.behind.belief import Beliefs
-from web.behind.link import DaemonLink
-from web.behind.site import Site
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.writing.writer import RunRecorder
+from deltactl.web.behind.belief import Beliefs
+from deltactl.web.behind.link import DaemonLink
+from deltactl.web.behind.site import Site
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def test_a_recording_cut_off_is_one_line_or_a_report_that_says_so(
     out.mkdir()
     made = out / "run.html"
     files = [out, out / "robot.yaml", torn] if kind == "diagnose" else [torn, made]
-    call = [sys.executable, "-P", "-m", "web.behind.worker", kind, *map(str, files)]
+    call = [sys.executable, "-P", "-m", "deltactl.web.behind.worker", kind, *map(str, files)]
     done = subprocess.run(call, capture_output=True, text=True, timeout=60.0)
     said = [json.loads(line) for line in done.stdout.splitlines()]
     assert "Traceback" not in done.stderr

@@ -7,25 +7,25 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from firmware_py.controller.jobs.feeder import Feeder
-from firmware_py.controller.jobs.job_queue import QueuedJob
-from firmware_py.controller.jobs.journal import Journal
-from firmware_py.controller.jobs.standing import Standing
-from firmware_py.controller.jobs.view import View
-from firmware_py.controller.sensing.step_watch import StepLoss
-from firmware_py.feedback.feedback import Feedback
-from firmware_py.job_file import Together
-from firmware_py.machine import Machine
-from firmware_py.planner.plan import Plan
-from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.summary import slower
-from firmware_py.planner.time_scaling import TimeScaledMotion
-from firmware_py.program.instructions import Move, SetOutputs, WaitFor
-from firmware_py.program.totals import totals
-from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S, VirtualClock, ns
-from recording.format.configuration import RunConfiguration
-from recording.writing.writer import RunRecorder
+from deltactl.firmware_py.controller.jobs.feeder import Feeder
+from deltactl.firmware_py.controller.jobs.job_queue import QueuedJob
+from deltactl.firmware_py.controller.jobs.journal import Journal
+from deltactl.firmware_py.controller.jobs.standing import Standing
+from deltactl.firmware_py.controller.jobs.view import View
+from deltactl.firmware_py.controller.sensing.step_watch import StepLoss
+from deltactl.firmware_py.feedback.feedback import Feedback
+from deltactl.firmware_py.job_file import Together
+from deltactl.firmware_py.machine import Machine
+from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.planner.summary import slower
+from deltactl.firmware_py.planner.time_scaling import TimeScaledMotion
+from deltactl.firmware_py.program.instructions import Move, SetOutputs, WaitFor
+from deltactl.firmware_py.program.totals import totals
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import NS_PER_S, VirtualClock, ns
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.writing.writer import RunRecorder
 
 SETTLE_S = 0.3
 """Readings of the last moments arrive up to a timing budget and a poll later."""

@@ -6,13 +6,13 @@ controller dies the pulses run dry as soon (the heartbeat ends them sooner).
 
 from __future__ import annotations
 
-from drivers.steps.contract import OutputState, OutputStatus, StepOutput, Ticks
-from firmware_py.controller.jobs.journal import Journal
-from firmware_py.feedback.feedback import Feedback
-from firmware_py.planner.motion import Reached
-from firmware_py.planner.time_scaling import Pace, Pacing, TimeScaledMotion
-from foundation.clock import NS_PER_S, Clock, ns
-from foundation.errors import PulseFault
+from deltactl.drivers.steps.contract import OutputState, OutputStatus, StepOutput, Ticks
+from deltactl.firmware_py.controller.jobs.journal import Journal
+from deltactl.firmware_py.feedback.feedback import Feedback
+from deltactl.firmware_py.planner.motion import Reached
+from deltactl.firmware_py.planner.time_scaling import Pace, Pacing, TimeScaledMotion
+from deltactl.foundation.clock import NS_PER_S, Clock, ns
+from deltactl.foundation.errors import PulseFault
 
 LOOKAHEAD_S = 0.1
 LEAD_S = 0.03

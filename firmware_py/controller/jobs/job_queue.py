@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivers.steps.contract import Counts
-from firmware_py.job_file import JobFile
-from firmware_py.planning.prepared import Prepared
-from firmware_py.program.instructions import Program
-from foundation.errors import RecordingError
-from recording.writing.names import confined, fresh_path
+from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.planning.prepared import Prepared
+from deltactl.firmware_py.program.instructions import Program
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.writing.names import confined, fresh_path
 
 
 @dataclass(frozen=True, slots=True)

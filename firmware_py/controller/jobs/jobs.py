@@ -7,12 +7,12 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from firmware_py.controller.contract import JobResult
-from firmware_py.controller.jobs.active_job import ActiveJob
-from firmware_py.controller.jobs.job_queue import QueuedJob
-from firmware_py.controller.jobs.results import Results
-from foundation.clock import Clock, Task
-from foundation.errors import NotReady
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.controller.jobs.active_job import ActiveJob
+from deltactl.firmware_py.controller.jobs.job_queue import QueuedJob
+from deltactl.firmware_py.controller.jobs.results import Results
+from deltactl.foundation.clock import Clock, Task
+from deltactl.foundation.errors import NotReady
 
 MOST_QUEUED = 100
 """A queued job holds its whole plan in memory."""

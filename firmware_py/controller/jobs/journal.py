@@ -8,12 +8,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterable
 
-from drivers.ranging.contract import Reading
-from drivers.steps.contract import Counts, Ticks
-from firmware_py.controller.jobs.view import View
-from firmware_py.servo.samples import ServoSample
-from firmware_py.simulation.world import Truth
-from recording.writing.writer import RunRecorder
+from deltactl.drivers.ranging.contract import Reading
+from deltactl.drivers.steps.contract import Counts, Ticks
+from deltactl.firmware_py.controller.jobs.view import View
+from deltactl.firmware_py.servo.samples import ServoSample
+from deltactl.firmware_py.simulation.world import Truth
+from deltactl.recording.writing.writer import RunRecorder
 
 Note = tuple[int, str, str]
 

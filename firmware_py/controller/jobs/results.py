@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from firmware_py.controller.contract import JobResult
-from firmware_py.controller.jobs.active_job import ActiveJob
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.controller.jobs.active_job import ActiveJob
 
 KEPT = 2000
 """So many results are remembered: whoever waits for one asks within seconds."""

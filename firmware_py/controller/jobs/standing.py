@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from firmware_py.program.instructions import Wait, WaitFor
-from foundation.clock import ns
+from deltactl.firmware_py.program.instructions import Wait, WaitFor
+from deltactl.foundation.clock import ns
 
 Inputs = Mapping[str, Callable[[], bool]]
 

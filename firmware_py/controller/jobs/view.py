@@ -1,7 +1,7 @@
 """A running job as viewers draw it: frames, scene, poses, ranges and log, ten times a second.
 
 In: counts, targets, readings and events of a run. Out: messages on the channels of
-`recording.viewed`. The scene is written once; frames move its parts.
+`deltactl.recording.viewed`. The scene is written once; frames move its parts.
 """
 
 from __future__ import annotations
@@ -13,14 +13,22 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from drivers.ranging.contract import Gate, Reading
-from firmware_py.robot_file import RobotFile
-from models.linkage import Linkage
-from models.linkage.counted_pose import counted_pose
-from models.linkage.scalar_forward import forward_one
-from models.linkage.skeleton import Placed, Skeleton, quaternion, turn_x_to
-from models.robot import AXES
-from recording.format.viewed import LOG, POSES, RANGES, SCENE, TRANSFORMS, UNUSED, ViewedChannel
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.models.linkage import Linkage
+from deltactl.models.linkage.counted_pose import counted_pose
+from deltactl.models.linkage.scalar_forward import forward_one
+from deltactl.models.linkage.skeleton import Placed, Skeleton, quaternion, turn_x_to
+from deltactl.models.robot import AXES
+from deltactl.recording.format.viewed import (
+    LOG,
+    POSES,
+    RANGES,
+    SCENE,
+    TRANSFORMS,
+    UNUSED,
+    ViewedChannel,
+)
 
 PERIOD_NS = 100_000_000
 FRESH_NS = 200_000_000
@@ -37,7 +45,7 @@ Point = Sequence[float]
 
 
 class ViewRecorder(Protocol):
-    """What `recording.writer.RunRecorder` has for this."""
+    """What `deltactl.recording.writer.RunRecorder` has for this."""
 
     def wall_ns(self, t_ns: int) -> int: ...
     def viewed(self, t_ns: int, channel: ViewedChannel, message: Message) -> None: ...

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.robot_file import RobotFile
-from models.linkage import Linkage, forward
-from models.robot import ARMS, FloatArray
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import ARMS, FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 NUDGE_RAD = 1e-4

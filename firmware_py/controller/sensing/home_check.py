@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.controller.contract import HomeSeen
-from firmware_py.controller.sensing.determined import BoolArray, determine, unseen_deg
-from firmware_py.robot_file import RobotFile
-from foundation.errors import NotReady
-from models.chain import Chain, Commands
-from models.robot import AXES, FloatArray
+from deltactl.firmware_py.controller.contract import HomeSeen
+from deltactl.firmware_py.controller.sensing.determined import BoolArray, determine, unseen_deg
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import NotReady
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import AXES, FloatArray
 
 
 def expected_ranges_m(robot: RobotFile) -> FloatArray | None:

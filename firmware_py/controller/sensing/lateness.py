@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.feedback.residuals import Residuals
-from foundation.clock import ns
-from models.robot import AXES, FloatArray
+from deltactl.firmware_py.feedback.residuals import Residuals
+from deltactl.foundation.clock import ns
+from deltactl.models.robot import AXES, FloatArray
 
 BELIEVABLE_S = (0.03, 0.5)
 ONSETS_S = (0.3, 0.45, 0.7, 1.0, 1.5, 2.0)

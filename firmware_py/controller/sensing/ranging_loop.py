@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from drivers.ranging.contract import Gate, RangingSensors, Reading
-from firmware_py.controller.contract import SensorStatus
-from foundation.clock import NS_PER_S, Clock, Task, TaskHandle
-from models.robot import AXES
+from deltactl.drivers.ranging.contract import Gate, RangingSensors, Reading
+from deltactl.firmware_py.controller.contract import SensorStatus
+from deltactl.foundation.clock import NS_PER_S, Clock, Task, TaskHandle
+from deltactl.models.robot import AXES
 
 POLLS_PER_SAMPLE = 2
 """A sensor's own clock drifts against ours: polled once a period, samples would be missed."""

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from drivers.ranging.contract import Gate, Reading
-from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S, ns
-from models.robot import AXES
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import NS_PER_S, ns
+from deltactl.models.robot import AXES
 
 BLIND_S = 0.5
 PERIODS = 3

@@ -23,14 +23,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from drivers.ranging.contract import Gate, Reading
-from drivers.steps.contract import Counts, Ticks
-from firmware_py.controller.sensing.lateness import late_s
-from firmware_py.feedback.residuals import Expectation, Residuals
-from firmware_py.robot_file import RobotFile
-from foundation.clock import ns
-from foundation.scatter import MAD_TO_SIGMA
-from models.robot import FloatArray
+from deltactl.drivers.ranging.contract import Gate, Reading
+from deltactl.drivers.steps.contract import Counts, Ticks
+from deltactl.firmware_py.controller.sensing.lateness import late_s
+from deltactl.firmware_py.feedback.residuals import Expectation, Residuals
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.clock import ns
+from deltactl.foundation.scatter import MAD_TO_SIGMA
+from deltactl.models.robot import FloatArray
 
 NOW_S = 0.28
 BEFORE_S = (0.45, 3.0)

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.controller.contract import RobotController
-from firmware_py.controller.sensing.determined import range_slopes_m
-from firmware_py.robot_file import RobotFile
-from foundation.errors import MotionError, NotReady
-from models.robot import AXES, FloatArray
+from deltactl.firmware_py.controller.contract import RobotController
+from deltactl.firmware_py.controller.sensing.determined import range_slopes_m
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import MotionError, NotReady
+from deltactl.models.robot import AXES, FloatArray
 
 LOOK_S = 3.0
 EVERY_S = 0.03

@@ -10,7 +10,7 @@ from random import Random
 
 import numpy as np
 
-from foundation.errors import DeltactlError
+from deltactl.foundation.errors import DeltactlError
 from tests.rigs.faults.daemon_stand import DAEMON_KINDS, DaemonFault, DaemonStand
 from tests.rigs.faults.judge import try_fault
 from tests.rigs.faults.kind import Kind

@@ -15,12 +15,12 @@ from random import Random
 
 import numpy as np
 
-from drivers.fakes.lines import BENCH_BYTES, BenchMemory
-from firmware_py.controller.states import State, said
-from firmware_py.daemon.client import Client, daemon_answers
-from firmware_py.named_files import TRAINED_FOLDER
-from foundation.errors import DeltactlError
-from recording.reading.reader import read_run
+from deltactl.drivers.fakes.lines import BENCH_BYTES, BenchMemory
+from deltactl.firmware_py.controller.states import State, said
+from deltactl.firmware_py.daemon.client import Client, daemon_answers
+from deltactl.firmware_py.named_files import TRAINED_FOLDER
+from deltactl.foundation.errors import DeltactlError
+from deltactl.recording.reading.reader import read_run
 from tests.rigs.faults.edges import after, edge_times_ns
 from tests.rigs.faults.run_delay import all_waits_s, waited_s
 from tests.rigs.faults.stand import JOB, NETWORK, ROBOT_FILE, T_PWM_NS, wait_for
@@ -92,7 +92,7 @@ class DaemonStand:
 
     def _start(self) -> subprocess.Popen[bytes]:
         places = ["--socket", str(self.socket), "--recordings", str(self.folder / "recordings")]
-        program = "from command_line.main import main; main()"
+        program = "from deltactl.cli.main import main; main()"
         with (self.folder / "log").open("ab") as log:
             process = subprocess.Popen(
                 [sys.executable, "-c", program, "daemon", str(ROBOT_FILE), "--simulate", *places],

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from drivers.fakes.lines import BENCH_BYTES, ROWS, BenchMemory
+from deltactl.drivers.fakes.lines import BENCH_BYTES, ROWS, BenchMemory
 
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]
 _ROW_WORDS = 4

@@ -8,11 +8,11 @@ from random import Random
 
 import numpy as np
 
-from firmware_py.controller.states import State, said
-from foundation.errors import DeltactlError, NotReady
-from models.robot import AXES
-from recording.reading.reader import read_run
-from recording.reading.run import Run
+from deltactl.firmware_py.controller.states import State, said
+from deltactl.foundation.errors import DeltactlError, NotReady
+from deltactl.models.robot import AXES
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.run import Run
 from tests.rigs.faults.edges import after, edge_times_ns
 from tests.rigs.faults.kind import Kind
 from tests.rigs.faults.run_delay import all_waits_s

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from random import Random
 from typing import Any
 
-from drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from firmware_py.controller.sensing.sight import BLIND_S
+from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
+from deltactl.firmware_py.controller.sensing.sight import BLIND_S
 from tests.rigs.faults.kind import Kind, Undo, nothing
 from tests.rigs.faults.stand import Stand
 

@@ -16,22 +16,22 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers.fakes.bench import FakeBench
-from drivers.fakes.ranging_rig import RangingRig
-from drivers.steps.contract import Counts
-from drivers.steps.process_host import ProcessStepOutput
-from firmware_py.controller.build import build_controller
-from firmware_py.controller.contract import JobResult
-from firmware_py.controller.controller import Controller
-from firmware_py.controller.jobs.active_job import Phase
-from firmware_py.controller.jobs.feeder import LOOKAHEAD_S
-from firmware_py.controller.states import State
-from firmware_py.daemon.listener import Listener
-from firmware_py.daemon.main import SWITCH_S
-from firmware_py.daemon.server import Server
-from firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
-from firmware_py.planning.process import PlanningProcess
-from foundation.errors import MotionError
+from deltactl.drivers.fakes.bench import FakeBench
+from deltactl.drivers.fakes.ranging_rig import RangingRig
+from deltactl.drivers.steps.contract import Counts
+from deltactl.drivers.steps.process_host import ProcessStepOutput
+from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.jobs.active_job import Phase
+from deltactl.firmware_py.controller.jobs.feeder import LOOKAHEAD_S
+from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.daemon.listener import Listener
+from deltactl.firmware_py.daemon.main import SWITCH_S
+from deltactl.firmware_py.daemon.server import Server
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
+from deltactl.firmware_py.planning.process import PlanningProcess
+from deltactl.foundation.errors import MotionError
 from tests.rigs.faults.run_delay import waited_s
 
 ROBOT_FILE = CONFIG_FOLDER / "zhao-2023.yaml"

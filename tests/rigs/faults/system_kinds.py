@@ -12,8 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
-from foundation.errors import DeltactlError, MissingFile
-from recording.writing.append_file import AppendFile
+from deltactl.foundation.errors import DeltactlError, MissingFile
+from deltactl.recording.writing.append_file import AppendFile
 from tests.rigs.faults.kind import Kind, Undo, nothing
 from tests.rigs.faults.motion_kinds import EDGE_S, press_estop
 from tests.rigs.faults.stand import ROBOT_FILE, Stand

@@ -11,17 +11,17 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from drivers.fakes.bench import FakeBench, fake_bench
-from drivers.fakes.gpio_chip import GpioChip
-from drivers.fakes.i2c_bus import FakeI2cBus
-from drivers.fakes.i2c_device import I2cAdapter
-from drivers.fakes.syscall_trap import SyscallTrap
-from drivers.fakes.vl53l1x_chip import DistanceOver, Vl53l1xChip
-from firmware_py.robot_file import RobotFile
-from firmware_py.simulation.noise import range_noise
-from firmware_py.simulation.world import SimulatedRobot
-from foundation.clock import RealClock
-from models.robot import AXES
+from deltactl.drivers.fakes.bench import FakeBench, fake_bench
+from deltactl.drivers.fakes.gpio_chip import GpioChip
+from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
+from deltactl.drivers.fakes.i2c_device import I2cAdapter
+from deltactl.drivers.fakes.syscall_trap import SyscallTrap
+from deltactl.drivers.fakes.vl53l1x_chip import DistanceOver, Vl53l1xChip
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.firmware_py.simulation.noise import range_noise
+from deltactl.firmware_py.simulation.world import SimulatedRobot
+from deltactl.foundation.clock import RealClock
+from deltactl.models.robot import AXES
 
 TREE = Path("/proc/device-tree")
 MODEL = b"Raspberry Pi 4 Model B Rev 1.1\0"

@@ -1,0 +1,145 @@
+"""`deltactl collect`: a survey as a data set."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from deltactl.cli.output import NO_ROBOT, errors, say, tell, warn
+from deltactl.cli.robot.jobs import SocketOption
+from deltactl.foundation.errors import ServiceError
+from deltactl.foundation.extras import needs
+
+if TYPE_CHECKING:
+    from deltactl.firmware_py.controller.contract import JobResult, RobotController
+    from deltactl.firmware_py.robot_file import RobotFile
+
+SHIPPED_AS_BUILT = "zhao-2023"
+Show = Callable[[int], None]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this file."""
+    app.command()(collect)
+
+
+def collect(
+    out: Annotated[Path, typer.Option(help="Folder of the data set; continued if unfinished.")],
+    samples: Annotated[int, typer.Option(min=1, help="Number of samples.")] = 5000,
+    robot: Annotated[
+        str | None, typer.Option(help="Robot file; without it, the one in this folder.")
+    ] = None,
+    as_built: Annotated[
+        str | None,
+        typer.Option(
+            help="How a MuJoCo robot was built (a file, or zhao-2023): survey that one instead."
+        ),
+    ] = None,
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="On the simulated chain in this process, no daemon.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the poses; any number.")] = 1,
+    socket: SocketOption = None,
+) -> None:
+    """Survey a robot: random arm angles, and where its sensors see it there.
+
+    ```
+    deltactl collect --samples 300 --simulate --out data
+    deltactl collect --samples 5000 --as-built zhao-2023 --out data
+    ```
+    """
+    from deltactl.cli.robot.which_robot import robot_or_here
+    from deltactl.firmware_py.named_files import find
+    from deltactl.firmware_py.robot_file import load_robot
+    from deltactl.firmware_py.robots_here import EXAMPLE
+    from deltactl.models.training.dataset import load_dataset
+
+    path = find(EXAMPLE if robot is None and as_built == SHIPPED_AS_BUILT else robot_or_here(robot))
+    described = load_robot(path)
+    with _bar(samples) as show:
+        if as_built is not None:
+            jammed = _as_built(as_built, described, out, samples, seed, show)
+        else:
+            jammed = 0
+            _by_jobs(path, described, out, samples, seed, simulate, socket, show)
+    if jammed:
+        warn(f"{jammed} poses were left out: the robot as it was built jams there")
+    say(f"{out}: {len(load_dataset(out))} samples")
+
+
+def _as_built(name: str, robot: RobotFile, out: Path, samples: int, seed: int, show: Show) -> int:
+    with needs("proof", "--as-built"):
+        from deltactl.reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
+        from deltactl.reproduction.zhao_2023.collecting import collect as run
+    file = AS_BUILT_FILE if name == SHIPPED_AS_BUILT else Path(name)
+    return run(out, robot, load_as_built(file, robot), samples, seed, show)
+
+
+def _by_jobs(
+    path: Path,
+    robot: RobotFile,
+    out: Path,
+    samples: int,
+    seed: int,
+    simulate: bool,
+    socket: Path | None,
+    show: Show,
+) -> None:
+    from deltactl.cli.robot.follow import interrupted_between_sleeps
+    from deltactl.firmware_py.collecting.by_jobs import collect as run
+    from deltactl.firmware_py.collecting.settings import settings_of
+    from deltactl.firmware_py.controller.build import build_controller
+    from deltactl.firmware_py.daemon.client import Client, daemon_answers
+    from deltactl.firmware_py.machine import is_raspberry_pi
+
+    if not simulate and daemon_answers(socket):
+        with Client(socket) as client:
+            machine = "simulated" if client.status().simulated else "robot"
+            settings = settings_of(robot, machine, seed)  # type: ignore[arg-type]
+            run(out, robot, path, settings, samples, _runner(client, time.sleep), show)
+        return
+    if not simulate and (socket is not None or is_raspberry_pi()):
+        raise ServiceError(
+            "no daemon answers; start it with 'sudo systemctl start deltactl',"
+            " or use --simulate or --as-built"
+        )
+    if not simulate:
+        tell(NO_ROBOT.format("surveying"), errors)
+    controller = build_controller(path, simulated=True, realtime=False, recordings=out)
+    try:
+        with interrupted_between_sleeps(controller.clock) as sleep:
+            controller.power_on()
+            controller.home()
+            settings = settings_of(robot, "simulated", seed)
+            run(out, robot, path, settings, samples, _runner(controller, sleep), show)
+    finally:
+        controller.close()
+
+
+def _runner(
+    controller: RobotController, sleep: Callable[[float], None]
+) -> Callable[[Path], JobResult]:
+    from deltactl.cli.robot.follow import follow
+
+    def run(job: Path) -> JobResult:
+        number = controller.submit(job.resolve())
+        return follow(controller, number, sleep, 0.5, quiet=True)
+
+    return run
+
+
+@contextmanager
+def _bar(samples: int) -> Iterator[Show]:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    # Not on a terminal it would show nothing but an empty line at its end.
+    hidden = not errors.is_terminal
+    with Progress(*columns, console=errors, transient=True, disable=hidden) as bars:
+        bar = bars.add_task("", total=samples)
+        yield lambda done: bars.update(bar, completed=done)

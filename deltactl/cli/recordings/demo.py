@@ -1,0 +1,149 @@
+"""`deltactl demo`: a robot with something concealed is recorded, diagnosed and corrected."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from deltactl.cli.output import console, millimetres, print_json, say, waiting, warn
+from deltactl.cli.overwriting import refuse_existing
+from deltactl.cli.robot.jobs import JsonOption
+from deltactl.foundation.extras import needs
+
+if TYPE_CHECKING:
+    from deltactl.repair.demonstration import Demonstration
+
+USUAL = "home_offset,gear_backlash"
+PAGE, ABOUT = "demo.html", "about.txt"
+OURS = "Made by 'deltactl demo'. The next demonstration in this folder replaces what is here.\n"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this file."""
+    app.command()(demo)
+
+
+def demo(
+    conceal: Annotated[
+        str, typer.Option(help="Effects to conceal, separated by commas; '' for none.")
+    ] = USUAL,
+    seed: Annotated[int, typer.Option(min=0, help="Draws components and sizes.")] = 3,
+    unknown: Annotated[
+        bool, typer.Option("--unknown", help="Conceal something that has no name as well.")
+    ] = False,
+    job: Annotated[str, typer.Option(help="The job that is drawn.")] = "demo-heart.yaml",
+    minutes: Annotated[
+        float, typer.Option(min=0.5, max=10.0, help="Length of the survey that is recorded.")
+    ] = 2.0,
+    out: Annotated[Path, typer.Option(help="Folder for page, recording, robot file.")] = Path(
+        "demo"
+    ),
+    force: Annotated[
+        bool, typer.Option("--force", help="Overwrite files that no demonstration made.")
+    ] = False,
+    json_out: JsonOption = False,
+) -> None:
+    """A robot with something concealed draws a heart, is diagnosed, corrected, and draws again.
+
+    The robot is a MuJoCo model that shares nothing with what explains it. Takes about a minute.
+    The next demonstration in the same folder replaces this one.
+
+    ```
+    deltactl demo
+    deltactl demo --conceal joint_friction,upper_arm_length --seed 1
+    deltactl demo --conceal "" --unknown
+    ```
+    """
+    with waiting("loading", json_out), needs("proof", "demo"):
+        from deltactl.repair.demonstration import CORRECTED, RECORDING, demonstrate
+        from deltactl.repair.page import write_page
+    from deltactl.firmware_py.job_file import load_job
+    from deltactl.firmware_py.named_files import find
+
+    path = find(job)
+    robot = load_job(path).robot
+    robot_file = find(robot, beside=path)
+    effects = [name.strip() for name in conceal.split(",") if name.strip()]
+    replaces = make_room(out, (PAGE, RECORDING, CORRECTED), force)
+    if replaces:
+        warn(f"replacing the demonstration in {out}; --out FOLDER keeps both")
+    with waiting("building the robot", json_out) as show:
+        shown = demonstrate(path, robot_file, out, effects, seed, unknown, 60.0 * minutes, show)
+    page = out / PAGE
+    write_page(shown, page)
+    if json_out:
+        print_json(_as_json(shown, page))
+        return
+    _say(shown)
+    say(f"page:       {page}")
+    say(f"robot file: {shown.corrected}")
+    say(f"recording:  {shown.recording}")
+    say(f"diagnosis:  deltactl diagnose {shown.recording} --robot {robot}")
+
+
+def make_room(out: Path, names: Sequence[str], force: bool) -> bool:
+    """Make the folder, marked as that of a demonstration; True where one in it is replaced.
+
+    names: of the files it leaves. Raises ConfigError for files of these names that no demonstration
+    made, unless forced.
+    """
+    mark = out / ABOUT
+    ours = mark.is_file() and mark.read_bytes() == OURS.encode()
+    there = [one for name in (*names, ABOUT) if (one := out / name).exists()]
+    if there and not ours:
+        refuse_existing(force, *there)
+    out.mkdir(parents=True, exist_ok=True)
+    mark.write_text(OURS, encoding="utf-8")
+    return ours and len(there) > 1
+
+
+def _say(shown: Demonstration) -> None:
+    from deltactl.diagnosis.report.phrases import words
+    from deltactl.diagnosis.report.phrases.rivals import rivals
+
+    for one in shown.answers:
+        say(f"concealed:  {words.effect(one.effect, one.where)}")
+    for finding in shown.diagnosis.findings:
+        instead = f", or {rivals(finding)}" if finding.alternatives else ""
+        say(f"found:      {finding.says}{instead}")
+    if not shown.diagnosis.findings:
+        say("found:      nothing")
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, title="Distance from the target", title_justify="left")
+    for heading in ("", "RMS", "largest"):
+        table.add_column(heading, justify="right" if heading else "left")
+    runs = (("before", shown.before), ("after", shown.after), ("sound robot", shown.possible))
+    for name, run in runs:
+        table.add_row(name, millimetres(run.rms_m), millimetres(run.worst_m))
+    console.print(table)
+    if shown.limit is not None:
+        say(f"expected of this robot at best: {millimetres(shown.limit.rms_m)} RMS")
+    from deltactl.cli.robot.check import say_covered
+
+    say_covered(shown.coverage)
+    for finding, why in shown.held_back:
+        say(f"not written: {finding.effect} on {finding.component}: {why}")
+
+
+def _as_json(shown: Demonstration, page: Path) -> dict[str, Any]:
+    return {
+        "concealed": [one.answer() for one in shown.answers],
+        "found": [one.model_dump(mode="json") for one in shown.diagnosis.findings],
+        "before_rms_m": shown.before.rms_m,
+        "after_rms_m": shown.after.rms_m,
+        "possible_rms_m": shown.possible.rms_m,
+        "limit": None if shown.limit is None else shown.limit.as_json(),
+        "effects": [one.as_json() for one in shown.coverage.effects],
+        "not_written": [
+            {"effect": finding.effect, "component": finding.component, "why": why}
+            for finding, why in shown.held_back
+        ],
+        "page": str(page),
+        "robot": str(shown.corrected),
+        "recording": str(shown.recording),
+    }

@@ -1,0 +1,220 @@
+"""`deltactl diagnose --inspect`: what a table seems to be, and the command that reads it."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.markup import escape
+from rich.table import Table
+
+from deltactl.cli.missing import refuse_missing
+from deltactl.cli.output import console, facts, print_json, say
+from deltactl.cli.recordings.column_options import mapping_of
+from deltactl.cli.wrapped import print_wrapped
+from deltactl.foundation.extras import needs
+
+if TYPE_CHECKING:
+    from deltactl.diagnosis.columns.names import Guess
+    from deltactl.diagnosis.inspection.found import Inspection
+    from deltactl.diagnosis.observations.readings import FloatArray
+
+ROBOT = "my-robot.yaml"
+SHOWN_COLUMNS = 12
+NARROW = 100
+"""In a window of fewer letters the reasons stand below the table, not in a column of it."""
+UNSAID = {
+    **dict.fromkeys(("command", "position"), "rad?"), "theta": "rad", "velocity": "rad/s or m/s"
+}  # fmt: skip
+"""In what a column is read of which nothing says the unit."""
+OF_THE_RUN = "ROBOT is the robot file that it was made with"
+LONG, TOO_LONG = 1e4, 1e7
+"""Between these, four figures would be written with a power of ten, and are read less easily."""
+BY_NAME = "by its name"
+FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
+FORCED_SAYS = (
+    "  INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is known",
+    "  GAIN: N m (or N) for one unit of the effort; where a weight pulls at it, also {weight}",
+)
+WEIGHT = {"rotary": "--hanging-nm", "linear": "--slope-n"}
+"""The option that says what a weight does, by what the axis does."""
+
+
+def inspect_recordings(
+    recordings: list[Path],
+    robot: str | None,
+    save: Path | None,
+    as_json: bool,
+    columns: list[str],
+) -> None:
+    """Print what each table seems to be. Raises RecordingError or ConfigError.
+
+    columns: what is known already, as --columns and --set say it.
+    """
+    with needs("diagnosis", "diagnose --inspect"):
+        from deltactl.diagnosis.inspection.inspection import inspect
+    refuse_missing(recordings)
+    known = mapping_of(columns)
+    seen = [inspect(path, known) for path in recordings]
+    if as_json:
+        print_json([_as_json(one) for one in seen])
+    else:
+        for one in seen:
+            _show(one, robot, save)
+    if save is not None:
+        save.write_text(seen[0].mapping_text(), encoding="utf-8")
+        if not as_json:
+            say(f"mapping: {save}")
+
+
+def _as_json(one: Inspection) -> dict[str, Any]:
+    return {
+        "file": one.path,
+        "facts": dict(one.facts),
+        "kind": one.kind,
+        "motion": one.motion,
+        "columns": {
+            name: asdict(guess) | {"name": guess.name} for name, guess in one.guesses.items()
+        },
+        "options": one.options,
+        "warnings": one.warnings,
+    }
+
+
+def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
+    kind = f"{one.kind or 'unknown'} ({one.kind_why})"
+    console.print(facts(str(one.path), [*one.facts, ("machine", kind)]))
+    console.print()
+    narrow = console.width < NARROW
+    console.print(_preview(one, narrow))
+    if narrow:
+        _say_why(one)
+    if empty := _empty(one):
+        _say_broken(f"empty cells: {empty}")
+    if one.warnings:
+        console.print()
+    for warning in one.warnings:
+        _say_broken(f"look here: {warning}")
+    if one.kind is None:
+        return
+    console.print()
+    if one.own_run:
+        _say_broken(f"this is a recording of deltactl and is read as it is; {OF_THE_RUN}")
+        robot = robot or "ROBOT"
+    if robot is None:
+        motion = ["--motion", one.motion or "rotary"] if one.kind == "servo_axis" else []
+        zero = ["--zero", "arbitrary"] if one.zero == "arbitrary" else []
+        forced = FORCED if one.needs_inertia else []
+        init = ["deltactl", "init", _new(one), "--kind", one.kind, *motion, *forced, *zero]
+        _say_command("describe the machine:  ", init)
+        for line in FORCED_SAYS if one.needs_inertia else ():
+            _say_broken(line.format(weight=WEIGHT[one.motion or "rotary"]))
+    read = ["--columns", str(save)] if save is not None else one.options
+    _say_command("diagnose it:           ", one.command(robot or _new(one), read))
+
+
+def _say_broken(text: str) -> None:
+    """A sentence: in a window broken between words, elsewhere one line."""
+    if console.is_terminal:
+        print_wrapped([escape(text)])
+    else:
+        say(text)
+
+
+def _say_command(label: str, words: list[str]) -> None:
+    """A command to be copied; in a window too narrow for it, over lines that the shell joins."""
+    whole = f"{label}{shlex.join(words)}"
+    if not console.is_terminal or len(whole) <= console.width:
+        say(whole)
+        return
+    say(label.rstrip())
+    line = ""
+    for part in _options(words):
+        if line and len(line) + len(part) + 3 > console.width:
+            say(f"{line} \\")
+            line = "   "
+        line = f"{line} {part}" if line else part
+    say(line)
+
+
+def _options(words: list[str]) -> Iterator[str]:
+    """The words of a command, each option with its value."""
+    part: list[str] = []
+    for word in words:
+        if word.startswith("--") and part:
+            yield shlex.join(part)
+            part = []
+        part.append(word)
+    yield shlex.join(part)
+
+
+def _new(one: Inspection) -> str:
+    """A robot file name that is still free: a second machine gets its own file."""
+    return f"{one.path.stem}-robot.yaml" if Path(ROBOT).exists() else ROBOT
+
+
+def _figure(value: float) -> str:
+    """Four figures, and up to seven before the point rather than a power of ten."""
+    plain = value + 0.0  # no -0
+    return f"{plain:.0f}" if LONG <= abs(plain) < TOO_LONG else f"{plain:.4g}"
+
+
+def _values(values: FloatArray, guess: Guess | None) -> str:
+    """The first three; of times the first, and what comes after it."""
+    first = values[:3]
+    if guess is None or guess.role != "t" or abs(float(first[0])) < 1e4:
+        return " ".join(map(_figure, first))
+    later = (f"+{_figure(value - first[0])}" for value in first[1:])
+    return " ".join([f"{first[0]:.10g}", *later])
+
+
+def _unit(guess: Guess) -> str:
+    if guess.scale == 1.0:
+        return guess.unit or UNSAID.get(guess.role, "as it is")
+    return f"{guess.scale:.4g} {guess.unit or ''}".rstrip()
+
+
+def _say_why(one: Inspection) -> None:
+    """The reasons that are not simply the column's name."""
+    shown = list(one.table)[:SHOWN_COLUMNS]
+    for name in shown:
+        if name in one.guesses and one.guesses[name].why != BY_NAME:
+            say(f"why {name}: {one.guesses[name].why}")
+    for name in shown:
+        if name not in one.guesses:
+            say(f"why not {name}: {one.unused(name)}")
+
+
+def _empty(one: Inspection) -> str:
+    """How many cells of which columns hold no number, of those that are shown."""
+    shown = list(one.table.items())[:SHOWN_COLUMNS]
+    empty = {name: int(np.isnan(values).sum()) for name, values in shown}
+    return ", ".join(f"{number} of {name}" for name, number in empty.items() if number)
+
+
+def _preview(one: Inspection, narrow: bool) -> Table:
+    """One line per column: its name, what it is read as, why, and its first values."""
+    table = Table(box=None, pad_edge=False, title_justify="left")
+    headings = ["column", "taken for", "unit", "first values", "from", "to", "why"]
+    for heading in headings[:-1] if narrow else headings:
+        table.add_column(heading, overflow="fold")
+    for name, values in list(one.table.items())[:SHOWN_COLUMNS]:
+        guess = one.guesses.get(name)
+        known = values[np.isfinite(values)]
+        ends = (known.min(), known.max()) if len(known) else ()
+        cells = [
+            name,
+            guess.name if guess else "-",
+            _unit(guess) if guess else "",
+            _values(values, guess),
+            *(list(map(_figure, ends)) or ["", ""]),
+            guess.why if guess else one.unused(name),
+        ]
+        table.add_row(*cells[: len(table.columns)])
+    if len(one.table) > SHOWN_COLUMNS:
+        table.caption = f"and {len(one.table) - SHOWN_COLUMNS} more"
+    return table

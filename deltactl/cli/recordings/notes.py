@@ -1,0 +1,131 @@
+"""What is said beside an answer: columns without use, where an effort is, what to type next."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from deltactl.cli.output import warn
+from deltactl.cli.recordings.column_options import is_mapping_file, mapping_of
+from deltactl.foundation.errors import DeltactlError
+from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
+
+if TYPE_CHECKING:
+    from deltactl.diagnosis.answer.records import Diagnosis
+    from deltactl.diagnosis.report.sentences.ways import Ways
+    from deltactl.recording.tables.flat import FlatRecording
+
+
+class Notes:
+    """What of recordings this robot file leaves without use, noted while they are read."""
+
+    def __init__(self, robot: RobotModel, columns: Sequence[str]):
+        """columns: as --columns and --set say them."""
+        self._robot, self._columns = robot, list(columns)
+        self._command_unused: dict[str, str] = {}
+        self._effort_read = False
+
+    def around(self, read: Callable[[Path], FlatRecording]) -> Callable[[Path], FlatRecording]:
+        """The same reading, which also says where an effort is left without use."""
+        from deltactl.diagnosis.observations.needed_columns import (
+            command_unused,
+            effort_unused,
+            first_of,
+        )
+
+        def noted(path: Path) -> FlatRecording:
+            recording = read(path)
+            command, effort = self._source("command"), self._source("effort")
+            if why := effort_unused(self._robot, recording, effort) or self._twice():
+                warn(f"{path.name}: {why}")
+            self._effort_read |= first_of(recording, ["effort"]) is not None
+            if why := command_unused(recording, (command, effort)):
+                self._command_unused[path.name] = why
+            return recording
+
+        return noted
+
+    def _source(self, name: str) -> str | None:
+        """What a column is called in the file, where it was given."""
+        source = mapping_of(self._columns).columns.get(name)
+        return source.from_ if source else None
+
+    def _twice(self) -> str:
+        """That a column of forces is multiplied as if it were one of currents; else empty."""
+        from deltactl.diagnosis.columns.names import read_name
+        from deltactl.diagnosis.columns.units import PULLING
+
+        source = mapping_of(self._columns).columns.get("effort")
+        gain = self._robot.effort_gain if isinstance(self._robot, ServoAxis) else 1.0
+        if source is None or source.from_ is None or gain == 1.0:
+            return ""
+        unit = source.unit if source.unit != "1" else read_name(source.from_).unit
+        if unit not in PULLING:
+            return ""
+        what = "force" if unit in ("N", "mN") else "torque"
+        return (
+            f"effort: '{source.from_}' is in {unit} already and is multiplied by the robot file's"
+            f" effort_gain ({gain:g}) all the same; where it is a {what} at the axis, set"
+            " effort_gain to 1"
+        )
+
+    def say_of(self, answer: Diagnosis) -> None:
+        """That the commands were not used, of an axis that was judged by its forces."""
+        if isinstance(self._robot, ServoAxis) and answer.fit.unit in ("N", "N m"):
+            for name, why in self._command_unused.items():
+                warn(f"{name}: {why}")
+
+    def ways(self, answer: Diagnosis, recordings: Sequence[Path]) -> Ways:
+        """The words for what to do, where an effort would tell more: which one, and what to type.
+
+        The first recording is looked at again only where an effort would tell anything apart.
+        """
+        from deltactl.diagnosis.report.sentences.telling_apart import asks_for_effort
+        from deltactl.diagnosis.report.sentences.ways import TERMINAL
+
+        if not asks_for_effort(answer.findings):
+            return TERMINAL
+        if not isinstance(self._robot, ServoAxis):
+            return replace(TERMINAL, or_effort="")
+        lacks = self._robot.inertia is None
+        mass = "`inertia` (what moves, in kg m2, or kg of a slide) and `effort_gain`"
+        if self._effort_read:
+            there = f", or enter {mass} in the robot file: then the effort that was read is used"
+            return replace(TERMINAL, or_effort=there)
+        column = self._effort_in(recordings[0])
+        if column is None:
+            return TERMINAL
+        option = shlex.join(["--set", f"effort={column}"])
+        more = f", with {mass} in the robot file" if lacks else ""
+        return replace(TERMINAL, or_effort=f", or have the effort read as well: {option}{more}")
+
+    def _effort_in(self, path: Path) -> str | None:
+        """The column that inspection takes for an effort; None where there is none."""
+        from deltactl.diagnosis.columns.names import without_unit
+        from deltactl.diagnosis.inspection.inspection import inspect
+
+        try:
+            guesses = inspect(path, mapping_of(self._columns)).guesses
+        except DeltactlError:
+            return None
+        found = (without_unit(name) for name, one in guesses.items() if one.name == "effort")
+        return next(found, None)
+
+
+def next_commands(
+    recordings: Sequence[Path], saved: Path, columns: Sequence[str], robot: RobotModel
+) -> list[str]:
+    """What to type after a robot file was saved: the same recordings against it, and a run."""
+    options = [
+        part for one in columns for part in ("--columns" if is_mapping_file(one) else "--set", one)
+    ]
+    again = ["deltactl", "diagnose", *map(str, recordings), "--robot", str(saved), *options]
+    lines = [f"check it:   {shlex.join(again)}"]
+    if isinstance(robot, DeltaRobot):
+        lines.append(
+            f"run a job:  {shlex.join(['deltactl', 'run', 'JOB.yaml', '--robot', str(saved)])}"
+        )
+    return lines

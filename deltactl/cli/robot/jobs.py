@@ -1,0 +1,185 @@
+"""Commands that concern jobs: run, check, report, export."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from deltactl.cli.output import waiting
+from deltactl.cli.overwriting import (
+    ForceOption,
+    refuse_existing,
+    refuse_other_page,
+    refuse_recorded,
+)
+
+JobArgument = Annotated[Path, typer.Argument(help="Job file; sought here, then in config/.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON document instead of tables.")]
+RobotOption = Annotated[
+    str | None, typer.Option(help="Robot file instead of the job's, as one that was corrected.")
+]
+AcceptOption = Annotated[
+    float,
+    typer.Option(
+        help="You have looked at the arms, and accept that no sensor would show one that is off"
+        " by so many degrees. A simulated robot needs no such word.",
+        min=0.0,
+        max=360.0,
+    ),
+]
+SocketOption = Annotated[Path | None, typer.Option(help="Socket of the daemon.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this file."""
+    app.command()(run)
+    app.command()(check)
+    app.command()(verify)
+    app.command()(report)
+    app.command()(record)
+    app.command()(export)
+
+
+def run(
+    job: JobArgument,
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="On a simulated robot in this process, no daemon.")
+    ] = False,
+    realtime: Annotated[
+        bool,
+        typer.Option("--realtime", help="Simulated robot in real time, not as fast as possible."),
+    ] = False,
+    record: Annotated[Path | None, typer.Option(help="Where to record (.mcap).")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
+    robot: RobotOption = None,
+    accept_unseen: AcceptOption = 0.0,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            help="Other noise of the simulated sensors; without it each run has the same.", min=0
+        ),
+    ] = None,
+    json_out: JsonOption = False,
+    socket: SocketOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Run a job: on the robot through its daemon, or on the simulated robot.
+
+    Shows progress, then how well the path was followed, and where the recording is. The robot of a
+    daemon is homed before ('deltactl home'); the simulated one homes here. How fast and how often
+    is in the job: in 'timing' speed_mps or duration_s, and 'repeats'.
+
+    ```
+    deltactl run heart.yaml
+    deltactl run circle.yaml --realtime --report circle.html
+    deltactl run heart.yaml --robot corrected.yaml
+    deltactl run survey.yaml --simulate --record survey.mcap --json
+    deltactl run mine.yaml --simulate --seed 2
+    ```
+    """
+    with waiting("loading", json_out):
+        from deltactl.cli.robot.run import run_job
+
+    refuse_existing(force, report)
+    refuse_other_page(report)
+    refuse_recorded(record)
+    run_job(
+        job, robot, simulate or realtime, realtime, record, report, json_out, socket, accept_unseen,
+        seed=seed,
+    )  # fmt: skip
+
+
+def check(job: JobArgument, robot: RobotOption = None, json_out: JsonOption = False) -> None:
+    """Dry run: limits, duration, peak step rate, what is compensated; nothing moves.
+
+    ```
+    deltactl check heart.yaml
+    deltactl check heart.yaml --robot corrected.yaml
+    ```
+    """
+    from deltactl.cli.robot.check import check_job
+
+    check_job(job, robot, json_out)
+
+
+def verify(
+    job: JobArgument,
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="On a simulated robot in this process, no daemon.")
+    ] = False,
+    json_out: JsonOption = False,
+    socket: SocketOption = None,
+) -> None:
+    """Were steps lost? Homes, runs the job, goes home again, and compares the sensors.
+
+    ```
+    deltactl verify heart.yaml
+    ```
+    """
+    from deltactl.cli.robot.verify import verify_job
+
+    verify_job(job, simulate, json_out, socket)
+
+
+def report(
+    recording: Annotated[Path, typer.Argument(help="A recorded run (.mcap).")],
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="HTML file to write.")] = None,
+    json_out: JsonOption = False,
+    force: ForceOption = False,
+) -> None:
+    """Tracking errors of a recorded run, and one HTML file with the curves.
+
+    ```
+    deltactl report recordings/heart.mcap -o heart.html
+    ```
+    """
+    from deltactl.cli.robot.show import show_recording
+
+    page = out or recording.with_suffix(".html")
+    refuse_existing(force, page)
+    refuse_other_page(page)
+    show_recording(recording, page, json_out)
+
+
+def record(
+    out: Annotated[Path, typer.Argument(help="File to write (.mcap).")],
+    seconds: Annotated[float, typer.Option(help="Duration, s.")] = 10.0,
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Robot file with the sensors; without it, the one in this folder."),
+    ] = None,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Simulated sensors in real time.")
+    ] = False,
+) -> None:
+    """Record the sensors alone, while somebody moves the platform. Runs record themselves.
+
+    ```
+    deltactl record by-hand.mcap --seconds 30
+    ```
+    """
+    from deltactl.cli.robot.record import record_sensors
+
+    record_sensors(out, seconds, robot, realtime)
+
+
+def export(
+    recording: Annotated[Path, typer.Argument(help="A recorded run (.mcap).")],
+    out: Annotated[Path, typer.Argument(help="File to write: .csv, .csv.gz, .parquet or .mat.")],
+    truth: Annotated[
+        bool, typer.Option("--truth", help="Also the simulated robot's true position.")
+    ] = False,
+    force: ForceOption = False,
+) -> None:
+    """Turn a recorded run into a flat table (one row every 20 ms).
+
+    ```
+    deltactl export recordings/heart.mcap heart.csv
+    ```
+    """
+    from deltactl.cli.robot.show import export_recording
+
+    refuse_existing(force, out)
+    export_recording(recording, out, truth)

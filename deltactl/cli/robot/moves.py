@@ -1,0 +1,219 @@
+"""Commands for single moves: goto, jog."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from deltactl.cli.robot.jobs import AcceptOption, JsonOption, SocketOption
+
+Place = tuple[float, float, float]
+WHAT = {"stopped": "stop", "fault": "fault"}
+RobotOption = Annotated[
+    str | None, typer.Option(help="Robot file; without it the one that the daemon runs.")
+]
+SimulateOption = Annotated[
+    bool, typer.Option("--simulate", help="On a simulated robot in this process, no daemon.")
+]
+SpeedOption = Annotated[float, typer.Option("--speed", min=0.001, help="Greatest speed, mm/s.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this file."""
+    app.command(context_settings={"ignore_unknown_options": True})(goto)
+    app.command()(jog)
+
+
+def goto(
+    x: Annotated[float, typer.Argument(help="mm, from the middle of the base towards motor 1.")],
+    y: Annotated[float, typer.Argument(help="mm, to the left of x as seen from above.")],
+    z: Annotated[
+        float, typer.Argument(help="mm, up; 0 at the motor axes, so below them it is negative.")
+    ],
+    speed: SpeedOption = 50.0,
+    robot: RobotOption = None,
+    simulate: SimulateOption = False,
+    accept_unseen: AcceptOption = 0.0,
+    json_out: JsonOption = False,
+    socket: SocketOption = None,
+) -> None:
+    """Move the platform straight to a position. Checked before anything moves, along the whole way.
+
+    Positions are those of the middle of the platform, at the height of its joints.
+
+    ```
+    deltactl goto 20 0 -450
+    deltactl goto 20 0 -450 --robot zhao-2023.yaml --simulate
+    ```
+    """
+    place_m = (x / 1e3, y / 1e3, z / 1e3)
+    _go("goto", place_m, speed, robot, simulate, json_out, socket, accept_unseen)
+
+
+def jog(
+    x: Annotated[float, typer.Option(help="By so many mm.")] = 0.0,
+    y: Annotated[float, typer.Option(help="By so many mm.")] = 0.0,
+    z: Annotated[float, typer.Option(help="By so many mm.")] = 0.0,
+    speed: SpeedOption = 20.0,
+    robot: RobotOption = None,
+    json_out: JsonOption = False,
+    socket: SocketOption = None,
+) -> None:
+    """Move the platform by a little from where it is, in a straight line.
+
+    ```
+    deltactl jog --z -5
+    deltactl jog --x 1 --y 1 --speed 5
+    ```
+    """
+    from deltactl.foundation.errors import ConfigError
+
+    if not (x or y or z):
+        raise ConfigError("say how far: --x, --y or --z, in mm")
+    here = platform_m(socket)
+    there = (here[0] + x / 1e3, here[1] + y / 1e3, here[2] + z / 1e3)
+    _go("jog", there, speed, robot, False, json_out, socket)
+
+
+def _go(
+    name: str,
+    place_m: Place,
+    speed_mmps: float,
+    robot: str | None,
+    simulate: bool,
+    json_out: bool,
+    socket: Path | None,
+    accept_unseen_deg: float = 0.0,
+) -> None:
+    """Through the daemon where one answers, else on the simulated robot of a file."""
+    from deltactl.cli.robot.run import refuse_unseen
+    from deltactl.firmware_py.daemon.client import daemon_answers
+    from deltactl.foundation.errors import ConfigError
+
+    if not simulate and daemon_answers(socket):
+        if robot is not None:
+            raise ConfigError(
+                f"--robot {robot}: the daemon runs the robot file it was started with; leave it"
+                " out, or add --simulate"
+            )
+        refuse_unseen(accept_unseen_deg)
+        with _told_as_typed(name, place_m):
+            _go_through_daemon(name, place_m, speed_mmps, json_out, socket)
+        return
+    if robot is None:
+        from deltactl.firmware_py.robots_here import robots_here
+
+        say = " or ".join(f"--robot {one}" for one in robots_here() or ["FILE"])
+        raise ConfigError(f"no daemon answers that could say which robot this is; add {say}")
+    with _told_as_typed(name, place_m):
+        _go_simulated(name, place_m, speed_mmps, robot, simulate, json_out, socket)
+
+
+@contextmanager
+def _told_as_typed(name: str, place_m: Place) -> Iterator[None]:
+    """What breaks a limit, with the place in mm as it was typed, and no point of a job."""
+    from deltactl.foundation.errors import ELSEWHERE, MotionError
+
+    try:
+        yield
+    except MotionError as error:
+        if (wrong := error.at_point) is None:
+            raise
+        way = "on the way to " if wrong.on_the_way else ""
+        where = " ".join(f"{1e3 * value:.6g}" for value in place_m)
+        if wrong.remedy == ELSEWHERE:
+            wrong = replace(wrong, remedy="choose another place")
+        raise error.worded(f"{name}: {way}{where} mm: {wrong.says()}") from error
+
+
+def _text(name: str, place_m: Place, speed_mmps: float, robot: str) -> str:
+    x_m, y_m, z_m = place_m
+    return (
+        f"name: {name}\nrobot: {robot}\n"
+        f"path: {{shape: straight, to_m: [{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]}}\n"
+        f"timing: {{mode: accelerated, speed_mps: {speed_mmps / 1e3:.9g}}}\n"
+        "inverse_kinematics: {kind: geometry}\n"
+    )
+
+
+def _go_simulated(
+    name: str,
+    place_m: Place,
+    speed_mmps: float,
+    robot: str,
+    simulate: bool,
+    json_out: bool,
+    socket: Path | None,
+) -> None:
+    from tempfile import TemporaryDirectory
+
+    from deltactl.cli.output import say
+    from deltactl.cli.robot.run import run_job
+    from deltactl.firmware_py.named_files import ROBOT_KEY, find
+    from deltactl.firmware_py.planner.check import plan_of
+    from deltactl.models.calibrated_inverse import CalibratedInverse
+    from deltactl.models.linkage.counted_pose import counted_pose
+
+    with TemporaryDirectory() as folder:
+        job = Path(folder) / f"{name}.yaml"
+        text = _text(name, place_m, speed_mmps, str(find(robot, key=ROBOT_KEY).resolve()))
+        job.write_text(text, encoding="utf-8")
+        run_job(job, None, simulate, False, None, None, json_out, socket, one_place=True)
+        plan = plan_of(job)
+    if not json_out:
+        position_of = CalibratedInverse(plan.robot).position_of_one_m
+        _, reached_m = counted_pose(plan.last_counts, plan.robot.drive.rad_per_step, position_of)
+        say(f"the simulated platform is at {_words(reached_m or place_m)} mm")
+
+
+def _go_through_daemon(
+    name: str, place_m: Place, speed_mmps: float, json_out: bool, socket: Path | None
+) -> None:
+    import time
+    from dataclasses import asdict
+
+    from deltactl.cli.output import print_json, say, warn
+    from deltactl.cli.robot.follow import follow
+    from deltactl.cli.robot.run import POLL_S, refuse_unless_done
+    from deltactl.firmware_py.daemon.client import Client
+
+    with Client(socket) as client:
+        robot = client.status().robot_file
+        number = client.submit_text(_text(name, place_m, speed_mmps, robot), f"{name}.yaml")
+        result = follow(client, number, time.sleep, POLL_S, json_out)
+        position_m = client.status().position_m
+    if json_out:
+        print_json(asdict(result) | {"position_m": position_m})
+    elif result.outcome == "done" and position_m is not None:
+        if result.warning:
+            warn(result.warning)
+        say(f"the platform is at {_words(position_m)} mm")
+    refuse_unless_done(result)
+
+
+def platform_m(socket: Path | None) -> Place:
+    """Where the platform of the daemon's robot is. Raises NotReady while nobody knows."""
+    from deltactl.firmware_py.controller.states import State, way_out
+    from deltactl.firmware_py.daemon.client import Client
+    from deltactl.foundation.errors import NotReady
+
+    with Client(socket) as client:
+        status = client.status()
+    if status.state in ("running", "paused"):
+        raise NotReady(
+            f"the robot is {status.state}: {status.job}; wait for its end, or 'deltactl cancel'"
+        )
+    if status.position_m is None:
+        what = f" since the {WHAT[status.state]} ({status.why})" if status.state in WHAT else ""
+        way = way_out(State(status.state), status.simulated)
+        raise NotReady(f"the position is unknown{what}; {way}")
+    return status.position_m
+
+
+def _words(place_m: Place) -> str:
+    return " ".join(f"{1e3 * value:z.2f}" for value in place_m)

@@ -1,0 +1,180 @@
+"""`deltactl run`: through the daemon, or on a simulated robot in this process."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+from deltactl.cli.output import NO_ROBOT, errors, print_json, say, tell, waiting, warn
+from deltactl.cli.robot.check import say_covered
+from deltactl.cli.robot.follow import follow, interrupted_between_sleeps
+from deltactl.cli.robot.show import show_tracking, write_report
+from deltactl.firmware_py.controller.contract import JobResult, Status
+from deltactl.firmware_py.daemon.client import Client, daemon_answers
+from deltactl.firmware_py.job_file import load_job
+from deltactl.firmware_py.machine import is_raspberry_pi
+from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
+from deltactl.firmware_py.program.includes import read_whole
+from deltactl.foundation.errors import (
+    ConfigError,
+    DeltactlError,
+    MotionError,
+    RecordingError,
+    ServiceError,
+)
+from deltactl.repair.coverage import coverage_of
+
+POLL_S = 0.1
+VIRTUAL_POLL_S = 0.5
+ANY_DEG = 360.0
+"""Nobody can look at simulated arms, and homing puts them exactly where they count as homed."""
+
+
+def run_job(
+    job: Path,
+    robot: str | None,
+    simulate: bool,
+    realtime: bool,
+    record: Path | None,
+    report: Path | None,
+    json_out: bool,
+    socket: Path | None,
+    accept_unseen_deg: float = 0.0,
+    one_place: bool = False,
+    seed: int | None = None,
+) -> None:
+    """Run one job and show what came of it. Raises any DeltactlError.
+
+    `one_place`: the job is a single move, without a path along which errors could be shown.
+    `seed`: of the simulated sensors' noise, instead of the robot's own.
+    """
+    path = find(str(job), key=JOB_KEY)
+    try:
+        load_job(path)
+    except ConfigError:
+        read_whole(path)  # tells the mistakes of what it includes beside its own
+        raise
+    if record is not None and record.suffix != ".mcap":
+        raise ConfigError(
+            f"--record {record}: a recording's name ends in .mcap;"
+            " 'deltactl export' makes other files of it afterwards"
+        )
+    robot_file = None if robot is None else find(robot, key=ROBOT_KEY)
+    if not simulate and daemon_answers(socket):
+        if robot_file is not None:
+            raise ConfigError(
+                f"--robot {robot}: the daemon runs a robot file of its own; 'deltactl home --robot"
+                f" {robot}' puts this one in its place, or use --simulate"
+            )
+        refuse_unseen(accept_unseen_deg)
+        if seed is not None:
+            raise ConfigError("--seed: the noise of a simulated robot; add --simulate")
+        result = _through_daemon(path, record, socket, json_out)
+    else:
+        if socket is not None and not simulate:
+            raise ServiceError(f"no daemon answers at {socket}; start it, or leave --socket out")
+        _say_where(simulate, json_out)
+        if not json_out:
+            say_covered(coverage_of(path, robot_file))
+        result = _in_this_process(path, robot_file, record, realtime, json_out, seed)
+    _show(result, report, json_out, one_place)
+    refuse_unless_done(result)
+
+
+def refuse_unseen(accept_unseen_deg: float) -> None:
+    """Raise ConfigError where arms are to be accepted unseen by a command that does not home."""
+    if accept_unseen_deg:
+        raise ConfigError(
+            "--accept-unseen: the robot of a daemon is homed before it moves; say 'deltactl home"
+            f" --accept-unseen {accept_unseen_deg:g}', then this command without"
+        )
+
+
+def refuse_unless_done(result: JobResult) -> None:
+    """Raise MotionError, or RecordingError, when a job did not end as it should."""
+    if result.outcome != "done":
+        why = f": {result.why}" if result.why else ""
+        asked = "no heartbeat" in why and "too busy" not in why
+        why += " (was this computer too busy?)" if asked else ""
+        raise MotionError(f"job '{result.name}' ended as {result.outcome}{why}")
+    if result.recording_error:
+        raise RecordingError(f"the job ran, but not all was recorded: {result.recording_error}")
+
+
+def _say_where(simulate: bool, quiet: bool) -> None:
+    if simulate:
+        return
+    if is_raspberry_pi():
+        raise ServiceError(
+            "no daemon answers; start it with 'sudo systemctl start deltactl',"
+            " or use --simulate to run the simulated robot"
+        )
+    if not quiet:
+        tell(NO_ROBOT.format("running"), errors)
+
+
+def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
+    with Client(socket) as client:
+        number = client.submit(path.resolve(), record)
+        if not quiet:
+            _say_what_it_believes(path, client.status())
+        return follow(client, number, time.sleep, POLL_S, quiet)
+
+
+def _say_what_it_believes(path: Path, status: Status) -> None:
+    """What the daemon compensates, by its robot file."""
+    if status.robot_file_changed:
+        warn(f"what the daemon compensates cannot be said: {status.robot_file_changed}")
+        return
+    try:
+        covered = coverage_of(path, Path(status.robot_path))
+    except DeltactlError as error:
+        warn(f"what the daemon compensates cannot be said: {error}")
+        return
+    say_covered(covered)
+
+
+def _in_this_process(
+    path: Path,
+    robot_file: Path | None,
+    record: Path | None,
+    realtime: bool,
+    quiet: bool,
+    seed: int | None,
+) -> JobResult:
+    robot = robot_file or find(load_job(path).robot, beside=path, key=ROBOT_KEY)
+    with waiting("building the simulated robot", quiet):
+        from deltactl.firmware_py.controller.build import build_controller
+
+        controller = build_controller(
+            robot, simulated=True, realtime=realtime, recordings=Path("recordings"), seed=seed
+        )
+    try:
+        with waiting("homing", quiet):
+            controller.power_on()
+            controller.home(ANY_DEG)
+        number = controller.submit(path, record)
+        every_s = POLL_S if realtime else VIRTUAL_POLL_S
+        with interrupted_between_sleeps(controller.clock) as sleep:
+            return follow(controller, number, sleep, every_s, quiet)
+    finally:
+        controller.close()
+
+
+def _show(result: JobResult, report: Path | None, json_out: bool, one_place: bool) -> None:
+    recording = Path(result.recording) if result.recording else None
+    tracking = show_tracking(recording, quiet=json_out or one_place) if recording else {}
+    if recording and report:
+        write_report(recording, report)
+    if json_out:
+        print_json(asdict(result) | {"tracking": tracking, "report": report})
+        return
+    if recording:
+        say(f"recording: {recording}")
+    if report:
+        say(f"report:    {report}")
+    if result.slower:
+        warn(f"warning: {result.slower}")
+    if result.warning:
+        warn(result.warning)

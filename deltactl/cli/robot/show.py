@@ -1,0 +1,79 @@
+"""Show, report and export recorded runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from deltactl.cli.output import console, decimals, print_json, say, warn
+from deltactl.firmware_py.run_report.home_rounding import said_of_home
+from deltactl.firmware_py.run_report.report import write_report
+from deltactl.firmware_py.run_report.tracking import ENDED_EARLY, RunTracking, robot_of, track
+from deltactl.models.robot import AXES
+from deltactl.recording.reading.reader import read_run
+
+__all__ = ["export_recording", "show_recording", "show_tracking", "write_report"]
+
+
+def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
+    """Print the tracking errors of a run, unless quiet; returns them as plain types."""
+    run = read_run(recording)
+    robot = robot_of(run)
+    tracking = track(run, robot)
+    if not quiet:
+        if any(min(one.samples) for one in tracking.all()):
+            console.print(tracking_table(run.configuration.job_name, tracking))
+            if not tracking.whole:
+                say(ENDED_EARLY.format(tracking.on_path_s))
+            if said := said_of_home(run, robot, tracking):
+                say(said)
+        else:
+            say(
+                f"{run.configuration.job_name}: no readings between the first target of the path"
+                " and where the run ended, so nothing to compare with; was it stopped before?"
+            )
+        for text in run.damage:
+            warn(f"the recording is {text}")
+    return {one.name: one.as_json() for one in tracking.all()}
+
+
+def tracking_table(job: str, tracking: RunTracking) -> Table:
+    """RMS and largest error of each axis, for everything there is to compare with."""
+    title = f"{job}: error against the target, in mm"
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("seen by", no_wrap=True)
+    for axis in AXES:
+        table.add_column(f"{axis} RMS", justify="right")
+        table.add_column(f"{axis} max", justify="right")
+    table.add_column("samples", justify="right")
+    digits = decimals((float(max(one.rms_m)) for one in tracking.all()), 1)
+    for one in tracking.all():
+        pairs = zip(one.rms_m, one.max_m, strict=True)
+        cells = [f"{value_m * 1e3:.{digits}f}" for pair in pairs for value_m in pair]
+        table.add_row(one.name, *cells, str(min(one.samples)))
+    return table
+
+
+def show_recording(recording: Path, out: Path, json_out: bool) -> None:
+    """`deltactl report`: the table and the HTML file."""
+    tracking = show_tracking(recording, json_out)
+    write_report(recording, out)
+    if json_out:
+        print_json({"recording": recording, "tracking": tracking, "report": out})
+    else:
+        say(f"report: {out}")
+
+
+def export_recording(recording: Path, out: Path, truth: bool) -> None:
+    """`deltactl export`: a flat table in the format of the file name's ending."""
+    from deltactl.recording.tables.flat_files import write_flat
+    from deltactl.recording.tables.rounds import flatten
+    from deltactl.recording.tables.unseen import flatten_unseen, has_readings
+
+    run = read_run(recording)
+    table = flatten(run, truth) if has_readings(run) else flatten_unseen(run, truth)
+    write_flat(table, out)
+    say(f"{out}: {len(table)} rows")

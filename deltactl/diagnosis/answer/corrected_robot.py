@@ -1,0 +1,217 @@
+"""The corrected robot file: the previous one with the effects that were found."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from deltactl.diagnosis.answer.options import VERDICT
+from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding
+from deltactl.diagnosis.answer.tables import Tables, table_of
+from deltactl.diagnosis.answer.verdict import differs_with_speed
+from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.strict_yaml import Document
+from deltactl.models.belief import merged
+from deltactl.models.effects import VOCABULARY, Port
+from deltactl.models.effects.kind import MOTORS
+from deltactl.models.effects.lone_axis import COMPONENT, forms_of
+from deltactl.models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis
+from deltactl.models.robot_with_effects import load_with_effects
+from deltactl.models.sliding import named_for_file
+
+HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
+MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)
+"""Where an effect is in the robot, and not in what sees it."""
+_SECTION = re.compile(r"^effects:.*\n?(?:(?:[ \t#-].*)?\n)*", re.MULTILINE)
+
+
+def corrected_text(
+    robot_file: Path,
+    diagnosis: Diagnosis,
+    all_of_them: bool = False,
+    tables: Tables = Tables.NONE,
+) -> str:
+    """The robot file with every lasting, sure finding in its `effects` section.
+
+    What is found again is one entry with the size that both amount to, and says where it comes
+    from. Comments outside the section are kept. One-off events (lost steps, stale readings) and
+    unknown mismatches are no property of the robot: left out. all_of_them: ties and improbable
+    findings as well. tables: what has no name as well, as the table it is.
+    """
+    document, robot = Document.read(robot_file), load_with_effects(robot_file)
+    lasting = [one for one in diagnosis.findings if lasts(one)]
+    kept = [one for one in lasting if all_of_them or sure(one, diagnosis)]
+    found = [_entry(finding, diagnosis) for finding in kept]
+    if isinstance(robot, DeltaRobot):
+        found += _tables(robot, diagnosis, tables)
+    if not found:
+        return document.text
+    slides = isinstance(robot, ServoAxis) and robot.motion == "linear"
+    return with_effects(document.text, merged(robot.effects, found), slides)
+
+
+def _tables(robot: DeltaRobot, diagnosis: Diagnosis, asked: Tables) -> list[EffectEntry]:
+    entries = []
+    for finding in diagnosis.findings:
+        if finding.effect == "unknown":
+            entry = table_of(finding, robot, asked)
+            if isinstance(entry, EffectEntry):
+                found = _origin(finding, diagnosis, {})
+                entries.append(entry.model_copy(update={"found": found}))
+    return entries
+
+
+def with_effects(text: str, entries: Iterable[EffectEntry], slides: bool = False) -> str:
+    """The text of a robot file with other effects; slides: of an axis that does."""
+    plain = [_plain(one) for one in entries]
+    if slides:
+        plain = [named_for_file(one) for one in plain]
+    block = yaml.safe_dump({"effects": plain}, sort_keys=False)
+    rest = _SECTION.sub("", text.replace(f"{HEADING}\n", "").rstrip() + "\n").rstrip()
+    return f"{rest}\n\n{HEADING}\n{block}"
+
+
+def _plain(entry: EffectEntry) -> dict[str, Any]:
+    """An entry as the file has it: that nothing was allowed for beside it goes without saying."""
+    plain = entry.model_dump(mode="json", exclude_none=True)
+    if entry.found is not None and not entry.found.loosely_built:
+        del plain["found"]["loosely_built"]
+    return plain
+
+
+def save_corrected(
+    robot_file: Path,
+    diagnosis: Diagnosis,
+    out: Path,
+    all_of_them: bool = False,
+    tables: Tables = Tables.NONE,
+    replace: bool = False,
+) -> None:
+    """Write the corrected robot file; `replace`: over one that is there.
+
+    Raises RecordingError when it exists or cannot be written.
+    """
+    text = corrected_text(robot_file, diagnosis, all_of_them, tables)
+    try:
+        with out.open("w" if replace else "x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise RecordingError(f"{out}: exists already; name another file") from None
+    except OSError as error:
+        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
+
+
+def lasts(finding: Finding) -> bool:
+    """Whether a robot file can describe it, and it will last until the next run."""
+    names, known = set(finding.parameters), VOCABULARY.get(finding.effect)
+    forms = [known] if known is not None else []
+    if finding.component == COMPONENT:
+        forms = forms_of(finding.effect)
+    # A servo delta's friction is a torque here and a width there: only what the file can say.
+    return any(not kind.event and names <= {one.name for one in kind.parameters} for kind in forms)
+
+
+def sure_of_correction(finding: Finding) -> float:
+    """Probability of it or of what calls for the same correction."""
+    alike = corrected_alike(finding)
+    return (finding.probability or 0.0) + sum(one.probability or 0.0 for one in alike)
+
+
+def corrected_alike(finding: Finding) -> list[Alternative]:
+    """What may be the cause instead and calls for the same correction."""
+    return [one for one in finding.alternatives if _corrected_alike(finding, one)]
+
+
+def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
+    """Whether it is clear what to correct.
+
+    A rival that moves the robot as well as the finding does, as far as the recording goes, asks for
+    the same correction there: play that hangs on one flank and another home, a late drive and
+    viscous friction, soft joints and a load. So its probability counts for the finding, and it
+    alone does not keep it out. One in the sensors would have nothing corrected. A lone machine is
+    not moved by its file, which says what the next diagnosis takes for known: there the cause
+    itself must be sure.
+    """
+    if finding.effect == "effort_offset" and differs_with_speed(finding, diagnosis.findings):
+        return False
+    rivals = [one for one in finding.alternatives if one.effect != "unknown"]
+    alike = [one for one in rivals if _corrected_alike(finding, one)]
+    if len(alike) == len(rivals) and _stands_beside_unknowns(finding, diagnosis):
+        return True
+    if finding.probability is None:
+        return len(alike) == len(rivals)
+    return sure_of_correction(finding) >= VERDICT.sure_enough
+
+
+def _stands_beside_unknowns(finding: Finding, diagnosis: Diagnosis) -> bool:
+    """Whether what is unknown, which lowers its probability, cannot be what imitates it.
+
+    And what was left out of the fit is foretold better.
+    """
+    unknown = [one for one in diagnosis.findings if one.effect == "unknown"]
+    fit = diagnosis.fit
+    return (
+        bool(unknown)
+        and _moves(finding.effect)
+        and not any(_may_imitate(one, finding) for one in unknown)
+        and fit.holdout_rms_after_m < fit.holdout_rms_before_m
+    )
+
+
+def _may_imitate(unknown: Finding, finding: Finding) -> bool:
+    """One at a joint moves the arms too, and asks for the same correction unless it is the larger.
+
+    One in a sensor moves nothing: the finding must show most in another sensor.
+    """
+    if unknown.component in MOTORS:
+        return finding.evidence.delta_chi2 <= unknown.evidence.delta_chi2
+    if unknown.component in unknown.where.axes:
+        return unknown.component in finding.where.axes[:1]
+    return True
+
+
+def _corrected_alike(finding: Finding, other: Alternative) -> bool:
+    lone = finding.component == COMPONENT
+    return not lone and _moves(finding.effect) and _moves(other.effect)
+
+
+def _moves(effect: str) -> bool:
+    kind = VOCABULARY.get(effect)
+    return kind is not None and kind.port in MOVED
+
+
+def _entry(finding: Finding, diagnosis: Diagnosis) -> EffectEntry:
+    sizes = {n: one for n, one in finding.parameters.items() if one.value is not None}
+    values: dict[str, Any] = {n: _fixed(one.value) for n, one in sizes.items()}
+    intervals: dict[str, Any] = {
+        n: _fixed(one.ci95)
+        for n, one in sizes.items()
+        if all(math.isfinite(low) and math.isfinite(high) for _, low, high in one.components)
+    }
+    return EffectEntry(
+        effect=finding.effect,
+        component=finding.component,
+        parameters=values,
+        found=_origin(finding, diagnosis, intervals),
+    )
+
+
+def _origin(finding: Finding, diagnosis: Diagnosis, intervals: dict[str, Any]) -> FoundBy:
+    return FoundBy(
+        recordings=tuple(Path(name).name for name in diagnosis.recordings),
+        on=date.today().isoformat(),
+        ci95=intervals,
+        probability=finding.probability,
+        loosely_built=diagnosis.loosely_built,
+    )
+
+
+def _fixed(value: Any) -> Any:
+    """Lists as tuples, for frozen records."""
+    return tuple(_fixed(one) for one in value) if isinstance(value, list) else value

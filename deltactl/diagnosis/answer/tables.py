@@ -1,0 +1,94 @@
+"""From a finding without a name to the table that compensates it, when that is asked for."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+import numpy as np
+
+from deltactl.diagnosis.answer.records import Finding, Table
+from deltactl.models.effects import effect_kind
+from deltactl.models.effects.tables import FROM_MIDDLE, STEEPEST, steepest
+from deltactl.models.robot import AXES, DeltaRobot, EffectEntry
+
+Values = dict[str, float | tuple[float, ...]]
+PLACES = {
+    **{f"range_{axis}": float(number) for number, axis in enumerate(AXES, start=1)},
+    "range_x, range_y": FROM_MIDDLE,
+}
+ANGLE_NUMBERS = {f"theta_{number}": float(number) for number in (1, 2, 3)}
+
+
+class Tables(Enum):
+    """Which findings without a name become tables."""
+
+    NONE = "none"
+    JOINTS = "joints"
+    """What enters at a joint."""
+    PLATFORM = "platform"
+    """Also what shows in one sensor: the user knows that the platform is off, not the sensor."""
+
+
+def table_of(finding: Finding, robot: DeltaRobot, asked: Tables) -> EffectEntry | str:
+    """The entry for a robot file, or why there is none."""
+    if asked is Tables.NONE:
+        return f"it has no name{_what_helps(finding, robot)}"
+    if finding.table is None:
+        return "it follows no quantity that a command has: no table of it can be made"
+    if finding.has_memory:
+        return "it depends on earlier motion too (hysteresis), which no table can hold"
+    if finding.component.startswith("motor"):
+        return _at_joint(finding, finding.table)
+    if asked is not Tables.PLATFORM:
+        return (
+            "it shows in a sensor, and may be the sensor's (--tables platform, if you know that"
+            " the platform is off)"
+        )
+    return _at_platform(finding, finding.table, robot)
+
+
+def _what_helps(finding: Finding, robot: DeltaRobot) -> str:
+    """Which tables would compensate it, or why none does."""
+    if isinstance(table_of(finding, robot, Tables.JOINTS), EffectEntry):
+        return " (--tables joints compensates it by a table over the joint's angle)"
+    why = table_of(finding, robot, Tables.PLATFORM)
+    if isinstance(why, EffectEntry):
+        return (
+            "; it shows in a sensor, whose errors the motion need not know (--tables platform, if"
+            " you know that the platform is off, and not the sensor)"
+        )
+    return f", and {why}"
+
+
+def _at_joint(finding: Finding, table: Table) -> EffectEntry | str:
+    if table.follows not in ANGLE_NUMBERS:
+        return f"it follows {table.follows}: a joint's table is over the angle of an arm"
+    return _entry(
+        "joint_table", finding.component, table, {"follows": ANGLE_NUMBERS[table.follows]}
+    )
+
+
+def _at_platform(finding: Finding, table: Table, robot: DeltaRobot) -> EffectEntry | str:
+    if table.follows not in PLACES or robot.sensors is None:
+        return f"it follows {table.follows}: the platform's table is over its place"
+    axis = robot.sensors.axes[AXES.index(finding.component[-1])]
+    values: Values = {
+        "follows": PLACES[table.follows],
+        "direction": tuple(float(part) for part in axis),
+    }
+    return _entry("platform_table", "platform", table, values)
+
+
+def _entry(effect: str, component: str, table: Table, more: Values) -> EffectEntry | str:
+    main = effect_kind(effect).main
+    if not np.ptp(table.size) or max(np.abs(table.size)) > main.high:
+        return f"its table goes beyond {main.high:g} {main.unit}, the most that is compensated"
+    values: Values = {
+        "error": tuple(round(size, 9) for size in table.size),
+        "lowest": table.lowest,
+        "highest": table.highest,
+        **more,
+    }
+    if steepest({name: np.asarray(value) for name, value in values.items()}) > STEEPEST:
+        return "its table is too steep to be inverted"
+    return EffectEntry(effect=effect, component=component, parameters=values)

@@ -1,0 +1,103 @@
+"""Sizes with 95 % intervals that keep their coverage under correlated noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deltactl.diagnosis.answer.records import ParameterResult
+from deltactl.diagnosis.estimation.blocks import blocks_of
+from deltactl.diagnosis.estimation.estimate import Solution, scaled_covariance
+from deltactl.diagnosis.estimation.least_squares import Fitter
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.candidate import Candidate, Term
+from deltactl.diagnosis.priors.file_tolerances import giving_way, pull
+
+NORMAL_95 = 1.959964
+
+
+def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
+    """Of all fitted numbers: the larger of the plain one and the sandwich over blocks of time.
+
+    The sandwich (bread, meat of block sums, bread) is scaled on to the plain one's shape by the
+    ratio of standard deviations, so that it can only widen an interval. What no robot file can
+    promise (`exactness.py`) comes on top.
+    """
+    rows = fitter.rows
+    tangent, residual = solution.tangent, solution.residual
+    if not tangent.shape[1]:  # nothing is missing, and readings of angles have no nuisances
+        return np.zeros((0, 0))
+    bread, scale = scaled_covariance(tangent)
+    scaled = tangent / scale
+    blocks = blocks_of(fitter)
+    product = scaled[:rows] * residual[:rows, None]
+    sums = np.stack([np.bincount(blocks, weights=column) for column in product.T], axis=1)
+    count = max(len(sums) - 1, 1)
+    meat = sums.T @ sums * (len(sums) / count) + scaled[rows:].T @ scaled[rows:]
+    sandwich = bread @ meat @ bread
+    ratio = np.sqrt(np.maximum(np.diag(sandwich), 1e-300) / np.maximum(np.diag(bread), 1e-300))
+    widen = np.clip(ratio, 1.0, 3.0)
+    cov: FloatArray = bread * np.outer(widen, widen) / np.outer(scale, scale)
+    pulled = pull(fitter, solution, bread / np.outer(scale, scale))
+    cov += pulled @ pulled.T + np.diag(giving_way(solution))
+    return cov
+
+
+def parameters(
+    term: Term, cov: FloatArray, intervals: dict[str, tuple[float, float]] | None = None
+) -> dict[str, ParameterResult]:
+    """All fitted parameters of a term; `cov` belongs to its moved coordinates."""
+    candidate = term.candidate
+    spread = np.zeros(len(candidate.coordinates))
+    spread[candidate.moved] = np.sqrt(np.maximum(np.diag(cov), 0.0))
+    units = {p.name: p.unit for p in candidate.kind.parameters}
+    values = candidate.values(term.at)
+    results: dict[str, ParameterResult] = {}
+    for name, value in values.items():
+        if name in candidate.fixed or name not in units:
+            continue
+        numbers = [i for i, c in enumerate(candidate.coordinates) if c.parameter == name]
+        if intervals and name in intervals:
+            ci = list(intervals[name])
+            results[name] = ParameterResult(value=float(value), ci95=ci, unit=units[name])
+        elif np.ndim(value) == 1:
+            half = NORMAL_95 * spread[numbers]
+            both = [[float(v - h), float(v + h)] for v, h in zip(value, half, strict=True)]
+            results[name] = ParameterResult(value=value.tolist(), ci95=both, unit=units[name])
+        elif name in ("amplitude", "phase"):
+            results[name] = _wave(candidate, term, name, cov, units[name])
+        elif numbers:
+            low, high = _ends(candidate, term, numbers[0], spread[numbers[0]])
+            ci = sorted([low, high])
+            if np.isinf(value) and np.isinf(ci[0]):
+                continue  # nothing of it, as in the robot file
+            results[name] = ParameterResult(value=float(value), ci95=ci, unit=units[name])
+    return results
+
+
+def _ends(candidate: Candidate, term: Term, number: int, spread: float) -> tuple[float, float]:
+    coordinate = candidate.coordinates[number]
+    at = float(term.at[number])
+    low, high = at - NORMAL_95 * spread, at + NORMAL_95 * spread
+    # Beyond a bound the fit was not let: the interval has no end there. At nothing it ends.
+    if low <= coordinate.low:
+        low = 0.0 if coordinate.low == 0.0 and coordinate.how != "log" else -np.inf
+    if high >= coordinate.high:
+        high = np.inf
+    if coordinate.how == "log":
+        return float(np.exp(low)), float(np.exp(min(high, 700.0)))
+    if coordinate.how == "reciprocal":
+        return (1.0 / low if low > 0.0 else np.inf), (1.0 / high if high > 0.0 else np.inf)
+    return low, high
+
+
+def _wave(
+    candidate: Candidate, term: Term, name: str, cov: FloatArray, unit: str
+) -> ParameterResult:
+    hows = [candidate.coordinates[i].how for i in candidate.moved]
+    s, c = hows.index("sine"), hows.index("cosine")
+    x, y = (float(term.at[candidate.moved[i]]) for i in (s, c))
+    size = max(float(np.hypot(x, y)), 1e-15)
+    gradient = np.array([x, y]) / size if name == "amplitude" else np.array([-y, x]) / size**2
+    half = NORMAL_95 * float(np.sqrt(gradient @ cov[np.ix_([s, c], [s, c])] @ gradient))
+    value = size if name == "amplitude" else float(np.arctan2(y, x))
+    return ParameterResult(value=value, ci95=[value - half, value + half], unit=unit)

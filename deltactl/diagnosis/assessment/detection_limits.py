@@ -1,0 +1,158 @@
+"""What could not be tested in a recording, and the size at which each effect raises the alarm."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.special import chdtri, chndtrinc, ndtri
+
+from deltactl.diagnosis.answer.records import NotTestable, SmallestDetectable
+from deltactl.diagnosis.answer.verdict import ALARM
+from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.evidence.detection import Detection
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.score_tests.library import Entry
+
+NORMAL_FROM = 1e5
+"""Chi-square from which on the normal approximation is as good as the exact distribution."""
+
+
+def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable]]:
+    """Both lists, by effect and component."""
+    library, scores = tests.prepared.library, tests.scores_of_empty
+    untested = [
+        NotTestable(
+            effect=c.effect, component=c.component,
+            why="nothing that was observed depends on it in this recording",
+        )
+        for c in library.not_identifiable
+        if not c.members
+    ]  # fmt: skip
+    independent = tests.calibration.tests + tests.event_tests
+    scorer = tests.prepared.scorer
+    held = _absorbed(tests)
+    smallest: dict[tuple[str, ...], SmallestDetectable] = {}
+    for number, entry in enumerate(library.entries):
+        if entry.candidate is None or entry.shape is None or not entry.shape.linear:
+            continue
+        if entry.candidate.members:
+            continue
+        scatter = float(scorer.variance_inflation[number])
+        needed = _needed(
+            independent,
+            entry.df,
+            scatter,
+            scatter * float(scorer.tolerance_factor[number]),
+            scatter * float(scorer.left_by_measured[number]),
+        )
+        size = _size(entry, scores.information[number], needed)
+        if (spread := tests.left_by_measured.spread_of(entry.candidate)) is not None:
+            away = spread * math.sqrt(_needed(independent, entry.df, 1.0, 1.0, 0.0))
+            size = 1.0 / away if entry.candidate.kind.main.reciprocal else away
+        elif size is not None and number in held:
+            size = _beyond(entry, size, *held[number])
+        if size is None:
+            untested.append(
+                NotTestable(
+                    effect=entry.candidate.effect, component=entry.candidate.component,
+                    why="what it would do cannot be told from what is always fitted",
+                )
+            )  # fmt: skip
+            continue
+        key = entry.key
+        if key not in smallest or _better(entry, size, smallest[key].value):
+            main = entry.candidate.kind.main
+            smallest[key] = SmallestDetectable(
+                effect=entry.candidate.effect, component=entry.candidate.component,
+                parameter=main.name, value=size, unit=main.unit,
+            )  # fmt: skip
+    seen = {(s.effect, s.component) for s in smallest.values()}
+    unique = {(h.effect, h.component): h for h in untested if (h.effect, h.component) not in seen}
+    return list(unique.values()), list(smallest.values())
+
+
+def _needed(tests: float, df: int, scatter: float, factor: float, left: float) -> float:
+    """Chi-square that an effect must bring, for the alarm to be raised with the power wanted.
+
+    tests: independent ones. scatter: how much more the score varies than by white noise. factor: by
+    how much it must exceed what chance makes, with what no robot file promises. left: what
+    effects that were measured before may leave of it.
+    """
+    threshold = float(chdtri(df, ALARM / tests)) * factor + left
+    # Noise makes `scatter` times a chi-square of its own; the effect is what lies beyond it.
+    return scatter * noncentrality(threshold / scatter, df, ASSESSMENT.power)
+
+
+def noncentrality(threshold: float, df: int, power: float) -> float:
+    """Of a chi-square variable that exceeds a threshold with that probability.
+
+    Far out its distribution is normal, with mean df + n and variance 2 df + 4 n (Johnson, Kotz and
+    Balakrishnan 1995, section 29.5); the series for the exact one takes minutes there. Readings
+    without noise lead so far.
+    """
+    if threshold < NORMAL_FROM:
+        return float(chndtrinc(threshold, df, 1.0 - power))
+    z, above = float(ndtri(power)), threshold - df
+    return above + 2.0 * z * z + float(np.sqrt(4.0 * z * z * (above + z * z + 0.5 * df)))
+
+
+def _size(entry: Entry, information: FloatArray, needed: float) -> float | None:
+    """The size that brings so much; in a direction of average information among the columns."""
+    assert entry.candidate is not None
+    assert entry.shape is not None
+    number = entry.shape.linear[0]
+    coordinate = entry.candidate.coordinates[number]
+    mean = float(np.trace(information)) / len(information)
+    if mean <= 0.0:
+        return None
+    size = float(np.sqrt(needed / mean))
+    if size > coordinate.high - coordinate.low:
+        return None
+    return 1.0 / size if coordinate.how == "reciprocal" else size
+
+
+def _absorbed(tests: Detection) -> dict[int, tuple[float, float]]:
+    """Entries whose effect a nuisance at an end of its range takes up before a test sees any of it.
+
+    Such a nuisance was not free to give way when nothing was there, and its information counts; it
+    is free to take what comes from the other side. By number of the entry: how much of a nuisance
+    one unit of the effect is, and how far the nuisance can go.
+    """
+    empty, white = tests.empty, tests.prepared.library.white
+    found: dict[int, tuple[float, float]] = {}
+    place = 0
+    for term in empty.nuisances:
+        for i in term.candidate.moved:
+            coordinate, at = term.candidate.coordinates[i], float(term.at[i])
+            if at in (coordinate.low, coordinate.high):
+                column = empty.tangent[: len(white), place]
+                if not column.any():  # what it changes is not in this recording
+                    place += 1
+                    continue
+                shared = white.T @ column.astype(np.float32) / float(column @ column)
+                room = coordinate.high - coordinate.low
+                way = 1.0 if at == coordinate.low else -1.0
+                for number, entry in enumerate(tests.prepared.library.entries):
+                    own = white[:, entry.columns.start].astype(np.float64)
+                    alike = float(shared[entry.columns.start])
+                    least = ASSESSMENT.taken_up * np.linalg.norm(own)
+                    if way * alike * np.linalg.norm(column) > least:
+                        found[number] = abs(alike), room
+            place += 1
+    return found
+
+
+def _beyond(entry: Entry, size: float, alike: float, room: float) -> float | None:
+    """A size with what a nuisance takes of it first; None where the effect ends before that."""
+    assert entry.candidate is not None
+    assert entry.shape is not None
+    coordinate = entry.candidate.coordinates[entry.shape.linear[0]]
+    more = size + room / alike
+    return None if more > coordinate.high - coordinate.low else more
+
+
+def _better(entry: Entry, size: float, than: float) -> bool:
+    assert entry.candidate is not None
+    reciprocal = entry.candidate.kind.main.reciprocal
+    return size > than if reciprocal else size < than

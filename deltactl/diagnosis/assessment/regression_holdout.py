@@ -1,0 +1,176 @@
+"""Mismatch on data that the sizes were not found on: other recordings, or blocks left out in turn.
+
+Blocks take no part in the sizes that are held against them; which effects there are was chosen
+with all of the recording, and the answer says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
+from deltactl.diagnosis.plants.spline_terms import carried_over
+from deltactl.diagnosis.selection.named_first import Selected, named_sizes
+
+LASTING = ("jump", "drift", "unknown time")
+"""Regressors that belong to one moment or course of time and do not come back."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Blocks:
+    """RMS before and after on blocks left out, and the fits without each of them."""
+
+    before: float
+    after: float
+    fits: list[Explanation]
+
+
+def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tuple[float, float]:
+    """RMS before and after over all rows of other recordings, nothing refitted but what is free.
+
+    Where in its play a machine stands at first is a matter of each recording: that is read off it.
+    """
+    before, after = [], []
+    for other in others:
+        other.adopt(selected.plant)
+        empty = other.base(frozenset(), {})
+        before.append(_less_free(other, other.observed - empty))
+        after.append(_left_of(selected, other))
+    return rms(np.concatenate(before)), rms(np.concatenate(after))
+
+
+def _left_of(selected: Selected, other: RegressionPlant) -> FloatArray:
+    """What the sizes of one recording leave of another, on the rows of that which count."""
+    sizes = {**selected.best.sizes, **dict.fromkeys(other.begins(selected.best.keys), 0.0)}
+
+    def left(tried: Sizes) -> FloatArray:
+        return _less_free(other, other.observed - _predicted(selected, other, tried))
+
+    for name in other.begins(selected.best.keys):
+        places = np.linspace(-1.0, 1.0, ASSESSMENT.places_to_begin)
+        sizes = min(
+            ({**sizes, name: float(place)} for place in sorted(places, key=abs)),
+            key=lambda tried: rms(left(tried)),
+        )
+    return left(sizes)
+
+
+def _predicted(selected: Selected, other: RegressionPlant, sizes: Sizes) -> FloatArray:
+    """What the sizes of one recording say of another, (n,)."""
+    best = selected.best
+    keys = frozenset(k for k in best.keys if k not in LASTING)
+    base = other.base(keys, sizes)
+    predicted = base
+    for key in sorted(keys):
+        if key.startswith("unknown "):
+            predicted = predicted + _carried(selected, other, key)
+            continue
+        shapes = other.columns(key, base, sizes).values
+        if shapes.shape[1]:
+            # Constants of the other recordings one by one say nothing of this one.
+            predicted = predicted + shapes @ best.linear[key][: shapes.shape[1]]
+    return predicted
+
+
+def _carried(selected: Selected, other: RegressionPlant, key: str) -> FloatArray:
+    """An unknown of one recording where another was."""
+    at = other.followed(key)
+    found = np.zeros(len(at))
+    acts = np.isfinite(at)
+    found[acts] = over_what_it_follows(selected, key, at[acts])
+    return found
+
+
+def over_what_it_follows(selected: Selected, key: str, at: FloatArray) -> FloatArray:
+    """An unknown as a function (m,) of its covariate alone, at values (m,) of that."""
+    plant, best = selected.plant, selected.best
+    shapes = plant.columns(key, plant.base(best.keys, best.sizes), best.sizes).values
+    shape, known = (shapes @ best.linear[key])[plant.rows], plant.followed(key)[plant.rows]
+    there = np.isfinite(known)
+    pieces = max(plant.detail(key), ASSESSMENT.carried_pieces)
+    return carried_over(shape[there], known[there], pieces, at)
+
+
+def _less_free(plant: RegressionPlant, left: FloatArray) -> FloatArray:
+    """What is left on the rows that count, once what is free there is fitted."""
+    shapes, chosen = plant.free().values[plant.rows], left[plant.rows]
+    if not shapes.shape[1]:
+        return chosen
+    size, *_ = np.linalg.lstsq(shapes, chosen, rcond=None)
+    remaining: FloatArray = chosen - shapes @ size
+    return remaining
+
+
+def on_blocks(selected: Selected) -> Blocks:
+    """Each block of rows against sizes that were fitted on the others."""
+    plant, noise, best = selected.plant, selected.noise, selected.best
+    number = _folds(plant, noise.rows)
+    before = np.zeros(len(noise.rows))
+    after = np.zeros(len(noise.rows))
+    fits = []
+    for block in range(ASSESSMENT.folds):
+        held = number == block
+        scale = np.where(held, 0.0, noise.scale)
+        partial = Laplace(plant, replace(noise, scale=scale), selected.evidence)
+        for keys, into in ((frozenset[str](), before), (best.keys, after)):
+            into[held] = partial(keys).residual[noise.rows][held]
+        fits.append(partial(best.keys))
+    return Blocks(rms(before), rms(after), fits)
+
+
+def _folds(plant: RegressionPlant, rows: IntArray) -> IntArray:
+    """Number (m,) of the block that each row is left out with: a fifth of the recording.
+
+    Of a table sorted by distance each fifth would lie beyond all others, or leave a gap that has to
+    be guessed; there each block is several short stretches, spread over the range.
+    """
+    order = np.arange(len(rows))
+    along = plant.covariates.get("distance")
+    if along is not None:
+        steps = np.diff(along[rows])
+        if np.all(steps >= 0.0) or np.all(steps <= 0.0):
+            stretches: IntArray = order * ASSESSMENT.blocks // len(rows)
+            return stretches % ASSESSMENT.folds
+    whole: IntArray = order * ASSESSMENT.folds // len(rows)
+    return whole
+
+
+def beyond_noise(best: Explanation, blocks: Blocks) -> dict[str, float]:
+    """Standard deviation that each size has beyond its noise, by the jackknife over blocks.
+
+    What a model gets wrong is not the same in all parts of a motion (Shao and Tu 1995, The
+    Jackknife and Bootstrap, section 2): a size that moves with the part is known no better.
+    """
+    each = [named_sizes(fit) for fit in blocks.fits]
+    covariance = scaled_covariance(best)
+    found = {}
+    for row, name in enumerate(best.names):
+        sizes = np.array([one[name] for one in each])
+        jackknife = float((len(sizes) - 1) * np.var(sizes))
+        noise = float(covariance[row, row])
+        if jackknife > ASSESSMENT.moves * noise:
+            found[name] = float(np.sqrt(jackknife - noise))
+    return found
+
+
+def scaled_covariance(explanation: Explanation, any_size: Collection[str] = ()) -> FloatArray:
+    """Covariance (p, p) of all sizes in SI units; the likelihood is tempered.
+
+    any_size: regressors whose sizes may be anything, where those of the others are as usual.
+    """
+    tangent = explanation.tangent
+    usual = [float(name.partition(".")[0] not in any_size) for name in explanation.names]
+    bread = np.linalg.inv(np.diag(usual) + tangent.T @ tangent)
+    widened: FloatArray = bread * np.outer(explanation.spreads, explanation.spreads)
+    return widened
+
+
+def rms(values: FloatArray) -> float:
+    """Root mean square; 0 of nothing."""
+    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 0.0

@@ -1,0 +1,178 @@
+"""What looks like another unit than the one a column was read in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+
+import numpy as np
+
+from deltactl.diagnosis.columns.encoder_steps import of_encoder
+from deltactl.diagnosis.columns.names import read_name, unit_said, without_unit
+from deltactl.diagnosis.columns.options import GUESSES
+from deltactl.diagnosis.columns.units import LINEAR, ROTARY
+from deltactl.diagnosis.observations.readings import FloatArray
+
+TURNS_RAD = 4.0 * np.pi
+"""Joints seldom turn further; degrees read as rad always do."""
+LONG_STEP_S = 2.0
+"""Whole steps of time from here on are more often ms or us."""
+RTDE = re.compile(r"(actual|target)_q(_?\d)?$")
+"""Joint angles in the logs of Universal Robots, whose interface gives them in rad."""
+RADIANS, DEGREES = {"rad", "rad/s"}, {"deg", "deg/s"}
+READ = ("position", "theta")
+ANGULAR = ("command", *READ)
+MOVES = {*ANGULAR, "velocity"}
+
+
+def doubt(name: str, column: str, unit: str, values: FloatArray) -> str:
+    """A sentence for values (n,) that look like another unit; empty where they look right.
+
+    unit: in which the column was read, 1 where nobody said one.
+    """
+    known = values[np.isfinite(values)]
+    if name == "t" and unit == "1" and len(known) > 1:
+        step_s = float(np.median(np.diff(known)))
+        if step_s >= LONG_STEP_S and bool((known == np.round(known)).all()):
+            return (
+                f't was read in s, in steps of {step_s:g} s; if it is in ms, --set "t={column}[ms]"'
+            )
+    if name.split("_")[0] in ANGULAR and unit in ("1", "rad") and len(known):
+        if (step := _other_steps(name, values, "deg")) is not None:
+            return (
+                f"{name} was read in rad, and its readings stand {step}; if it is in degrees,"
+                f' --set "{name}={without_unit(column)}[deg]", and the same for the command'
+            )
+        farthest = float(np.max(np.abs(known)))
+        if farthest > TURNS_RAD * (1.0 if unit == "1" else GUESSES.said_factor):
+            read = "rad (or m)" if unit == "1" else f"rad ({turns(farthest)})"
+            return (
+                f"{name} was read in {read}, up to {farthest:.4g}; if it is in degrees,"
+                f' --set "{name}={column}[deg]"'
+            )
+    return ""
+
+
+def of_radians(
+    name: str, column: str, unit: str, values: FloatArray, headings: Collection[str]
+) -> str:
+    """A sentence for angles (n,) read in degrees in a table of radians; empty where there is none.
+
+    headings: of all the table's columns.
+    """
+    known = values[np.isfinite(values)]
+    if unit != "deg" or name.split("_")[0] not in ANGULAR or not len(known):
+        return ""
+    if (step := _other_steps(name, values, "rad")) is not None:
+        return (
+            f"{name} was read in degrees, and its readings stand {step}; if it is in rad,"
+            f' --set "{name}={without_unit(column)}[rad]", and the same for the command'
+        )
+    farthest = float(np.max(np.abs(known)))
+    if unit_said(column, name) is not None or farthest > TURNS_RAD:
+        return ""
+    if RTDE.match(column):
+        why = "logs of RTDE are in rad"
+    elif others := [one for one in headings if _says_radians(one) and one != column]:
+        why = f"the heading '{others[0]}' says rad"
+    elif np.ptp(known) > GUESSES.narrowest_deg:
+        return ""
+    else:
+        why = "few machines move so little"
+    return (
+        f"{name} was read in degrees and stays within {farthest:.3g}, and {why}; if it is in rad,"
+        f' --set "{name}={without_unit(column)}[rad]"'
+    )
+
+
+def _other_steps(name: str, values: FloatArray, other: str) -> str | None:
+    """The steps of an encoder's readings (n,), where they are those of the other unit."""
+    if name.split("_")[0] not in READ:
+        return None
+    unit, step = of_encoder(values) or ("", "")
+    return step if unit == other else None
+
+
+def of_degrees(
+    name: str, column: str, unit: str, values: FloatArray, headings: Collection[str]
+) -> str:
+    """A sentence for angles (n,) read in rad in a table of degrees; empty where there is none.
+
+    headings: of all the table's columns.
+    """
+    known = values[np.isfinite(values)]
+    if unit not in ("1", "rad") or name.split("_")[0] not in ANGULAR or not len(known):
+        return ""
+    others = [one for one in headings if _says_degrees(one) and one != column]
+    if not others or unit_said(column, name) is not None:
+        return ""
+    if np.ptp(known) < GUESSES.narrowest_deg:  # few machines move so little in degrees
+        return ""
+    read = "rad (or m)" if unit == "1" else "rad"
+    return (
+        f"{name} was read in {read}, and the heading '{others[0]}' says deg; if it is in degrees,"
+        f' --set "{name}={without_unit(column)}[deg]"'
+    )
+
+
+def _says_radians(heading: str) -> bool:
+    """Whether the unit of a heading is made of radians."""
+    return _units(heading) & RADIANS != set()
+
+
+def _says_degrees(heading: str) -> bool:
+    """Whether a heading is that of a motion in degrees; temp_deg is none."""
+    return read_name(heading).role in MOVES and _units(heading) & DEGREES != set()
+
+
+def _units(heading: str) -> set[str | None]:
+    """What a heading would say as that of an angle, and as that of a velocity."""
+    return {unit_said(heading, "position"), unit_said(heading, "velocity")}
+
+
+def turns(angle_rad: float) -> str:
+    """An angle [rad] as turns."""
+    return f"{angle_rad / (2.0 * np.pi):.3g} turns"
+
+
+def counts_like(values: FloatArray) -> bool:
+    """Whether values (n,) are whole numbers beyond a turn of degrees, as an encoder counts."""
+    known = np.abs(values[np.isfinite(values)])
+    return whole(values) and bool(np.max(known) > GUESSES.least_counts)
+
+
+def whole(values: FloatArray) -> bool:
+    """Whether there are values (n,), and all that are known are whole numbers."""
+    known = values[np.isfinite(values)]
+    return bool(len(known)) and bool((known == np.round(known)).all())
+
+
+def of_counts(name: str, column: str, unit: str, values: FloatArray) -> str:
+    """Why readings (n,) given in degrees are refused as counts; empty where they are none.
+
+    Commands may be whole degrees over many turns, readings of an angle hardly ever are.
+    """
+    if unit != "deg" or name.split("_")[0] not in READ or not counts_like(values):
+        return ""
+    return (
+        f"{name} is given in degrees, and '{column}' has only whole numbers, up to"
+        f" {np.nanmax(np.abs(values)):g}: these look like counts of an encoder. If it has 4096 a"
+        f' turn, type --set "{name}={column}*{GUESSES.count_rad}" (the rad of one count; the same'
+        f' for the command, if that is counted too); if they are degrees, "{name}={column}[deg]*1"'
+    )
+
+
+def other_motion(units: Mapping[str, str], motion: str) -> str:
+    """Why units cannot be those of an axis that turns (rotary) or slides (linear); empty if right.
+
+    units: of the columns of the contract, as they were said.
+    """
+    wrong, does = (LINEAR, "turns") if motion == "rotary" else (ROTARY, "slides")
+    other = "linear" if motion == "rotary" else "rotary"
+    for name, unit in units.items():
+        if name.split("_")[0] in ANGULAR and unit in wrong:
+            return (
+                f"{name} is in {unit}, and this axis {does} (motion: {motion} in the robot file);"
+                f" give its unit, or say motion: {other}"
+            )
+    return ""

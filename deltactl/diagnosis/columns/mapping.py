@@ -1,0 +1,172 @@
+"""Tables of others: their column names and units, brought to those of the contract.
+
+A mapping says for each contract column where it comes from:
+
+    columns:
+      t: {from: time_ms, scale: 0.001}
+      position: {from: angle, unit: deg}
+      distance: {value: 0.2}            # the same in every row
+    rate_hz: 50                         # instead of t: one row every 1/50 s
+    skip_lines: 3                       # lines before the heading
+    heading: [d]                        # names of the columns, where the file has none
+    separator: ";"
+    decimal: ","
+
+On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
+`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`). A column
+whose name holds a star, or ends like an offset, stands in quotes: `--set 'position="axis-1"'`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from deltactl.diagnosis.columns.units import IN_SI, SPEEDS, no_unit
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.explain import explain
+from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.recording.tables.cell import number
+from deltactl.recording.tables.flat import UNITS
+from deltactl.recording.tables.table_format import IN_OPTIONS, WIDE
+
+OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
+"""What `--set` takes beside columns; separators also by name: tab, space, spaces, comma,
+semicolon."""
+_OPTION = re.compile(
+    r"(?P<name>\w+)=(?:\"(?P<quoted>[^\"]+)\"|(?P<from>[^*+]+?))"
+    r"(\[(?P<unit>(?!\d+\])\w+|(rad|deg|m|mm)/s)\])?"
+    r"(\*(?P<scale>[-+]?[.\d]+([eE][-+]?\d+)?))?"
+    r"(?P<offset>[+-][.\d][.\deE+-]*)?"
+)
+
+
+class Source(StrictModel):
+    """One column: from where, in which unit, times what, plus what; or one value for all rows."""
+
+    from_: Annotated[str | None, Field(alias="from")] = None
+    """The column's name in the table; or give `value`."""
+    scale: float = 1.0
+    """What its numbers are multiplied by, beside their unit."""
+    offset: float = 0.0
+    """What is added to them then, in the unit of the column that it becomes."""
+    unit: str = "1"
+    """The unit of its numbers; 1: that of the column that it becomes."""
+    value: float | None = None
+    """The same in all rows, in place of a column."""
+
+    @model_validator(mode="after")
+    def _either(self) -> Source:
+        if (self.from_ is None) == (self.value is None):
+            raise ValueError("needs either `from` or `value`")
+        if self.unit not in IN_SI:
+            raise ValueError(no_unit(self.unit))
+        return self
+
+
+class Mapping(StrictModel):
+    """How a table of someone else becomes a recording."""
+
+    columns: dict[str, Source] = Field(default_factory=dict)
+    """Each column that the program knows, by name, and where it comes from."""
+    rate_hz: Annotated[float, Field(gt=0.0)] | None = None
+    """Rows a second, of a table without times."""
+    skip_lines: Annotated[int, Field(ge=0)] = 0
+    """So many lines before the heading are not read."""
+    heading: tuple[str, ...] = ()
+    """Names of the columns, of a table that has no line of them."""
+    separator: Annotated[str, Field(min_length=1, max_length=2)] | None = None
+    """A space stands for any run of spaces and tabs, two for two spaces or more; without it, what
+    makes the cells numbers."""
+    decimal: Literal[".", ","] | None = None
+    """What stands before the decimals of a number."""
+
+    @model_validator(mode="after")
+    def _known(self) -> Mapping:
+        for name in self.columns:
+            if name not in UNITS:
+                raise ValueError(f"columns: '{name}' must be one of {', '.join(UNITS)}")
+        if self.separator is not None and len(self.separator) > 1 and self.separator != WIDE:
+            raise ValueError("separator: must be one character, or two spaces")
+        return self
+
+
+def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:
+    """A mapping file with `--set` options laid over it. Raises ConfigError or MissingFile."""
+    mapping = Mapping() if path is None else Document.read(path).check(Mapping)
+    columns, changes = dict(mapping.columns), dict[str, Any]()
+    for option in options:
+        name, _, rest = option.partition("=")
+        if name in OF_THE_TABLE:
+            changes[name] = _of_the_table(name, rest, option)
+        else:
+            columns[name] = _source(option)
+    try:
+        return Mapping.model_validate(mapping.model_dump() | changes | {"columns": columns})
+    except ValidationError as error:
+        _, message = explain(Mapping, error, ())
+        raise ConfigError(f"--set: {message}") from None
+
+
+def _of_the_table(name: str, text: str, option: str) -> Any:
+    if name == "rate_hz":
+        return _number(text, option)
+    if name == "skip_lines":
+        return round(_number(text, option))
+    if name == "heading":
+        return tuple(part.strip() for part in text.split(","))
+    marks = {called: mark for mark, called in IN_OPTIONS.items()}
+    return marks.get(text, text)
+
+
+def _source(option: str) -> Source:
+    match = _OPTION.fullmatch(option.strip())
+    if match is None or match["name"] not in UNITS:
+        names = (*OF_THE_TABLE, *UNITS)
+        wanted = option.partition("=")[0].strip()
+        near = [] if wanted in names else difflib.get_close_matches(wanted, names, n=1)
+        near = [one for one in names if one == f"{wanted}_1"] or near  # the first motor's
+        meant = f" (did you mean {near[0]}?)" if near else ""
+        raise ConfigError(
+            f"--set {option}: must be NAME=COLUMN, NAME=COLUMN[unit], NAME=COLUMN*FACTOR+OFFSET or "
+            f"NAME=VALUE with NAME one of {', '.join(names)}{meant}"
+        )
+    unit = match["unit"] or "1"
+    if unit not in IN_SI:
+        raise ConfigError(f"--set {option}: {no_unit(unit)}")
+    if unit in SPEEDS and match["name"] != "velocity":
+        raise ConfigError(f"--set {option}: {unit} is a unit of velocity, not of {match['name']}")
+    given: dict[str, Any] = {} if match["unit"] is None else {"unit": unit}
+    scale = 1.0
+    if match["scale"] is not None:
+        given["scale"] = scale = _number(match["scale"], option)
+    offset = 0.0 if match["offset"] is None else _number(match["offset"], option)
+    named = match["quoted"] or match["from"].strip()
+    if match["quoted"] is None and (value := number(named)) is not None:
+        return Source(value=value * scale * IN_SI[unit] + offset)
+    return Source.model_validate({"from": named, "offset": offset, **given})
+
+
+def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
+    """What `--set` takes for a column; scale: None where no factor was given."""
+    # Of s and N nothing else is thought; rad and m are told apart from deg and mm.
+    told = IN_SI[unit] != 1.0 or (scale is None and unit in ("rad", "m"))
+    unit = f"[{unit}]" if told else ""
+    factor = "" if scale is None else f"*{scale:.12g}"
+    further = f"{unit}{factor}{f'{offset:+.12g}' if offset else ''}"
+    bare = f"{name}={column}{further}"
+    match = _OPTION.fullmatch(bare)
+    plain = match is not None and match["from"] == column and number(column) is None
+    return bare if plain else f'{name}="{column}"{further}'
+
+
+def _number(text: str, option: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ConfigError(f"--set {option}: '{text}' is not a number") from None

@@ -1,0 +1,285 @@
+"""What people call their columns: words of several trades and languages, and units in names."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+
+from deltactl.diagnosis.columns.units import CLOCKS, LINEAR, ROTARY, UNIT_OF, UNIT_WORDS, UNITS_OF
+
+WORDS: dict[str, str] = {
+    "t": "t time timestamp stamp timestamps zeit zeitstempel uhrzeit datetime temps tiempo sec "
+    "secs second seconds clock elapsed",
+    "command": "command cmd target setpoint set_point reference ref goal goal_position desired des "
+    "soll sollwert set set_pos setpos pos_set set_position consigne action demand goal_pos q_des "
+    "qd_ref commanded target_position commanded_position desired_position reference_position "
+    "x_ref pos_ref wanted goto objetivo obiettivo",
+    "position": "position pos angle theta actual measured encoder enc q ist istwert state present "
+    "present_position pos_fbk feedback fbk joint_position joint_pos winkel weg x "
+    "y_meas output resolver "
+    "actual_position measured_position observation laser encoderwert lage messwert gemessen "
+    "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star",
+    "velocity": "velocity vel speed omega dq qd rate geschwindigkeit drehzahl vitesse velocidad "
+    "velocita present_velocity",
+    "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
+    "spannung stellgroesse stellsignal moment kraft couple courant corriente corrente motorstrom "
+    "i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",
+    "load": "load payload external_force weight",
+    "distance": "distance truth true true_distance ground_truth reference_distance actual_distance "
+    "known_distance abstand entfernung distanz surveyed ruler",
+    "range": "range reading measured_distance tof lidar sensor sensor_distance ultrasonic dist "
+    "anzeige gemessene_entfernung vl53l0x vl53l1x",
+    "steps": "steps step counts count pulses pulse microsteps ticks step_count "
+    "schritte schritt schrittzahl zaehler impulse pas pasos passi",
+    "segment": "segment run trial stretch episode episode_index spot site",
+    "temp_c": "temp temperature temp_c",
+}
+"""Column of the contract -> words that stand for it, in lower case."""
+ROLE_OF = {word: role for role, words in WORDS.items() for word in words.split()}
+ROLES_IN_NAMES = frozenset(ROLE_OF)
+PULLS = frozenset(
+    [
+        "pull",
+        "load",
+        "torque",
+        "moment",
+        "nm",
+        "n",
+        "force",
+        "current",
+        "effort",
+        "tau",
+        "amps",
+        "ampere",
+        "kraft",
+    ]
+)
+"""Words of what pulls or drives, in names of columns that are not used."""
+_BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")
+"""What stands in brackets at the end and is no number, as that of a joint: position[0]."""
+_MILLI = re.compile(r"(?<![A-Za-z])(mA|mN|mNm)$")
+"""Units in which a capital begins no word."""
+_LAST = re.compile(r"(\w+)_([123xyz])")
+_NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
+_NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
+"""As q1_ref and joint_2_pos: what is numbered, the number, and which value of it."""
+SEEN = frozenset(["act", "meas", "mes", "fb", "fbk", "is"])
+"""Short words for what was measured, which say so only after a number."""
+OF_NO_USE = frozenset(
+    [
+        "accel", "acceleration", "beschleunigung", "gyro", "jerk", "error", "err", "ferror",
+        "fehler", "schleppfehler", "deviation", "abweichung", "duration", "direction",
+    ]
+)  # fmt: skip
+"""Words of what is neither asked for nor read, whatever else stands in the name: accel_x."""
+OF_JOINTS = frozenset(
+    [
+        "shoulder",
+        "elbow",
+        "wrist",
+        "pan",
+        "tilt",
+        "roll",
+        "pitch",
+        "yaw",
+        "gripper",
+        "joint",
+        "gelenk",
+        "angle",
+        "winkel",
+        "theta",
+        "angolo",
+        "angulo",
+    ]
+)
+"""Words of what turns."""
+_OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
+"""How LeRobot calls what a joint did and what it was told; where all joints stand together, below
+`action`, their values say more."""
+IS_PRESENT = "current"
+"""Also says that something is as it is now, before another word: current_position."""
+OUTSIDE = frozenset(
+    [
+        "torque", "force", "moment", "drehmoment", "kraft", "couple", "coppia",
+        "nm", "n", "ncm", "mnm",
+    ]
+)  # fmt: skip
+"""Words of an effort that may as well pull from outside; a current or a voltage never does."""
+OF_A_PART = frozenset(
+    ["wert", "motor", "achs", "achse", "axis", "ax", "gelenk", "joint", "arm", "servo", "mess"]
+)
+"""Words that say nothing by themselves, and stand in compounds: Sollwert, motorangle."""
+PHASES = frozenset(["i", "iq", "id", "u", "v", "w"])
+"""Letters that say, with a number and `act`, that a current or a voltage was measured."""
+_SHORTEST = 3
+"""Letters of a word in a compound."""
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """What a column's name says: its role, its unit, and a number or axis at its end."""
+
+    role: str | None
+    unit: str | None
+    index: str | None
+    asked: bool = False
+    """Whether it was asked for, which says something of an effort: others were measured."""
+    used: bool = True
+    """False of an acceleration, an error and the like, whatever its numbers look like."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A column of a file and what it is taken for; `why` says from what."""
+
+    source: str
+    role: str
+    index: str | None
+    unit: str | None
+    why: str
+    scale: float = 1.0
+    """How much of `unit` one of the column is."""
+
+    @property
+    def name(self) -> str:
+        """The column's name in the contract; velocity and others have none with a number."""
+        return self.role if self.index is None else f"{self.role}_{self.index}"
+
+
+def read_name(name: str, unit_line: str = "") -> Named:
+    """Take a name apart, as `Goal Angle 1 [deg]` or `joint1.pos_mm`."""
+    unit = UNIT_OF.get(unit_line.lower())
+    if bracketed := _BRACKETED.search(name):
+        unit = unit or UNIT_OF.get(bracketed[1].lower())
+        name = name[: bracketed.start()]
+    name = _plain_letters(name.strip())
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", _MILLI.sub(lambda at: at[0].lower(), name))
+    words = [word for word in re.split(r"[^0-9a-zµ°]+", plain.lower()) if word]
+    words = [part for word in words for part in _parts(word)]
+    if len(words) == 1 and words[0] in CLOCKS:
+        return Named("t", UNIT_OF[words[0]], None)
+    words, ending = _without_unit(words)
+    unit = unit or ending
+    if OF_NO_USE.intersection(words):
+        return Named(None, unit, None, used=False)
+    role, index = _role(words), None
+    whole = "_".join(words)
+    stem, number = list[str](), None
+    if (numbered := _NUMBERED.match(whole)) and numbered[1]:
+        stem, number = numbered[1].split("_"), numbered[2]
+    elif whole not in ROLE_OF and (inside := _NUMBERED_INSIDE.match(whole)):
+        after = inside[3].split("_")
+        stem, number = [*inside[1].split("_"), *after], inside[2]
+        stem = stem if (set(ROLE_OF) | SEEN).intersection(after) else []
+        if SEEN.intersection(after) and _role(stem) is None and stem[0] not in PHASES:
+            role, index = "position", number
+    stem = [word for word in stem if word]
+    if (stemmed := _role(stem)) is not None:
+        role, index = stemmed, number
+    elif SEEN.intersection(stem) and not set(stem) - SEEN - OF_A_PART:
+        role, index = "position", number
+    if role == "steps" and unit in (*LINEAR, *ROTARY):
+        role = "command"  # a counter that is read in mm
+    asked = "command" in {ROLE_OF.get(word) for word in words}
+    return Named(role, unit, index, asked)
+
+
+def of_contract(name: str) -> tuple[str, str | None]:
+    """The role and the number or axis of a column of the contract: status_x, t_pwm, position."""
+    numbered = _LAST.fullmatch(name)
+    return (numbered[1], numbered[2]) if numbered else (name, None)
+
+
+def _plain_letters(name: str) -> str:
+    """A name with its umlauts written out and without accents: Zähler is Zaehler."""
+    for letter, written in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss")):
+        name = name.replace(letter, written)
+    return "".join(
+        one for one in unicodedata.normalize("NFD", name) if not unicodedata.combining(one)
+    )
+
+
+def _parts(word: str) -> list[str]:
+    """The words of a compound, both of which are known: targetpos, Schrittzaehler, Sollwinkel."""
+    known = ROLE_OF.keys() | SEEN | OF_A_PART
+    if word in known:
+        return [word]
+    for at in range(_SHORTEST, len(word) - _SHORTEST + 1):
+        if word[:at] in known and word[at:] in known and ROLE_OF.keys() & {word[:at], word[at:]}:
+            return [word[:at], word[at:]]
+    return [word]
+
+
+def _without_unit(words: list[str]) -> tuple[list[str], str | None]:
+    """Words less a unit at their end, as in q_deg, dq_rad_s and dq_mm_per_s; and the unit."""
+    for end in (["per", "s"], ["s"]):
+        stem = words[: -len(end)]
+        if words[-len(end) :] == end and len(stem) > 1 and stem[-1] in UNIT_OF:
+            speed = f"{UNIT_OF[stem[-1]]}/s"
+            if speed in UNIT_WORDS:
+                return stem[:-1], speed
+    if len(words) > 1 and words[-1] in UNIT_OF:
+        return words[:-1], UNIT_OF[words[-1]]
+    return words, None
+
+
+def unit_said(heading: str, name: str) -> str | None:
+    """The unit that a heading says of a column of the contract; None where it says none that such
+    a column has, as `_s` of a position.
+    """
+    unit = read_name(heading).unit
+    role = re.sub(r"_[123xyz]$", "", name)
+    if role == "velocity" and unit is not None:
+        unit = f"{unit}/s" if f"{unit}/s" in UNIT_WORDS else unit
+    return unit if unit in UNITS_OF.get(role, ()) else None
+
+
+def without_unit(name: str) -> str:
+    """A column's name without a unit in brackets at its end."""
+    return _BRACKETED.sub("", name)
+
+
+def is_of_joint(name: str) -> bool:
+    """Whether a name says that it is an angle, or is that of a joint that turns."""
+    return not OF_JOINTS.isdisjoint(_in_words(name))
+
+
+def is_of_data_joint(name: str) -> bool:
+    """Whether a joint's name is written as in LeRobot, `shoulder_pan.pos`: in degrees."""
+    return _OF_DATA.fullmatch(name) is not None and is_of_joint(name)
+
+
+def pulls(name: str) -> bool:
+    """Whether a name sounds like a load, a torque or a current, as `pull_Nm` does."""
+    return not PULLS.isdisjoint(_in_words(name))
+
+
+def may_be_outside(name: str) -> bool:
+    """Whether a name says torque or force, which a drive gives and a weight does too."""
+    return not OUTSIDE.isdisjoint(_in_words(name))
+
+
+def _in_words(name: str) -> list[str]:
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)
+    return re.split(r"[^a-z]+", f"{name} {plain}".lower())
+
+
+def _role(words: list[str]) -> str | None:
+    """The whole name first, then its words from the last to the first."""
+    whole = "_".join(words)
+    if whole in ROLE_OF:
+        return ROLE_OF[whole]
+    known = [word for word in words if word in ROLE_OF]
+    if IS_PRESENT in known[:-1]:
+        known.remove(IS_PRESENT)
+    found = [ROLE_OF[word] for word in reversed(known)]
+    if "command" in found and "velocity" in found:
+        return None  # a speed that was asked for: of no use here
+    if "command" in found and "effort" in found:
+        return "effort"
+    # A target_position is a command, a measured_distance a range: the qualifier decides.
+    for strong in ("t", "command", "velocity", "effort", "steps", "range"):
+        if strong in found:
+            return strong
+    return found[0] if found else None

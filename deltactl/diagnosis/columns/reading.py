@@ -1,0 +1,227 @@
+"""A table or a log read through a mapping, with the units that its headings say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Mapping as AnyMapping
+from pathlib import Path
+
+import numpy as np
+
+from deltactl.diagnosis.columns.doubts import doubt, of_counts, of_degrees, of_radians
+from deltactl.diagnosis.columns.mapping import Mapping, Source
+from deltactl.diagnosis.columns.missing import no_column, no_time, other_separator
+from deltactl.diagnosis.columns.names import Guess, unit_said, without_unit
+from deltactl.diagnosis.columns.options import GUESSES
+from deltactl.diagnosis.columns.units import IN_SI, LINEAR, PULLING, ROTARY, TIMES
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.foundation.counting import count
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
+from deltactl.recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
+from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
+from deltactl.recording.tables.table_format import guess_marks, marks_said
+
+MOVING = frozenset(
+    name for name in UNITS if name.split("_")[0] in ("command", "steps", "theta", "pos", "position")
+)
+"""What is asked of machines that move, and comes of it."""
+
+
+def read_mapped(
+    path: Path, mapping: Mapping, tell: Callable[[str], None] = lambda _: None
+) -> FlatRecording:
+    """Read a table or a log through a mapping; columns that it does not name keep theirs.
+
+    tell: takes a sentence for whatever was found in the file and nobody said: a separator other
+    than the comma, a unit in a heading. Raises RecordingError that says which column is missing
+    and what could stand for it.
+    """
+    lines: list[int] = []
+    table = _table(path, mapping, tell, lines)
+    rows = len(next(iter(table.values())))
+    named: dict[str, FloatArray] = {}
+    used: set[str] = set()
+    for name, source in mapping.columns.items():
+        if source.value is not None:
+            named[name] = np.full(rows, source.value)
+            continue
+        column = named_column(path, table, name, source)
+        used.add(column)
+        unit = unit_of(path, column, name, source)
+        if IN_SI[unit] != IN_SI[source.unit]:
+            tell(f"{path.name}: {name} is read in {unit}, as the heading '{column}' says")
+        if "scale" not in source.model_fields_set:
+            if why := of_counts(name, column, unit, table[column]):
+                raise RecordingError(f"{path}: {why}")
+            if why := (
+                doubt(name, column, unit, table[column])
+                or of_degrees(name, column, unit, table[column], table)
+            ):
+                tell(f"{path.name}: {why}")
+            if why := of_radians(name, column, unit, table[column], table):
+                tell(f"{path.name}: {why}")
+        _tell_gaps(path, column, table[column], lines, tell)
+        factor = source.scale * IN_SI[unit]
+        named[name] = table[column] * factor + source.offset
+    timed = "t" in named or mapping.rate_hz is None
+    for name, values in table.items():
+        if name not in used and name not in named and (timed or name != "t"):
+            named[name] = values
+    if "t" not in named:
+        rate_hz = mapping.rate_hz or _without_times(path, set(named), list(table), tell)
+        named["t"] = np.arange(rows) / rate_hz
+    t_s = _going_on(named.pop("t"), named.get("segment"))
+    return from_columns({"t": t_s, **named}, str(path), lines or None)
+
+
+def _tell_gaps(
+    path: Path,
+    column: str,
+    values: FloatArray,
+    lines: Sequence[int],
+    tell: Callable[[str], None],
+) -> None:
+    """Say which cells of a column hold no number, where that is no habit of the log."""
+    empty = np.flatnonzero(np.isnan(values))
+    if 0 < len(empty) < GUESSES.seldom_empty * len(values):
+        many = len(empty) > 1
+        cells, hold = count(len(empty), "cell"), "hold" if many else "holds"
+        first = int(empty[0])
+        place = f"line {lines[first]}" if lines else f"row {first + 1}"
+        where = f"{'the first in ' if many else ''}{place}"
+        tell(f"{path.name}: read without {cells} of '{column}' that {hold} no number ({where})")
+
+
+def _without_times(
+    path: Path, named: set[str], there: list[str], tell: Callable[[str], None]
+) -> float:
+    """Rows per second of a table that says none: one, of a ranging sensor beside a ruler.
+
+    Raises RecordingError where times are needed.
+    """
+    if not needs_no_times(named):
+        raise no_time(path, there)
+    tell(f"{path.name}: has no times, and a ranging sensor needs none: rows count as one a second")
+    return 1.0
+
+
+def needs_no_times(named: Collection[str]) -> bool:
+    """Whether columns are those of a ranging sensor alone, of which every row stands for itself."""
+    return {"distance", "range"} <= set(named) and not MOVING & set(named)
+
+
+def _table(
+    path: Path, mapping: Mapping, tell: Callable[[str], None], lines: list[int]
+) -> dict[str, AnyArray]:
+    """The file's own columns: of a log, a Parquet file, or any text with separators.
+
+    lines: gets the line of each row, of a file that has lines.
+    """
+    if is_log(path):
+        sources = [mapping.columns[name].from_ for name in ("t", *mapping.columns)
+                   if name in mapping.columns]  # fmt: skip
+        topics = [topic_of(source) for source in sources if source is not None]
+        table = read_log(path, next(filter(None, topics), None))
+        return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}
+    if is_parquet(path):
+        return read_parquet_table(path)
+    separator, decimal = _marks(path, mapping, tell)
+    other = other_separator(path, mapping.separator)
+    try:
+        table = read_table(
+            path, mapping.skip_lines, mapping.heading, separator, decimal,
+            tell=lambda words: tell(f"{path.name}: {words}"), lines_of=lines,
+        )  # fmt: skip
+    except RecordingError as error:
+        if other:
+            raise RecordingError(f"{path}: {other}") from None
+        raise RecordingError(
+            f"{error}; how it can be read: deltactl diagnose --inspect {path}"
+        ) from None
+    if other and len(table) == 1:
+        raise RecordingError(f"{path}: {other}")
+    return table
+
+
+def _marks(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> tuple[str, str]:
+    """Separator and decimal mark: as they are said, else as the file shows them."""
+    if mapping.separator is not None and mapping.decimal is not None:
+        return mapping.separator, mapping.decimal
+    try:
+        marks = guess_marks(path, mapping.separator, mapping.decimal)
+    except RecordingError:  # which whoever reads the cells says better
+        return mapping.separator or ",", mapping.decimal or "."
+    if marks != (mapping.separator or ",", mapping.decimal or "."):
+        tell(f"{path.name}: is read with {marks_said(*marks)}")
+    return marks
+
+
+def _going_on(t_s: FloatArray, segment: FloatArray | None) -> FloatArray:
+    """Times that start again with every segment, laid one behind the other with a gap between."""
+    if segment is None or len(t_s) < 3:
+        return t_s
+    step = np.diff(t_s)
+    back = (step <= 0.0) & (np.diff(segment) != 0.0)
+    gap = 2.0 * GAP_PERIODS * float(np.median(step))
+    shift = np.concatenate([[0.0], np.cumsum(np.where(back, gap - step, 0.0))])
+    going_on: FloatArray = t_s + shift
+    return going_on
+
+
+def named_column(path: Path, table: AnyMapping[str, AnyArray], name: str, source: Source) -> str:
+    """The column of this name, the only one called so before a unit in brackets, or the one at a
+    place among joints with names (action.2).
+
+    Raises RecordingError that lists what is there.
+    """
+    assert source.from_ is not None
+    if source.from_ in table:
+        return source.from_
+    alike = [column for column in table if without_unit(column) == source.from_]
+    alike = alike or _at_place(table, source.from_)
+    if len(alike) != 1:
+        raise no_column(path, name, source.from_, list(table))
+    return alike[0]
+
+
+def _at_place(table: Iterable[str], wanted: str) -> list[str]:
+    """The column that `stem.2` means where the columns of a stem are called otherwise."""
+    stem, _, place = wanted.rpartition(".")
+    of_stem = [column for column in table if column.startswith(f"{stem}.")]
+    return of_stem[int(place) : int(place) + 1] if stem and place.isdecimal() else []
+
+
+def unit_of(path: Path, column: str, name: str, source: Source) -> str:
+    """The unit that was given; else the one that the heading says.
+
+    Raises RecordingError where both are said and are not the same. A factor that was given, 1 too,
+    is taken as it stands.
+    """
+    heading = unit_said(column, name)
+    if "scale" in source.model_fields_set:
+        return source.unit
+    if "unit" not in source.model_fields_set:
+        return heading or "1"
+    if heading is not None and _contradict(heading, source.unit):
+        plain = without_unit(column)
+        raise RecordingError(
+            f"{path}: {name} is given in {source.unit}, and the heading '{column}' says {heading};"
+            f' type --set "{name}={plain}[{heading}]", or, where the heading is wrong,'
+            f' --set "{name}={plain}[{source.unit}]*1"'
+        )
+    return source.unit
+
+
+def _contradict(heading: str, given: str) -> bool:
+    """Whether two units differ in size; a single letter (theta_m: of the motor) may be no unit."""
+    if IN_SI[heading] == IN_SI[given]:
+        return False
+    alike = any(heading in units and given in units for units in (TIMES, ROTARY, LINEAR, PULLING))
+    return alike or len(heading) > 1
+
+
+def against_heading(guess: Guess) -> bool:
+    """Whether a column is taken in another unit than its heading says, which needs a factor."""
+    heading = unit_said(guess.source, guess.name)
+    return None not in (heading, guess.unit) and _contradict(heading or "1", guess.unit or "1")

@@ -1,0 +1,141 @@
+"""How many independent readings a recording holds: a saturated residual, counted by its memory.
+
+558 filtered readings of one joint told as much as 20. What a rich model leaves is correlated,
+some of it is model discrepancy that no effect explains; a likelihood that takes it for
+independent noise is sure of everything. So the likelihood is tempered: the variance is
+multiplied by the integrated
+autocorrelation time of that residual (Sokal 1997, Monte Carlo Methods in Statistical Mechanics,
+section 3), for each kind of row by itself (at rest and in motion, each joint).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from deltactl.diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
+from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.foundation.scatter import MAD_TO_SIGMA
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TemperedNoise:
+    """Whitening of (n,) or (n, k) to the rows that count, each in tempered standard deviations."""
+
+    rows: IntArray
+    scale: FloatArray
+    """(m,) weight / (sigma sqrt(tau)) of each row."""
+    sigma: FloatArray
+    """(m,) standard deviation of one reading."""
+    tau: float
+    """Readings that tell as much as one independent one."""
+    count: float
+    """Readings, those that repeat a rounded value counted once."""
+
+    def whiten(self, values: FloatArray) -> FloatArray:
+        """Rows that count, in standard deviations."""
+        chosen = values[self.rows]
+        white: FloatArray = chosen * (self.scale if chosen.ndim == 1 else self.scale[:, None])
+        return white
+
+    @property
+    def untempered(self) -> TemperedNoise:
+        """The same as if all readings were independent: for the best fit, not for its evidence."""
+        return replace(self, scale=self.scale * np.sqrt(self.tau), tau=1.0)
+
+    @property
+    def effective(self) -> float:
+        """Effective number of readings."""
+        return self.count / self.tau
+
+
+def spare(effective: float, fitted: int) -> float:
+    """Independent readings that tell how large the noise is, with so many sizes fitted: sizes that
+    a prior holds do not take a whole reading each, so at most a share of all is taken.
+    """
+    return max(effective - min(fitted, EVIDENCE.most_taken * effective), 1.0)
+
+
+def tempered(
+    residual: FloatArray, rows: IntArray, groups: IntArray, kinds: IntArray, noises: IntArray,
+    least: float, fitted: int = 0, once: IntArray | None = None, took: FloatArray | None = None,
+) -> TemperedNoise:  # fmt: skip
+    """Noise of a saturated residual (n,).
+
+    kinds: (n,) among which single readings stand out. noises: (n,) which have the noise of the
+    noisiest kind among them. least: standard deviation of rounding, below which no noise is
+    believed. fitted: numbers the saturated model took. once: (m,) number of the run of equal values
+    each row lies in. took: (m, p) the model's shapes in standard deviations of the noise and of
+    their sizes, where what they took of noise with a memory is to be given back.
+    """
+    left = residual[rows]
+    if once is None:
+        once = np.arange(len(rows))
+    single = 1.0 / np.sqrt(np.bincount(once)[once])
+    weight = spike_weights(left, kinds[rows]) * single
+    sigma = np.empty(len(rows))
+    for kind in np.unique(kinds[rows]):
+        own = kinds[rows] == kind
+        power = np.sum((weight[own] * left[own]) ** 2) / max(float(np.sum(weight[own] ** 2)), 1.0)
+        sigma[own] = max(float(np.sqrt(power)), least)
+    for noise in np.unique(noises[rows]):
+        own = noises[rows] == noise
+        sigma[own] = float(sigma[own].max())
+    sigma = np.maximum(sigma, EVIDENCE.least_of_largest * float(sigma.max()))
+    standard = left / sigma
+    count = float(once[-1]) + 1.0
+    new = np.concatenate([[True], np.diff(once) > 0])
+    apart = groups[rows][new]
+    most = EVIDENCE.clipped_at
+    tau = float(autocorrelation_times(np.clip(standard[new], -most, most)[:, None], apart)[0])
+    if took is not None and took.shape[1]:
+        back = given_back(took[new] / single[new, None], apart, tau)
+        sigma = sigma * np.sqrt(min(back.variance, EVIDENCE.most_given_back))
+        tau = tau * back.memory
+    tau = min(tau, max(count / EVIDENCE.fewest_effective, 1.0))
+    if took is None:
+        sigma = sigma * np.sqrt(count / tau / spare(count / tau, fitted))
+    return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count)
+
+
+def runs_of_one_value(
+    values: FloatArray, expected: FloatArray, groups: IntArray, rows: IntArray
+) -> IntArray:
+    """Number (m,) of the run of equal rounded values that each row lies in; a run tells once.
+
+    While a machine stands, rounding is off by the same amount each time: nothing new is told. Where
+    what is expected (n,) leaps, a machine that still stands says how late it is.
+    """
+    chosen, group, moved = values[rows], groups[rows], np.abs(np.diff(expected[rows]))
+    leap = moved > max(EVIDENCE.leap * float(np.ptp(expected[rows])), 1e-300)
+    new = (np.diff(chosen) != 0.0) | (np.diff(group) != 0) | leap
+    number: IntArray = np.concatenate([[0], np.cumsum(new)]).astype(np.intp)
+    return number
+
+
+def spike_weights(left: FloatArray, kinds: IntArray) -> FloatArray:
+    """Weights (m,) that take single readings far off their neighbours down, Huber's way.
+
+    kinds: (m,) a reading is held against those of its kind, and all: a machine that comes after its
+    command within a few samples leaves spikes in every move and none at rest, and these say how
+    late it is. What lasts for several readings is signal, however large.
+    """
+    weight = np.ones(len(left))
+    if len(left) < EVIDENCE.median_over:
+        return weight
+    off = np.abs(left - median_filter(left, EVIDENCE.median_over, mode="nearest"))
+    of_all = _usual(off)
+    for kind in np.unique(kinds):
+        own = kinds == kind
+        usual = max(of_all, _usual(off[own]))
+        weight[own] = EVIDENCE.spike_limit * usual / np.maximum(off[own], 1e-300)
+    return np.where(weight < EVIDENCE.spike_weight, weight, 1.0)
+
+
+def _usual(off: FloatArray) -> float:
+    """How far a reading usually is off its neighbours."""
+    large = EVIDENCE.spike_share * float(np.quantile(off, EVIDENCE.spike_quantile))
+    return max(MAD_TO_SIGMA * float(np.median(off)), large, 1e-300)

@@ -1,0 +1,295 @@
+"""The evidence of one set of regressors: Laplace's approximation around its best fit.
+
+-2 log p(y | M) = chi2 + theta' S^-2 theta + log det(I + S J'J S), theta the linear sizes and the
+nonlinear ones, S their prior spreads, readings whitened and counted by their effective number
+(MacKay 2003, Information Theory, Inference and Learning Algorithms, chapter 28). Linear sizes are
+solved for at each value of the nonlinear ones (variable projection, Golub and Pereyra 1973).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise
+from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
+from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
+
+Point = dict[str, float]
+Named = tuple[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explanation:
+    """A set of regressors at its best sizes.
+
+    linear: key -> coefficients (k,). residual: (n,) in the unit of the readings.
+    chi2: of the whitened rows alone. penalised: with the priors of the sizes.
+    tangent: (m, p) whitened shapes times prior spread; names: of its columns, `key.size`.
+    log_evidence: with the prior odds of the set.
+    """
+
+    keys: frozenset[str]
+    sizes: Point
+    linear: dict[str, FloatArray]
+    predicted: FloatArray
+    residual: FloatArray
+    chi2: float
+    penalised: float
+    log_evidence: float
+    tangent: FloatArray
+    names: tuple[str, ...]
+    spreads: FloatArray
+    white: FloatArray
+    """Whitened residual (m,)."""
+    free_count: int
+
+
+class Laplace:
+    """Evaluates sets of regressors of one plant under one noise; remembers what it evaluated."""
+
+    def __init__(self, plant: RegressionPlant, noise: TemperedNoise, before: Laplace | None = None):
+        """before: the same under an earlier noise, whose sizes are where the fits begin."""
+        self.plant, self.noise, self._before = plant, noise, before
+        self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
+        self._free = plant.free()
+        self._known: dict[frozenset[str], Explanation] = {}
+
+    @property
+    def evaluated(self) -> list[Explanation]:
+        """Every set that was evaluated."""
+        return list(self._known.values())
+
+    def __contains__(self, keys: frozenset[str]) -> bool:
+        return keys in self._known
+
+    def __call__(self, keys: Iterable[str], start_from: Sequence[Explanation] = ()) -> Explanation:
+        """The best fit of a set; starts: from explanations of parts of it, and of more than it."""
+        wanted = frozenset(keys)
+        if wanted not in self._known:
+            self._known[wanted] = self._best(wanted, start_from)
+        elif (found := self._cheaper(wanted, start_from)) is not None:
+            self._known[wanted] = found
+        return self._known[wanted]
+
+    def held_at(self, keys: frozenset[str], sizes: Point) -> Explanation:
+        """A set with its nonlinear sizes as they are known from elsewhere."""
+        return self._explanation(keys, sizes)
+
+    def _cheaper(
+        self, keys: frozenset[str], start_from: Sequence[Explanation]
+    ) -> Explanation | None:
+        """A fit of a known set that begins where a larger set ended; None where none is better.
+
+        Else a set seems to need what only helped its fit to a better minimum.
+        """
+        known, moved = self._known[keys], self._moved(keys)
+        points = [_less(part, keys) for part in start_from if part.keys > keys and moved]
+        if not points or not np.isfinite(known.log_evidence):
+            return None
+        costs = [self._solve(keys, point)[0] for point in points]
+        if min(costs) > known.penalised - EVIDENCE.fit_gain:
+            return None
+        _, point = self._descend(keys, points[int(np.argmin(costs))], moved)
+        return self._explanation(keys, point)
+
+    def _best(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> Explanation:
+        points = self._starts(keys, start_from)
+        moved = self._moved(keys)
+        if self._before is not None and keys in self._before:
+            points = [[self._before(keys).sizes]]
+        points += [[_less(part, keys)] for part in start_from if part.keys > keys]
+        if not moved:
+            return self._explanation(keys, points[0][0])
+        chosen = {self._cheapest(keys, some) for some in points if some}
+        fits = [self._descend(keys, dict(point), moved) for point in sorted(chosen)]
+        return self._explanation(keys, min(fits, key=lambda fit: fit[0])[1])
+
+    def _cheapest(self, keys: frozenset[str], points: Sequence[Point]) -> tuple[Named, ...]:
+        costs = [self._solve(keys, point)[0] for point in points]
+        return tuple(sorted(points[int(np.argmin(costs))].items()))
+
+    def _moved(self, keys: frozenset[str]) -> list[tuple[str, Size]]:
+        return [
+            (f"{key}.{size.name}", size)
+            for key in sorted(keys)
+            for size in self.by_key[key].sizes
+            if size.smooth
+        ]
+
+    def _starts(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> list[list[Point]]:
+        """For each part of the set that is known: its sizes, and every start of what is new."""
+        parts: list[Explanation | None] = [part for part in start_from if part.keys <= keys]
+        parts = parts or [None]
+        found: list[list[Point]] = []
+        for part in parts:
+            known = {} if part is None else dict(part.sizes)
+            left = self.plant.observed - self.plant.base(frozenset(), {})
+            left = left if part is None else part.residual
+            points: list[Point] = [known]
+            for key in sorted(keys):
+                if not self.by_key[key].sizes or (part is not None and key in part.keys):
+                    continue
+                starts = self.plant.starts(key, left)
+                points = [{**point, **start} for point in points for start in starts]
+            found.append(points)
+        return found
+
+    def _descend(
+        self, keys: frozenset[str], point: Point, moved: list[tuple[str, Size]]
+    ) -> tuple[float, Point]:
+        """Damped Gauss-Newton in the nonlinear sizes, within their bounds."""
+        cost, left = self._solve(keys, point)
+        damping = 1e-2
+        for _ in range(EVIDENCE.most_fit_steps):
+            slopes = np.stack([self._slope(keys, point, left, m) for m in moved], axis=1)
+            gradient, gram = slopes.T @ left, slopes.T @ slopes
+            scale = np.diag(gram) + 1e-12
+            able = _able(point, moved, gradient)
+            for _ in range(5):
+                step = np.zeros(len(moved))
+                damped = (gram + damping * np.diag(scale))[np.ix_(able, able)]
+                step[able] = -np.linalg.solve(damped, gradient[able])
+                new = self._stepped(point, moved, step)
+                new_cost, new_left = self._solve(keys, new)
+                if new_cost < cost:
+                    break
+                damping *= 6.0
+            else:
+                return cost, point
+            gained, cost, point, left = cost - new_cost, new_cost, new, new_left
+            damping = max(damping / 10.0, 1e-6)
+            if gained < EVIDENCE.fit_gain:
+                break
+        return cost, point
+
+    @staticmethod
+    def _stepped(point: Point, moved: list[tuple[str, Size]], step: FloatArray) -> Point:
+        new = dict(point)
+        for (name, size), change in zip(moved, step, strict=True):
+            at = new[name] + float(np.clip(change, -0.5, 0.5)) * size.spread
+            new[name] = float(np.clip(at, size.low, size.high))
+        return new
+
+    def _slope(
+        self, keys: frozenset[str], point: Point, left: FloatArray, moved: tuple[str, Size]
+    ) -> FloatArray:
+        """Change of the projected residual per prior spread of one nonlinear size."""
+        name, size = moved
+        step = size.step if point[name] + size.step <= size.high else -size.step
+        _, other = self._solve(keys, {**point, name: point[name] + step})
+        slope: FloatArray = (other - left) * (size.spread / step)
+        return slope
+
+    def _solve(self, keys: frozenset[str], point: Point) -> tuple[float, FloatArray]:
+        """Penalised cost and the vector (m + p + q,) whose square it is."""
+        _, white, shapes = self._whitened(keys, point)
+        theta = most_probable(white, shapes)
+        penalties = np.array(
+            [point[name] / size.spread for name, size in self._moved(keys) if size.prior == "half"]
+        )
+        parts = [white - shapes @ theta, theta, penalties]
+        left = np.concatenate(parts)
+        return float(left @ left), left
+
+    def _columns(self, keys: frozenset[str], base: FloatArray, point: Point) -> list[Columns]:
+        return [self._free, *(self.plant.columns(key, base, point) for key in sorted(keys))]
+
+    def _whitened(
+        self, keys: frozenset[str], point: Point
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        base = self.plant.base(keys, point)
+        white = self.noise.whiten(self.plant.observed - base)
+        columns = [c for c in self._columns(keys, base, point) if c.values.shape[1]]
+        if not columns:
+            return base, white, np.zeros((len(white), 0))
+        shapes = np.concatenate([self.noise.whiten(c.values) * c.spread for c in columns], axis=1)
+        return base, white, shapes
+
+    def _explanation(self, keys: frozenset[str], point: Point) -> Explanation:
+        base, white, shapes = self._whitened(keys, point)
+        columns = self._columns(keys, base, point)
+        theta = most_probable(white, shapes)
+        left = white - shapes @ theta
+        moved = self._moved(keys)
+        _, whole = self._solve(keys, point)
+        slopes = [(self._slope(keys, point, whole, m))[: len(white)] for m in moved]
+        tangent = np.concatenate([shapes, *(s[:, None] for s in slopes)], axis=1)
+        spreads = np.concatenate([c.spread for c in columns] + [[m[1].spread for m in moved]])
+        predicted, linear, names, first = base.copy(), {}, [], 0
+        for key, c in zip(("", *sorted(keys)), columns, strict=True):
+            count = c.values.shape[1]
+            size = theta[first : first + count] * c.spread
+            if count:
+                predicted = predicted + c.values @ size
+            linear[key] = size
+            given = c.names or tuple(str(i) for i in range(count))
+            names += [f"{key}.{name}" for name in given]
+            first += count
+        names += [name for name, _ in moved]
+        priors = sum(
+            (point[name] / size.spread) ** 2 for name, size in moved if size.prior == "half"
+        )
+        penalised = float(left @ left + theta @ theta + priors)
+        occam = float(np.linalg.slogdet(np.eye(tangent.shape[1]) + tangent.T @ tangent)[1])
+        chosen = sum(
+            2.0 * np.log(size.choices)
+            for key in keys
+            for size in self.by_key[key].sizes
+            if not size.smooth
+        )
+        halves = self._within(keys, point, tangent, moved)
+        odds = sum(self.by_key[key].log_odds for key in keys)
+        odds += self.plant.further_odds(keys, linear)
+        if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
+            odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
+        return Explanation(
+            keys=keys, sizes=point, linear=linear, predicted=predicted,
+            residual=self.plant.observed - predicted, chi2=float(left @ left),
+            penalised=penalised,
+            log_evidence=odds - 0.5 * (penalised + occam + chosen - halves),
+            tangent=tangent, names=tuple(names), spreads=spreads, white=left,
+            free_count=self._free.values.shape[1],
+        )  # fmt: skip
+
+    @staticmethod
+    def _within(
+        keys: frozenset[str], point: Point, tangent: FloatArray, moved: list[tuple[str, Size]]
+    ) -> float:
+        """2 log of how much of each half-normal size's Gaussian lies above zero, doubled."""
+        if not moved:
+            return 0.0
+        covariance = np.linalg.inv(np.eye(tangent.shape[1]) + tangent.T @ tangent)
+        own = np.sqrt(np.diag(covariance))[-len(moved) :]
+        total = 0.0
+        for (name, size), spread in zip(moved, own, strict=True):
+            if size.prior == "half":
+                total += 2.0 * np.log(2.0 * ndtr(point[name] / (size.spread * spread)))
+        return float(total)
+
+
+def _able(point: Point, moved: list[tuple[str, Size]], gradient: FloatArray) -> BoolArray:
+    """Which sizes may move, (k,): one at its bound that would go beyond it stays there, and what
+    others do for it has to be theirs.
+    """
+    at = np.array([point[name] for name, _ in moved])
+    low, high = np.array([[size.low, size.high] for _, size in moved]).T
+    stuck: BoolArray = ((at <= low) & (gradient > 0.0)) | ((at >= high) & (gradient < 0.0))
+    return ~stuck
+
+
+def most_probable(white: FloatArray, shapes: FloatArray) -> FloatArray:
+    """Sizes (p,) of whitened shapes (m, p), each times its prior spread, given values (m,)."""
+    gram = shapes.T @ shapes
+    theta: FloatArray = np.linalg.solve(gram + np.eye(len(gram)), shapes.T @ white)
+    return theta
+
+
+def _less(explanation: Explanation, keys: frozenset[str]) -> Point:
+    """The nonlinear sizes that a smaller set has of an explanation."""
+    sizes = explanation.sizes
+    return {name: size for name, size in sizes.items() if name.split(".")[0] in keys}

@@ -1,0 +1,57 @@
+"""The noise of a regression plant: what a saturated set leaves, by its effective number.
+
+The saturated set has every named shape and spline terms over each covariate. What even that leaves
+is measurement noise and model discrepancy; both are in the likelihood.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise, runs_of_one_value, tempered
+from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
+from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.regression import RegressionPlant
+
+
+def saturated_noise(plant: RegressionPlant) -> TemperedNoise:
+    """From the saturated set, beginning with the whole mismatch as noise."""
+    keys = frozenset(r.key for r in plant.regressors if r.saturated and not r.left_over)
+    noise = _of_residual(plant, plant.observed - plant.base(frozenset(), {}))
+    for _ in range(EVIDENCE.tempering_rounds):
+        fit = Laplace(plant, noise.untempered)(keys)
+        noise = _of(plant, fit)
+    return noise
+
+
+def noise_beyond(
+    plant: RegressionPlant, best: Explanation, left_over: bool = False
+) -> TemperedNoise:
+    """The same once a better set is known: with everything in it, or spline terms, as well."""
+    wide = {r.key for r in plant.regressors if r.left_over if left_over}
+    wide |= {r.key for r in plant.regressors if r.saturated and not r.left_over and not left_over}
+    keys = frozenset(wide) | best.keys
+    fit = Laplace(plant, _of(plant, best).untempered)(keys, [best])
+    return _of(plant, fit, left_over)
+
+
+def _of(plant: RegressionPlant, fit: Explanation, left_over: bool = False) -> TemperedNoise:
+    """Of what a fit leaves. What it took of noise with a memory is given back where that is seen:
+    under spline terms, which follow anything slow, and of sensors that average their readings. What
+    a chain of nonlinear parts leaves of an encoder's reading is discrepancy, which no fit takes.
+    """
+    took = fit.tangent if left_over or plant.averages else None
+    return _of_residual(plant, fit.residual, fit.tangent.shape[1], took)
+
+
+def _of_residual(
+    plant: RegressionPlant, residual: FloatArray, fitted: int = 0, took: FloatArray | None = None
+) -> TemperedNoise:
+    expected, rows, groups = plant.base(frozenset(), {}), plant.rows, plant.groups
+    mismatch = (plant.observed - expected)[rows]
+    least = max(EVIDENCE.least_noise_share * float(np.std(mismatch)), plant.rounding, 1e-15)
+    rounded = plant.rounding > 0.0
+    once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
+    kinds, noises = plant.kinds, plant.noises
+    return tempered(residual, rows, groups, kinds, noises, least, fitted, once, took)

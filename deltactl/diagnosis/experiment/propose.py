@@ -1,0 +1,146 @@
+"""The next experiment: the safe motion that best separates what one recording leaves tied."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from deltactl.diagnosis.answer.records import NextExperiment, OpenTie
+from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.estimation.noise import Whitener
+from deltactl.diagnosis.estimation.side_by_side import side_by_side
+from deltactl.diagnosis.experiment.design import Run, both_ways
+from deltactl.diagnosis.experiment.options import EXPERIMENT
+from deltactl.diagnosis.experiment.ties import Tie
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
+from deltactl.diagnosis.plants.next_run import NextRuns
+from deltactl.diagnosis.selection.ambiguity import Standing
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """The job, if one helps, and what it does not settle for sure."""
+
+    experiment: NextExperiment | None
+    open: list[OpenTie] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rated:
+    """A run with its evidence for every tie: (n, 2), first and second explanation true."""
+
+    run: Run
+    evidence: FloatArray
+
+    @property
+    def most_repeats(self) -> int:
+        """How often it fits into the time there is."""
+        return max(1, int(EXPERIMENT.longest_min / max(self.run.minutes, 1e-6)))
+
+    @property
+    def enough(self) -> BoolArray:
+        """(n, 2): where the longest run gives enough evidence."""
+        enough: BoolArray = self.evidence * self.most_repeats >= EXPERIMENT.settles
+        return enough
+
+    def rank(self) -> tuple[int, int, float]:
+        """Ties it settles whichever is true, ties it may settle, least evidence a minute."""
+        both, one = self.enough.all(axis=1), self.enough.any(axis=1)
+        low = self.least if one.any() else float(self.evidence.max())
+        return int(both.sum()), int(one.sum()), low / self.run.minutes
+
+    @property
+    def least(self) -> float:
+        """Smallest evidence among those that are enough."""
+        return float(self.evidence[self.enough].min())
+
+
+def propose(
+    recorded: Readings,
+    noise: Whitener,
+    stands: Sequence[Standing],
+    solution: Solution,
+    next_runs: NextRuns | None,
+) -> Proposal:
+    """The next experiment of a diagnosis: one tie for every alternative that was fitted.
+
+    next_runs: what the machine may do; None where nobody can tell it to do anything.
+    """
+    if next_runs is None:
+        return Proposal(None)
+    ties = [Tie.of(solution, rival) for stand in stands for rival in stand.rivals]
+    return next_experiment(recorded, noise, ties, next_runs)
+
+
+def next_experiment(
+    recorded: Readings, noise: Whitener, ties: Sequence[Tie], next_runs: NextRuns
+) -> Proposal:
+    """Design the run that tells the ties apart.
+
+    recorded, noise: of the recording that left them tied. At most a few ties are looked at, the
+    closest first.
+    """
+    ties = sorted(ties, key=lambda tie: tie.delta_chi2)[: EXPERIMENT.most_ties]
+    if not ties:
+        return Proposal(None)
+    candidates = next_runs(set().union(*(tie.components for tie in ties)))
+    if candidates is None:
+        return Proposal(None, [_open(tie, needs_drive=True) for tie in ties])
+    rated = _rate([Run(one, recorded, noise) for one in candidates], ties, 1.0, 1)
+    rated.sort(key=_Rated.rank, reverse=True)
+    better = _rate([one.run for one in rated[: EXPERIMENT.refined]], ties, 1.0, 3)
+    best = max(better, key=_Rated.rank, default=None)
+    if best is None or not best.enough.any():
+        return Proposal(None, [_open(tie, minutes=EXPERIMENT.longest_min) for tie in ties])
+    return _proposal(best, ties)
+
+
+def _proposal(best: _Rated, ties: Sequence[Tie]) -> Proposal:
+    """The job with as many repeats as the worst of the ties it settles needs."""
+    run = best.run
+    aim = EXPERIMENT.holds_back * EXPERIMENT.settles
+    needed = max(aim / best.least, EXPERIMENT.shortest_min / run.minutes)
+    repeats = min(math.ceil(needed), best.most_repeats)
+    (final,) = _rate([run], ties, float(repeats), 3)
+    good = final.evidence >= EXPERIMENT.settles
+    left = [_left(tie, *sides) for tie, sides in zip(ties, good.tolist(), strict=True)]
+    still = [tie for tie in left if tie is not None]
+    if not good.any():
+        return Proposal(None, still)
+    settled = [tie for tie, sides in zip(ties, good, strict=True) if sides.any()]
+    names = dict.fromkeys(name for tie in settled for side in tie.names for name in side)
+    experiment = NextExperiment(
+        job=run.candidate.job(repeats),
+        tells_apart=list(names),
+        expected_delta_chi2=round(float(final.evidence[good].min()), 1),
+        minutes=round(repeats * run.minutes, 2),
+    )
+    return Proposal(experiment, still)
+
+
+def _left(tie: Tie, first: bool, second: bool) -> OpenTie | None:
+    """A tie that the run settles only if one of both is true, or never."""
+    if first and second:
+        return None
+    if not (first or second):
+        return _open(tie, minutes=EXPERIMENT.longest_min)
+    return _open(tie, turned=second)
+
+
+def _open(
+    tie: Tie, minutes: float | None = None, needs_drive: bool = False, turned: bool = False
+) -> OpenTie:
+    one, other = tie.names[::-1] if turned else tie.names
+    return OpenTie(one=list(one), other=list(other), minutes=minutes, needs_drive=needs_drive)
+
+
+def _rate(runs: Sequence[Run], ties: Sequence[Tie], repeats: float, steps: int) -> list[_Rated]:
+    def evidence(run: Run) -> FloatArray:
+        return np.array([both_ways(run, tie, repeats, steps) for tie in ties])
+
+    found = side_by_side([partial(evidence, run) for run in runs])
+    return [_Rated(run, own) for run, own in zip(runs, found, strict=True)]

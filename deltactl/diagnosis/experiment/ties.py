@@ -1,0 +1,104 @@
+"""Explanations that one recording leaves tied, and how firmly it holds their parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.candidate import Term
+
+Key = tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """A fitted set of terms; what the recording says of their coordinates is `root`."""
+
+    solution: Solution
+
+    @cached_property
+    def everything(self) -> tuple[Term, ...]:
+        """Nuisances, then terms: the order of the coordinates."""
+        return (*self.solution.nuisances, *self.solution.terms)
+
+    @cached_property
+    def at(self) -> FloatArray:
+        """The moved coordinates, (p,)."""
+        return np.array([t.at[i] for t in self.everything for i in t.candidate.moved])
+
+    @cached_property
+    def root(self) -> FloatArray:
+        """(p, p): |root (x - at)|^2 is what the recording's chi-square grows by away from `at`.
+
+        Spline terms are fitted along.
+        """
+        tangent = self.solution.tangent
+        own, free = tangent[:, : len(self.at)], tangent[:, len(self.at) :]
+        if free.shape[1]:
+            basis = np.linalg.qr(free)[0]
+            own = own - basis @ (basis.T @ own)
+        return np.asarray(np.linalg.qr(own, mode="r"))
+
+    def moved_to(self, at: FloatArray) -> tuple[Term, ...]:
+        """Everything at other coordinates (p,), within bounds."""
+        moved, first = [], 0
+        for term in self.everything:
+            numbers = term.candidate.moved
+            there = term.at.copy()
+            there[numbers] = at[first : first + len(numbers)]
+            first += len(numbers)
+            moved.append(term.moved_to(there))
+        return tuple(moved)
+
+
+@dataclass(frozen=True, eq=False)
+class Tie:
+    """Two explanations; delta_chi2: how much worse the second one fits so far."""
+
+    first: Explanation
+    second: Explanation
+    delta_chi2: float
+
+    @classmethod
+    def of(cls, first: Solution, second: Solution) -> Tie:
+        """Of two solutions of the same recording."""
+        return cls(Explanation(first), Explanation(second), second.cost - first.cost)
+
+    @cached_property
+    def only_first(self) -> tuple[Term, ...]:
+        """What only the first explanation has."""
+        return _without(self.first, self.second)
+
+    @cached_property
+    def only_second(self) -> tuple[Term, ...]:
+        """What only the second explanation has."""
+        return _without(self.second, self.first)
+
+    @property
+    def names(self) -> tuple[list[str], list[str]]:
+        """`effect component` of what differs, on either side."""
+        return _names(self.only_first), _names(self.only_second)
+
+    @property
+    def effects(self) -> frozenset[str]:
+        """The effects that differ."""
+        return frozenset(t.candidate.effect for t in (*self.only_first, *self.only_second))
+
+    @property
+    def components(self) -> set[str]:
+        """Those that the tie is about."""
+        return {t.candidate.component for t in (*self.only_first, *self.only_second)}
+
+
+def _without(one: Explanation, other: Explanation) -> tuple[Term, ...]:
+    taken = {t.candidate.key for t in other.solution.terms}
+    return tuple(t for t in one.solution.terms if t.candidate.key not in taken)
+
+
+def _names(terms: tuple[Term, ...]) -> list[str]:
+    parts = [(t.candidate, t.candidate.members or (t.candidate.component,)) for t in terms]
+    return [f"{one.effect} {component}" for one, members in parts for component in members]

@@ -1,0 +1,202 @@
+"""What columns are by their numbers: where names say nothing, or not all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from deltactl.diagnosis.columns.names import Guess, Named
+from deltactl.diagnosis.columns.options import GUESSES
+from deltactl.diagnosis.inspection.shapes import (
+    asks,
+    correlation,
+    difference,
+    is_count,
+    is_flag,
+    is_label,
+    is_stepwise,
+    is_whole,
+    pairs_alike,
+    roughness,
+    slopes,
+)
+from deltactl.diagnosis.observations.readings import FloatArray
+
+ASKED = frozenset({"command", "steps", "distance"})
+"""What a reading is compared with."""
+EARLIER = "smoother or earlier"
+"""Why one of two columns that move alike is the command, where no name says it."""
+
+
+def by_values(
+    table: Mapping[str, FloatArray], said: Mapping[str, Named], found: Mapping[str, Guess]
+) -> Iterator[Guess]:
+    """Roles from shapes: pairs that move alike are command and reading, slopes are velocities."""
+    filled = [n for n in table if np.isfinite(table[n]).mean() > GUESSES.least_filled]
+    free = [n for n in filled if n not in found]
+    moving = [n for n in free if np.nanstd(table[n]) > 0.0]
+    if deltas := _three_motors(table, moving, free):
+        yield from deltas
+        return
+    for name in [n for n in moving if is_label(table[n])]:
+        moving.remove(name)
+        yield Guess(name, "segment", None, None, "few whole numbers, one after another")
+    time = next((table[n] for n, guess in found.items() if guess.role == "t"), None)
+    if len(moving) <= GUESSES.few_columns and (error := difference(table, moving)):
+        moving.remove(error)
+    speeds = [] if time is None else list(slopes(table, moving, time))
+    for velocity, of in speeds:
+        moving.remove(velocity)
+        yield Guess(velocity, "velocity", None, said[velocity].unit, f"it is the slope of {of}")
+    pairs = list(pairs_alike(table, moving))
+    yield from _of_pairs(table, said, pairs)
+    rest = [n for n in moving if n not in {name for pair in pairs for name in pair}]
+    if not pairs:
+        yield from _of_lone(table, said, rest, [of for _, of in speeds])
+    elif len(pairs) == 1 and rest:
+        yield Guess(rest[0], "effort", None, said[rest[0]].unit, "what is left; may be another")
+
+
+def _of_pairs(
+    table: Mapping[str, FloatArray], said: Mapping[str, Named], pairs: list[tuple[str, str]]
+) -> Iterator[Guess]:
+    """What two columns are that move alike."""
+    indices: list[str | None] = [None] if len(pairs) == 1 else ["1", "2", "3"]
+    why = "moves like {}"
+    for (asked, seen), index in zip(pairs, indices, strict=False):
+        like = why.format(asked)
+        if is_count(table[asked]) and not is_count(table[seen]):
+            words = f"whole numbers; {why.format(seen)}"
+            yield Guess(asked, "steps", index or "1", None, words)
+            yield Guess(seen, "theta", index or "1", said[seen].unit, like)
+        elif is_stepwise(table[asked]) and len(pairs) == 1 and table[asked].min() >= 0.0:
+            words = f"stands still in turns; {why.format(seen)}"
+            yield Guess(asked, "distance", None, said[asked].unit, words)
+            yield Guess(seen, "range", None, said[seen].unit, like)
+        else:
+            words = f"{why.format(seen)}, {EARLIER}"
+            yield Guess(asked, "command", index, said[asked].unit, words)
+            role = "position" if index is None else "theta"
+            yield Guess(seen, role, index, said[seen].unit, like)
+
+
+def _of_lone(
+    table: Mapping[str, FloatArray],
+    said: Mapping[str, Named],
+    rest: list[str],
+    with_slope: list[str],
+) -> Iterator[Guess]:
+    """Columns of which no two move alike: a position, and what it was asked or driven by."""
+    rest = [n for n in rest if not is_flag(table[n])]
+    if not rest:
+        return
+    steady = [n for n in rest if is_stepwise(table[n])][: len(rest) - 1]
+    others = [n for n in rest if n not in steady[:1]]
+    known = [n for n in with_slope if n in others]
+    place = known[0] if known else min(others, key=lambda n: roughness(table[n]))
+    why = "another column is its slope" if known else "the smoothest of the columns"
+    yield Guess(place, "position", None, said[place].unit, why)
+    others.remove(place)
+    for name in steady[:1]:
+        yield Guess(name, "command", None, said[name].unit, "it stands still in turns")
+    for name in others[: 0 if steady else 1]:
+        yield Guess(name, "effort", None, said[name].unit, "what is left; may be another")
+
+
+def _three_motors(
+    table: Mapping[str, FloatArray], moving: list[str], free: list[str]
+) -> list[Guess]:
+    """Three counts and three readings: a delta. Empty where it is none."""
+    counts = [name for name in moving if is_count(table[name])]
+    others = [name for name in moving if not is_whole(table[name])]
+    if len(counts) != 3 or len(others) < 3:
+        return []
+    found = [
+        Guess(name, "steps", str(n + 1), None, "three columns of whole numbers")
+        for n, name in enumerate(counts)
+    ]
+    found += [
+        Guess(name, "range", axis, None, "three readings beside three counts")
+        for name, axis in zip(others, "xyz", strict=False)
+    ]
+    small = [n for n in free if n not in counts and is_whole(table[n])]
+    if len(small) == 3:
+        found += [
+            Guess(name, "status", axis, None, "small whole numbers, three of them")
+            for name, axis in zip(small, "xyz", strict=True)
+        ]
+    return found
+
+
+def partners(
+    table: Mapping[str, FloatArray], said: Mapping[str, Named], found: Mapping[str, Guess]
+) -> Iterator[Guess]:
+    """What moves like a column that is known by its name, and has no name itself: the reading of a
+    command, the command of a reading, the range of a distance.
+    """
+    roles = {guess.role for guess in found.values()}
+    free = _free(table, found)
+
+    def of(*wanted: str) -> list[Guess]:
+        return [guess for guess in found.values() if guess.role in wanted]
+
+    if not roles & {"position", "range"} and roles & ASKED:
+        for guess, name in _nearest(table, of(*ASKED), free):
+            yield _read(guess, name, "range" if guess.role == "distance" else "position", said)
+    elif not roles & {*ASKED, "effort"}:
+        for guess, name in _nearest(table, of("range")[:1], free):
+            yield _read(guess, name, "distance", said)
+        seen = of("position")
+        for guess, name in _nearest(table, seen, free + [one.source for one in seen[1:]]):
+            yield from _asked_and_read(table, said, guess, name)
+
+
+def _free(table: Mapping[str, FloatArray], found: Mapping[str, Guess]) -> list[str]:
+    """Columns that move, and of which nothing is known."""
+    return [
+        name
+        for name, values in table.items()
+        if name not in found
+        and np.isfinite(values).mean() > GUESSES.least_filled
+        and np.nanstd(values) > 0.0
+    ]
+
+
+def _nearest(
+    table: Mapping[str, FloatArray], known: list[Guess], free: list[str]
+) -> Iterator[tuple[Guess, str]]:
+    """Each of the known columns with the free one that moves most like it; each column once."""
+    alike = [
+        (round(likeness, 3), -_apart(table[guess.source], table[name]), guess, name)
+        for guess in known
+        for name in free
+        if name != guess.source
+        and (likeness := correlation(table[guess.source], table[name])) >= GUESSES.alike
+    ]
+    used: set[str] = set()
+    for _, _, guess, name in sorted(alike, key=lambda one: one[:2], reverse=True):
+        if guess.source not in used and name not in used:
+            used |= {guess.source, name}
+            yield guess, name
+
+
+def _apart(one: FloatArray, other: FloatArray) -> float:
+    return float(np.nanmean(np.abs(one - other)))
+
+
+def _read(known: Guess, name: str, role: str, said: Mapping[str, Named]) -> Guess:
+    return Guess(name, role, known.index, said[name].unit, f"moves like {known.source}")
+
+
+def _asked_and_read(
+    table: Mapping[str, FloatArray], said: Mapping[str, Named], seen: Guess, other: str
+) -> Iterator[Guess]:
+    """Of two columns that move alike, which was asked for: the numbers alone tell."""
+    first = asks(table[other], table[seen.source])
+    asked, read = (other, seen.source) if first else (seen.source, other)
+    role, why = "command", f"moves like {read}, {EARLIER}"
+    if is_count(table[asked]) and not is_count(table[read]):
+        role, why = "steps", f"whole numbers; moves like {read}"
+    yield Guess(asked, role, seen.index, said[asked].unit, why)
+    yield Guess(read, "position", seen.index, said[read].unit, f"moves like {asked}")

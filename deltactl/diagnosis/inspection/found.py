@@ -1,0 +1,102 @@
+"""What was found in a table of somebody else, and the options and the file that read it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from deltactl.diagnosis.columns.mapping import Mapping, as_option
+from deltactl.diagnosis.columns.names import Guess, pulls, unit_said, without_unit
+from deltactl.diagnosis.columns.units import IN_SI
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.recording.tables.table_format import IN_OPTIONS
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What was found in one file."""
+
+    path: Path
+    facts: list[tuple[str, str]]
+    """How the file is written, and its times: name and words."""
+    table: dict[str, FloatArray]
+    guesses: dict[str, Guess]
+    """By the column's name in the file; columns without one are kept, and not used."""
+    kind: str | None
+    motion: str | None
+    """linear or rotary, of a servo axis; None where it cannot be told."""
+    kind_why: str
+    zero: str | None
+    """arbitrary where the readings stand far from the commands; None where that is not known."""
+    mapping: Mapping
+    warnings: list[str] = field(default_factory=list)
+    counter: str | None = None
+    """A column that counts the rows, where no times are needed."""
+
+    stumbles: str | None = None
+    """A column of times that does not increase in every row."""
+    own_run: bool = False
+    """Whether the program itself recorded it."""
+    named: bool = True
+    """Whether the file names its columns; where not, they are called by their place."""
+
+    @property
+    def needs_inertia(self) -> bool:
+        """Whether nothing but an effort says what moves the axis."""
+        there = {guess.name for guess in self.guesses.values()}
+        return self.kind == "servo_axis" and "effort" in there and "command" not in there
+
+    def unused(self, column: str) -> str:
+        """Words for a column that is kept and not used: what it could be set to."""
+        if column == self.counter:
+            return "it counts the rows; a ranging sensor needs no times"
+        if column == self.stumbles:
+            return "its times do not increase in every row"
+        if not pulls(column):
+            return "kept, not used"
+        names = [n for n in ("load", "effort") if n not in {g.name for g in self.guesses.values()}]
+        example = f"kept, not used; may be {' or '.join(names)}"
+        return f"{example}: --set {names[0]}={without_unit(column)}" if names else "kept, not used"
+
+    @property
+    def options(self) -> list[str]:
+        """The mapping as `--set` options, empty where the file is as the contract has it."""
+        said = []
+        for name, default in Mapping().model_dump().items():
+            value = getattr(self.mapping, name)
+            if name != "columns" and value != default:
+                text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
+                said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
+        for name, source in self.mapping.columns.items():
+            if source.from_ is None:
+                said.append(f"{name}={source.value:.12g}")
+                continue
+            plain = without_unit(source.from_)
+            alike = [column for column in self.table if without_unit(column) == plain]
+            scale = source.scale if "scale" in source.model_fields_set else None
+            where = plain if len(alike) == 1 else source.from_
+            plainly = source.unit == unit_said(source.from_, name)  # which needs no saying
+            unit = "1" if plainly and IN_SI[source.unit] == 1.0 else source.unit
+            said.append(as_option(name, where, unit, scale, source.offset))
+        return [part for one in said for part in ("--set", one)]
+
+    def command(self, robot: str, read: list[str]) -> list[str]:
+        """The command that diagnoses this file, as words; `read` are the options that read it."""
+        return ["deltactl", "diagnose", str(self.path), "--robot", robot, *read]
+
+    def mapping_text(self) -> str:
+        """The mapping as a file for `--columns`."""
+        columns = {
+            name: source.model_dump(by_alias=True, exclude_defaults=True)
+            | ({"scale": source.scale} if "scale" in source.model_fields_set else {})
+            for name, source in self.mapping.columns.items()
+        }
+        plain: dict[str, Any] = {"columns": columns}
+        for name, default in Mapping().model_dump().items():
+            value = getattr(self.mapping, name)
+            if name != "columns" and value != default:
+                plain[name] = list(value) if isinstance(value, tuple) else value
+        return yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)

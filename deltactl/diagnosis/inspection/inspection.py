@@ -1,0 +1,247 @@
+"""What a table of somebody else seems to be: its columns, units, rate, and kind of machine.
+
+In: a file. Out: an `Inspection`, with the mapping that reads it. Every guess says why, and what
+could not be told is said too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping as AnyMapping
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from deltactl.diagnosis.columns.mapping import Mapping, Source
+from deltactl.diagnosis.columns.names import Guess, of_contract
+from deltactl.diagnosis.columns.reading import against_heading, named_column, unit_of
+from deltactl.diagnosis.columns.units import IN_SI
+from deltactl.diagnosis.inspection.by_values import EARLIER
+from deltactl.diagnosis.inspection.found import Inspection
+from deltactl.diagnosis.inspection.guess import guess_columns, of_other_joints
+from deltactl.diagnosis.inspection.joints import of_data_set, one_joint
+from deltactl.diagnosis.inspection.loads import from_outside, may_be_asked
+from deltactl.diagnosis.inspection.machine_kind import kind_of, zero_of
+from deltactl.diagnosis.inspection.motion_units import ask_unit, turns_by_name
+from deltactl.diagnosis.inspection.shapes import rising
+from deltactl.diagnosis.inspection.stumbling import stumbling
+from deltactl.diagnosis.inspection.timing import NO_COLUMN, row_number, rows_and_times
+from deltactl.diagnosis.inspection.units import (
+    meant_otherwise,
+    steps_of_a_slide,
+    unit_noted,
+    with_units,
+)
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.foundation.counting import count
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.tables.flat import UNITS
+from deltactl.recording.tables.flat_files import is_own_run, read_flat
+from deltactl.recording.tables.foreign_log import is_log, read_log, topic_of
+from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
+from deltactl.recording.tables.lerobot import JOINTS, files_of, is_data_set, names_of
+from deltactl.recording.tables.table_format import TableFormat, guess_format, marks_said
+
+
+def inspect(path: Path, said: Mapping | None = None) -> Inspection:
+    """Look at a table; `said`: columns that are known already, the others are guessed.
+
+    Raises RecordingError when it holds no columns of numbers, or not those that are said.
+    """
+    known = {} if said is None else said.columns
+    if is_own_run(path) and not known:
+        return _of_own_run(path)
+    if is_log(path) or is_parquet(path):
+        return _of_columns(path, known, _said_of_the_table(said))
+    form = guess_format(path, *((said.separator, said.decimal) if said else ()))
+    remarks, lines = list[str](), list[int]()
+    heading = () if form.heading_line is not None else form.names
+    skip = form.first_row if heading else form.heading_line or 0
+    try:
+        table = read_table(
+            path, skip, heading, form.separator, form.decimal, tell=remarks.append, lines_of=lines
+        )
+    except RecordingError as error:
+        raise RecordingError(f"{error}: it is no table of numbers, or has rows of text") from None
+    units = dict(zip(form.names, form.units, strict=True))
+    base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
+    facts = _facts(form) + [("remarks", words) for words in remarks]
+    return inspect_table(path, table, base, units, form.named, facts, known, form.before, lines)
+
+
+def _of_own_run(path: Path) -> Inspection:
+    """A run that the program recorded, as the diagnosis reads it."""
+    flat = read_flat(path)
+    table = {"t": flat.t_s, **flat.columns, **flat.extra}
+    facts = [("written", "a recording of deltactl")]
+    return replace(inspect_table(path, table, Mapping(), {}, True, facts), own_run=True)
+
+
+def _said_of_the_table(said: Mapping | None) -> Mapping:
+    """What somebody says of the whole table. What is found by looking needs no saying."""
+    kept = {} if said is None else said.model_dump(include={"separator", "decimal", "rate_hz"})
+    return Mapping.model_validate(kept)
+
+
+def _of_columns(path: Path, known: AnyMapping[str, Source], base: Mapping) -> Inspection:
+    """A log or a Parquet file: its columns have names already."""
+    table = read_log(path) if is_log(path) else read_parquet_table(path)
+    topics = sorted({topic for name in table if (topic := topic_of(name))})
+    facts = [("topics", ", ".join(topics))] if topics else [("written", "Parquet")]
+    if is_data_set(path):
+        facts = [("written", f"LeRobot data set, {count(len(files_of(path)), 'file')}")]
+    if joints := names_of(path).get(JOINTS[0]):
+        facts.append(("joints", ", ".join(joints)))
+    units, of_units = of_data_set(table)
+    found = inspect_table(path, table, base, units, True, facts, known)
+    return replace(found, warnings=[*of_units, *found.warnings])
+
+
+def inspect_table(
+    path: Path,
+    table: dict[str, FloatArray],
+    base: Mapping,
+    units: AnyMapping[str, str],
+    named: bool,
+    facts: list[tuple[str, str]],
+    said: AnyMapping[str, Source] | None = None,
+    before: Sequence[str] = (),
+    lines: Sequence[int] = (),
+) -> Inspection:
+    """The same for columns that are read already; `base` says how the file is written.
+
+    before: the lines above the table. lines: those that its rows stand on, where it has such.
+    """
+    said = said or {}
+    if not table or not len(next(iter(table.values()))):
+        raise RecordingError(f"{path}: has no rows")
+    known = {name: one for name, one in table.items() if np.isfinite(one).any()}
+    chosen = [named_column(path, table, name, one) for name, one in said.items() if one.from_]
+    known, others = one_joint(known, chosen) if named else (known, [])
+    guesses = {
+        name: guess
+        for name, guess in guess_columns(known, units, named).items()
+        if guess.name in UNITS
+    }
+    guesses = _as_said(path, table, guesses, said)
+    guesses, noted = unit_noted(guesses, before)
+    guesses, warnings = with_units(guesses, known)
+    warnings += noted
+    guesses, of_steps = steps_of_a_slide(guesses, known)
+    warnings += of_steps
+    warnings += meant_otherwise(guesses, units)
+    warnings += _which_came_first(guesses)
+    others += of_other_joints(known, guesses)
+    if others:
+        warnings.append(
+            f"there are more joints than one: {', '.join(others[:6])}"
+            f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
+        )
+    guesses, of_load = from_outside(guesses, known)
+    left = [name for name, one in known.items() if name not in guesses and not rising(one)]
+    kind, motion, why = kind_of(guesses, left)
+    asked: dict[str, str] = {}
+    if kind == "servo_axis" and motion is None:
+        asked, question = ask_unit(guesses, known)
+        warnings += [question] if question else []
+        motion = "rotary" if turns_by_name(guesses.values()) else None
+    if kind == "servo_axis":
+        warnings += [*of_load, *may_be_asked(guesses, known)]
+    timeless = base.rate_hz is not None and "t" not in said
+    counter = row_number(guesses, known) if kind == "range_sensor" else None
+    if timeless or counter:
+        guesses = _without_times(guesses)
+    timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None)
+    stumbles = None if timeless else stumbling(guesses, known, lines, kind)
+    if stumbles:
+        warnings.append(stumbles.says)
+        late = [one for one in late if one is not NO_COLUMN]
+        base = base.model_copy(update={"rate_hz": stumbles.rate_hz or base.rate_hz})
+    if stumbles and stumbles.rate_hz:
+        guesses = _without_times(guesses)
+    columns = {
+        guess.name: Source.model_validate(
+            {"from": name, "unit": guess.unit or asked.get(guess.name, "1")}
+            | ({"scale": guess.scale} if guess.scale != 1.0 or against_heading(guess) else {})
+        )
+        for name, guess in sorted(guesses.items(), key=lambda one: list(UNITS).index(one[1].name))
+    }
+    columns = {
+        name: source
+        for name, source in columns.items()
+        if source.from_ != name or IN_SI[source.unit] != 1.0 or source.scale != 1.0 or name in asked
+    }
+    columns |= {
+        name: one
+        for name, one in said.items()
+        if one.from_ is None or "scale" in one.model_fields_set or one.offset
+    }
+    if base.heading and not named:
+        base, columns = _headed(base, columns)
+    mapping = base.model_copy(update={"columns": columns})
+    warnings += late
+    return Inspection(
+        path, [*facts, *timing], table, guesses, kind, motion, why, zero_of(guesses, known),
+        mapping, warnings, counter, named=named,
+        stumbles=stumbles.name if stumbles else None,
+    )  # fmt: skip
+
+
+def _without_times(guesses: AnyMapping[str, Guess]) -> dict[str, Guess]:
+    return {name: one for name, one in guesses.items() if one.role != "t"}
+
+
+def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
+    """A word of two columns of which only the numbers say which was asked for."""
+    asked = [one.source for one in guesses.values() if one.why.endswith(EARLIER)]
+    if not asked:
+        return []
+    are = "it is" if len(asked) == 1 else "they are"
+    return [
+        f"{', '.join(asked)}: taken for what was commanded, as {are} {EARLIER} than what moves"
+        " alike; where it is the other way round, exchange the two in the command below"
+    ]
+
+
+def _as_said(
+    path: Path,
+    table: AnyMapping[str, FloatArray],
+    guesses: AnyMapping[str, Guess],
+    said: AnyMapping[str, Source],
+) -> dict[str, Guess]:
+    """Guesses, less those that somebody knows better. Raises RecordingError (no such column)."""
+    sure: dict[str, Guess] = {}
+    for name, source in said.items():
+        if source.from_ is None:
+            continue
+        column = named_column(path, table, name, source)
+        role, index = of_contract(name)
+        said_unit = unit_of(path, column, name, source)
+        unit = None if said_unit == "1" else said_unit
+        sure[column] = Guess(column, role, index, unit, "as you say", source.scale)
+    names = {guess.name for guess in sure.values()}
+    left = {column: one for column, one in guesses.items() if one.name not in names}
+    return left | sure
+
+
+def _headed(base: Mapping, columns: dict[str, Source]) -> tuple[Mapping, dict[str, Source]]:
+    """Columns without names get those of the contract at once; units are left to say."""
+    called = {source.from_: name for name, source in columns.items()}
+    heading = tuple(called.get(name, name) for name in base.heading)
+    left = {
+        name: source.model_copy(update={"from_": name})
+        for name, source in columns.items()
+        if IN_SI[source.unit] != 1.0 or source.unit == "rad"
+    }
+    return base.model_copy(update={"heading": heading}), left
+
+
+def _facts(form: TableFormat) -> list[tuple[str, str]]:
+    heading = "with a heading" if form.named else "no heading: columns are called by their place"
+    facts = [("written", f"{form.mark}, {marks_said(form.separator, form.decimal)}, {heading}")]
+    if form.before:
+        facts.append(
+            ("before that", f"{count(len(form.before), 'line')}, as '{form.before[0][:50]}'")
+        )
+    return facts

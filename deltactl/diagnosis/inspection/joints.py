@@ -1,0 +1,102 @@
+"""Tables of several joints, of which one at a time is an axis: numbered, or called by names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from deltactl.diagnosis.columns.names import read_name
+from deltactl.diagnosis.columns.options import GUESSES
+from deltactl.diagnosis.inspection.guess import LETTERED
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.models.robot import ARMS
+from deltactl.recording.tables.lerobot import JOINTS
+
+_NUMBERED = re.compile(r"(.*?[^\d._])[._]?(\d+)([._][^\d]+)?")
+CARTESIAN = frozenset("xyzw")
+"""Labels of what is no joint."""
+NORMALISED = 100.0
+"""To which LeRobot scales the way of a joint, up and down, unless it is told to use degrees."""
+Group = Mapping[str, str]
+"""Columns of one quantity by the number or name of the joint."""
+
+
+def one_joint(
+    table: dict[str, FloatArray], chosen: Collection[str]
+) -> tuple[dict[str, FloatArray], list[str]]:
+    """The columns without those of other joints, and the names of these.
+
+    chosen: columns that somebody named; their joint is kept, else the first that moves in all its
+    columns. Joints numbered one to three are the motors of a delta.
+    """
+    others: list[str] = []
+    for groups in (_numbered(table), *_labelled(table)):
+        wanted = next((j for g in groups for j, name in g.items() if name in chosen), None)
+        wanted = wanted or _first_that_moves(groups, table)
+        for group in groups:
+            kept = wanted if wanted in group else next(iter(group))
+            others += [name for joint, name in group.items() if joint != kept]
+    return {name: one for name, one in table.items() if name not in others}, others
+
+
+def _first_that_moves(groups: Iterable[Group], table: Mapping[str, FloatArray]) -> str | None:
+    """The first joint of which no column stands still; None where there is none."""
+    still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
+    return next((j for group in groups for j in group if j not in still), None)
+
+
+def _moves(values: FloatArray) -> bool:
+    return bool(np.nanmax(values) > np.nanmin(values)) if np.isfinite(values).any() else False
+
+
+def _numbered(names: Iterable[str]) -> Sequence[Group]:
+    """Columns numbered beyond three, or commands and readings of two: no delta has either."""
+    stems: dict[str, dict[str, str]] = {}
+    for name in names:
+        if numbered := _NUMBERED.fullmatch(name):
+            stem = f"{numbered[1]}{numbered[3] or ''}"
+            stems.setdefault(stem, {}).setdefault(numbered[2], name)
+    many: list[Group] = [group for group in stems.values() if len(group) > ARMS]
+    two = {stem: group for stem, group in stems.items() if len(group) == 2}
+    return many or (list(two.values()) if _asked_and_read(two) else [])
+
+
+def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
+    """Commands and readings of joints that have the same names: action.elbow, state.elbow."""
+    below: dict[str, dict[str, str]] = {}
+    for name in names:
+        for dot in re.finditer(r"\.", name):
+            below.setdefault(name[: dot.start()], {})[name[dot.end() :]] = name
+    alike: dict[frozenset[str], dict[str, Group]] = {}
+    for stem, group in below.items():
+        if len(group) > 1 and not set(group) <= CARTESIAN and not any(map(str.isdigit, group)):
+            alike.setdefault(frozenset(group), {})[stem] = group
+    yield from (list(groups.values()) for groups in alike.values() if _asked_and_read(groups))
+
+
+def _asked_and_read(stems: Iterable[str]) -> bool:
+    """Whether some of the stems are called as commands, and others as readings."""
+    roles = {read_name(stem).role for stem in stems}
+    return "position" in roles and bool(roles & (LETTERED - {"position"}))
+
+
+def of_data_set(table: Mapping[str, FloatArray]) -> tuple[dict[str, str], list[str]]:
+    """Units of the joints of a LeRobot data set by column, as far as their values show them, and
+    what to be warned of.
+    """
+    joints = [name for name in table if name.startswith(tuple(f"{one}." for one in JOINTS))]
+    if not joints:
+        return {}, []
+    farthest = max(float(np.nanmax(np.abs(table[name]))) for name in joints)
+    if farthest <= GUESSES.widest_rad:
+        return {}, []
+    units = dict.fromkeys(joints, "deg")
+    if farthest > NORMALISED:
+        return units, [f"the joints go up to {farthest:g}: all of them are taken for degrees"]
+    return units, [
+        f"no joint goes beyond {NORMALISED:g} ({farthest:.4g} at most): all are taken for degrees,"
+        " and may as well be LeRobot's normalised values of -100 to 100; then put what one of them"
+        " is in rad as a factor in place of [deg] into the command below, as *0.02"
+    ]

@@ -1,0 +1,189 @@
+"""The unit of positions and distances of which none is said, and what else it may be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from deltactl.diagnosis.columns.doubts import ANGULAR, counts_like, of_counts, turns, whole
+from deltactl.diagnosis.columns.encoder_steps import of_encoder
+from deltactl.diagnosis.columns.names import Guess, is_of_data_joint, is_of_joint, without_unit
+from deltactl.diagnosis.columns.options import GUESSES
+from deltactl.diagnosis.inspection.shapes import same_range
+from deltactl.diagnosis.observations.needed_columns import travel
+from deltactl.diagnosis.observations.readings import FloatArray
+
+PAIRS = (
+    ("command", "position"), ("distance", "range"),
+    *((f"command_{n}", f"theta_{n}") for n in (1, 2, 3)),
+)  # fmt: skip
+"""What was asked for, and what came of it."""
+LONE = frozenset({"command", "position"})
+"""Of an axis by itself, which turns or slides."""
+STRAIGHT = ("pos", "range", "distance")
+COUNTS = frozenset({"count", "counts", "cnt", "tick", "ticks", "steps", "raw", "inkremente"})
+"""What headings call the counts of an encoder."""
+PUT = "into the command below"
+SLIDES = "and linear in place of rotary below"
+NO_UNIT = "nothing says the unit"
+
+
+def of_one_unit(
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+) -> Iterator[list[Guess]]:
+    """Columns of motion, those together that have one unit though none is said: the angles of all
+    arms, and the command and the reading of one axis that go over the same numbers.
+    """
+    left = {one.name: one for one in guesses.values() if one.role in (*ANGULAR, *STRAIGHT)}
+    arms = [one for one in left.values() if one.index in ("1", "2", "3") and _is_open(one)]
+    pairs = [[left[name] for name in pair if name in left] for pair in PAIRS[:2]]
+    alike = [
+        pair
+        for pair in pairs
+        if len(pair) == 2
+        and all(map(_is_open, pair))
+        and _go_alike(*(table[one.source] for one in pair))
+    ]
+    for group in [arms, *alike]:
+        if group and all(one.name in left for one in group):
+            yield group
+            for one in group:
+                del left[one.name]
+    yield from ([one] for one in left.values())
+
+
+def _go_alike(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two columns go over the same numbers, or as far where their zeros differ."""
+    wide, told = travel(one), travel(other)
+    as_far = max(wide, told) < GUESSES.other_unit * min(wide, told)
+    return as_far or same_range(one, other)
+
+
+def _is_open(guess: Guess) -> bool:
+    return guess.unit is None and guess.scale == 1.0
+
+
+def unit_of_motion(
+    group: Sequence[Guess], table: Mapping[str, FloatArray], turning: bool
+) -> tuple[list[Guess], str]:
+    """The columns of a group with their unit, and what to be warned of; empty where of nothing."""
+    guess, values = group[0], np.concatenate([table[one.source] for one in group])
+    if guess.scale != 1.0:  # somebody knows
+        return list(group), ""
+    if guess.unit is not None:
+        return list(group), _doubt(guess, values)
+    largest, names = float(np.nanmax(np.abs(values))), _names(group)
+    if guess.role in STRAIGHT:
+        if largest <= GUESSES.longest_m:
+            return list(group), ""
+        return _all(group, "mm"), f"{names}: up to {largest:g}, taken for mm"
+    if (stepped := _of_steps(group, table)) is not None:
+        return stepped, ""
+    lone = _is_lone(group)
+    if lone and all(is_of_data_joint(one.source) for one in group):
+        return _all(group, "deg"), (
+            f"{names}: {NO_UNIT}; taken for degrees, as most arms with such names are written in;"
+            f" if it is radians, put [rad] in place of [deg] {PUT}"
+        )
+    by_name = all(_says_counts(one.source, table[one.source]) for one in group)
+    if largest <= (GUESSES.one_turn_rad if lone else GUESSES.widest_rad) and not by_name:
+        return list(group), ""
+    if counts_like(values) or by_name:
+        return _all(group, "rad", GUESSES.count_rad), (
+            f"{names}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a turn; if"
+            f" a turn has others, put what one count is [rad] in place of {GUESSES.count_rad} {PUT}"
+        )
+    other = _other_than_deg(group, largest, turning)
+    return _all(group, "deg"), f"{names}: up to {largest:g}, taken for degrees{other}"
+
+
+def _says_counts(heading: str, values: FloatArray) -> bool:
+    """Whether a heading says counts, and whole numbers (n,) stand below it."""
+    return whole(values) and bool(COUNTS & set(re.split(r"[^a-z]+", heading.lower())))
+
+
+def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:
+    return [replace(one, unit=unit, scale=scale) for one in group]
+
+
+def _other_than_deg(group: Sequence[Guess], largest: float, turning: bool) -> str:
+    """What else than the degrees that they are taken for columns may be in, and what to write."""
+    guess = group[0]
+    if guess.index is not None:
+        return ", as all angles of the arms"  # which no machine has in mm
+    if largest > GUESSES.few_turns_deg:
+        counts = f"{without_unit(guess.source)}*{GUESSES.count_rad}"
+        return (
+            f"; if it is seconds of arc, put [arcsec] in place of [deg] {PUT}; if it is counts,"
+            f' what one is in rad, as "{guess.name}={counts}" for 4096 a turn'
+        )
+    radians = largest <= GUESSES.widest_rad
+    others = f"; if it is radians, put [rad] in place of [deg] {PUT}" if radians else ""
+    if turning or turns_by_name(group):
+        return others
+    return f"{others}; if it is mm, put [mm] in place of [deg] {SLIDES}"
+
+
+def _names(group: Sequence[Guess]) -> str:
+    return ", ".join(one.source for one in group)
+
+
+def _is_lone(group: Sequence[Guess]) -> bool:
+    """Whether columns are those of one axis, which may slide as well."""
+    return all(one.index is None for one in group)
+
+
+def _of_steps(group: Sequence[Guess], table: Mapping[str, FloatArray]) -> list[Guess] | None:
+    """The group in the unit that the steps of its readings tell; None where they tell none."""
+    read = [one.source for one in group if one.role in ("position", "theta")]
+    told = {name: found for name in read if (found := of_encoder(table[name])) is not None}
+    units = {unit for unit, _ in told.values()}
+    if len(units) != 1:
+        return None
+    why = {name: f"reads {step}" for name, (_, step) in told.items()}
+    like = f"in the unit of {next(iter(told))}"
+    return [
+        replace(one, why=f"{one.why}; {why.get(one.source, like)}")
+        for one in _all(group, units.pop())
+    ]
+
+
+def turns_by_name(group: Iterable[Guess]) -> bool:
+    """Whether a name among these is that of a joint, or says that it is an angle."""
+    return any(is_of_joint(one.source) for one in group)
+
+
+def ask_unit(
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+) -> tuple[dict[str, str], str]:
+    """The unit to be written for columns of an axis of which nothing tells one, by their name in
+    the contract, and what to be asked of them; both empty where there are none.
+    """
+    open_ = [one for one in guesses.values() if one.name in LONE and _is_open(one)]
+    if not open_:
+        return {}, ""
+    largest = max(float(np.nanmax(np.abs(table[one.source]))) for one in open_)
+    slide = f"if it slides, [m] or [mm], {SLIDES}"
+    also = "" if turns_by_name(open_) else f"; {slide}"
+    return dict.fromkeys((one.name for one in open_), "rad"), (
+        f"{_names(open_)}: up to {largest:.4g}, and {NO_UNIT}; taken for radians; if it is degrees,"
+        f" put [deg] in place of [rad] {PUT}{also}"
+    )
+
+
+def _doubt(guess: Guess, values: FloatArray) -> str:
+    """What is odd about values in the unit that was said; empty where nothing is."""
+    largest, unit, name = float(np.nanmax(np.abs(values))), guess.unit, guess.source
+    if unit == "rad" and largest > GUESSES.said_factor * GUESSES.widest_rad:
+        far = f"{largest:g} ({turns(largest)})"
+        return f"{name}: is said to be rad and goes up to {far}; degrees?"
+    if unit == "m" and largest > GUESSES.longest_m:
+        return f"{name}: is said to be m and goes up to {largest:g}; millimetres?"
+    if unit is not None and (why := of_counts(guess.name, name, unit, values)):
+        return why
+    if unit == "deg" and largest < GUESSES.narrowest_deg:
+        return f"{name}: is said to be deg and stays below {largest:.3g}; radians?"
+    return ""

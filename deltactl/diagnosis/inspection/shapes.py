@@ -1,0 +1,141 @@
+"""What the numbers of a column look like, and how two columns move beside each other."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from deltactl.diagnosis.columns.options import GUESSES
+from deltactl.diagnosis.observations.readings import FloatArray
+
+
+def rising(values: FloatArray) -> bool:
+    """Whether values only increase."""
+    return len(values) > 2 and bool(np.isfinite(values).all() and (np.diff(values) > 0.0).all())
+
+
+def same_range(one: FloatArray, other: FloatArray) -> bool:
+    """Whether most of the wider of two ranges is common to both."""
+    low, high = np.nanmin([one, other], axis=1), np.nanmax([one, other], axis=1)
+    return bool(high.min() - low.max() > 0.5 * (high.max() - low.min()))
+
+
+def starts_again(values: FloatArray) -> bool:
+    """Whether values increase but for a few returns to where they began: runs, one by one."""
+    back = np.flatnonzero(np.diff(values) <= 0.0)
+    few = 0 < len(back) < GUESSES.most_runs * len(values)
+    return few and bool(np.allclose(values[back + 1], values[0], atol=1e-3))
+
+
+def unevenness(values: FloatArray) -> float:
+    steps = np.diff(values)
+    return float(np.std(steps) / np.mean(steps))
+
+
+def correlation(one: FloatArray, other: FloatArray) -> float:
+    both = np.isfinite(one) & np.isfinite(other)
+    a, b = one[both], other[both]
+    if len(a) < GUESSES.fewest_in_common or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
+        return 0.0
+    return float(np.corrcoef(a, b)[0, 1])
+
+
+def roughness(values: FloatArray) -> float:
+    """Size of second differences against the whole movement."""
+    known = values[np.isfinite(values)]
+    return float(np.std(np.diff(known, 2)) / np.std(known)) if len(known) > 3 else np.inf
+
+
+def _lead(one: FloatArray, other: FloatArray) -> int:
+    """By how many samples the first is ahead of the second, by the best correlation."""
+    best, where, most = -1.0, 0, min(GUESSES.longest_lead, len(one) // 4)
+    for shift in range(-most, most + 1):
+        a = one[max(0, -shift) : len(one) - max(0, shift)]
+        b = other[max(0, shift) : len(other) - max(0, -shift)]
+        likeness = correlation(a, b)
+        if likeness > best + 1e-9:
+            best, where = likeness, shift
+    return where
+
+
+def asks(one: FloatArray, other: FloatArray) -> bool:
+    """Whether the first of two motions was asked for: whole counts, less noise, or earlier."""
+    if is_count(one) != is_count(other):
+        return is_count(one)
+    if is_stepwise(one) != is_stepwise(other):
+        return is_stepwise(one)
+    lead = _lead(one, other)
+    if lead != 0:
+        return lead > 0
+    return roughness(one) <= roughness(other)
+
+
+def is_whole(values: FloatArray) -> bool:
+    known = values[np.isfinite(values)]
+    return bool((known == np.round(known)).all())
+
+
+def is_count(values: FloatArray) -> bool:
+    return is_whole(values) and float(np.nanmax(values) - np.nanmin(values)) > GUESSES.large_count
+
+
+def is_label(values: FloatArray) -> bool:
+    """Few whole numbers that never fall: the number of a run."""
+    known = values[np.isfinite(values)]
+    return bool(
+        (known == np.round(known)).all() and (np.diff(known) >= 0).all() and known[0] in (0.0, 1.0)
+    )
+
+
+def is_flag(values: FloatArray) -> bool:
+    """Whether it is on or off and nothing else."""
+    return bool(np.isin(values[np.isfinite(values)], (0.0, 1.0)).all())
+
+
+def difference(table: Mapping[str, FloatArray], names: list[str]) -> str | None:
+    """The column that is by how much two others lie apart, as the error of an axis; the smallest,
+    as of a sum each part is such a column too.
+    """
+    found = [
+        name
+        for name, one, other in itertools.permutations(names, 3)
+        if np.nanmax(np.abs(table[name] - (table[one] - table[other])))
+        < GUESSES.same_difference * np.nanstd(table[name])
+    ]
+    return min(found, key=lambda name: float(np.nanstd(table[name])), default=None)
+
+
+def is_stepwise(values: FloatArray) -> bool:
+    """Whether it mostly stands still and jumps between."""
+    changes = np.diff(values[np.isfinite(values)]) != 0.0
+    return 0.0 < float(changes.mean()) < GUESSES.mostly_still
+
+
+def pairs_alike(table: Mapping[str, FloatArray], names: list[str]) -> Iterator[tuple[str, str]]:
+    """Columns two by two that move alike, what was asked for first; each column once."""
+    both = itertools.combinations(names, 2)
+    alike = sorted(((correlation(table[a], table[b]), a, b) for a, b in both), reverse=True)
+    used: set[str] = set()
+    pairs = []
+    for likeness, a, b in alike:
+        if likeness < GUESSES.alike or a in used or b in used:
+            continue
+        used |= {a, b}
+        pairs.append((a, b) if asks(table[a], table[b]) else (b, a))
+    order = {name: place for place, name in enumerate(names)}
+    yield from sorted(pairs, key=lambda pair: order[pair[0]])[:3]
+
+
+def slopes(
+    table: Mapping[str, FloatArray], names: list[str], time: FloatArray
+) -> Iterator[tuple[str, str]]:
+    """Columns that are the slope of another one, with that one."""
+    used: set[str] = set()
+    for name, of in itertools.permutations(names, 2):
+        if name in used or of in used or is_stepwise(table[of]) or is_count(table[of]):
+            continue
+        if correlation(table[name], np.gradient(table[of], time)) > GUESSES.alike_slope:
+            used |= {name}
+            yield name, of

@@ -1,0 +1,231 @@
+"""Units that values suggest, and warnings where they look like another unit than the one said."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from deltactl.diagnosis.columns.doubts import ANGULAR
+from deltactl.diagnosis.columns.mapping import as_option
+from deltactl.diagnosis.columns.names import Guess, without_unit
+from deltactl.diagnosis.columns.options import GUESSES
+from deltactl.diagnosis.columns.slope import slope_ratio
+from deltactl.diagnosis.columns.units import (
+    IN_SI,
+    LINEAR,
+    LINEAR_SPEEDS,
+    ROTARY,
+    ROTARY_SPEEDS,
+    SPEEDS,
+    UNIT_OF,
+    UNIT_WORDS,
+)
+from deltactl.diagnosis.inspection.motion_units import PAIRS, of_one_unit, unit_of_motion
+from deltactl.diagnosis.inspection.shapes import same_range
+from deltactl.diagnosis.observations.needed_columns import travel
+from deltactl.diagnosis.observations.readings import FloatArray
+
+RATIOS: tuple[tuple[float, str, str], ...] = (
+    (1.0 / IN_SI["deg"], "deg", "rad"), (1.0 / IN_SI["mm"], "mm", "m"),
+    (1.0 / IN_SI["cm"], "cm", "m"),
+    (4096.0 / (2.0 * np.pi), "counts of 4096 a turn", "rad"),
+)  # fmt: skip
+"""How many of the first unit are one of the second."""
+
+
+def time_unit(t: FloatArray) -> tuple[str, str]:
+    """Unit of a time column without one, and why: whole numbers are ticks of a computer's clock."""
+    step = float(np.median(np.diff(t)))
+    whole = bool((t == np.round(t)).all())
+    ticks, ticks_ns = GUESSES.ticks_ns
+    if step >= ticks and whole:
+        in_ns = step >= ticks_ns
+        return ("ns", "steps of some million") if in_ns else ("us", "steps of some thousand")
+    if step >= GUESSES.ticks_us and whole:
+        return "us", f"whole numbers, {step:g} apart"
+    if (step > GUESSES.ticks_ms and whole) or step > GUESSES.longest_step_s:
+        return "ms", f"{step:g} apart"
+    return "s", f"{step:.3g} apart"
+
+
+ANGLE_WORDS = {word: UNIT_OF[word] for unit in ("rad", "mrad", "deg", "arcmin", "arcsec")
+               for word in UNIT_WORDS[unit].split() if word not in ("grad", "°")}  # fmt: skip
+"""Words that are an angle's unit wherever they stand; a turn or a grad may be something else."""
+_A_WORD = re.compile(r"(?<![\w.])(\d[\d.,]*[ -]?)?([A-Za-zµ]+)(?!\w)")
+
+
+def unit_noted(
+    guesses: Mapping[str, Guess], lines: Sequence[str]
+) -> tuple[dict[str, Guess], list[str]]:
+    """Angles in the one unit that comment lines before a table name, and a word of that.
+
+    A word behind a number is a size (30 degrees); with a unit of length nothing can be told.
+    """
+    notes = " ".join(line for line in lines if line.lstrip()[:1] in "#%")
+    words = [word for size, word in _A_WORD.findall(notes) if not size]
+    units = {ANGLE_WORDS[word] for word in words if word in ANGLE_WORDS}
+    lengths = {word for word in words if len(word) > 1 and UNIT_OF.get(word) in LINEAR}
+    open_ = {
+        name: guess
+        for name, guess in guesses.items()
+        if guess.role in ANGULAR and guess.unit is None and guess.scale == 1.0
+    }
+    if len(units) != 1 or lengths or not open_:
+        return dict(guesses), []
+    (unit,) = units
+    noted = {name: replace(guess, unit=unit) for name, guess in open_.items()}
+    return {**guesses, **noted}, [
+        f"{', '.join(noted)}: taken for {unit}, which a comment before the table names; where that"
+        " is something else's, put the right unit into the command below"
+    ]
+
+
+def with_units(
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+) -> tuple[dict[str, Guess], list[str]]:
+    """Guesses with a unit where the values tell one, and what to be warned of."""
+    guesses = _shared({name: _per_second(guess) for name, guess in guesses.items()}, table)
+    out, warnings = dict(guesses), list[str]()
+    turning = any(one.unit in ROTARY for one in guesses.values())
+    for name, guess in guesses.items():
+        if guess.role == "t" and guess.unit is None:
+            unit, why = time_unit(table[name])
+            out[name] = replace(guess, unit=unit)
+            if unit != "s":
+                warnings.append(f"{name}: taken for {unit} ({why}); no unit stands in the file")
+    for group in of_one_unit(guesses, table):
+        known, warning = unit_of_motion(group, table, turning)
+        out |= {guess.source: guess for guess in known}
+        warnings += [warning] if warning else []
+    warnings += _pairs(out, table)
+    warnings += _of_slope(out, table)
+    return out, warnings
+
+
+GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
+"""Degrees in German, and gon in surveying."""
+
+
+def meant_otherwise(guesses: Mapping[str, Guess], units: Mapping[str, str]) -> list[str]:
+    """What to say where a unit's sign has a second meaning. units: of a line under the heading."""
+    said = [
+        f"{name}: grad is read as degrees, as in German; were it gon, 400 to a turn, say"
+        f' --set "{guess.name}={without_unit(name)}[deg]*0.9"'
+        for name, guess in guesses.items()
+        if guess.unit == "deg" and GRAD.search(f"{name} {units.get(name, '')}")
+    ]
+    arcs = [name for name, one in guesses.items() if one.unit == "arcsec" and '"' in name]
+    if arcs:
+        said.append(
+            f'{", ".join(arcs)}: " is read as seconds of arc; if it is inches, put [inch] in place'
+            " of [arcsec] and linear in place of rotary below"
+        )
+    return said
+
+
+def _shared(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> dict[str, Guess]:
+    """Where one of a pair has a unit and the other goes over the same numbers, both have it."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    out = dict(guesses)
+    for names in PAIRS:
+        pair = [by_name[name] for name in names if name in by_name and by_name[name].scale == 1.0]
+        units = [one.unit for one in pair if one.unit is not None]
+        if len(pair) == 2 and len(units) == 1 and same_range(*(table[one.source] for one in pair)):
+            out |= {one.source: replace(one, unit=units[0]) for one in pair}
+    return out
+
+
+def _per_second(guess: Guess) -> Guess:
+    """A velocity whose heading names the unit of its way: dq_deg is in deg/s."""
+    speed = f"{guess.unit}/s"
+    return replace(guess, unit=speed) if guess.role == "velocity" and speed in SPEEDS else guess
+
+
+def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+    """The unit of a velocity follows from the position that it is the slope of."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    if not {"t", "position", "velocity"} <= set(by_name) or by_name["velocity"].scale != 1.0:
+        return []
+    place, speed = by_name["position"], by_name["velocity"]
+    t_s = table[by_name["t"].source] * IN_SI[by_name["t"].unit or "s"]
+    place_si = table[place.source] * place.scale * IN_SI[place.unit or "1"]
+    ratio = slope_ratio(t_s, place_si, table[speed.source])
+    if ratio is None:
+        return []
+    own = ROTARY_SPEEDS if place.unit in ROTARY else LINEAR_SPEEDS if place.unit in LINEAR else ()
+    fits = [u for u in own or SPEEDS if abs(ratio * IN_SI[u] - 1.0) < GUESSES.near_unit]
+    unit = next(iter(fits), None)
+    words = f"{speed.source}: is {ratio:.3g} times the slope of {place.source}"
+    if speed.unit is not None:
+        good = abs(ratio * IN_SI[speed.unit] - 1.0) < GUESSES.near_unit
+        return [] if good else [f"{words}, which does not go with {speed.unit}"]
+    if unit is None:
+        factor = float(f"{1.0 / ratio:.4g}")
+        right = as_option("velocity", without_unit(speed.source), "1", factor, 0.0)
+        return [f"{words} in SI units, which is no unit known here; {right} would make it one"]
+    shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m cannot be told
+    why = f"{speed.why}, in {unit} by its size" if shown else speed.why
+    guesses[speed.source] = replace(speed, unit=shown, why=why)
+    return []
+
+
+def _pairs(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+    """Command and reading of one axis that differ by a factor between units."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    warnings = []
+    for asked, seen in PAIRS:
+        if asked not in by_name or seen not in by_name:
+            continue
+        one, other = by_name[asked], by_name[seen]
+        wide, told = travel(table[one.source]), travel(table[other.source])
+        if wide <= 0.0 or told <= 0.0 or (one.unit != other.unit and one.unit and other.unit):
+            continue
+        larger, smaller, ratio = (
+            (one, other, wide / told) if wide > told else (other, one, told / wide)
+        )
+        for factor, big, small in RATIOS:
+            if abs(ratio / factor - 1.0) < GUESSES.near_unit:
+                warnings.append(
+                    f"{larger.source} moves {ratio:.3g} times as much as {smaller.source}: "
+                    f"{big} against {small}?"
+                )
+                if big in ("deg", "mm", "cm"):
+                    guesses[larger.source] = replace(larger, unit=big)
+                    guesses[smaller.source] = replace(smaller, unit=small)
+                break
+    return warnings
+
+
+def steps_of_a_slide(
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+) -> tuple[dict[str, Guess], list[str]]:
+    """Steps beside a reading in mm as a command in mm, and what is to be looked at.
+
+    How many steps make a mm is what the recording itself shows: somebody who knows what the
+    machine is set to must say so, or a wrong setting cannot be found.
+    """
+    by_name = {guess.name: guess for guess in guesses.values()}
+    steps = by_name.get("steps_1")
+    seen = by_name.get("theta_1") or by_name.get("position")
+    if steps is None or seen is None or seen.unit not in LINEAR or "command" in by_name:
+        return dict(guesses), []
+    counts, read_mm = table[steps.source], table[seen.source] * IN_SI[seen.unit] * 1e3
+    both = np.isfinite(counts) & np.isfinite(read_mm)
+    if both.sum() < 2 or not np.ptp(counts[both]):
+        return dict(guesses), []
+    mm_per_step = float(np.polyfit(counts[both], read_mm[both], 1)[0])
+    if not mm_per_step:
+        return dict(guesses), []
+    per_mm = float(f"{1.0 / mm_per_step:.3g}")
+    why = f"steps of a slide, {abs(per_mm):g} to the mm"
+    command = replace(steps, role="command", index=None, unit="mm", scale=1.0 / per_mm, why=why)
+    position = replace(seen, role="position", index=None)
+    warning = (
+        f"{steps.source}: {abs(per_mm):g} steps are taken for 1 mm, as this recording moves; in the"
+        f" command below, write 1 divided by the steps per mm that are set in place of"
+        f" {command.scale:.6g}, or a wrong setting cannot be found"
+    )
+    return {**guesses, steps.source: command, seen.source: position}, [warning]

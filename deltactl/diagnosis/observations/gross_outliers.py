@@ -1,0 +1,60 @@
+"""Single readings so far off that they are no measurement are emptied before anything sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from deltactl.diagnosis.observations.options import OBSERVATIONS
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
+from deltactl.recording.tables.flat import FlatRecording
+
+
+def without_gross(recording: FlatRecording, names: Sequence[str]) -> FlatRecording:
+    """The recording with gross outliers of these columns empty; itself where there are none."""
+    emptied = {}
+    for name in names:
+        values = recording.columns.get(name)
+        if values is not None and (gross := gross_outliers(values)).any():
+            emptied[name] = np.where(gross, np.nan, values)
+    if not emptied:
+        return recording
+    columns = {**recording.columns, **emptied}
+    return FlatRecording(recording.t_s, columns, recording.extra, recording.source)
+
+
+def gross_outliers(values: FloatArray) -> BoolArray:
+    """Which readings (n,) stand out of their neighbours by more than any motion does."""
+    gross = np.zeros(len(values), dtype=bool)
+    known = np.flatnonzero(np.isfinite(values))
+    if len(known) < 2 * OBSERVATIONS.gross_rows:
+        return gross
+    seen = values[known]
+    off = np.abs(seen - median_filter(seen, OBSERVATIONS.gross_rows, mode="nearest"))
+    low, high = np.quantile(seen, OBSERVATIONS.travel)
+    usual = float(np.quantile(off, OBSERVATIONS.gross_quantile))
+    least = max(OBSERVATIONS.gross_factor * usual, OBSERVATIONS.gross_share * float(high - low))
+    found = (off > least) & (least > 0.0)
+    if 0.0 < float(found.mean()) < OBSERVATIONS.most_gross_share:
+        gross[known[found]] = True
+    gross[known[_spikes(seen)]] = True
+    return gross
+
+
+def _spikes(seen: FloatArray) -> BoolArray:
+    """Single readings (n,) beyond both neighbours by far more than any of the others is.
+
+    However fast a machine moves or turns back, it does so at more than a few rows.
+    """
+    before, after = seen[:-2], seen[2:]
+    beyond = np.maximum(seen[1:-1] - np.maximum(before, after), 0.0)
+    beyond += np.maximum(np.minimum(before, after) - seen[1:-1], 0.0)
+    most = max(1, int(OBSERVATIONS.most_spikes * len(seen)))
+    sizes = np.sort(beyond)[::-1][: most + 1]
+    stands = sizes[:-1] > OBSERVATIONS.spike_factor * np.maximum(sizes[1:], 1e-300)
+    spikes = np.zeros(len(seen), dtype=np.bool_)
+    if stands.any() and sizes[0] > OBSERVATIONS.spike_of_travel * float(np.ptp(seen)):
+        spikes[1:-1] = beyond >= sizes[int(np.flatnonzero(stands)[-1])]
+    return spikes

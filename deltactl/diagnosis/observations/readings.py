@@ -1,0 +1,232 @@
+"""Observations of one or several recordings, laid end to end, with a mask of what is valid."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from deltactl.diagnosis.observations.options import OBSERVATIONS
+from deltactl.foundation.counting import count
+from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.scatter import MAD_TO_SIGMA
+from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
+
+FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+IntArray = np.ndarray[Any, np.dtype[np.intp]]
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Values (n, channels) of the named channels; NaN or invalid where nothing was seen.
+
+    t_s counts on from recording to recording (`shift_s` says by how much each was moved).
+    """
+
+    t_s: FloatArray
+    fresh: BoolArray
+    part: np.ndarray[Any, np.dtype[np.intp]]
+    """Number of the recording each sample comes from, (n,)."""
+    shift_s: tuple[float, ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: FloatArray
+    valid: BoolArray
+
+    @cached_property
+    def rounding(self) -> list[float]:
+        """Standard deviation of rounding to its smallest step, for each channel."""
+        return [_rounding(self.values[:, column]) for column in range(len(self.names))]
+
+    @cached_property
+    def period_s(self) -> float:
+        """Usual time between samples [s]."""
+        return float(np.median(np.diff(self.t_s)))
+
+    @property
+    def span_s(self) -> float:
+        """Time from first to last sample [s]."""
+        return float(self.t_s[-1] - self.t_s[0])
+
+    def own_time_s(self, t_s: float) -> float:
+        """A time on the joint axis as the recording it lies in counts it."""
+        at = min(int(np.searchsorted(self.t_s, t_s)), len(self.t_s) - 1)
+        return t_s - self.shift_s[int(self.part[at])]
+
+    def recording_of(self, t_s: float) -> int:
+        """Number (from 1) of the recording that a time on the joint axis lies in."""
+        at = min(int(np.searchsorted(self.t_s, t_s)), len(self.t_s) - 1)
+        return int(self.part[at]) + 1
+
+    def end_s(self, recording: int) -> float:
+        """Last time of a recording (counted from 1), as that recording counts it."""
+        last = int(np.flatnonzero(self.part == recording - 1)[-1])
+        return float(self.t_s[last]) - self.shift_s[recording - 1]
+
+    @property
+    def whole(self) -> list[tuple[float, float]]:
+        """First and last time of each recording, as it counts them itself."""
+        firsts = [int(np.argmax(self.part == n)) for n in range(len(self.shift_s))]
+        return [
+            (float(self.t_s[first]) - self.shift_s[n], self.end_s(n + 1))
+            for n, first in enumerate(firsts)
+        ]
+
+
+def _rounding(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    steps = np.diff(np.unique(np.round(known, 9)))
+    steps = steps[steps > 1e-8]
+    return float(steps.min()) / np.sqrt(12.0) if len(steps) else 0.0
+
+
+def step_of(values: FloatArray) -> float:
+    """Step [unit of the values] that all readings (n,) are whole multiples of; 0 for none.
+
+    The smallest distance between two readings is one only if all others are multiples of it: an
+    axis that turns steadily has no two readings near each other either. Nor is it one if every
+    reading is one further than the last: that is the way between two samples at one speed.
+    """
+    known = values[np.isfinite(values)]
+    if len(known) < 2:
+        return 0.0
+    places = np.unique(known)
+    same = 1e-9 * max(float(np.abs(known).max()), 1e-300)
+    places = places[np.diff(places, prepend=-np.inf) > same]
+    if len(places) < 2:
+        return 0.0
+    step = spacing(places)
+    counts = (known - known[0]) / step
+    one_further = np.round(np.diff(counts)) == np.sign(counts[-1])
+    if float(np.mean(one_further)) > OBSERVATIONS.most_on_step:
+        return 0.0
+    whole = np.abs(counts - np.round(counts)) < OBSERVATIONS.near_step
+    return step if float(np.mean(whole)) > OBSERVATIONS.most_on_step else 0.0
+
+
+def spacing(places: FloatArray) -> float:
+    """Step between places (k,) that rise evenly, by all of them: a log may leave decimals out."""
+    apart = np.diff(places)
+    near = float(np.median(apart[apart < OBSERVATIONS.same_step * apart.min()]))
+    number = np.concatenate([[0.0], np.cumsum(np.round(apart / near))])
+    even = number - number.mean()
+    return float(even @ (places - places.mean()) / (even @ even))
+
+
+def starts_of(recording: FlatRecording) -> BoolArray:
+    """Where a new stretch starts: a change of `segment`, or a gap of twenty periods."""
+    t_s = recording.t_s
+    fresh = np.zeros(len(t_s), dtype=bool)
+    fresh[0] = True
+    if len(t_s) > 2:
+        step = np.diff(t_s)
+        fresh[1:] |= step > GAP_PERIODS * np.median(step)
+    if "segment" in recording.columns:
+        fresh[1:] |= np.diff(recording.columns["segment"]) != 0
+    return fresh
+
+
+def gather(
+    recordings: Sequence[FlatRecording],
+    names: Sequence[str],
+    unit: dict[str, str],
+    fewest: int = OBSERVATIONS.fewest_samples,
+    status: Mapping[str, str] = MappingProxyType({}),
+) -> Readings:
+    """Lay recordings end to end.
+
+    names: channels to gather, with `unit` for each. status: for channels that have one, the column
+    that is 0 where a reading is good. Raises RecordingError when nothing can be told from them.
+    """
+    times, fresh, parts, values, valid, shifts = [], [], [], [], [], []
+    begin = 0.0
+    for number, recording in enumerate(recordings):
+        if len(recording) < fewest:
+            raise RecordingError(
+                f"{recording.source}: has {count(len(recording), 'sample')}; at least "
+                f"{fewest} are needed to tell anything"
+            )
+        shift = begin - recording.t_s[0] if number else 0.0
+        times.append(recording.t_s + shift)
+        shifts.append(float(shift))
+        begin = float(times[-1][-1]) + OBSERVATIONS.between_recordings_s
+        fresh.append(starts_of(recording))
+        parts.append(np.full(len(recording), number))
+        block, good = _block(recording, names, status)
+        values.append(block)
+        valid.append(good)
+    return Readings(
+        np.concatenate(times), np.concatenate(fresh), np.concatenate(parts), tuple(shifts),
+        tuple(names), tuple(unit[name] for name in names),
+        np.concatenate(values), np.concatenate(valid),
+    )  # fmt: skip
+
+
+def _block(
+    recording: FlatRecording, names: Sequence[str], status: Mapping[str, str]
+) -> tuple[FloatArray, BoolArray]:
+    block = np.full((len(recording), len(names)), np.nan)
+    for column, name in enumerate(names):
+        if name in recording.columns:
+            block[:, column] = recording.columns[name]
+    good = np.isfinite(block)
+    for column, name in enumerate(names):
+        said = recording.columns.get(status.get(name, ""))
+        if said is not None:
+            good[:, column] &= said == 0
+        if good[:, column].any():
+            good[:, column] &= ~_repeats(block[:, column])
+    return block, good
+
+
+def _repeats(values: FloatArray) -> BoolArray:
+    """Rows that repeat the one before because the sensor was read faster than it measures.
+
+    Only when about half the rows or more do; rounding alone also makes neighbours equal.
+    """
+    same = np.zeros(len(values), dtype=bool)
+    same[1:] = values[1:] == values[:-1]
+    known = values[np.isfinite(values)]
+    moving = len(known) > 0 and known.max() > known.min()
+    low, high = OBSERVATIONS.held
+    if not moving or not low < same.mean() < high:
+        return np.zeros_like(same)
+    runs = np.diff(np.flatnonzero(~same))
+    usual = np.median(runs) if len(runs) else 1
+    even = OBSERVATIONS.evenly_held
+    regular = len(runs) > 0 and usual >= 2 and np.mean(np.abs(runs - usual) <= 1) > even
+    return same if regular else np.zeros_like(same)
+
+
+def without_outliers(residual: FloatArray, valid: BoolArray) -> BoolArray:
+    """The valid mask less single readings that stand out of their neighbourhood (Hampel).
+
+    Of a machine that rests between short moves the mismatch itself stands out while it moves: where
+    that is more than a few readings of a channel, none of them is an outlier.
+    """
+    kept = valid.copy()
+    for column in range(residual.shape[1]):
+        rows = np.flatnonzero(valid[:, column])
+        if len(rows) < OBSERVATIONS.hampel_rows:
+            continue
+        values = residual[rows, column]
+        off = np.abs(values - median_filter(values, OBSERVATIONS.hampel_rows, mode="nearest"))
+        scale = MAD_TO_SIGMA * np.median(off)
+        out = off > OBSERVATIONS.hampel_limit * max(scale, 1e-15)
+        if out.mean() <= OBSERVATIONS.most_outliers:
+            kept[rows[out], column] = False
+    return kept
+
+
+def long_repeats(values: FloatArray, shortest: int) -> list[tuple[int, int]]:
+    """Stretches [first, last] of rows that repeat one number at least `shortest` times."""
+    same = np.flatnonzero(np.diff(values) != 0.0)
+    edges = np.concatenate([[-1], same, [len(values) - 1]])
+    return [(int(a) + 1, int(b)) for a, b in itertools.pairwise(edges) if b - a >= shortest]

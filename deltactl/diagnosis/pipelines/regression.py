@@ -1,0 +1,236 @@
+"""The way of a recording whose mismatch is a sum of columns: selected, settled, answered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.special import expit
+
+from deltactl.diagnosis.answer.assembly import allowing
+from deltactl.diagnosis.answer.between_rows import as_far_as_rows_tell
+from deltactl.diagnosis.answer.options import VERDICT
+from deltactl.diagnosis.answer.records import (
+    Agreement,
+    Diagnosis,
+    Finding,
+    Picture,
+    PriorSensitivity,
+)
+from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, seen
+from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.assessment.prior_sensitivity import as_found, prior_sensitivity
+from deltactl.diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
+from deltactl.diagnosis.assessment.regression_limits import detection_limits
+from deltactl.diagnosis.assessment.significance import chance, charge
+from deltactl.diagnosis.evidence.detection import Progress
+from deltactl.diagnosis.experiment.propose import Proposal
+from deltactl.diagnosis.pipelines.agreement import agreement, widened
+from deltactl.diagnosis.pipelines.regression_figures import (
+    fit_of,
+    left_by_known,
+    picture_of,
+    rest_of,
+)
+from deltactl.diagnosis.pipelines.regression_findings import findings, sizes
+from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.selection.model_posterior import Posterior
+from deltactl.diagnosis.selection.named_first import Selected, select
+
+
+def diagnose_plant(
+    plant: RegressionPlant,
+    others: Sequence[RegressionPlant],
+    progress: Progress = lambda _: None,
+    singles: Sequence[RegressionPlant] = (),
+) -> Diagnosis:
+    """Noise, selection and alarm; then the answer as on every way (`way.answered`).
+
+    others: plants of held-out recordings; without any, blocks of time are left out in turn.
+    singles: each of several recordings by itself, to say whether they agree.
+    """
+    searched = select(plant, progress)
+    charged = charge(plant, searched.noise, searched.empty)
+    searched = _charged(searched, charged)
+    first_p = _first_p(searched, charged)
+    progress("what else it could be")
+    selected, blocks = _widened(searched)
+    if not _claimed(searched, first_p, blocks):
+        selected, blocks = _widened(_nothing(searched))
+    compared = agreement(selected, singles)
+    settled = SummedColumns(plant, searched, selected, blocks, first_p, others, compared)
+    return answered(settled, progress)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SummedColumns:
+    """An explanation that is a sum of columns, see `Settled`."""
+
+    plant: RegressionPlant
+    searched: Selected
+    """Before its sizes were widened, or all of it was found to be chance."""
+    selected: Selected
+    blocks: Blocks
+    first_p: float
+    others: Sequence[RegressionPlant]
+    compared: list[Agreement]
+    """Sizes in each of several recordings."""
+
+    def figures(self) -> Figures:
+        """See Settled."""
+        rest = rest_of(self.selected)
+        found = findings(self.selected, self.plant.readings, [self.plant.channel])
+        fit = fit_of(self.selected, self.others, rest, self.blocks)
+        if self.plant.left_by_known and not seen(rest.p):
+            excused = bool(self.searched.best.keys and not self.selected.best.keys)
+            fit = allowing(fit, left_by_known(self.selected, fit, excused))
+        found = [as_far_as_rows_tell(one, self.plant.readings.period_s) for one in found]
+        return Figures(widened(found, self.compared), fit, rest)
+
+    def chance(self, found: Sequence[Finding]) -> float:
+        """See Settled."""
+        return self.first_p
+
+    def nothing_missing(self, found: Sequence[Finding]) -> float:
+        """See Settled."""
+        return float(np.clip(self.selected.nothing, 0.0, 1.0))
+
+    def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:
+        """See Settled. Of what has no name there is no usual size to speak of."""
+        named = [one for one in found if one.effect != NAMELESS]
+        return as_found(prior_sensitivity(self.searched), named)
+
+    def limits(self) -> Limits:
+        """See Settled."""
+        return Limits(self.plant.not_testable(), detection_limits(self.selected))
+
+    def next_run(self) -> Proposal:
+        """None: the words of its effects say what else to record."""
+        return Proposal(None)
+
+    def picture(self) -> Picture:
+        """See Settled."""
+        return picture_of(self.selected, self.plant)
+
+    def remarks(self) -> dict[str, Any]:
+        """Whether several recordings agree."""
+        return {"agreement": self.compared}
+
+
+def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:
+    """Discrepancy of the sizes, of another preparation and of blocks left out."""
+    names = selected.shift.keys() | blocks.keys()
+    return {n: float(np.hypot(selected.shift.get(n, 0.0), blocks.get(n, 0.0))) for n in names}
+
+
+def _widened(selected: Selected) -> tuple[Selected, Blocks]:
+    """The same with the discrepancy of its sizes, and what it leaves of blocks left out.
+
+    Less doubtful corrections of the file, and then unknowns that no test sees and that do not
+    foretell blocks left out either.
+    """
+    known, blocks = _less_doubtful(selected)
+    fewer = _without_unseen(known)
+    if fewer.best.keys == known.best.keys:
+        return known, blocks
+    trimmed, left = _widened(replace(fewer, shift=selected.shift))
+    if blocks.after < ASSESSMENT.foretold * left.after:
+        return known, blocks
+    return trimmed, left
+
+
+def _less_doubtful(selected: Selected) -> tuple[Selected, Blocks]:
+    """Less corrections of the file without which blocks left out are no worse (`grew`)."""
+    blocks = on_blocks(selected)
+    known = replace(selected, shift=_together(selected, beyond_noise(selected.best, blocks)))
+    fewer = _without_doubtful(known)
+    if fewer.best.keys != selected.best.keys:
+        trimmed, left = _less_doubtful(replace(fewer, shift=selected.shift))
+        if left.after <= VERDICT.grew * blocks.after:
+            return trimmed, left
+    return known, blocks
+
+
+def _claimed(selected: Selected, first_p: float, blocks: Blocks) -> bool:
+    """Whether anything may be: by the test, or by test, evidence and held-out blocks together.
+
+    Of a coarse encoder's few hundred readings eight may be independent; a test that estimates the
+    noise from those few and counts all that was tried sees nothing in a lag of half the motion.
+    Where sizes that were fitted elsewhere take most of the mismatch of every block away, no such
+    test is needed.
+    """
+    likely = first_p <= ASSESSMENT.unlikely and blocks.after < blocks.before
+    foretold = blocks.after < ASSESSMENT.foretold * blocks.before
+    return first_p <= ALARM or (selected.nothing <= ALARM and (likely or foretold))
+
+
+def _first_p(selected: Selected, charged: float) -> float:
+    """Calibrated p of 'nothing is missing', before any finding."""
+    best, empty = selected.best, selected.empty
+    if best.keys:
+        return chance(selected, best, empty, charged)
+    tried = [e for e in selected.evidence.evaluated if len(e.keys) == 1]
+    return min([chance(selected, one, empty, charged) for one in tried], default=1.0)
+
+
+def _charged(selected: Selected, charged: float) -> Selected:
+    """The same, with what the file's effects may leave taken off the evidence of anything more."""
+    best, empty = selected.best, selected.empty
+    if not best.keys or charged <= 0.0:
+        return selected
+    against = best.log_evidence - empty.log_evidence - 0.5 * charged
+    return replace(selected, nothing=max(selected.nothing, float(expit(-against))))
+
+
+def _nothing(selected: Selected) -> Selected:
+    """The same, with nothing claimed."""
+    return Selected(
+        selected.plant, selected.evidence, Posterior([selected.empty], [1.0]),
+        selected.probability, selected.nothing, selected.empty, selected.named,
+        {}, selected.left_over,
+    )  # fmt: skip
+
+
+SIGNED = frozenset(
+    {
+        "inertia", "effort_gain", "effort_offset", "gear_ratio", "home_offset", "sensor_offset",
+        "sensor_scale", "sensor_crosstalk",
+    }
+)  # fmt: skip
+"""Effects that correct a figure of the robot file, up or down."""
+
+
+def _without_unseen(selected: Selected) -> Selected:
+    """The same less every unknown that chance would show as well: the evidence has it for a part of
+    what the others leave, and a recording that a test takes for noise shows no new physics.
+    """
+    best = selected.best
+    for regressor in selected.plant.regressors:
+        if regressor.key in best.keys and regressor.unknown:
+            without = selected.evidence(best.keys - {regressor.key}, [best])
+            if chance(selected, best, without) > ASSESSMENT.unlikely:
+                return _without_unseen(replace(selected, posterior=Posterior([without], [1.0])))
+    return selected
+
+
+def _without_doubtful(selected: Selected) -> Selected:
+    """The same less the correction of the file that is missed least of those whose interval holds
+    what the file says: of a ratio and an offset that make up for each other one may be needed.
+    """
+    by_key = {r.key: r for r in selected.plant.regressors}
+    doubtful = set()
+    for key in selected.best.keys:
+        shown = selected.plant.shown(key)
+        if by_key[key].effect in SIGNED and shown:
+            ((_, low, high),) = sizes(selected, key)[shown[0].name].components
+            if low <= shown[0].nothing <= high:
+                doubtful.add(key)
+    if not doubtful:
+        return selected
+    best = selected.best
+    fewer = [selected.evidence(best.keys - {key}, [best]) for key in sorted(doubtful)]
+    rest = max(fewer, key=lambda one: one.log_evidence)
+    return replace(selected, posterior=Posterior([rest], [1.0]))

@@ -1,0 +1,176 @@
+"""Figures of a selection of regressors: mismatch, what is left, drawings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from deltactl.diagnosis.answer.records import AtRest, Channel, Fit, Picture
+from deltactl.diagnosis.answer.verdict import Rest, seen
+from deltactl.diagnosis.assessment.at_rest import at_rest
+from deltactl.diagnosis.assessment.covariance import NORMAL_95
+from deltactl.diagnosis.assessment.regression_holdout import Blocks, on_other_runs
+from deltactl.diagnosis.assessment.significance import chance, charge
+from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.pipelines.options import REGRESSION
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.selection.named_first import Selected
+from deltactl.diagnosis.selection.options import SELECTION
+
+
+def rest_of(selected: Selected) -> Rest:
+    """What the tests say of the residual, of spline terms that are not out of the question."""
+    free, best = selected.left_over, selected.best
+    known = free(best.keys, [best])
+    unknown = [
+        r
+        for r in selected.plant.regressors
+        if r.left_over and r.key not in best.keys and selected.probability[r.key] > SELECTION.open
+    ]
+    if not unknown:
+        return Rest(1.0)
+    asked = [(r, free(best.keys | {r.key}, [known])) for r in unknown]
+    charged = charge(selected.plant, free.noise, known)
+    pairs = [(chance(selected, more, known, charged), r, more) for r, more in asked]
+    p, regressor, more = min(pairs, key=lambda item: item[0])
+    share = max(known.chi2 - more.chi2, 0.0) / max(known.chi2, 1e-12)
+    return Rest(p, regressor.follows, "", share)
+
+
+def fit_of(
+    selected: Selected, others: Sequence[RegressionPlant], rest: Rest, blocks: Blocks
+) -> Fit:
+    """Figures of the fit; what neither a test nor its size tells from noise is the noise floor."""
+    rows, after_m = selected.noise.rows, rms_left(selected.best, selected.noise.rows)
+    free_m = float(np.sqrt(np.mean(selected.left_over.noise.sigma**2)))
+    before, after = blocks.before, blocks.after
+    if others:
+        before, after = on_other_runs(selected, others)
+    floor_m = min(free_m, after_m) if seen(rest.p) else after_m / _above_noise(selected)
+    within_m = _within(selected)
+    return Fit(
+        rms_before_m=rms_left(selected.empty, rows),
+        rms_after_m=after_m,
+        noise_floor_m=floor_m,
+        holdout_rms_before_m=before,
+        holdout_rms_after_m=after,
+        unit=selected.plant.unit,
+        done_by_known_m=_done_by_known(selected),
+        scatter_within_m=within_m,
+        sensor_noise=within_m is not None and within_m > REGRESSION.shown_at_rest * floor_m,
+        at_rest=_at_rest(selected),
+        holdout="run" if others else "blocks",
+    )
+
+
+def left_by_known(selected: Selected, fit: Fit, excused: bool) -> float:
+    """How large what effects of the file may leave is, root mean square.
+
+    excused: an explanation was found, and gained no more than those effects may leave: what is left
+    is theirs then.
+    """
+    rows = selected.noise.rows
+    parts = [share * np.mean(alone[rows] ** 2) for share, alone in selected.plant.left_by_known]
+    above = fit.rms_after_m**2 - fit.noise_floor_m**2 if excused else 0.0
+    return math.sqrt(max(sum(map(float, parts)), above))
+
+
+def _done_by_known(selected: Selected) -> float:
+    """How large what effects of the file do is, root mean square over the rows that count."""
+    done = selected.plant.done_by_known
+    return 0.0 if done is None else float(np.sqrt(np.mean(done[selected.noise.rows] ** 2)))
+
+
+def _at_rest(selected: Selected) -> AtRest | None:
+    plant, rows = selected.plant, selected.noise.rows
+    if not _follows_a_command(plant):
+        return None
+    step = plant.rounding * math.sqrt(12.0)
+    loaded = "load" in plant.covariates
+    return at_rest(selected.best.residual[rows], plant.stays[rows], step, loaded)
+
+
+def _follows_a_command(plant: RegressionPlant) -> bool:
+    """Whether its rests are those of a command."""
+    return not plant.averages and plant.unit in ("m", "rad")
+
+
+def _within(selected: Selected) -> float | None:
+    """Scatter of readings around their mean at one place; None where they stay too little to tell.
+
+    Of an axis, only rests that last: noise with a memory hardly changes within a short one. What
+    stands still to a step has no noise that could.
+    """
+    plant, rows = selected.plant, selected.noise.rows
+    stay, left = _under_one_load(plant)[rows], selected.best.residual[rows]
+    lasting = REGRESSION.memories_a_stay * selected.noise.tau
+    if _stands_still(stay, plant.observed[rows]):
+        lasting = 0.0
+    _, place, counts = np.unique(stay, return_inverse=True, return_counts=True)
+    if not plant.averages:
+        lasts = counts >= max(lasting, REGRESSION.fewest_in_a_stay)
+        kept = (stay >= 0) & lasts[place]
+        stay, left = stay[kept], left[kept]
+        _, place, counts = np.unique(stay, return_inverse=True, return_counts=True)
+    spare = len(stay) - len(counts)
+    fewest = REGRESSION.fewest_places if plant.averages else 1
+    if len(counts) < fewest or spare < max(len(counts), REGRESSION.fewest_stays):
+        return None
+    means = np.bincount(place, weights=left) / counts
+    scatter = float(np.sqrt(np.sum((left - means[place]) ** 2) / spare))
+    return max(scatter, plant.rounding)
+
+
+def _stands_still(stay: IntArray, read: FloatArray) -> bool:
+    """Whether readings (m,) are one and the same in most rests that are no shorter than a few."""
+    rests = [read[stay == number] for number in np.unique(stay[stay >= 0])]
+    ranges = [np.ptp(rest) for rest in rests if len(rest) >= REGRESSION.fewest_in_a_stay]
+    return bool(ranges) and float(np.median(ranges)) == 0.0
+
+
+def _under_one_load(plant: RegressionPlant) -> IntArray:
+    """Number (n,) of the stay at one place and under one load; -1 in motion."""
+    stays, load = plant.stays, plant.covariates.get("load")
+    if load is None:
+        return stays
+    steps = np.abs(np.diff(load, prepend=load[0])) > REGRESSION.same_load * float(np.ptp(load))
+    begins = steps | (np.diff(stays, prepend=-2) != 0)
+    return np.where(stays < 0, -1, np.cumsum(begins)).astype(np.intp)
+
+
+def _above_noise(selected: Selected) -> float:
+    """How many times larger than noise what is left is at least; 1 where it may be noise.
+
+    Against what the fullest set leaves, which is known to as few readings as are independent.
+    """
+    noise, left = selected.left_over.noise, selected.best.residual[selected.noise.rows]
+    weight = noise.scale * noise.sigma
+    size = float(np.sqrt(np.average((left / noise.sigma) ** 2, weights=weight**2)))
+    return max(size / (1.0 + NORMAL_95 / math.sqrt(2.0 * noise.effective)), 1.0)
+
+
+def rms_left(explanation: Explanation, rows: IntArray) -> float:
+    """What an explanation leaves of the rows that count, root mean square."""
+    return float(np.sqrt(np.mean(np.square(explanation.residual[rows]))))
+
+
+def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
+    """Arrays for drawings."""
+    on = plant.drawn_on
+    good = np.zeros(len(plant.t_s), dtype=bool)
+    good[plant.rows] = True
+    channel = Channel(
+        name=plant.channel, unit=plant.unit, observed=np.where(good, plant.observed + on, np.nan),
+        before=selected.empty.predicted + on, after=selected.best.predicted + on,
+        noise=float(np.median(selected.left_over.noise.sigma)),
+    )  # fmt: skip
+    return Picture(
+        t_s=plant.t_s,
+        channels=[channel],
+        covariates=dict(plant.covariates),
+        shift_s=plant.readings.shift_s,
+        rests=plant.stays >= 0 if _follows_a_command(plant) else None,
+    )

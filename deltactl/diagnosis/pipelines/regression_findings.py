@@ -1,0 +1,299 @@
+"""From a selection of regressors to the contract's findings: sizes, probabilities, alternatives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from deltactl.diagnosis.answer.records import (
+    Alternative,
+    Evidence,
+    Finding,
+    ParameterResult,
+    Table,
+    Where,
+)
+from deltactl.diagnosis.assessment.covariance import NORMAL_95
+from deltactl.diagnosis.assessment.regression_holdout import over_what_it_follows, scaled_covariance
+from deltactl.diagnosis.assessment.significance import chance
+from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.observations.readings import FloatArray, Readings
+from deltactl.diagnosis.pipelines.options import REGRESSION, UNKNOWN
+from deltactl.diagnosis.pipelines.regression_figures import rms_left
+from deltactl.diagnosis.plants.options import SPLINE_TERMS
+from deltactl.diagnosis.plants.regression import Equivalent, RegressionPlant, Regressor, Shown
+from deltactl.diagnosis.selection.named_first import Selected
+from deltactl.diagnosis.selection.options import SELECTION
+
+TABLED = {("position",), ("distance",)}
+"""What an unknown follows where numbers over it can be subtracted."""
+
+
+def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Finding]:
+    """All findings, the one that explains most first."""
+    plant, best = selected.plant, selected.best
+    by_key = {r.key: r for r in plant.regressors}
+    found = [
+        _finding(selected, by_key[key], readings, axes)
+        for key in sorted(best.keys)
+        if probability_of(selected, by_key[key]) >= SELECTION.likely
+    ]
+    return sorted(found, key=_first)
+
+
+def _first(finding: Finding) -> tuple[bool, float, float]:
+    """What has a name comes first, and of those what most of the mismatch hangs on."""
+    by_chi2 = finding.evidence.delta_chi2
+    return finding.effect == "unknown", -finding.share_of_mismatch, -by_chi2
+
+
+def _finding(
+    selected: Selected, regressor: Regressor, readings: Readings, axes: list[str]
+) -> Finding:
+    best = selected.best
+    without = selected.evidence(best.keys - {regressor.key}, [best])
+    gain = max(without.chi2 - best.chi2, 0.0)
+    apart = [_apart(selected, regressor, t) for t in regressor.equivalents]
+    log_odds = [t.log_odds - 0.5 * d for t, d in zip(regressor.equivalents, apart, strict=True)]
+    odds = np.exp([0.0, *log_odds])
+    share = odds / odds.sum()
+    probability = min(probability_of(selected, regressor), 1.0)
+    alternatives = [
+        Alternative(
+            effect=t.effect, component=regressor.component, delta_chi2=d,
+            probability=float(probability * s),
+        )
+        for t, d, s in zip(regressor.equivalents, apart, share[1:], strict=True)
+        if probability * s > REGRESSION.least_probability
+    ]  # fmt: skip
+    alternatives += _others(selected, regressor)
+    return Finding(
+        effect=regressor.effect,
+        component=regressor.component,
+        says="",
+        parameters=sizes(selected, regressor.key),
+        where=_where(regressor, readings, best, axes),
+        evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
+        share_of_mismatch=_share(selected, without),
+        own_share=_own_share(selected, regressor),
+        left_without_m=rms_left(without, selected.noise.rows),
+        probability=float(probability * share[0]),
+        alternatives=alternatives,
+        depends_on=list(regressor.follows),
+        table=_table(selected, regressor),
+    )
+
+
+def _share(selected: Selected, without: Explanation) -> float:
+    """How much of the power that the set takes off the mismatch comes back without one of it.
+
+    Of the mismatch as it is read: under noise with a memory a constant counts for next to nothing.
+    """
+    rows = selected.noise.rows
+    before, after, left = (
+        rms_left(one, rows) ** 2 for one in (selected.empty, selected.best, without)
+    )
+    return float(np.clip((left - after) / max(before - after, 1e-300), 0.0, 1.0))
+
+
+def _own_share(selected: Selected, regressor: Regressor) -> float:
+    """Of the mismatch's power what one effect of the set does by itself."""
+    plant, best, key = selected.plant, selected.best, regressor.key
+    base = plant.base(best.keys, best.sizes)
+    own = base - plant.base(best.keys - {key}, best.sizes)
+    own = own + plant.columns(key, base, best.sizes).values @ best.linear[key]
+    whole = rms_left(selected.empty, selected.noise.rows)
+    return float(np.mean(own[selected.noise.rows] ** 2)) / max(whole**2, 1e-300)
+
+
+def _table(selected: Selected, regressor: Regressor) -> Table | None:
+    """An unknown over the place of an axis or the distance of a target, as numbers."""
+    plant, key = selected.plant, regressor.key
+    if regressor.follows not in TABLED or not regressor.left_over:
+        return None
+    known = plant.followed(key)[plant.rows]
+    low, high = (float(x) for x in np.quantile(known[np.isfinite(known)], SPLINE_TERMS.covered))
+    count = max(plant.detail(key), UNKNOWN.places_in_table)
+    size = over_what_it_follows(selected, key, np.linspace(low, high, count))
+    follows = regressor.follows[0]
+    return Table(follows=follows, lowest=low, highest=high, size=[float(x) for x in size])
+
+
+def probability_of(selected: Selected, regressor: Regressor) -> float:
+    """Of an effect at a component, in whichever of its forms (friction by load or not)."""
+    forms = _forms(selected, regressor)
+    own = selected.probability[regressor.key]
+    if regressor.unknown or len(forms) == 1:
+        return own
+    pairs = zip(selected.posterior.explanations, selected.posterior.weights, strict=True)
+    return max(own, float(sum(weight for one, weight in pairs if one.keys & forms)))
+
+
+def _forms(selected: Selected, regressor: Regressor) -> set[str]:
+    """Keys of all regressors that are this effect at this component."""
+    name = (regressor.effect, regressor.component)
+    return {r.key for r in selected.plant.regressors if (r.effect, r.component) == name}
+
+
+def _apart(selected: Selected, regressor: Regressor, same: Equivalent) -> float:
+    """By how much in chi-square the fit is worse with the size at zero that an equivalent needs."""
+    if not same.only_if_zero:
+        return 0.0
+    best, name = selected.best, f"{regressor.key}.{same.only_if_zero}"
+    at = best.names.index(name)
+    known = math.sqrt(float(scaled_covariance(best)[at, at]))
+    least_s = max(
+        REGRESSION.as_good_as_none_s, REGRESSION.of_a_row * selected.plant.readings.period_s
+    )
+    spread = math.hypot(known, selected.shift.get(name, 0.0), least_s)
+    return (best.sizes[name] / spread) ** 2
+
+
+def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
+    """Other regressors that stand in sets without this one, with their posterior."""
+    posterior, best = selected.posterior, selected.best
+    by_key = {r.key: r for r in selected.plant.regressors}
+    own = {regressor.key} if regressor.unknown else _forms(selected, regressor)
+    weights: dict[str, float] = {}
+    worse: dict[str, float] = {}
+    for explanation, weight in zip(posterior.explanations, posterior.weights, strict=True):
+        if own & explanation.keys:
+            continue
+        for key in explanation.keys - best.keys:
+            weights[key] = weights.get(key, 0.0) + weight
+            worse.setdefault(key, explanation.chi2 - best.chi2)
+    named = {regressor.effect, *(t.effect for t in regressor.equivalents)}
+    return [
+        Alternative(
+            effect=by_key[key].effect, component=by_key[key].component,
+            delta_chi2=max(worse[key], 0.0), probability=weight,
+        )
+        for key, weight in sorted(weights.items(), key=lambda pair: -pair[1])
+        if weight > REGRESSION.least_probability and by_key[key].effect not in named
+    ]  # fmt: skip
+
+
+def _where(regressor: Regressor, readings: Readings, best: Explanation, axes: list[str]) -> Where:
+    times, numbers = readings.whole, list(range(1, len(readings.shift_s) + 1))
+    moment = best.sizes.get(f"{regressor.key}.moment")
+    if moment is not None:
+        number = readings.recording_of(moment)
+        times, numbers = [(readings.own_time_s(moment), readings.end_s(number))], [number]
+    return Where(axes=axes, times_s=times, recordings=numbers, regime="")
+
+
+# ---- sizes with intervals ----------------------------------------------------------------------
+
+
+def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
+    """Parameters of one regressor at the best set, their intervals over the credible sets."""
+    plant, best = selected.plant, selected.best
+    shown = plant.shown(key)
+    if not shown:
+        return {"size_rms": _size_of_unknown(selected, key)}
+    values = own(best, key)
+    draws = _mixture(selected, key)
+    found = {}
+    for one in shown:
+        result = parameter(one, values, draws)
+        if result is not None:
+            found[one.name] = result
+    return found
+
+
+def parameter(
+    shown: Shown, values: Mapping[str, FloatArray], draws: Mapping[str, FloatArray]
+) -> ParameterResult | None:
+    value = float(shown.of(values))
+    drawn = np.asarray(shown.of(draws))
+    if shown.name in ("phase", "phase_2"):
+        drawn = value + np.angle(np.exp(1j * (drawn - value)))
+    low, high = (float(x) for x in np.quantile(drawn, [0.025, 0.975]))
+    if shown.name in ("stiffness",) and low < 0.0:
+        # One over a number that may be zero: the stiffness has no upper end.
+        positive = drawn[drawn > 0.0]
+        low, high = float(np.quantile(positive, 0.025)), math.inf
+    if not low < high or value == shown.as_without:
+        return None
+    return ParameterResult(value=value, ci95=[min(low, value), max(high, value)], unit=shown.unit)
+
+
+def own(explanation: Explanation, key: str) -> dict[str, FloatArray]:
+    """Best sizes of one regressor by their own names."""
+    found: dict[str, FloatArray] = {}
+    prefix = f"{key}."
+    linear = iter(explanation.linear.get(key, ()))
+    for name in explanation.names:
+        if name.startswith(prefix) and name not in explanation.sizes:
+            found[name[len(prefix) :]] = np.asarray(next(linear))
+    for name, value in explanation.sizes.items():
+        if name.startswith(prefix):
+            found[name[len(prefix) :]] = np.asarray(value)
+    return found
+
+
+def _mixture(selected: Selected, key: str) -> dict[str, FloatArray]:
+    """Draws (n,) of each size of a regressor from the sets of the posterior that have it."""
+    pairs = zip(selected.posterior.explanations, selected.posterior.weights, strict=True)
+    chosen = [(e, w) for e, w in pairs if key in e.keys]
+    total = sum(w for _, w in chosen)
+    rng = np.random.default_rng(0)
+    parts: list[dict[str, FloatArray]] = []
+    for explanation, weight in chosen:
+        count = round(REGRESSION.posterior_draws * weight / total)
+        if count:
+            parts.append(drawn(explanation, key, selected.plant, count, rng, selected.shift))
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def drawn(
+    explanation: Explanation, key: str, plant: RegressionPlant, count: int,
+    rng: np.random.Generator, shift: Mapping[str, float] = MappingProxyType({}),
+) -> dict[str, FloatArray]:  # fmt: skip
+    """Draws from the Gaussian around one set's best sizes, within what a machine can have.
+
+    shift: standard deviation that discrepancy of the model adds to a size, by `key.size`.
+    """
+    covariance = scaled_covariance(explanation)
+    named = [
+        (i, name[len(key) + 1 :])
+        for i, name in enumerate(explanation.names)
+        if name.startswith(f"{key}.")
+    ]
+    rows = [i for i, _ in named]
+    part = covariance[np.ix_(rows, rows)]
+    across, spread = np.linalg.eigh(part)[::-1]
+    noise = rng.standard_normal((count, len(rows))) * np.sqrt(np.maximum(spread, 0.0))
+    moved = noise @ across.T
+    values = own(explanation, key)
+    found = {name: values[name] + moved[:, j] for j, (_, name) in enumerate(named)}
+    for _, name in named:
+        found[name] = found[name] + shift.get(f"{key}.{name}", 0.0) * rng.standard_normal(count)
+    regressor = next(r for r in plant.regressors if r.key == key)
+    for size in regressor.sizes:
+        if size.name not in found:
+            half = 2.0 * float(np.median(np.diff(plant.t_s)))
+            found[size.name] = values[size.name] + half * rng.uniform(-1.0, 1.0, count)
+        elif size.prior == "half":
+            found[size.name] = np.maximum(found[size.name], 0.0)
+    for name in regressor.positive:
+        above = found[name][found[name] > 0.0]
+        found[name] = rng.choice(above, count) if len(above) else np.abs(found[name])
+    return found
+
+
+def _size_of_unknown(selected: Selected, key: str) -> ParameterResult:
+    """Root mean square of a spline term over the rows that count."""
+    best = selected.best
+    base = selected.plant.base(best.keys, best.sizes)
+    columns = selected.plant.columns(key, base, best.sizes)
+    shape = (columns.values @ best.linear[key])[selected.plant.rows]
+    size = float(np.std(shape))
+    without = selected.evidence(best.keys - {key}, [best])
+    gain = max(without.chi2 - best.chi2, 1.0)
+    half = NORMAL_95 * size / float(np.sqrt(gain))
+    unit = selected.plant.unit
+    return ParameterResult(value=size, ci95=[max(size - half, 0.0), size + half], unit=unit)

@@ -1,0 +1,233 @@
+"""A delta and its recordings, as the engine sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from deltactl.diagnosis.observations.begun_in_motion import begun_in_motion
+from deltactl.diagnosis.observations.readings import FloatArray, gather
+from deltactl.diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
+from deltactl.diagnosis.plants.delta.candidates import (
+    EVENTS,
+    candidates_of,
+    contact,
+    runout,
+    tolerances,
+)
+from deltactl.diagnosis.plants.delta.measured_before import beside, changes, joined, measured_before
+from deltactl.diagnosis.plants.delta.near_singular import fragile
+from deltactl.diagnosis.plants.delta.sensor_clock import OwnTimes
+from deltactl.diagnosis.plants.delta.traits import delta_traits
+from deltactl.diagnosis.plants.nuisance import Nuisance
+from deltactl.diagnosis.plants.shared_parameters import groups_of
+from deltactl.foundation.errors import MissingColumns, RecordingError
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.chain.delta import Course, standing
+from deltactl.models.effects import VOCABULARY
+from deltactl.models.linkage import forward, jacobian
+from deltactl.models.robot import AXES, DeltaRobot
+from deltactl.recording.tables.flat import FlatRecording
+
+RANGES = tuple(f"range_{axis}" for axis in AXES)
+POSITIONS = tuple(f"pos_{axis}" for axis in AXES)
+ANGLES = tuple(f"theta_{motor}" for motor in (1, 2, 3))
+UNITS = {**dict.fromkeys((*RANGES, *POSITIONS), "m"), **dict.fromkeys(ANGLES, "rad")}
+STATUS = {name: name.replace("range_", "status_") for name in RANGES}
+ONLY_WITH_RANGES = ("sensor_", "stale_", "frame_tilt")
+
+
+class DeltaModel:
+    """Predictions of the chain for every observation channel of one or several recordings."""
+
+    def __init__(self, robot: DeltaRobot, recordings: Sequence[FlatRecording]):
+        self.robot = robot
+        seen = [name for name in (*RANGES, *POSITIONS, *ANGLES) if _somewhere(recordings, name)]
+        if robot.sensors is None:
+            seen = [name for name in seen if name not in RANGES]
+        if not seen:
+            raise MissingColumns(
+                f"{recordings[0].source}: nothing observed; it needs range_x..z (with `sensors` in "
+                "the robot file), theta_1..3 or pos_x..z",
+                recordings[0].source,
+            )
+        self.readings = gather(recordings, seen, UNITS, status=STATUS)
+        self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
+        if any(name in ANGLES for name in seen):  # of drives that may be behind at the beginning
+            begun = begun_in_motion(self.readings.t_s, self.commanded_rad, self.readings.fresh)
+            self.readings.valid[begun] = False
+        self._own_times = [OwnTimes(recording) for recording in recordings]
+        stays, self._measured = measured_before(robot, self._travel(), self.readings.span_s)
+        self.chain = Chain.delta(stays)
+        self._courses = self._split()
+        self.position_m = forward(self.chain.linkage, self.commanded_rad).position_m
+        self._refuse_impossible()
+        self._jacobian = jacobian(self.chain.linkage, self.commanded_rad, self.position_m)
+        self._late = self._latency()
+        half = 0.5 * self._period
+        read_late = replace(
+            self._late, coordinates=(Coordinate("time", step=2e-3, low=0.0, high=2.0 * half),)
+        )
+        # Somewhere within a sample, between the middle of the exposure and its end; never later
+        # than the next sample.
+        late = Nuisance(Term(read_late, np.array([0.5 * half])), (0.5 * half,))
+        self.nuisances = [late, *self._measured] if self._timed else self._measured
+        self.candidates = changes(self._candidates(), self._measured)
+        self.groups = groups_of(self.candidates)
+        self.traits = delta_traits(self.inputs(), seen)
+        self.tolerances = tolerances(self.candidates)
+        if robot.drive is not None and robot.drive.gear_ratio > 1.0:
+            self.tolerances += runout(robot.drive.gear_ratio)
+        known = [entry.found for entry in robot.effects if entry.found is not None]
+        self.loosely_built = any(found.loosely_built for found in known)
+        if self.loosely_built:
+            self.nuisances = [*self.nuisances, *beside(self._measured, self.tolerances)]
+
+    @property
+    def _timed(self) -> bool:
+        return any(name in RANGES for name in self.readings.names)
+
+    @property
+    def _period(self) -> float:
+        return self.readings.period_s
+
+    def _commands(self, recording: FlatRecording) -> FloatArray:
+        columns = recording.columns
+        for stem in ("command_", "steps_"):
+            names = [f"{stem}{motor}" for motor in (1, 2, 3)]
+            if not all(name in columns for name in names):
+                continue
+            given = np.stack([_filled(columns[name], name, recording) for name in names], axis=1)
+            if stem == "command_":
+                return given
+            if self.robot.drive is None:
+                raise RecordingError(
+                    f"{recording.source}: steps_1..3 need a `drive` section in the robot file"
+                )
+            return given * self.robot.drive.rad_per_step
+        raise MissingColumns(
+            f"{recording.source}: what was commanded is missing; it needs steps_1..3 [microsteps] "
+            f"or command_1..3 [rad], and has {', '.join(columns)}",
+            recording.source,
+        )
+
+    def _split(self) -> list[Course]:
+        readings, courses = self.readings, []
+        for number in range(int(readings.part[-1]) + 1):
+            rows = readings.part == number
+            commands = Commands.of_angles(
+                readings.t_s[rows], self.commanded_rad[rows], readings.fresh[rows]
+            )
+            courses.append(self.chain.course(commands))
+        return courses
+
+    def _refuse_impossible(self) -> None:
+        lost = ~np.isfinite(self.position_m[:, 0])
+        if lost.mean() > 0.02:
+            raise RecordingError(
+                f"the commanded angles cannot be assembled by robot '{self.robot.name}' in "
+                f"{100 * lost.mean():.0f} % of the samples; is this another robot's file, "
+                "or are the units wrong?"
+            )
+        self.readings.valid[lost | fragile(self.chain.linkage, self.commanded_rad)] = False
+
+    def predict(self, terms: Sequence[Term]) -> FloatArray:
+        """Channels (n, channels) with the terms at work."""
+        parts, actives = [], [term.active for term in joined(terms, self._measured)]
+        for course, own_times in zip(self._courses, self._own_times, strict=True):
+            try:
+                out = self.chain.simulate(course, actives)
+            except ValueError:  # an arm of no length: as far off as can be, so no fit goes there
+                parts.append(np.zeros((len(course.commands.t_s), len(self.readings.names))))
+                continue
+            block = {RANGES[i]: out.ranges[:, i] for i in range(3)}
+            block |= {POSITIONS[i]: out.position[:, i] for i in range(3)}
+            block |= {ANGLES[i]: out.measured[:, i] for i in range(3)}
+            # A fit that comes where nothing can be assembled must find its way back; from a robot
+            # at nowhere it would not.
+            rows = standing(np.stack([block[name] for name in self.readings.names], axis=1))
+            parts.append(own_times.shift(self.readings.names, rows))
+        return np.nan_to_num(np.concatenate(parts))
+
+    def _latency(self) -> Candidate:
+        """A sensor averages over its period and is read within it: late by half a period."""
+        coordinate = Coordinate("time", step=2e-3, low=0.0, high=2.0)
+        shapes = tuple(Shape((0.0,), (0,), reach) for reach in (0.02, 0.1, 0.2))
+        return Candidate(VOCABULARY["sensor_latency"], "sensors", (coordinate,), shapes, {})
+
+    def _candidates(self) -> list[Candidate]:
+        found: list[Candidate] = []
+        for name in VOCABULARY:
+            if name in EVENTS or name in ("contact", "sensor_latency"):
+                continue
+            if name.startswith(ONLY_WITH_RANGES) and not self._timed:
+                continue
+            if name == "encoder_error" and not any(n in ANGLES for n in self.readings.names):
+                continue
+            found += candidates_of(name, self._travel(), self.readings.span_s)
+        if self._timed:
+            found.append(self._late)
+        heights = self.position_m[:, 2]
+        found.append(contact(float(np.nanmin(heights)), float(np.nanmax(heights))))
+        return found
+
+    def _travel(self) -> float:
+        """Largest angle that a joint moved through [rad]."""
+        return float(np.ptp(self.commanded_rad, axis=0).max())
+
+    def covariates(self) -> dict[str, FloatArray]:
+        """Angles, position, speed and time, by the names the contract gives them."""
+        t_s, rad = self.readings.t_s, self.commanded_rad
+        covariates = {f"theta_{j + 1}": rad[:, j] for j in range(3)}
+        covariates |= {f"range_{a}": self.position_m[:, i] for i, a in enumerate(AXES)}
+        speed = np.gradient(rad, t_s, axis=0)
+        covariates |= {f"speed_{j + 1}": speed[:, j] for j in range(3)}
+        moving = np.gradient(np.nan_to_num(self.position_m), t_s, axis=0)
+        covariates |= {f"speed_range_{a}": moving[:, i] for i, a in enumerate(AXES)}
+        covariates["range_x, range_y"] = np.hypot(self.position_m[:, 0], self.position_m[:, 1])
+        load = np.concatenate([course.load().torque_nm for course in self._courses])
+        if load.any():
+            covariates |= {f"torque_{j + 1}": load[:, j] for j in range(3)}
+        covariates["time"] = t_s
+        return {name: np.nan_to_num(values) for name, values in covariates.items()}
+
+    def inputs(self) -> dict[str, FloatArray]:
+        """Joints through the linkage, and each sensor by itself."""
+        names = self.readings.names
+        inputs: dict[str, FloatArray] = {}
+        axes = self.robot.sensors.axes if self.robot.sensors else np.eye(3)
+        seen = np.einsum("ij,njk->nik", axes, self._jacobian)
+        for joint in range(3):
+            block = np.zeros((len(self.readings.t_s), len(names)))
+            for column, name in enumerate(names):
+                if name in RANGES:
+                    block[:, column] = seen[:, RANGES.index(name), joint]
+                elif name in POSITIONS:
+                    block[:, column] = self._jacobian[:, POSITIONS.index(name), joint]
+                elif name == f"theta_{joint + 1}":
+                    block[:, column] = 1.0
+            inputs[f"motor{joint + 1}"] = np.nan_to_num(block)
+        for column, name in enumerate(names):
+            if name in RANGES:
+                block = np.zeros((len(self.readings.t_s), len(names)))
+                block[:, column] = 1.0
+                inputs[name] = block
+        return inputs
+
+
+def _somewhere(recordings: Sequence[FlatRecording], name: str) -> bool:
+    return any(
+        name in recording.columns and bool(np.isfinite(recording.columns[name]).any())
+        for recording in recordings
+    )
+
+
+def _filled(values: FloatArray, name: str, recording: FlatRecording) -> FloatArray:
+    """A command column with short holes bridged. Raises RecordingError when it is mostly empty."""
+    known = np.isfinite(values)
+    if known.mean() < 0.5:
+        raise RecordingError(f"{recording.source}: {name} is mostly empty")
+    filled: FloatArray = np.interp(recording.t_s, recording.t_s[known], values[known])
+    return filled

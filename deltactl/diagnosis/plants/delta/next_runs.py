@@ -1,0 +1,79 @@
+"""The runs that a delta robot may do next, each as the engine would see it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.motions import Motion, motions
+from deltactl.diagnosis.plants.delta.options import NEXT_RUNS
+from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
+from deltactl.diagnosis.plants.delta.timeline import as_recording, duration_s
+from deltactl.models.linkage import Linkage
+
+
+class DeltaRun:
+    """A `CandidateRun`: straight moves through arm angles."""
+
+    def __init__(self, motion: Motion, recorded: DeltaModel):
+        assert recorded.robot.drive is not None
+        step, readings = recorded.robot.drive.rad_per_step, recorded.readings
+        self.motion = motion
+        self.period_s = max(readings.period_s, NEXT_RUNS.shortest_period_s)
+        self.minutes = duration_s(motion, step) / 60.0
+        blank = as_recording(motion, step, self.period_s, readings.names)
+        self.model = DeltaModel(recorded.robot, [blank])
+
+    def holds_together(self, predicted: FloatArray) -> bool:
+        """Where it cannot be assembled the model puts zeros."""
+        metres = [i for i, unit in enumerate(self.model.readings.units) if unit == "m"]
+        return not metres or bool(predicted[:, metres].any(axis=1).all())
+
+    def job(self, repeats: int) -> dict[str, Any]:
+        """For `<name of the recorded robot>.yaml`."""
+        return job_of(self.motion, self.model.robot.name, repeats)
+
+
+def next_runs(
+    recorded: DeltaModel, limits: MotionLimits | None, components: Iterable[str]
+) -> list[DeltaRun] | None:
+    """Every motion of the table that is safe, those of single arms for the components in question.
+
+    recorded: the recording that left something open. None where the robot file has no drive.
+    """
+    drive = recorded.robot.drive
+    if drive is None:
+        return None
+    about = {int(name[-1]) - 1 for name in components if name[-1] in "123"}
+    table = motions(
+        Linkage.of(recorded.robot.geometry), limits or MotionLimits(), drive.rad_per_step,
+        _top_speed(recorded), about,
+    )  # fmt: skip
+    return [DeltaRun(motion, recorded) for motion in table]
+
+
+def job_of(motion: Motion, robot: str, repeats: int) -> dict[str, Any]:
+    """The job as plain data. robot: name of the recorded robot, its file is `<name>.yaml`."""
+    return {
+        "name": f"tell-apart-{motion.name}",
+        "robot": f"{robot}.yaml",
+        "path": {
+            "shape": "joints",
+            "angles_deg": [[float(angle) for angle in pose] for pose in motion.angles_deg],
+            "dwell_s": motion.dwell_s,
+        },
+        "timing": {"mode": "together", "t_pwm_s": motion.t_pwm_s},
+        "inverse_kinematics": {"kind": "geometry"},
+        "repeats": repeats,
+    }
+
+
+def _top_speed(model: DeltaModel) -> float:
+    """Highest joint speed of the recording [rad/s], single glitches aside."""
+    readings = model.readings
+    speed = np.abs(np.diff(model.commanded_rad, axis=0)) / np.diff(readings.t_s)[:, None]
+    return float(np.quantile(speed.max(axis=1), NEXT_RUNS.top_speed))

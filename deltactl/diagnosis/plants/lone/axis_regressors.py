@@ -1,0 +1,280 @@
+"""What may differ on an axis that follows commands: odds, spreads and bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.lone.odds import ODDS
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
+from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
+from deltactl.diagnosis.plants.regression import Equivalent, Regressor, Size, Sizes
+from deltactl.models.robot import ServoAxis, StepperAxis
+
+OF_REVERSALS = ("friction", "rubbing", "play")
+"""Regressors that show where the command turns back; on a one-way travel they are a constant."""
+PLAYS = frozenset(OF_REVERSALS)
+"""Those that begin somewhere in a play, or in the reach of a friction: all of them."""
+OF_MOVES = ("lag", "ringing")
+"""Regressors that are over before the next row where rows are read long after each move."""
+OF_TURNS = ("lag", "ringing", "friction", "rubbing", "play")
+"""Regressors that show where the speed changes; of an axis at one speed they would fit how the
+recording begins."""
+LOAD_UNKNOWN = "the load on the axis is not known: it needs {}a column `load`"
+GRAVITY_OR = "`gravity` in the robot file, or "
+NOTHING_PULLS = "nothing pulls at the axis, as the robot file says"
+PULLS_ALIKE = "what pulls at the axis is the same everywhere: what yields then is a constant"
+
+
+def begins_of(axis: RecordedAxis) -> list[str]:
+    """Sizes that say where in the play the first stretches begin."""
+    count = min(int(np.count_nonzero(axis.readings.fresh)), COMMANDED_AXIS.most_begins)
+    return ["start", *(f"start_{n}" for n in range(2, count + 1))]
+
+
+def regressors_of(axis: RecordedAxis) -> list[Regressor]:
+    """Every named effect that this recording can tell anything of."""
+    spread_s, longest_s = COMMANDED_AXIS.lag_spread_s, COMMANDED_AXIS.longest_lag_s
+    lag = (
+        Size("time", "half", spread_s, 0.0, longest_s, 1e-3),
+        Size("dead_time", "half", spread_s, 0.0, longest_s, 1e-3),
+    )
+    width = _play(axis)
+    starts = tuple(Size(name, "flat", 1.0, -1.0, 1.0, 0.05) for name in begins_of(axis))
+    late = (
+        Equivalent("sensor_latency", ODDS.late_sensor_for_lag, only_if_zero="time"),
+        Equivalent("viscous_friction", ODDS.viscous_for_lag, only_if_zero="dead_time"),
+    )
+    known_pull = bool(np.ptp(axis.pull[axis.rows]) > 0.0)
+    stepper = isinstance(axis.robot, StepperAxis)
+    rotary = isinstance(axis.robot, ServoAxis) and axis.robot.motion == "rotary"
+    # A weight that the file leaves out bends a rotary servo by nearly the same everywhere, or
+    # nearly in proportion to its angle; slides are mostly level.
+    may_yield = rotary and not known_pull and not is_said_to_be_free(axis)
+    yields = Equivalent("joint_compliance", ODDS.unknown_load_for_ratio)
+    sags = Equivalent("joint_compliance", ODDS.unknown_load_for_home)
+    of_ratio = [Equivalent("unknown", ODDS.drift_for_ratio)] if axis.steady else []
+    of_ratio += [yields] if may_yield else []
+    # A rotary servo reads the encoder that it closes its loop over.
+    of_ratio += [] if rotary else [Equivalent("sensor_scale", ODDS.scale_for_ratio)]
+    found = [
+        Regressor(
+            "ratio",
+            "gear_ratio",
+            ODDS.ratio_of_stepper if stepper else ODDS.ratio_of_servo,
+            equivalents=tuple(of_ratio),
+            apart_from=("offset",),
+        ),
+        Regressor("lag", "following_lag", ODDS.everyday, sizes=lag, equivalents=late),
+    ]
+    if axis.robot.zero == "absolute":
+        of_home = (sags,) if may_yield else ()
+        found.append(Regressor("offset", "home_offset", ODDS.everyday, equivalents=of_home))
+    if known_pull:
+        found += [
+            Regressor("droop", "joint_compliance", ODDS.everyday),
+            Regressor("play", "gear_backlash", ODDS.everyday, sizes=(width, *starts)),
+            Regressor(
+                "friction",
+                "joint_friction",
+                ODDS.everyday,
+                sizes=(width, *starts),
+                saturated=False,
+            ),
+            Regressor(
+                "rubbing",
+                "joint_friction",
+                ODDS.everyday,
+                sizes=(width, _grip(axis, width), *starts),
+                beside=("droop",),
+                alone=False,
+            ),
+        ]
+    else:
+        # Tooth play is what a geared stepper has, stiction what a servo's loop leaves.
+        names = ("gear_backlash", "joint_friction")
+        first, second = names if stepper else names[::-1]
+        odds = ODDS.friction_of_stepper if stepper else ODDS.play_of_servo
+        equivalent = Equivalent(second, odds)
+        found.append(
+            Regressor(
+                "play", first, ODDS.everyday, sizes=(width, *starts), equivalents=(equivalent,)
+            )
+        )
+    places = (_gear(axis), _teeth(axis), _jump(axis), _ringing(axis))
+    found += [one for one in places if one is not None]
+    found.append(Regressor("drift", "unknown", ODDS.slow_drift, follows=("time",), alone=False))
+    blind = set(OF_TURNS) if axis.steady else set()
+    if not axis.turns_back:
+        blind |= set(OF_REVERSALS)
+    if axis.arrived:
+        blind |= set(OF_MOVES)
+    return [one for one in found if one.key not in blind]
+
+
+def is_said_to_be_free(axis: RecordedAxis) -> bool:
+    """Whether the robot file says that nothing pulls at the axis: a gravity of zero."""
+    gravity = axis.robot.gravity if isinstance(axis.robot, ServoAxis) else None
+    return gravity is not None and not axis.pull.any()
+
+
+def why_none_yields(axis: RecordedAxis) -> str:
+    """Why nothing can be told of what yields, of an axis on which no load changes."""
+    if is_said_to_be_free(axis):
+        return NOTHING_PULLS
+    if axis.pull.any():
+        return PULLS_ALIKE
+    return LOAD_UNKNOWN.format(GRAVITY_OR if isinstance(axis.robot, ServoAxis) else "")
+
+
+def _play(axis: RecordedAxis) -> Size:
+    """How wide play, or friction against a spring, may be."""
+    spread = max(
+        COMMANDED_AXIS.play_of_mismatch * axis.mismatch, COMMANDED_AXIS.play_of_travel * axis.span
+    )
+    return Size("width", "half", spread, 0.0, COMMANDED_AXIS.widest_play_share * axis.span,
+                0.01 * axis.mismatch)  # fmt: skip
+
+
+def _grip(axis: RecordedAxis, width: Size) -> Size:
+    """How much wider friction holds per unit of load: bearings and teeth rub by what they carry
+    (Duclusaud et al. 2024, Extended Friction Models for the Physics Simulation of Servo Actuators).
+    It shows by the spring that it winds up, so it stands beside one.
+    """
+    per_load = 1.0 / max(usual_load(axis), 1e-300)
+    return Size("grip", "half", width.spread * per_load, 0.0, width.high * per_load,
+                width.step * per_load)  # fmt: skip
+
+
+def usual_load(axis: RecordedAxis) -> float:
+    """Mean size of the known load."""
+    return float(np.mean(np.abs(axis.pull[axis.rows])))
+
+
+def _cannot_rub(keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]) -> bool:
+    """Friction twice, or of more than the load that makes it (it winds the spring up both ways)."""
+    if "rubbing" not in keys:
+        return False
+    yields = float(linear["droop"][0]) if "droop" in keys else 0.0
+    return "friction" in keys or sizes["rubbing.grip"] > COMMANDED_AXIS.grip_of_yielding * yields
+
+
+def _gear(axis: RecordedAxis) -> Regressor | None:
+    most, fewest = most_waves(axis), COMMANDED_AXIS.fewest_waves
+    waves = Size("waves", "flat", COMMANDED_AXIS.most_waves, fewest, most, 0.01)
+    if most <= 2.0 * fewest:
+        return None
+    return Regressor(
+        "gear", "transmission_error", ODDS.gear_error, sizes=(waves,),
+        equivalents=(Equivalent("encoder_error", ODDS.encoder_for_gear),), alone=False,
+        mapped=True, places=most - fewest,
+    )  # fmt: skip
+
+
+def _teeth(axis: RecordedAxis) -> Regressor | None:
+    """Errors that repeat with a tooth or a strain wave, beyond the waves of a wheel or a screw."""
+    low, high = fine_waves(axis)
+    if high < COMMANDED_AXIS.more_than_waves * low:
+        return None
+    waves = Size("waves", "flat", high, low, high, 0.01)
+    return Regressor(
+        "teeth", "transmission_error", ODDS.gear_error, sizes=(waves,),
+        equivalents=(Equivalent("encoder_error", ODDS.encoder_for_gear),), alone=False,
+        mapped=True, saturated=False, places=high - low,
+    )  # fmt: skip
+
+
+def fine_waves(axis: RecordedAxis) -> tuple[float, float]:
+    """Fewest and most waves over the travel of an error that is finer than `gear` is tried at."""
+    return COMMANDED_AXIS.most_waves, axis.resolved_waves
+
+
+def most_waves(axis: RecordedAxis) -> float:
+    """Waves over the travel that samples can follow: two a wave, of rows and of places alike.
+
+    Many readings at few places (a table of arrivals) show no wave between them.
+    """
+    pace = float(np.median(np.abs(np.diff(axis.commanded[axis.rows]))))
+    finest = max(2.0 * pace, COMMANDED_AXIS.coarsest_steps * axis.resolution, 1e-300)
+    return min(COMMANDED_AXIS.most_waves, axis.span / finest, 0.5 * axis.places)
+
+
+def highest_hz(axis: RecordedAxis) -> float:
+    """The fastest ringing that the samples of a recording can follow, or an axis has."""
+    return min(_followed_hz(axis), COMMANDED_AXIS.fastest_ringing_hz)
+
+
+def _followed_hz(axis: RecordedAxis) -> float:
+    return COMMANDED_AXIS.ringing_of_rate / axis.readings.period_s
+
+
+def _jump(axis: RecordedAxis) -> Regressor:
+    """Lost steps of a motor that counts them; of any other axis a slip, which has no name here."""
+    choices = max(float(axis.readings.span_s), COMMANDED_AXIS.fewest_moments)
+    moment = Size("moment", "flat", axis.readings.span_s, float(axis.t_s[0]),
+                  float(axis.t_s[-1]), 1.0, smooth=False, choices=choices)  # fmt: skip
+    places = COMMANDED_AXIS.alarming_chi2 * math.log(max(len(axis.rows), 2))
+    if not axis.rad_per_step:
+        return Regressor("jump", "unknown", ODDS.one_moment, sizes=(moment,),
+                         follows=("time",), alone=False, places=places)  # fmt: skip
+    return Regressor("jump", "lost_steps", ODDS.one_moment, sizes=(moment,), alone=False,
+                     places=places)  # fmt: skip
+
+
+def _ringing(axis: RecordedAxis) -> Regressor | None:
+    fastest = _followed_hz(axis)
+    if fastest < COMMANDED_AXIS.slowest_sampled_hz:
+        return None
+    slowest = COMMANDED_AXIS.slowest_ringing_hz
+    frequency = Size("frequency", "flat", fastest, slowest, highest_hz(axis), 0.01)
+    damping = Size("damping", "flat", 1.0, *COMMANDED_AXIS.damping, 0.01)
+    return Regressor("ringing", "resonance", ODDS.ringing, sizes=(frequency, damping),
+                     alone=False, saturated=False)  # fmt: skip
+
+
+def _rings(axis: RecordedAxis, sizes: Sizes) -> bool:
+    """Whether a frequency and a damping lie within what was looked for, not at its ends."""
+    near, slowest = LONE.near_bound, COMMANDED_AXIS.slowest_ringing_hz
+    low, high = COMMANDED_AXIS.damping_within
+    within = (1.0 + near) * slowest < sizes["ringing.frequency"] < (1.0 - near) * highest_hz(axis)
+    return within and low < sizes["ringing.damping"] < high
+
+
+def _gap_of_a_lag(axis: RecordedAxis, keys: frozenset[str], sizes: Sizes) -> float:
+    """Gap between the directions that a delay leaves which is not quite as its operator has it."""
+    if "lag" not in keys:
+        return 0.0
+    late_s = sizes["lag.time"] + sizes["lag.dead_time"]
+    return COMMANDED_AXIS.gap_of_a_lag * 2.0 * late_s * axis.usual_speed
+
+
+def impossible(
+    axis: RecordedAxis, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+) -> bool:
+    """A spring that pushes, sizes at their bounds, play below a step of the reading."""
+    if "droop" in keys and linear["droop"][0] <= 0.0:
+        return True
+    if _cannot_rub(keys, sizes, linear):
+        return True
+    near = LONE.near_bound
+    widest = (1.0 - near) * COMMANDED_AXIS.widest_play_share * axis.span
+    least = max(axis.resolution, _gap_of_a_lag(axis, keys, sizes))
+    for key in keys & {"play", "friction", "rubbing"}:
+        width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
+        if not least < width < widest:
+            return True
+    named = COMMANDED_AXIS.fewest_named_waves
+    ranges = {"gear": (named, most_waves(axis)), "teeth": fine_waves(axis)}
+    for key in keys & ranges.keys():
+        fewest, most = ranges[key]
+        if not (1.0 + near) * fewest < sizes[f"{key}.waves"] < (1.0 - near) * most:
+            return True
+    longest_s = COMMANDED_AXIS.together_of_longest * COMMANDED_AXIS.longest_lag_s
+    if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > longest_s:
+        return True
+    if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:
+        return True
+    return "ringing" in keys and not _rings(axis, sizes)

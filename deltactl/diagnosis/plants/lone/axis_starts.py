@@ -1,0 +1,117 @@
+"""Where fits of an axis start: sizes in which its prediction is not linear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from deltactl.diagnosis.observations.options import OBSERVATIONS
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.plants.lone.axis_regressors import (
+    begins_of,
+    fine_waves,
+    highest_hz,
+    most_waves,
+    usual_load,
+)
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
+from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
+from deltactl.diagnosis.plants.lone.waves import spectrum
+
+
+def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+    """Where to start the nonlinear sizes of a regressor."""
+    if key == "lag":
+        return [{"lag.time": a, "lag.dead_time": b} for a, b in COMMANDED_AXIS.lag_starts_s]
+    if key in ("play", "friction", "rubbing"):
+        apart = float(np.ptp(np.quantile(residual[axis.rows], OBSERVATIONS.travel)))
+        widest = COMMANDED_AXIS.widest_start * axis.span
+        return [
+            {
+                **_widths(axis, key, min(share * apart, widest)),
+                **{f"{key}.{name}": side for name in begins_of(axis)},
+            }
+            for share in COMMANDED_AXIS.play_starts
+            for side in COMMANDED_AXIS.side_starts
+        ]
+    if key == "gear":
+        return [{"gear.waves": w} for w in _likely_waves(axis, residual)]
+    if key == "teeth":
+        return [{"teeth.waves": w} for w in _likely_teeth(axis, residual)]
+    if key == "jump":
+        return [{"jump.moment": _likely_jump(axis, residual)}]
+    if key == "ringing":
+        from_hz = COMMANDED_AXIS.ringing_from_hz
+        up_to_hz = COMMANDED_AXIS.ringing_up_to * highest_hz(axis)
+        damping = COMMANDED_AXIS.damping_start
+        return [
+            {"ringing.frequency": float(f), "ringing.damping": damping}
+            for f in np.geomspace(from_hz, up_to_hz, COMMANDED_AXIS.ringing_starts)
+        ]
+    return [{}]
+
+
+def _widths(axis: RecordedAxis, key: str, width: float) -> dict[str, float]:
+    """One width; of friction that grows with the load half of it by the load."""
+    if key != "rubbing":
+        return {f"{key}.width": width}
+    return {f"{key}.width": 0.5 * width, f"{key}.grip": 0.5 * width / usual_load(axis)}
+
+
+def _likely_waves(axis: RecordedAxis, residual: FloatArray) -> list[float]:
+    """Peaks of the residual's spectrum over the travel, slow changes and a line taken off."""
+    rows = axis.rows[:: max(1, len(axis.rows) // COMMANDED_AXIS.rows_scanned)]
+    at = axis.commanded[rows] / axis.span
+    most = most_waves(axis)
+    steps = int(COMMANDED_AXIS.steps_a_wave * most)
+    waves = np.linspace(1.1 * COMMANDED_AXIS.fewest_waves, most, steps)
+    turns = np.exp(2j * np.pi * np.outer(at, waves))
+    return _peaks(waves, np.abs(_less_slow(axis, residual, rows, at) @ turns) ** 2)
+
+
+def _likely_teeth(axis: RecordedAxis, residual: FloatArray) -> list[float]:
+    """The same of fine waves, at the places that the prediction comes to.
+
+    Behind a lag or a play that is elsewhere on the way there than on the way back, by more than a
+    fine wave.
+    """
+    at = (axis.observed - residual)[axis.rows] / axis.span
+    low, high = fine_waves(axis)
+    step = 1.0 / COMMANDED_AXIS.steps_a_wave
+    waves = step * np.arange(np.ceil(low / step), high / step)
+    return _peaks(waves, spectrum(_less_slow(axis, residual, axis.rows, at), at, waves))
+
+
+def _less_slow(
+    axis: RecordedAxis, residual: FloatArray, rows: IntArray, at: FloatArray
+) -> FloatArray:
+    """The residual (m,) of some rows less a constant, a line over places (m,), slow changes."""
+    left = residual[rows]
+    time = (axis.t_s[rows] - axis.t_s[rows].mean()) / max(axis.readings.span_s, 1e-300)
+    slow = np.stack([np.ones_like(at), at, time, time**2], axis=1)
+    less: FloatArray = left - slow @ np.linalg.lstsq(slow, left, rcond=None)[0]
+    return less
+
+
+def _peaks(waves: FloatArray, power: FloatArray) -> list[float]:
+    """The highest peaks of a spectrum, apart from each other."""
+    best: list[float] = []
+    for number in np.argsort(-power):
+        if all(abs(waves[number] - other) > COMMANDED_AXIS.waves_apart for other in best):
+            best.append(float(waves[number]))
+        if len(best) == COMMANDED_AXIS.wave_starts:
+            break
+    return best
+
+
+def _likely_jump(axis: RecordedAxis, residual: FloatArray) -> float:
+    """Moment from which on the residual stands elsewhere, by the largest likelihood ratio."""
+    left = residual[axis.rows]
+    left = left - left.mean()
+    sums = np.cumsum(left)[:-1]
+    count = np.arange(1, len(left))
+    gain = sums**2 / (count * (len(left) - count))
+    edge = max(COMMANDED_AXIS.jump_edge_rows, len(left) // COMMANDED_AXIS.jump_edge_share)
+    gain[:edge] = gain[-edge:] = 0.0
+    return float(axis.t_s[axis.rows[int(np.argmax(gain)) + 1]])

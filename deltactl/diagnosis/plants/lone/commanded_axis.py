@@ -1,0 +1,271 @@
+"""An axis that follows commands, stepper or servo, as a `RegressionPlant`.
+
+prediction = gear(play(lag(command))) + sum of shapes: a constant, a ratio, a droop under known
+load, errors that repeat with the angle, slow drifts. What was read stands in `recorded_axis`, what
+may differ in `axis_regressors`, what the drive does in `drive_chain`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.evidence.repeats import Repeats, repeats
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
+from deltactl.diagnosis.plants.lone.axis_regressors import (
+    PLAYS,
+    begins_of,
+    impossible,
+    regressors_of,
+    usual_load,
+    why_none_yields,
+)
+from deltactl.diagnosis.plants.lone.axis_shapes import AxisShapes
+from deltactl.diagnosis.plants.lone.axis_starts import starts
+from deltactl.diagnosis.plants.lone.drive_chain import DriveChain
+from deltactl.diagnosis.plants.lone.odds import ODDS
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
+from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
+from deltactl.diagnosis.plants.regression import Columns, Shown, Sizes
+from deltactl.diagnosis.plants.spline_terms import less_spanned
+from deltactl.models.robot import ServoAxis, StepperAxis
+from deltactl.recording.tables.flat import FlatRecording
+
+OF_REVERSALS = ("gear_backlash", "joint_friction")
+"""Effects that are a constant on an axis whose command never turns back."""
+OF_ONE_SPEED = ("following_lag", "gear_backlash", "joint_friction")
+"""Effects that are a constant on an axis that turns at one speed."""
+
+
+@dataclass(frozen=True, slots=True)
+class FineMap:
+    """A spline term over position in as much detail as the residual of a set repeats."""
+
+    keys: frozenset[str]
+    sizes: Sizes
+    repeats: Repeats
+
+
+class CommandedAxis(RecordedAxis, LeftOver):
+    """A lone axis by its commands."""
+
+    def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
+        super().__init__(robot, recordings)
+        self.channel = self.name
+        self.drawn_on = np.zeros(len(self.t_s))
+        self.beside = np.zeros((len(self.t_s), 0))
+        self._map: FineMap | None = None
+        self.regressors = (*regressors_of(self), *self.unknowns())
+        self._drive = DriveChain(self, begins_of(self))
+        self._shapes = AxisShapes(self)
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Command behind lag and play, (n,)."""
+        return self._drive.behind(keys, sizes)
+
+    def begins(self, keys: frozenset[str]) -> list[str]:
+        """Where in a play, or in the reach of a friction, the first stretches begin, -1 to 1."""
+        return [f"{key}.{name}" for key in sorted(keys & PLAYS) for name in begins_of(self)]
+
+    def free(self) -> Columns:
+        """The constant between command and reading where the zero is arbitrary: one a recording."""
+        if self.robot.zero == "absolute":
+            return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+        shapes = np.stack([p.astype(float) for p in self.parts], axis=1)
+        spread = COMMANDED_AXIS.free_constant_spread * self.mismatch
+        return Columns(shapes, np.full(shapes.shape[1], spread))
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Shapes of one regressor around a base."""
+        if key.startswith(UNKNOWN):
+            return self.unknown(key)
+        return self._shapes.of(key, base, sizes)
+
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:
+        """What a mismatch may follow, name -> (n,)."""
+        found = {"position": self.commanded, "time": self.t_s}
+        if not self.arrived:
+            found["velocity"] = np.gradient(self.commanded, self.t_s)
+        if self.steady:
+            del found["time"]
+        if np.ptp(self.pull[self.rows]) > 0.0:
+            found["load"] = self.pull
+        if self.turns_back:
+            found["direction"] = self.direction
+        return found
+
+    def unknown(self, key: str) -> Columns:
+        """Of the direction: a difference between both ways, which may change over the travel."""
+        return self._by_direction if key == UNKNOWN + "direction" else super().unknown(key)
+
+    @property
+    def _by_direction(self) -> Columns:
+        at = (self.commanded - self.commanded[self.rows].mean()) / max(self.span, 1e-300)
+        powers = np.stack([np.ones_like(at), at, at**2], axis=1)
+        named = np.concatenate([self._named, self.beside], axis=1)
+        shapes = less_spanned(self.direction[:, None] * powers, named, self.rows)
+        return Columns(shapes, np.full(shapes.shape[1], self.unknown_spread))
+
+    @cached_property
+    def _named(self) -> FloatArray:
+        """A constant, the travel, a small lag (the command's own speed) and the load, (n, j)."""
+        named = [np.ones_like(self.t_s), self.commanded]
+        if not self.arrived:
+            named.append(-np.gradient(self.commanded, self.t_s))
+        if np.ptp(self.pull[self.rows]) > 0.0:
+            named.append(self.pull)
+        return np.stack(named, axis=1)
+
+    def spanned(self, name: str) -> FloatArray:
+        """Named shapes (n, j) that no spline term over this covariate may take the place of."""
+        return self._named[:, :2] if name == "time" else self._named
+
+    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
+        """The same detail over the places that the axis comes to by another set."""
+        if self._map is not None:
+            self._map = FineMap(keys, dict(sizes), self._map.repeats)
+            self.__dict__.pop("_unknown", None)
+
+    def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
+        """Over the places that the axis comes to, see `RegressionPlant`."""
+        if self._map is not None or UNKNOWN + "position" not in {r.key for r in self.regressors}:
+            return False
+        at, groups = self.base(keys, sizes)[self.rows], self.groups[self.rows]
+        finest = len(self.rows) / EVIDENCE.rows_a_cell
+        found = repeats(left[self.rows], at, groups, finest)
+        if found is None:
+            return False
+        self._map = FineMap(keys, dict(sizes), found)
+        self.__dict__.pop("_unknown", None)
+        return True
+
+    def detail(self, key: str) -> int:
+        """Of a map in detail, see `RegressionPlant`."""
+        mapped = self._map is not None and key == UNKNOWN + "position"
+        return self.pieces("position") if mapped else 0
+
+    def along(self, name: str) -> FloatArray:
+        """Of a map in detail, the place that the axis comes to rather than the one commanded."""
+        if name != "position" or self._map is None:
+            return super().along(name)
+        return self.base(self._map.keys, self._map.sizes)
+
+    def spread_of(self, name: str, shapes: int) -> float:
+        """Of a map in detail, by the part that repeats: it is shared out over all its shapes."""
+        if name != "position" or self._map is None:
+            return super().spread_of(name, shapes)
+        share = COMMANDED_AXIS.uneven_map / math.sqrt(max(shapes, 1))
+        return max(share * self._map.repeats.size, 1e-300)
+
+    def pieces(self, name: str) -> int:
+        """Twice as many over time, in which anything may come and go; fewer of a short table."""
+        if name == "position" and self._map is not None:
+            return self._map.repeats.cells
+        most = COMMANDED_AXIS.axis_pieces * (2 if name == "time" else 1)
+        stood_on = len(self.rows) // COMMANDED_AXIS.rows_a_piece
+        return int(np.clip(stood_on, COMMANDED_AXIS.fewest_pieces, most))
+
+    @property
+    def unknown_spread(self) -> float:
+        """Half of what reading and prediction are apart."""
+        return LONE.unknown_of_mismatch * self.mismatch
+
+    def variant(self) -> None:
+        """There is one way to prepare it."""
+
+    def adopt(self, trained: CommandedAxis) -> None:
+        """Travel, spread and map in detail of the recording that sizes were found on."""
+        self.span, self.mismatch = trained.span, trained.mismatch
+        self._map = trained._map
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the contract's effects, in the axis' own unit."""
+        unit = self.unit
+        stiffness = "N/m" if unit == "m" else "N m/rad"
+        lost = max(self.rad_per_step, 1e-300)
+        table = {
+            "offset": [Shown("angle", unit, lambda v: v["angle"])],
+            "ratio": [Shown("scale", "1", lambda v: 1.0 + v["scale"], nothing=1.0)],
+            "lag": [
+                Shown("time", "s", lambda v: v["time"]),
+                Shown("dead_time", "s", lambda v: v["dead_time"]),
+            ],
+            "droop": [Shown("stiffness", stiffness, lambda v: 1.0 / v["1/stiffness"])],
+            "gear": [
+                Shown("amplitude", unit, lambda v: np.hypot(v["sine"], v["cosine"])),
+                Shown("period", unit, lambda v: self.span / v["waves"]),
+                Shown("phase", "rad", lambda v: np.arctan2(v["cosine"], v["sine"])),
+                Shown("amplitude_2", unit, lambda v: np.hypot(v["sine2"], v["cosine2"])),
+                Shown("phase_2", "rad", lambda v: np.arctan2(v["cosine2"], v["sine2"])),
+            ],
+            "jump": [Shown("steps", "microsteps", lambda v: -v["shift"] / lost),
+                     Shown("time", "s", lambda v: v["moment"])] if self.rad_per_step else [],
+            "ringing": [
+                Shown("frequency", "Hz", lambda v: v["frequency"]),
+                Shown("damping", "1", lambda v: v["damping"]),
+            ],
+        }  # fmt: skip
+        table["teeth"] = table["gear"]
+        load = usual_load(self)
+        table["play"] = table["friction"] = [Shown("width", unit, lambda v: v["width"])]
+        table["rubbing"] = [
+            Shown("width", unit, lambda v: v["width"] + load * v["grip"]),
+            Shown("unloaded", "1", lambda v: _share(v["width"], load * v["grip"]), as_without=1.0),
+        ]
+        return table.get(key, [])
+
+    def not_testable(self) -> list[NotTestable]:
+        """Effects that need a known load, or a zero that means something."""
+        reasons = {
+            "joint_compliance": why_none_yields(self),
+            "home_offset": "the zero of the reading is arbitrary",
+        }
+        if self.arrived:
+            reasons["following_lag"] = "rows are further apart than a drive takes to arrive"
+        if not self.turns_back:
+            one_way = "the command never turns back: there it is a constant"
+            reasons |= dict.fromkeys(OF_REVERSALS, one_way)
+        if self.steady:
+            one_speed = "the axis turns at one speed and never back: there it is a constant"
+            reasons |= dict.fromkeys(OF_ONE_SPEED, one_speed)
+        offered = {r.effect for r in self.regressors}
+        same = {same.effect for r in self.regressors for same in r.equivalents}
+        offered |= same - {"joint_compliance"}  # which may be meant, but has no size without a load
+        return [
+            NotTestable(effect=effect, component="axis", why=why)
+            for effect, why in reasons.items()
+            if effect not in offered
+        ]
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """A spring that pushes, sizes at their bounds, play below a step of the reading."""
+        return impossible(self, keys, sizes, linear)
+
+    def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
+        """Of waves that are smaller than a step of the reading."""
+        small = [
+            key
+            for key in keys & {"gear", "teeth"}
+            if float(np.hypot(*linear[key][:2])) < 0.5 * self.resolution
+        ]
+        return ODDS.wave_below_a_step * len(small)
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """Where to start the nonlinear sizes of a regressor."""
+        return starts(self, key, residual)
+
+
+def _share(part: FloatArray, rest: FloatArray) -> FloatArray:
+    """Of a part in it and the rest."""
+    share: FloatArray = part / np.maximum(part + rest, 1e-300)
+    return share

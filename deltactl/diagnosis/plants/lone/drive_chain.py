@@ -1,0 +1,90 @@
+"""What an axis does with its command, part by part: lag, ringing, friction, play."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
+from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
+from deltactl.diagnosis.plants.regression import Sizes
+from deltactl.models.between_rows import late, slopes_of
+from deltactl.models.effects.axis_play import loose
+from deltactl.models.recursion import linear
+
+STAGES = ("lag", "ringing", "friction", "rubbing", "play")
+"""Parts of the chain from the command to the axis, in their order."""
+
+
+class DriveChain:
+    """The prediction of an axis behind its lag and play, for sizes in which it is not linear."""
+
+    def __init__(self, axis: RecordedAxis, begins: Sequence[str]):
+        """begins: names of the sizes that say where in the play the first stretches begin."""
+        self._axis, self._begins = axis, begins
+        self._kept: dict[tuple[object, ...], FloatArray] = {}
+
+    def behind(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Command behind lag and play, (n,)."""
+        stages = [key for key in STAGES if key in keys]
+        known = tuple(
+            (name, sizes[name]) for name in sorted(sizes) if name.partition(".")[0] in stages
+        )
+        return self._behind(tuple(stages), known)
+
+    def _behind(self, stages: tuple[str, ...], at: tuple[tuple[str, float], ...]) -> FloatArray:
+        """The same, kept for the fits that pass here again: most move one size at a time."""
+        if not stages:
+            return self._axis.nominal
+        if (stages, at) not in self._kept:
+            last = stages[-1]
+            earlier = tuple((n, value) for n, value in at if not n.startswith(f"{last}."))
+            driven = self._stage(last, self._behind(stages[:-1], earlier), dict(at))
+            if len(self._kept) >= COMMANDED_AXIS.most_kept:
+                del self._kept[next(iter(self._kept))]
+            self._kept[stages, at] = driven
+        return self._kept[stages, at]
+
+    def _stage(self, key: str, driven: FloatArray, sizes: Sizes) -> FloatArray:
+        """What one part of the chain makes of its input, (n,)."""
+        if key == "lag":
+            axis, dead_s, time_s = self._axis, sizes["lag.dead_time"], sizes["lag.time"]
+            return late(driven, self._slopes, axis.t_s, axis.stretch_start_s, dead_s, time_s)
+        if key == "ringing":
+            return self._rung(driven, sizes["ringing.frequency"], sizes["ringing.damping"])
+        pull = self._axis.pull if key == "play" else np.zeros(len(driven))
+        return self._played(driven, sizes, key, pull)
+
+    @cached_property
+    def _slopes(self) -> FloatArray:
+        """Of the motion that comes to a lag, which is the first of the stages."""
+        axis = self._axis
+        return slopes_of(axis.nominal, axis.t_s, axis.step_s)
+
+    def _played(self, driven: FloatArray, sizes: Sizes, key: str, pull: FloatArray) -> FloatArray:
+        starts = np.zeros(int(np.count_nonzero(self._axis.readings.fresh)))
+        known = [sizes[f"{key}.{name}"] for name in self._begins if f"{key}.{name}" in sizes]
+        starts[: len(known)] = known[: len(starts)]
+        width: float | FloatArray = sizes[f"{key}.width"]
+        if key == "rubbing":
+            width = width + sizes["rubbing.grip"] * np.abs(self._axis.pull)
+        return loose(driven, self._axis.readings.fresh, width, starts, pull, float(driven[0]))
+
+    def _rung(self, driven: FloatArray, frequency_hz: float, damping: float) -> FloatArray:
+        """A mass on a damped spring whose damper moves along: see models.effects.resonance."""
+        omega = 2.0 * np.pi * frequency_hz
+        pole = omega * complex(-damping, np.sqrt(1.0 - damping**2))
+        share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
+        step = self._axis.step_s
+        decay = np.exp(pole * step)
+        kept = np.where(step > 0.0, (decay - 1.0) / (pole * np.maximum(step, 1e-12)), 0.0)
+        part = driven[:, None]
+        moved = np.diff(part, axis=0, prepend=part[:1])
+        moved[step <= 0.0] = 0.0
+        gain = np.where(step > 0.0, decay, 0.0)
+        state = linear(gain, -(share * kept)[:, None] * moved, np.zeros(1, complex))
+        rung: FloatArray = (part + state.real)[:, 0]
+        return rung

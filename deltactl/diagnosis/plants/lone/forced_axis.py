@@ -1,0 +1,362 @@
+"""An axis driven by effort, by its inverse dynamic model: effort less what the motion needs.
+
+gain * effort + load - inertia * acceleration - gravity = friction + offset + what is missing,
+linear in the sizes; both sides pass the same low-pass, whose edge is where the position's spectrum
+meets its noise (IDIM: Gautier 1997; Janot, Gautier and Vandanjon 2013, IEEE Trans. Control Syst.
+Technol. 21, 428-444).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy.ndimage import binary_dilation, binary_opening
+
+from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.observations.gross_outliers import without_gross
+from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
+from deltactl.diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
+from deltactl.diagnosis.observations.readings import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Readings,
+    gather,
+)
+from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
+from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS, ODDS
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
+from deltactl.diagnosis.plants.regression import Columns, Equivalent, Regressor, Shown, Size, Sizes
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.chain.axis import gravity_pull
+from deltactl.models.chain.effort_axis import Driven, EffortChain
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import FlatRecording
+
+MEASURED = ("position", "theta_1", "velocity", "effort")
+
+
+class ForcedAxis(LeftOver):
+    """A lone axis by its effort; `observed` is effort that the robot file does not explain."""
+
+    def __init__(
+        self, robot: ServoAxis, recordings: Sequence[FlatRecording], narrower: float = 1.0
+    ):
+        """narrower: the low-pass ends at this share of where the position meets its noise."""
+        self.robot, self.source = robot, recordings[0].source
+        recordings = [without_gross(one, MEASURED) for one in recordings]
+        self._recordings = tuple(recordings)
+        if robot.inertia is None:
+            raise RecordingError(f"{self.source}: effort in needs `inertia` in the robot file")
+        self.inertia = robot.inertia
+        self.unit = "N" if robot.motion == "linear" else "N m"
+        name = needed(recordings[0], ("position", "theta_1"), "position")
+        self.readings: Readings = gather(
+            recordings,
+            [name],
+            {name: "m" if robot.motion == "linear" else "rad"},
+            FORCED_AXIS.fewest_forced_rows,
+        )
+        self.t_s = self.readings.t_s
+        refuse_still(self.readings.values[:, 0], name, self.source)
+        self.position = np.concatenate([filled(r, name) for r in recordings])
+        force = robot.effort_gain * np.concatenate(
+            [filled(r, needed(r, ("effort",), "effort")) for r in recordings]
+        )
+        self.let_go = not float(np.ptp(force)) > 0.0
+        if self.let_go and robot.gravity is None:
+            refuse_still(force, "effort", self.source)
+        self.force = force
+        self.rounding = 0.0
+        self.channel = "effort"
+        fewest = FORCED_AXIS.fewest_forced_rows // 2
+        for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
+            self._low_passed(recordings, narrower * wider)
+            if len(self.rows) >= fewest:
+                break
+        else:
+            raise RecordingError(
+                f"{self.source}: only {len(self.rows)} samples in clear motion, one a filter's"
+                f" memory apart; at least {fewest} are needed to tell anything of the effort:"
+                " record longer, or faster"
+            )
+        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
+        self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
+        self.beside = np.zeros((len(self.t_s), 0))
+        self.regressors = tuple(self._regressors())
+
+    def _low_passed(self, recordings: Sequence[FlatRecording], narrower: float) -> None:
+        """Motion and forces behind a low-pass, and the samples that count of them."""
+        for name in ("_rests", "_direction"):
+            self.__dict__.pop(name, None)
+        self.motion = self._motion(recordings, narrower)
+        self.filtered_force = self.motion.low_passed(self.force)
+        self.observed = self._not_explained(recordings)
+        self.drawn_on = self.filtered_force - self.observed
+        self.rows = self._rows()
+
+    def _motion(self, recordings: Sequence[FlatRecording], narrower: float) -> Motion:
+        velocity = None
+        if all(first_of(r, ["velocity"]) for r in recordings):
+            velocity = np.concatenate([filled(r, "velocity") for r in recordings])
+        return motion_of(self.t_s, self.readings.fresh, self.position, velocity, narrower)
+
+    def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
+        """Effort less what inertia, gravity, load and believed effects need, low-passed, (n,)."""
+        motion, robot = self.motion, self.robot
+        load = np.concatenate(
+            [filled(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
+        )
+        effort = self.force / robot.effort_gain
+        driven = Driven(
+            t_s=self.t_s,
+            fresh=self.readings.fresh,
+            effort=effort,
+            position=self.position,
+            velocity=motion.velocity,
+            direction=self._direction,
+            at_rest=self._rests,
+            load=load,
+        )
+        self.pulled = motion.low_passed(load + gravity_pull(robot.gravity, self.position))
+        left = self._left(robot, driven)
+        stated = tuple(one for one in robot.effects if one.found is None)
+        if len(stated) < len(robot.effects):
+            bare = robot.model_copy(update={"effects": stated})
+            self.done_by_known = self._left(bare, driven) - left
+        return left
+
+    def _left(self, robot: ServoAxis, driven: Driven) -> FloatArray:
+        """Effort that the motion does not need, low-passed, (n,)."""
+        left, motion = EffortChain(robot).force(driven), self.motion
+        return motion.low_passed(left.force) - left.inertia * motion.acceleration
+
+    @property
+    def _slow(self) -> float:
+        """Speed below which the axis may stand."""
+        slowest = FORCED_AXIS.slowest_share * self.motion.top_speed
+        return max(FORCED_AXIS.resolved * self.motion.velocity_noise, slowest)
+
+    @cached_property
+    def _rests(self) -> BoolArray:
+        """Samples (n,) at which the axis stands.
+
+        A turning point is no rest: friction changes its sign there, and passes the low-pass too.
+        """
+        slow = np.abs(self.motion.velocity) <= self._slow
+        rest = max(2, int(FORCED_AXIS.rest_periods / self._period))
+        stands: BoolArray = binary_opening(slow, np.ones(rest, dtype=bool))
+        return stands
+
+    @property
+    def _period(self) -> float:
+        """Of the samples, in periods of the low-pass."""
+        return self.motion.cut_off_hz * self.readings.period_s
+
+    def _rows(self) -> IntArray:
+        """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
+        motion, period = self.motion, self._period
+        reach = max(1, int(FORCED_AXIS.smeared_periods / period))
+        slow = np.abs(motion.velocity) <= self._slow
+        moving = ~slow & ~binary_dilation(self._rests, np.ones(2 * reach + 1, dtype=bool))
+        good = np.flatnonzero(motion.settled & moving & self.readings.valid[:, 0])
+        stride = max(1, int(FORCED_AXIS.periods_a_row / period))
+        return good[::stride]
+
+    # ---- what may be missing -------------------------------------------------------------------
+
+    @cached_property
+    def size(self) -> float:
+        """How large forces are here: the spread of whatever may be missing."""
+        moved = self.motion.acceleration * self.inertia - self.pulled
+        spread = max(float(np.std(self.filtered_force[self.rows])), float(np.std(moved[self.rows])))
+        return max(spread, 1e-300)
+
+    @cached_property
+    def _pulls(self) -> bool:
+        """Whether a known force acts that tells the drive's gain from the mass."""
+        least = FORCED_AXIS.known_pull_share * self.size
+        return float(np.std(self.pulled[self.rows])) > least
+
+    def _regressors(self) -> list[Regressor]:
+        top = self.motion.top_speed
+        gain = (Equivalent("effort_gain", ODDS.gain_for_inertia),)
+        found = [
+            Regressor("friction", "joint_friction", ODDS.everyday, positive=("torque",)),
+            Regressor("viscous", "viscous_friction", ODDS.everyday, positive=("coefficient",)),
+            Regressor("inertia", "inertia", ODDS.stated_inertia,
+                      equivalents=() if self.let_go or self._pulls else gain),
+        ]  # fmt: skip
+        if not self.let_go:
+            slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
+            speed = Size("speed", "flat", top, slowest, fastest, 0.002 * top)
+            friction = Equivalent("joint_friction", ODDS.friction_for_bias)
+            sensor = Equivalent("sensor_latency", ODDS.late_sensor_for_late_effort)
+            found += [
+                Regressor("offset", "effort_offset", ODDS.effort_bias, equivalents=(friction,)),
+                *([Regressor("gain", "effort_gain", ODDS.torque_constant)] if self._pulls else []),
+                Regressor("spring", "unknown", ODDS.spring, follows=("position",)),
+                Regressor("lag", "following_lag", ODDS.late_effort, alone=False,
+                          positive=("dead_time",), equivalents=(sensor,)),
+                Regressor("stribeck", "stribeck_friction", ODDS.stribeck, sizes=(speed,),
+                          beside=("friction",), alone=False, positive=("torque",)),
+            ]  # fmt: skip
+        return [*found, *self.unknowns()]
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Nothing is predicted of what the robot file does not explain, (n,)."""
+        return np.zeros(len(self.t_s))
+
+    def free(self) -> Columns:
+        """Effort is held between samples and filtered before it is recorded: no finding."""
+        if self.let_go:
+            return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+        spread = max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.readings.period_s)
+        return Columns(self._changing[:, None], np.array([spread]), ("late",))
+
+    @cached_property
+    def _changing(self) -> FloatArray:
+        return self.motion.slope(self.filtered_force)
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Forces (n, k) of one regressor, low-passed like the effort."""
+        if key.startswith(UNKNOWN):
+            return self.unknown(key)
+        if key == "spring":
+            return self._spring
+        if key == "stribeck":
+            share = np.exp(-((self.motion.velocity / sizes["stribeck.speed"]) ** 2))
+            shape = self.motion.low_passed(self._direction * share)
+            spread = FORCED_AXIS.stribeck_of_size * self.size
+            return Columns(shape[:, None], np.array([spread]), ("torque",))
+        return self._shapes[key]
+
+    @cached_property
+    def _spring(self) -> Columns:
+        """A force by position that no effect is: a spring or cable, a weight the file leaves out.
+
+        In motions to and fro it looks like inertia, so it is chosen together with the named ones.
+        """
+        at = self.motion.position
+        turns = self.unit == "N m" and float(np.ptp(at[self.rows])) > FORCED_AXIS.weighed_rad
+        forms = [np.sin(at), np.cos(at)] if turns else [at]
+        shapes = [form - float(np.mean(form[self.rows])) for form in forms]
+        sizes = [max(float(np.std(shape[self.rows])), 1e-300) for shape in shapes]
+        pull = FORCED_AXIS.stribeck_of_size * self.size
+        return Columns(np.stack(shapes, axis=1), pull / np.array(sizes))
+
+    @cached_property
+    def _direction(self) -> FloatArray:
+        width = max(self.motion.velocity_noise, FORCED_AXIS.turning_share * self.motion.top_speed)
+        direction: FloatArray = np.tanh(self.motion.velocity / width)
+        return direction
+
+    @cached_property
+    def _shapes(self) -> dict[str, Columns]:
+        motion, size = self.motion, self.size
+        table = {
+            "friction": (motion.low_passed(self._direction), size, "torque"),
+            "viscous": (motion.velocity, size / motion.top_speed, "coefficient"),
+            "inertia": (motion.acceleration, FILE_SPREADS.inertia_share * self.inertia, "inertia"),
+            "offset": (np.ones(len(self.t_s)), FORCED_AXIS.bias_of_size * size, "offset"),
+            "gain": (
+                motion.acceleration * self.inertia - self.pulled,
+                FILE_SPREADS.gain_share,
+                "scale",
+            ),
+            "lag": (self._changing, FORCED_AXIS.dead_time_spread_s, "dead_time"),
+        }
+        return {
+            key: Columns(shape[:, None], np.array([spread]), (name,))
+            for key, (shape, spread, name) in table.items()
+        }
+
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:
+        """What a force may follow, name -> (n,)."""
+        found = {"position": self.motion.position, "velocity": self.motion.velocity}
+        return found if self.let_go else {**found, "time": self.t_s}
+
+    def spanned(self, name: str) -> FloatArray:
+        """Named shapes (n, j) that no spline term may take the place of."""
+        left_out = {"lag"} | ({"gain"} if not self._pulls else set())
+        left_out |= {"offset"} if self.let_go else set()
+        named = [c.values[:, 0] for key, c in self._shapes.items() if key not in left_out]
+        return np.stack(named, axis=1)
+
+    def pieces(self, name: str) -> int:
+        """The same over every covariate."""
+        return FORCED_AXIS.force_pieces
+
+    @property
+    def unknown_spread(self) -> float:
+        """A third of all forces."""
+        return FORCED_AXIS.unknown_of_size * self.size
+
+    def variant(self) -> ForcedAxis:
+        """The same under a narrower low-pass: what differs between the two is no knowledge."""
+        return ForcedAxis(self.robot, self._recordings, FORCED_AXIS.narrower)
+
+    def not_testable(self) -> list[NotTestable]:
+        """What lies behind the place at which the position is read, and the drive of free motion.
+
+        A joint that yields or has play behind its encoder is a second mass; at the speeds that the
+        low-pass leaves it moves with the first.
+        """
+        behind = "the position is read at one place: what yields behind it shows in neither column"
+        gone = "the effort is zero throughout"
+        reasons = dict.fromkeys(("gear_backlash", "joint_compliance"), behind)
+        if self.let_go:
+            names = ("effort_offset", "effort_gain", "following_lag")
+            reasons |= dict.fromkeys(names, gone)
+        return [
+            NotTestable(effect=name, component="axis", why=why) for name, why in reasons.items()
+        ]
+
+    def adopt(self, trained: ForcedAxis) -> None:
+        """Spread of the recording that sizes were found on."""
+        self.size = trained.size
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the contract's effects, in N or N m."""
+        linear = self.unit == "N"
+        viscous = "N s/m" if linear else "N m s/rad"
+        kept = self.inertia
+        table = {
+            "friction": [Shown("torque", self.unit, lambda v: v["torque"])],
+            "viscous": [Shown("coefficient", viscous, lambda v: v["coefficient"])],
+            "inertia": [
+                Shown("inertia", "kg" if linear else "kg m2", lambda v: kept + v["inertia"], kept)
+            ],
+            "offset": [Shown("offset", self.unit, lambda v: v["offset"])],
+            "gain": [Shown("scale", "1", lambda v: 1.0 / (1.0 + v["scale"]), 1.0)],
+            "lag": [Shown("dead_time", "s", lambda v: v["dead_time"])],
+            "stribeck": [
+                Shown("torque", self.unit, lambda v: v["torque"]),
+                Shown("speed", "m/s" if linear else "rad/s", lambda v: v["speed"]),
+            ],
+        }
+        return table.get(key, [])
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """Friction that drives, a mass below zero, a Stribeck speed at its bound."""
+        for key in keys & {"friction", "viscous", "stribeck", "lag"}:
+            if linear[key][0] <= 0.0:
+                return True
+        if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
+            return True
+        if "gain" in keys and linear["gain"][0] <= -1.0:
+            return True
+        low, high = (share * self.motion.top_speed for share in FORCED_AXIS.stribeck_within)
+        return "stribeck" in keys and not low < sizes["stribeck.speed"] < high
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """Where to start the nonlinear sizes of a regressor."""
+        if key == "stribeck":
+            top = self.motion.top_speed
+            return [{"stribeck.speed": share * top} for share in FORCED_AXIS.speed_starts]
+        return [{}]

@@ -1,0 +1,273 @@
+"""A range sensor by itself: what it read less the true distance, and what may be wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from deltactl.diagnosis.observations.needed_columns import (
+    filled,
+    needed,
+    refuse_other_units,
+    refuse_still,
+)
+from deltactl.diagnosis.observations.readings import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Readings,
+    gather,
+    step_of,
+)
+from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
+from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS, ODDS
+from deltactl.diagnosis.plants.lone.options import LONE, RANGE_SENSOR
+from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
+from deltactl.foundation.scatter import MAD_TO_SIGMA
+from deltactl.models.chain.range_sensor import SensorChain
+from deltactl.models.robot import RangeSensor
+from deltactl.recording.tables.flat import FlatRecording
+
+
+class RangeSensorPlant(LeftOver):
+    """A sensor and the distances it should have read."""
+
+    unit = "m"
+    averages = True
+
+    def __init__(self, robot: RangeSensor, recordings: Sequence[FlatRecording]):
+        self.robot = robot
+        for recording in recordings:
+            needed(recording, ("distance",), "distance")
+            needed(recording, ("range",), "range")
+        recordings = [_averaged(recording) for recording in recordings]
+        self.channel = "range"
+        self.readings: Readings = gather(
+            recordings, [self.channel], {self.channel: "m"}, RANGE_SENSOR.fewest_ranged_rows
+        )
+        self.t_s = self.readings.t_s
+        self.distance = np.concatenate([filled(r, "distance") for r in recordings])
+        source = recordings[0].source
+        self.observed = np.nan_to_num(self.readings.values[:, 0])
+        self.nominal = self._nominal(recordings)
+        self.drawn_on = np.zeros(len(self.t_s))
+        self.rounding = step_of(self.readings.values[:, 0]) / float(np.sqrt(12.0))
+        self.valid = self.readings.valid[:, 0] & ~_gross(
+            self.observed - self.nominal, self.readings.valid[:, 0]
+        )
+        refuse_still(self.observed[self.valid], "range", source)
+        refuse_other_units(
+            self.distance[self.valid],
+            self.observed[self.valid],
+            ("range", "distance"),
+            "m",
+            source,
+        )
+        self.rows: IntArray = np.flatnonzero(self.valid)
+        self.groups = self._places()
+        self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
+        self.beside = np.zeros((len(self.t_s), 0))
+        self.regressors = tuple(self._regressors())
+
+    @property
+    def stays(self) -> IntArray:
+        """Its places."""
+        return self.groups
+
+    def _nominal(self, recordings: Sequence[FlatRecording]) -> FloatArray:
+        chain, readings = SensorChain(self.robot.effects), self.readings
+        parts = [readings.part == n for n in range(len(recordings))]
+        return np.concatenate(
+            [chain.simulate(readings.t_s[p], self.distance[p], readings.fresh[p]) for p in parts]
+        )
+
+    def _places(self) -> IntArray:
+        """Number of the place each row was read at; readings at one place share their error."""
+        if self.moves_all_the_time and self.in_time:
+            return np.cumsum(self.readings.fresh).astype(np.intp)
+        return np.cumsum(self.readings.fresh | self._new_distance).astype(np.intp)
+
+    @cached_property
+    def _new_distance(self) -> BoolArray:
+        changed: BoolArray = np.diff(self.distance, prepend=self.distance[0]) != 0.0
+        return changed
+
+    @cached_property
+    def moves_all_the_time(self) -> bool:
+        """Whether the target moves rather than standing at places."""
+        return float(self._new_distance[self.rows].mean()) > RANGE_SENSOR.moving_target
+
+    @cached_property
+    def moves(self) -> bool:
+        """Whether there is more than one distance."""
+        return float(np.ptp(self.distance[self.rows])) > RANGE_SENSOR.least_travel_m
+
+    @cached_property
+    def in_time(self) -> bool:
+        """Whether the rows stand in an order of time: a table sorted by distance has none."""
+        steps = np.diff(self.distance[self.rows])
+        return not self.moves or not ((steps >= 0.0).all() or (steps <= 0.0).all())
+
+    @cached_property
+    def mismatch(self) -> float:
+        """How far readings and distances are apart."""
+        left = (self.observed - self.nominal)[self.rows]
+        return max(float(np.sqrt(np.mean(left**2))), 1e-9)
+
+    def _regressors(self) -> list[Regressor]:
+        found = [Regressor("offset", "sensor_offset", ODDS.everyday)]
+        if self.moves:
+            found += [
+                Regressor("scale", "sensor_scale", ODDS.everyday),
+                Regressor("crosstalk", "sensor_crosstalk", ODDS.crosstalk),
+            ]
+        if self.moves_all_the_time and self.in_time:
+            found.append(Regressor("late", "sensor_latency", ODDS.late_range))
+        if self.in_time:
+            found.append(
+                Regressor("drift", "sensor_drift", ODDS.warm_up_drift, sizes=(self._warming(),),
+                          alone=False)
+            )  # fmt: skip
+        return [*found, *self.unknowns()]
+
+    def _warming(self) -> Size:
+        span_s = self.readings.span_s
+        soonest_s = RANGE_SENSOR.warm_up_periods * self.readings.period_s
+        return Size("time_constant", "flat", span_s, soonest_s,
+                    RANGE_SENSOR.warm_up_spans * span_s, 1e-3 * span_s)  # fmt: skip
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """What the robot file says the sensor reads, (n,)."""
+        return self.nominal
+
+    def free(self) -> Columns:
+        """Nothing is free."""
+        return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Errors (n, k) of one regressor."""
+        if key.startswith(UNKNOWN):
+            return self.unknown(key)
+        if key == "drift":
+            return self._drift(sizes["drift.time_constant"])
+        shape, spread, name = self._shapes[key]
+        return Columns(shape[:, None], np.array([spread]), (name,))
+
+    @cached_property
+    def _shapes(self) -> dict[str, tuple[FloatArray, float, str]]:
+        usual = RANGE_SENSOR.size_of_mismatch * self.mismatch
+        far = max(float(np.max(np.abs(self.distance[self.rows]))), 1e-9)
+        return {
+            "offset": (np.ones(len(self.t_s)), usual, "offset"),
+            "scale": (self.distance, FILE_SPREADS.range_scale_share, "scale"),
+            "crosstalk": (self.distance**2, usual / far**2, "curvature"),
+            "late": (-self._speed, RANGE_SENSOR.late_range_spread_s, "time"),
+        }
+
+    @cached_property
+    def _speed(self) -> FloatArray:
+        speed: FloatArray = np.gradient(self.distance, self.t_s)
+        speed[self.readings.fresh] = 0.0
+        return speed
+
+    def _drift(self, time_constant_s: float) -> Columns:
+        since = self.t_s - self.t_s[self.readings.fresh][np.cumsum(self.readings.fresh) - 1]
+        started = self.t_s - self.t_s[0] if not self.moves_all_the_time else since
+        share = -np.expm1(-started / time_constant_s)
+        return Columns(share[:, None], np.array([self.mismatch]), ("offset",))
+
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:
+        """What an error may follow, name -> (n,)."""
+        found = {"distance": self.distance} if self.moves else {}
+        return {**found, "time": self.t_s} if self.in_time else found
+
+    def spanned(self, name: str) -> FloatArray:
+        """Named shapes (n, j) that no spline term may take the place of."""
+        return np.ones((len(self.t_s), 1))
+
+    def pieces(self, name: str) -> int:
+        """The same over every covariate; fewer of few places, each of which errs as it does."""
+        most = RANGE_SENSOR.range_pieces
+        if self.moves_all_the_time and self.in_time:
+            return most
+        places = len(np.unique(self.groups[self.rows]))
+        return int(np.clip(places // RANGE_SENSOR.places_a_piece, RANGE_SENSOR.fewest_pieces, most))
+
+    @property
+    def unknown_spread(self) -> float:
+        """Half of what readings and distances are apart."""
+        return LONE.unknown_of_mismatch * self.mismatch
+
+    def variant(self) -> None:
+        """There is one way to prepare it."""
+
+    def adopt(self, trained: RangeSensorPlant) -> None:
+        """Spread of the recording that sizes were found on."""
+        self.mismatch = trained.mismatch
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the contract's effects."""
+        table = {
+            "offset": [Shown("offset", "m", lambda v: v["offset"])],
+            "scale": [Shown("scale", "1", lambda v: 1.0 + v["scale"], nothing=1.0)],
+            "crosstalk": [Shown("curvature", "1/m", lambda v: v["curvature"])],
+            "late": [Shown("time", "s", lambda v: v["time"])],
+            "drift": [
+                Shown("offset", "m", lambda v: v["offset"]),
+                Shown("time_constant", "s", lambda v: v["time_constant"]),
+            ],
+        }
+        return table.get(key, [])
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """Readings that come before their time; a drift at the bound of its time constant."""
+        if "late" in keys and linear["late"][0] <= 0.0:
+            return True
+        if "drift" not in keys:
+            return False
+        size = next(r for r in self.regressors if r.key == "drift").sizes[0]
+        near = LONE.near_bound
+        low, high = (1.0 + near) * size.low, (1.0 - near) * size.high
+        return not low < sizes["drift.time_constant"] < high
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """Where to start the nonlinear sizes of a regressor."""
+        if key != "drift":
+            return [{}]
+        span = self.readings.span_s
+        slowest = RANGE_SENSOR.warm_up_of_span * span
+        likely = [s for s in RANGE_SENSOR.warm_up_starts_s if s < slowest]
+        likely = likely or [RANGE_SENSOR.warm_up_else * span]
+        also = RANGE_SENSOR.warm_up_also * span
+        return [{"drift.time_constant": s} for s in (*likely, also)]
+
+
+def _gross(left: FloatArray, valid: BoolArray) -> BoolArray:
+    """Readings so far off that they are no measurement, where they are few; (n,)."""
+    if not valid.any():
+        return np.zeros_like(valid)
+    off = np.abs(left - np.median(left[valid]))
+    usual = max(MAD_TO_SIGMA * float(np.median(off[valid])), 1e-9)
+    gross: BoolArray = off > RANGE_SENSOR.gross_from_median * usual
+    few = float(gross[valid].mean()) < RANGE_SENSOR.most_gross_ranges
+    return gross if few else np.zeros_like(valid)
+
+
+def _averaged(recording: FlatRecording) -> FlatRecording:
+    """Means of rows that follow each other, where there are more than are of use."""
+    count = -(-len(recording) // RANGE_SENSOR.most_ranged_rows)
+    if count == 1:
+        return recording
+    rows = len(recording) // count * count
+
+    def mean(values: FloatArray) -> FloatArray:
+        averaged: FloatArray = values[:rows].reshape(-1, count).mean(axis=1)
+        return averaged
+
+    columns = {name: mean(recording.columns[name]) for name in ("distance", "range")}
+    return FlatRecording(mean(recording.t_s), columns, {}, recording.source)

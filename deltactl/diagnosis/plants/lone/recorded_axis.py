@@ -1,0 +1,289 @@
+"""A recording of an axis that follows commands: what it read, was told, and what pulled on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from deltactl.diagnosis.observations.begun_in_motion import begun_in_motion
+from deltactl.diagnosis.observations.gross_outliers import without_gross
+from deltactl.diagnosis.observations.needed_columns import (
+    filled,
+    first_of,
+    needed,
+    refuse_other_units,
+    refuse_still,
+)
+from deltactl.diagnosis.observations.options import OBSERVATIONS
+from deltactl.diagnosis.observations.readings import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Readings,
+    gather,
+    step_of,
+)
+from deltactl.diagnosis.plants.lone.known_effects import Foretold, begun, foretold_by, may_leave
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
+from deltactl.diagnosis.plants.lone.travel import (
+    arrivals,
+    count_places,
+    direction_of,
+    ends_earlier_move,
+    rests_under_loads,
+    turns,
+)
+from deltactl.diagnosis.plants.lone.waves import resolved_waves
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.chain.axis import AxisChain, entries_of, gravity_pull
+from deltactl.models.chain.commands import Commands
+from deltactl.models.recursion import lagged
+from deltactl.models.robot import ServoAxis, StepperAxis
+from deltactl.recording.tables.flat import FlatRecording
+
+OBSERVED = ("theta_1", "position")
+COMMANDED = ("command_1", "command")
+SETTLED_S = COMMANDED_AXIS.settling_lags * COMMANDED_AXIS.lag_spread_s
+"""After a move, until a drive has arrived."""
+
+
+class RecordedAxis:
+    """Readings (n,) of an axis, its command, its nominal prediction, and which rows count."""
+
+    done_by_known: FloatArray | None = None
+
+    def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
+        self.robot = robot
+        servo = isinstance(robot, ServoAxis)
+        self.unit = "m" if isinstance(robot, ServoAxis) and robot.motion == "linear" else "rad"
+        self._motor = robot.drive if isinstance(robot, StepperAxis) else None
+        self.rad_per_step = self._motor.rad_per_step if self._motor else 0.0
+        self._chain = self._bare_chain()
+        recordings = [_thinned(without_gross(one, OBSERVED)) for one in recordings]
+        order = OBSERVED[::-1] if servo else OBSERVED
+        self.name = needed(recordings[0], order, "position" if servo else "theta_1")
+        self.readings: Readings = gather(
+            recordings, [self.name], {self.name: self.unit}, COMMANDED_AXIS.fewest_followed_rows
+        )
+        self.observed = np.nan_to_num(self.readings.values[:, 0])
+        self.t_s = self.readings.t_s
+        self.commanded = np.concatenate([self._commanded(r) for r in recordings])
+        source = recordings[0].source
+        refuse_still(self.commanded, "the command", source)
+        refuse_still(self.readings.values[:, 0], self.name, source)
+        refuse_other_units(
+            self.commanded,
+            self.readings.values[:, 0],
+            (self.name, "the command"),
+            self.unit,
+            source,
+        )
+        self._commands = [
+            Commands.of_angles(self.t_s[p], self.commanded[p, None], self.readings.fresh[p])
+            for p in self.parts
+        ]
+        self.pull = self._pull(recordings)
+        self._foretell()
+        self.resolution = step_of(self.readings.values[:, 0])
+        """Smallest step of the reading: no play below it can be told from rounding."""
+        self.rounding = self.resolution / float(np.sqrt(12.0))
+        self.rows = self._rows()
+        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
+        self.kinds = self._moving()
+
+    def _foretell(self) -> None:
+        """By the robot file (n,), and what its effects may leave; each recording for itself."""
+        constant = self.robot.zero != "absolute"
+        nominal, left, bare = [], [], []
+        for commands, part in zip(self._commands, self.parts, strict=True):
+            foretold = self._by_effects(commands, self.pull[part, None])
+            stretches = np.cumsum(self.readings.fresh[part]).astype(np.intp) - 1
+            read = self.readings.values[part, 0]
+            known = begun(self.robot.effects, foretold, read, stretches, constant)
+            nominal.append(foretold_by(known, foretold, stretches))
+            left.append(may_leave(known, nominal[-1], foretold, stretches, constant))
+            unfound = [[one for one in effects if one.found is None] for effects in known]
+            bare.append(foretold_by(unfound, foretold, stretches))
+        self.nominal = np.concatenate(nominal)
+        self.left_by_known: Sequence[tuple[float, FloatArray]] = [
+            (parts[0][0], np.concatenate([alone for _, alone in parts]))
+            for parts in zip(*left, strict=True)
+        ]
+        if self.left_by_known:
+            self.done_by_known = self.nominal - np.concatenate(bare)
+
+    def _by_effects(self, commands: Commands, pull: FloatArray) -> Foretold:
+        chain = self._chain
+        return lambda known: chain.simulate(commands, entries_of(known, chain.kinds), pull)
+
+    def _bare_chain(self) -> AxisChain:
+        """Without the effects of the robot file, which begin elsewhere in each recording."""
+        robot = self.robot
+        if isinstance(robot, StepperAxis):
+            return AxisChain("rotary", None, None, self.rad_per_step)
+        return AxisChain(robot.motion, robot.gravity, robot.drive_stiffness)
+
+    def _commanded(self, recording: FlatRecording) -> FloatArray:
+        servo = isinstance(self.robot, ServoAxis)
+        name = first_of(recording, COMMANDED[::-1] if servo else COMMANDED)
+        if name is not None:
+            return filled(recording, name)
+        if isinstance(self.robot, StepperAxis) and first_of(recording, ["steps_1"]):
+            if not self.rad_per_step:
+                raise RecordingError(
+                    f"{recording.source}: steps_1 needs a `drive` section in the robot file"
+                )
+            return filled(recording, "steps_1") * self.rad_per_step
+        needed(recording, (), "command" if servo else "command_1")
+        raise AssertionError("needed() raises")
+
+    @cached_property
+    def parts(self) -> list[FloatArray]:
+        """Which rows belong to each recording, (n,) of booleans."""
+        part = self.readings.part
+        return [part == n for n in range(int(part[-1]) + 1)]
+
+    def _pull(self, recordings: Sequence[FlatRecording]) -> FloatArray:
+        """Known load on the axis (n,): gravity where the axis is, and what a column gives."""
+        at = np.where(self.readings.valid[:, 0], self.observed, self.commanded)
+        loads = [
+            filled(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings
+        ]
+        gravity = self.robot.gravity if isinstance(self.robot, ServoAxis) else None
+        load: FloatArray = np.concatenate(loads)
+        return load + gravity_pull(gravity, at)
+
+    def _rows(self) -> IntArray:
+        hair = max(self.resolution, COMMANDED_AXIS.least_move_share * float(np.ptp(self.commanded)))
+        came = ends_earlier_move(
+            self.t_s, self.commanded, self.readings.values[:, 0], self.readings.fresh, hair
+        )
+        came |= begun_in_motion(self.t_s, self.commanded[:, None], self.readings.fresh)
+        valid = np.flatnonzero(self.readings.valid[:, 0] & ~came)
+        most = COMMANDED_AXIS.most_followed_rows
+        if len(valid) <= most:
+            return valid
+        return valid[np.linspace(0, len(valid) - 1, most).round().astype(np.intp)]
+
+    def _moving(self) -> IntArray:
+        """1 while the command moves or has just moved: there a drive does what no model follows.
+
+        Where a row is read long after each move, none is in motion.
+        """
+        if self.readings.period_s > SETTLED_S:
+            return np.zeros(len(self.t_s), dtype=np.intp)
+        moving = self._under_way.astype(np.intp)
+        least, most = COMMANDED_AXIS.of_each_kind
+        share = float(moving[self.rows].mean())
+        return moving if least < share < most else np.zeros_like(moving)
+
+    @cached_property
+    def noises(self) -> IntArray:
+        """By `kinds`, where there are rests enough to show a noise of their own; else one."""
+        rests = rests_under_loads(self.stays[self.rows], self.pull[self.rows])
+        return self.kinds if rests >= COMMANDED_AXIS.fewest_rests else np.zeros_like(self.kinds)
+
+    @cached_property
+    def _under_way(self) -> BoolArray:
+        """Rows (n,) in which the command moves, or has within the time that a drive settles in."""
+        step_s = np.maximum(np.diff(self.t_s, prepend=self.t_s[0] - 1.0), 1e-9)
+        speed = np.abs(np.diff(self.commanded, prepend=self.commanded[0])) / step_s
+        # How a stretch began nobody knows: what the axis was doing counts as motion.
+        speed[self.readings.fresh] = float(np.max(speed[~self.readings.fresh], initial=0.0))
+        late = lagged(speed[:, None], np.where(self.readings.fresh, 0.0, step_s), SETTLED_S, {})
+        top = np.quantile(late, OBSERVATIONS.top_speed_quantile)
+        moving: BoolArray = late[:, 0] > COMMANDED_AXIS.moving_share * top
+        return moving
+
+    @cached_property
+    def stays(self) -> IntArray:
+        """Number of the rest (n,) that a row lies in; -1 in motion, and just after it."""
+        begins = np.diff(self._under_way, prepend=True) | self.readings.fresh
+        return np.where(self._under_way, -1, np.cumsum(begins)).astype(np.intp)
+
+    @cached_property
+    def steady(self) -> bool:
+        """Whether the command is a straight line: position and time tell the same."""
+        chosen = self.commanded[self.rows], self.t_s[self.rows]
+        return abs(float(np.corrcoef(*chosen)[0, 1])) > COMMANDED_AXIS.steady_correlation
+
+    @cached_property
+    def direction(self) -> FloatArray:
+        """Way of the last move of the command (n,): 1 up, -1 down, 0 where nobody knows."""
+        hair = max(self.resolution, COMMANDED_AXIS.least_move_share * self.span)
+        way = direction_of(self.commanded, self.readings.fresh, hair)
+        return arrivals(self.commanded, way, hair) if self.arrived else way
+
+    @cached_property
+    def turns_back(self) -> bool:
+        """Whether the command turns back within a stretch."""
+        return turns(self.direction, self.readings.fresh)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether rows are so far apart that every move is over before the next is read."""
+        return self.readings.period_s > COMMANDED_AXIS.longest_lag_s
+
+    @cached_property
+    def places(self) -> int:
+        """How many places the axis was read at."""
+        return count_places(self.commanded[self.rows])
+
+    @cached_property
+    def resolved_waves(self) -> float:
+        """Most waves over the travel that the readings can follow."""
+        return resolved_waves(self.commanded[self.rows], self.span, self.resolution)
+
+    @cached_property
+    def span(self) -> float:
+        """Travel of the command."""
+        return float(np.ptp(self.commanded[self.rows]))
+
+    @cached_property
+    def mismatch(self) -> float:
+        """How far reading and nominal prediction are apart: the spread of shapes of any size."""
+        left = (self.observed - self.nominal)[self.rows]
+        left = left - np.median(left) if self.robot.zero == "arbitrary" else left
+        most = np.quantile(left**2, COMMANDED_AXIS.clipped_quantile)
+        apart = float(np.sqrt(np.mean(np.clip(left**2, 0.0, most))))
+        return max(apart, 1e-12 * max(self.span, 1e-12))
+
+    @cached_property
+    def step_s(self) -> FloatArray:
+        """Time since the row before (n,) [s]; 0 where a stretch begins."""
+        steps = np.diff(self.t_s, prepend=self.t_s[0])
+        steps[self.readings.fresh] = 0.0
+        return steps
+
+    @cached_property
+    def usual_speed(self) -> float:
+        """Of the command, root mean square over the rows that count."""
+        speed = np.gradient(self.commanded, self.t_s)[self.rows]
+        return float(np.sqrt(np.mean(speed**2)))
+
+    @cached_property
+    def stretch_start_s(self) -> FloatArray:
+        """When the stretch of a row began (n,) [s]."""
+        starts = self.t_s[self.readings.fresh]
+        began: FloatArray = starts[np.cumsum(self.readings.fresh) - 1]
+        return began
+
+    @property
+    def full_step(self) -> float:
+        """Least that a motor loses at the axis [rad]: one of its 200 full steps a turn."""
+        if self._motor is None:
+            return 0.0
+        return (
+            self.rad_per_step * self._motor.microsteps_per_rev / COMMANDED_AXIS.full_steps_per_turn
+        )
+
+
+def _thinned(recording: FlatRecording) -> FlatRecording:
+    """Every so many rows of a long recording: an axis hardly moves between them."""
+    stride = -(-len(recording) // COMMANDED_AXIS.most_followed_samples)
+    if stride == 1:
+        return recording
+    columns = {name: values[::stride] for name, values in recording.columns.items()}
+    return FlatRecording(recording.t_s[::stride], columns, {}, recording.source)

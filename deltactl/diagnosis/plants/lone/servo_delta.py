@@ -1,0 +1,253 @@
+"""A servo delta by its disturbance estimates: what the observers say beyond the robot file.
+
+The three joints' disturbances stand end to end in one channel, joint after joint, so that what
+they share (a payload) is one regressor. All sizes but that of a gain are linear in the torques.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from deltactl.diagnosis.observations.options import OBSERVATIONS
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
+from deltactl.diagnosis.observations.servo_preprocessing import Signals, signals_of
+from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS, JOINT_ODDS, ODDS
+from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
+from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
+from deltactl.diagnosis.plants.spline_terms import KeepsBeside, spline_terms
+from deltactl.foundation.errors import RecordingError
+from deltactl.models.chain.active import Active, activate
+from deltactl.models.chain.servo_delta import Course, ServoChain
+from deltactl.models.effects.kind import MOTORS, EffectKind
+from deltactl.models.effects.servo_joints import SERVO_EFFECTS
+from deltactl.models.robot import DeltaRobot
+from deltactl.recording.tables.flat import FlatRecording
+
+CHANNEL = "disturbance"
+MAIN = {
+    "joint_friction": "torque", "viscous_friction": "coefficient", "gravity_error": "torque",
+    "inertia": "inertia", "payload": "mass", "effort_gain": "scale", "effort_offset": "offset",
+}  # fmt: skip
+UNKNOWNS = ("position", "velocity", "acceleration", "time")
+
+
+class ServoDelta(KeepsBeside):
+    """Three joints with what their observers estimated."""
+
+    unit = "N m"
+    averages = False
+
+    def __init__(self, robot: DeltaRobot, recordings: Sequence[FlatRecording]):
+        self.chain = ServoChain(robot)
+        self._signals: list[Signals] = [signals_of(r, self.chain) for r in recordings]
+        self._courses: list[Course] = [self.chain.course(s.motion) for s in self._signals]
+        self.readings = self._laid_end_to_end()
+        self.channel = self.readings.names[0]
+        fewest = SERVO_JOINTS.joints_of_samples * OBSERVATIONS.fewest_samples
+        if self.readings.valid.sum() < fewest:
+            raise RecordingError(
+                f"{recordings[0].source}: {int(self.readings.valid.sum())} stretches of 10 ms in "
+                "clear motion; that is too little to tell anything"
+            )
+        self.span_s = max(float(np.ptp(s.motion.t_s)) for s in self._signals)
+        self.t_s = self.readings.t_s
+        self.observed = np.nan_to_num(self.readings.values[:, 0])
+        valid = np.flatnonzero(self.readings.valid[:, 0])
+        self.rows: IntArray = valid[:: max(1, -(-len(valid) // SERVO_JOINTS.most_joint_rows))]
+        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
+        self.kinds = (self.readings.part // len(self._signals)).astype(np.intp)
+        self.nominal = self._torque(())
+        self.rounding = 0.0
+        self.drawn_on = np.zeros(len(self.t_s))
+        self.beside = np.zeros((len(self.t_s), 0))
+        self.regressors = tuple(self._regressors())
+
+    def _laid_end_to_end(self) -> Readings:
+        times: list[FloatArray] = []
+        parts: list[IntArray] = []
+        values, valid, fresh, shifts = [], [], [], []
+        begin = 0.0
+        for joint in range(3):
+            for s in self._signals:
+                shift = begin - float(s.t_s[0]) if times else 0.0
+                times.append(s.t_s + shift)
+                shifts.append(shift)
+                begin = float(times[-1][-1]) + OBSERVATIONS.between_recordings_s
+                values.append(s.observed_nm[:, joint])
+                valid.append(s.valid[:, joint])
+                fresh.append(s.fresh)
+                parts.append(np.full(len(s.t_s), len(parts)))
+        return Readings(
+            np.concatenate(times), np.concatenate(fresh), np.concatenate(parts), tuple(shifts),
+            (CHANNEL,), (self.unit,),
+            np.concatenate(values)[:, None], np.concatenate(valid)[:, None],
+        )  # fmt: skip
+
+    def _stacked(self, each: Sequence[FloatArray]) -> FloatArray:
+        """(m, 3) of each recording as one column (n,), joint after joint."""
+        column: FloatArray = np.concatenate([v[:, j] for j in range(3) for v in each])
+        return column
+
+    def _torque(self, effects: Sequence[Active]) -> FloatArray:
+        """What the observers would say with effects, (n,) [N m at the arm]."""
+        each = []
+        for s, course in zip(self._signals, self._courses, strict=True):
+            torque = self.chain.disturbance_nm(course, effects)
+            late = torque - self.chain.late_s * np.gradient(torque, s.motion.t_s, axis=0)
+            each.append(s.means(late))
+        return np.nan_to_num(self._stacked(each))
+
+    # ---- what may be missing -------------------------------------------------------------------
+
+    def _regressors(self) -> list[Regressor]:
+        found = [
+            Regressor(
+                f"{kind.name} {component}", kind.name, JOINT_ODDS[kind.name], component, alone=False
+            )
+            for kind in SERVO_EFFECTS.values()
+            for component in kind.components
+        ]
+        found += [
+            Regressor(
+                f"unknown {motor} {name}",
+                "unknown",
+                ODDS.unknown_of_joint,
+                motor,
+                follows=(name,),
+                left_over=True,
+            )
+            for motor in MOTORS
+            for name in UNKNOWNS
+        ]
+        return found
+
+    @cached_property
+    def size(self) -> float:
+        """How large torques are here."""
+        return max(float(np.std(self.observed[self.rows])), 1e-12)
+
+    @cached_property
+    def _mismatch(self) -> float:
+        left = (self.observed - self.nominal)[self.rows]
+        return max(float(np.sqrt(np.mean(left**2))), 1e-12)
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """What the robot file says the observers see, (n,)."""
+        return self.nominal
+
+    def free(self) -> Columns:
+        """How late the estimate is: the observer's own lag, and the clock's."""
+        slope = np.gradient(self.nominal, self.t_s)
+        slope[self.readings.fresh] = 0.0
+        return Columns(-slope[:, None], np.array([SERVO_JOINTS.observer_late_spread_s]), ("late",))
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Torques (n, k) of one regressor."""
+        if key.startswith("unknown "):
+            _, motor, name = key.split(" ")
+            return self._unknown[motor, name]
+        return self._shapes[key]
+
+    @cached_property
+    def _shapes(self) -> dict[str, Columns]:
+        found = {}
+        for kind in SERVO_EFFECTS.values():
+            for component in kind.components:
+                found[f"{kind.name} {component}"] = self._shape(kind, component)
+        return found
+
+    def _shape(self, kind: EffectKind, component: str) -> Columns:
+        """Torque per unit of an effect: by the chain itself, which is linear in it."""
+        name = MAIN[kind.name]
+        if kind.name == "effort_gain":
+            halved = self._torque([activate(kind, component, {name: 0.5})])
+            spread = FILE_SPREADS.gain_share
+            return Columns((halved - self.nominal)[:, None], np.array([spread]), (name,))
+        nothing = self.chain.rotor_kgm2 if kind.name == "inertia" else 0.0
+        unit = 1e-3
+        moved = self._torque([activate(kind, component, {name: nothing + unit})])
+        shape = (moved - self.nominal) / unit
+        typical = max(float(np.std(shape[self.rows])), 1e-12)
+        spread = self._mismatch / typical
+        if kind.name == "inertia":
+            rotor = max(self.chain.rotor_kgm2, 1e-12)
+            widest = FILE_SPREADS.inertia_share * rotor * SERVO_JOINTS.inertia_of_rotor
+            spread = min(spread, widest)
+        return Columns(shape[:, None], np.array([spread]), (name,))
+
+    def _joint(self, motor: str) -> FloatArray:
+        own: FloatArray = (self.kinds == MOTORS.index(motor)).astype(float)
+        return own
+
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:
+        """Each joint's own angle, speed and acceleration, and time."""
+        motions = [(s, s.motion) for s in self._signals]
+        each = {
+            "position": [s.means(m.angle_rad) for s, m in motions],
+            "velocity": [s.means(m.speed_radps) for s, m in motions],
+            "acceleration": [s.means(m.acceleration_radps2) for s, m in motions],
+            "time": [np.repeat(s.t_s[:, None], 3, axis=1) for s, _ in motions],
+        }
+        return {name: self._stacked(values) for name, values in each.items()}
+
+    def _spanned(self, motor: str) -> FloatArray:
+        mine = [c.values[:, 0] for key, c in self._shapes.items()
+                if key.endswith((motor, "platform"))]  # fmt: skip
+        named = np.stack([np.ones(len(self.t_s)), *mine], axis=1)
+        return np.concatenate([named, self.beside], axis=1)
+
+    @cached_property
+    def _unknown(self) -> dict[tuple[str, str], Columns]:
+        found = {}
+        usual = LONE.unknown_of_mismatch * self._mismatch
+        for motor in MOTORS:
+            own = self.rows[self.kinds[self.rows] == MOTORS.index(motor)]
+            for name in UNKNOWNS:
+                shapes = spline_terms(
+                    self.covariates[name], SERVO_JOINTS.joint_pieces, self._spanned(motor), own
+                )
+                shapes = shapes * self._joint(motor)[:, None]
+                found[motor, name] = Columns(shapes, np.full(shapes.shape[1], usual))
+        return found
+
+    def followed(self, key: str) -> FloatArray:
+        """Covariate (n,) of an unknown; NaN where it does not act."""
+        _, motor, name = key.split(" ")
+        return np.where(self._joint(motor) > 0.0, self.covariates[name], np.nan)
+
+    def variant(self) -> None:
+        """There is one way to prepare it."""
+
+    def adopt(self, trained: ServoDelta) -> None:
+        """All shapes are the robot's own."""
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the contract's effects."""
+        effect = key.split(" ")[0]
+        if effect == "unknown":
+            return []
+        unit, name = SERVO_EFFECTS[effect].main.unit, MAIN[effect]
+        if effect == "effort_gain":
+            return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), nothing=1.0)]
+        if effect == "inertia":
+            rotor = self.chain.rotor_kgm2
+            return [Shown(name, unit, lambda v: rotor + v[name], nothing=rotor)]
+        return [Shown(name, unit, lambda v: v[name])]
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """A gain or a mass below zero."""
+        return any(
+            (key.startswith("effort_gain ") and linear[key][0] <= -0.99)
+            or (key.startswith("inertia ") and self.chain.rotor_kgm2 + float(linear[key][0]) <= 0.0)
+            for key in keys
+        )
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """All sizes are linear."""
+        return [{}]

@@ -1,0 +1,229 @@
+"""What the engine needs of a machine whose mismatch is a sum of known shapes of unknown size.
+
+A lone axis, a range sensor or a joint of a servo robot says what it observed, which regressors may
+explain it, and how sizes that are not linear (a lag, a width of play, a period) change its
+prediction. The engine (`evidence.laplace`, `selection.model_posterior`) is written on this alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
+
+Sizes = Mapping[str, float]
+"""Nonlinear sizes by `regressor.size`, in SI units."""
+Prior = Literal["half", "flat"]
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """A size in which the prediction is not linear.
+
+    half: half-normal prior of this spread from zero on. flat: any value from low to high alike.
+    step: for numerical derivatives. smooth False: a place in time; its derivative says nothing,
+    and `choices` is how many there were to choose from.
+    """
+
+    name: str
+    prior: Prior
+    spread: float
+    low: float
+    high: float
+    step: float
+    smooth: bool = True
+    choices: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Equivalent:
+    """Another effect that is the same operator in this recording, with its odds against this."""
+
+    effect: str
+    log_odds: float
+    only_if_zero: str = ""
+    """The equivalent stands in only while this size of the regressor is (nearly) zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Regressor:
+    """One way in which a machine may differ from its robot file.
+
+    log_odds: natural logarithm of the prior odds that a machine has it (source at the plant).
+    beside: regressors of which one must be in the set as well. knows: what an unknown follows.
+    """
+
+    key: str
+    effect: str
+    log_odds: float
+    component: str = "axis"
+    sizes: tuple[Size, ...] = ()
+    equivalents: tuple[Equivalent, ...] = ()
+    beside: tuple[str, ...] = ()
+    follows: tuple[str, ...] = ()
+    apart_from: tuple[str, ...] = ()
+    """Regressors that it must be told from to be seen as what it is: of a ratio the offset, which
+    shows as the same over a short stroke far from zero."""
+    alone: bool = True
+    """Whether it is tried with any other as a pair from the start."""
+    saturated: bool = True
+    """Whether it is part of the saturated set that shows the noise."""
+    positive: tuple[str, ...] = ()
+    """Linear sizes that no machine has below zero."""
+    mapped: bool = False
+    """A map of the position in detail has it as well: beside one it must stand out."""
+    left_over: bool = False
+    """A spline term that is only looked for in what the named effects leave."""
+    places: float | None = None
+    """Independent moments or periods that were searched for it; None where it has no such place."""
+
+    @property
+    def unknown(self) -> bool:
+        """Whether it is a shape that no effect of the vocabulary has."""
+        return self.effect == "unknown"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Columns:
+    """Shapes (n, k) of one regressor, prior spread (k,) of each, and the names of their sizes."""
+
+    values: FloatArray
+    spread: FloatArray
+    names: tuple[str, ...] = ()
+
+
+Draws = Mapping[str, FloatArray]
+"""Sizes of one regressor by their own names: one value, or many draws, of each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """One parameter of the answer, from the sizes of a regressor."""
+
+    name: str
+    unit: str
+    of: Callable[[Draws], FloatArray]
+    nothing: float = 0.0
+    """Value with which the effect vanishes."""
+    as_without: float | None = None
+    """Value that says the same as no such parameter, and is left out."""
+
+
+class RegressionPlant(Protocol):
+    """A machine with its recording, for the evidence of sets of regressors."""
+
+    regressors: tuple[Regressor, ...]
+    observed: FloatArray
+    """(n,) what is to be explained, in `unit`."""
+    unit: str
+    channel: str
+    """Name of what was observed, for drawings."""
+    readings: Readings
+    t_s: FloatArray
+    rows: IntArray
+    """Rows that count: valid, and thinned to what can tell anything."""
+    groups: IntArray
+    """(n,) number of the stretch, place or joint a row belongs to: noise is of one kind within."""
+    kinds: IntArray
+    """(n,) small numbers: rows of one kind are like one another (at rest, in motion, a joint)."""
+
+    @property
+    def noises(self) -> IntArray:
+        """(n,) small numbers: rows of one number share one noise; as `kinds`, or coarser."""
+        ...
+
+    @property
+    def stays(self) -> IntArray:
+        """Number (n,) of the stay at one place that a row belongs to; -1 in motion."""
+        ...
+
+    rounding: float
+    """Standard deviation of the rounding of a reading, in `unit`."""
+    averages: bool
+    """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
+    left_by_known: Sequence[tuple[float, FloatArray]]
+    """Of each effect that the robot file has from an earlier diagnosis the share of its power that
+    it may leave, and what it does (n,)."""
+    done_by_known: FloatArray | None
+    """What all of them do (n,); None where the file has none."""
+    drawn_on: FloatArray
+    """(n,) what drawings add to `observed` and to every prediction of it."""
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Prediction (n,) with the nonlinear sizes of these regressors."""
+        ...
+
+    def begins(self, keys: frozenset[str]) -> list[str]:
+        """Sizes of these regressors, from -1 to 1, that are of how a recording begins, not of the
+        machine.
+        """
+        ...
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Shapes that a regressor adds to the prediction, around `base`."""
+        ...
+
+    def free(self) -> Columns:
+        """Shapes that are always fitted and never a finding."""
+        ...
+
+    @property
+    def covariates(self) -> dict[str, FloatArray]:
+        """What a mismatch may follow, name -> (n,)."""
+        ...
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """What the answer says of the sizes of a regressor, the main parameter first."""
+        ...
+
+    def not_testable(self) -> list[NotTestable]:
+        """Effects of which such a recording can tell nothing, and why."""
+        ...
+
+    def keep_beside(self, shapes: FloatArray) -> None:
+        """Spline terms must not take the place of these shapes (n, j) either."""
+        ...
+
+    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
+        """Where there is a spline term in such detail, lay it over the places of another set."""
+        ...
+
+    def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
+        """Make the spline term over position as detailed as what a set leaves (n,) repeats there.
+
+        Returns whether anything changed.
+        """
+        ...
+
+    def followed(self, key: str) -> FloatArray:
+        """Covariate (n,) that an unknown follows; NaN where it does not act."""
+        ...
+
+    def detail(self, key: str) -> int:
+        """Pieces of the spline term of an unknown; 0 of one that has no number of its own."""
+        ...
+
+    def variant(self) -> RegressionPlant | None:
+        """The same recording prepared another way that is as good; None where there is one way."""
+        ...
+
+    def adopt(self, trained: Any) -> None:
+        """Take over what shapes were made with, so that sizes of another recording hold here."""
+        ...
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """Whether no machine has these sizes: a spring that pushes, a play of the whole travel."""
+        ...
+
+    def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
+        """Logarithm of odds that hang on the sizes of a set, in addition to its regressors' own."""
+        ...
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """Where to start the nonlinear sizes of a regressor, given what is left without it (n,)."""
+        ...

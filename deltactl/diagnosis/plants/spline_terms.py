@@ -1,0 +1,114 @@
+"""Spline terms over one covariate: cubic B-splines less what named shapes already span."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.plants.options import SPLINE_TERMS
+from deltactl.diagnosis.plants.regression import Sizes
+
+
+def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) -> FloatArray:
+    """Basis (n, pieces + 3) over equal pieces from low to high; constant beyond the ends."""
+    if not high > low:
+        return np.zeros((len(covariate), 0))
+    inner = np.linspace(low, high, pieces + 1)
+    degree = SPLINE_TERMS.spline_degree
+    knots = np.concatenate([[low] * degree, inner, [high] * degree])
+    inside = np.clip(covariate, low, high)
+    basis: FloatArray = BSpline.design_matrix(inside, knots, degree).toarray()
+    return basis
+
+
+def spline_terms(
+    covariate: FloatArray, pieces: int, spanned: FloatArray, rows: IntArray
+) -> FloatArray:
+    """Splines of a covariate (n,) less their projection on `spanned` (n, j) over some rows.
+
+    So a spline term cannot take the place of a named one (Plumlee 2017, J. Am. Stat. Assoc. 112,
+    1274-1285). Directions that vanish are left out; the others (n, k) have unit variance.
+    """
+    low, high = (float(x) for x in np.quantile(covariate[rows], SPLINE_TERMS.covered))
+    basis = spline_basis(covariate, pieces, low, high)
+    return less_spanned(basis, spanned, rows) if basis.shape[1] else basis
+
+
+def less_spanned(basis: FloatArray, spanned: FloatArray, rows: IntArray) -> FloatArray:
+    """Shapes (n, k) less their projection on others (n, j) over some rows, of unit variance.
+
+    Directions that vanish are left out.
+    """
+    share, *_ = np.linalg.lstsq(spanned[rows], basis[rows], rcond=1e-10)
+    left = basis - spanned @ share
+    _, size, across = np.linalg.svd(left[rows], full_matrices=False)
+    turned = left @ across[size > SPLINE_TERMS.vanishing * max(float(size[0]), 1e-300)].T
+    shapes: FloatArray = turned / np.maximum(np.std(turned[rows], axis=0), 1e-300)
+    return shapes
+
+
+def carried_over(
+    shape: FloatArray, known: FloatArray, pieces: int, elsewhere: FloatArray
+) -> FloatArray:
+    """A spline term (n,) as a function of its covariate alone, at other values of that (m,).
+
+    Nothing is said beyond the values that were seen.
+    """
+    low, high = (float(x) for x in np.quantile(known, SPLINE_TERMS.covered))
+    if not high > low:
+        return np.zeros_like(elsewhere)
+    size, *_ = np.linalg.lstsq(spline_basis(known, pieces, low, high), shape, rcond=1e-6)
+    found: FloatArray = spline_basis(elsewhere, pieces, low, high) @ size
+    return found * ((elsewhere >= low) & (elsewhere <= high))
+
+
+class KeepsBeside:
+    """A plant whose spline terms, kept in `_unknown`, give way to the shapes of a chosen set."""
+
+    beside: FloatArray
+    groups: IntArray
+    kinds: IntArray
+    left_by_known: Sequence[tuple[float, FloatArray]] = ()
+    done_by_known: FloatArray | None = None
+
+    @property
+    def stays(self) -> IntArray:
+        """Of what is not known to stand anywhere, none."""
+        return np.full(len(self.groups), -1, dtype=np.intp)
+
+    @property
+    def noises(self) -> IntArray:
+        """One noise for each kind of row."""
+        return self.kinds
+
+    def not_testable(self) -> list[NotTestable]:
+        """Nothing is out of reach of every recording of such a machine."""
+        return []
+
+    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
+        """There is no map in detail."""
+
+    def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
+        """One detail of the spline terms is all there is."""
+        return False
+
+    def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
+        """None that hang on sizes."""
+        return 0.0
+
+    def detail(self, key: str) -> int:
+        """As any other."""
+        return 0
+
+    def begins(self, keys: frozenset[str]) -> list[str]:
+        """A recording of a machine without play begins nowhere in it."""
+        return []
+
+    def keep_beside(self, shapes: FloatArray) -> None:
+        """Spline terms must not take the place of these shapes (n, j) either."""
+        self.beside = shapes
+        self.__dict__.pop("_unknown", None)

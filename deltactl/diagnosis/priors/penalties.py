@@ -1,0 +1,51 @@
+"""What an explanation must earn, in chi-square: the more it can bend, the more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from deltactl.diagnosis.estimation.splines import SplineTerm
+from deltactl.diagnosis.plants.candidate import Candidate, Term
+from deltactl.diagnosis.priors.options import PENALTIES
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """A start for a refit and its linearised gain."""
+
+    start: Term
+    gain: float
+    log_p: float
+    penalty: float
+
+
+def penalty(candidate: Candidate) -> float:
+    """What a candidate must earn."""
+    if candidate.kind.event:
+        return PENALTIES.event
+    together = PENALTIES.group if candidate.members else 0.0
+    return PENALTIES.coordinate * len(candidate.moved) + candidate.kind.penalty + together
+
+
+def spline_penalty(free: SplineTerm) -> float:
+    """What a spline term must earn: more than any named effect, and more the finer it is."""
+    return PENALTIES.spline + 2.0 * free.size
+
+
+def penalty_of(term: Term) -> float:
+    """What a term must earn where the fit has brought it."""
+    return penalty(term.candidate) + (PENALTIES.in_name_only if _in_name_only(term) else 0.0)
+
+
+def _in_name_only(term: Term) -> bool:
+    """Outside the range in which it is itself; a wave of its whole travel, which is one bend."""
+    for coordinate, at in zip(term.candidate.coordinates, term.at, strict=True):
+        name = coordinate.parameter
+        if name == "period" and at > coordinate.high + np.log(PENALTIES.whole_travel):
+            return True
+        low, high = term.candidate.kind.itself.get(name, (-np.inf, np.inf))
+        if not low <= at <= high:
+            return True
+    return False

@@ -1,0 +1,127 @@
+"""Which sets of regressors explain a recording, and how probable each is.
+
+Greedy moves with memory (add, drop, swap, pairs from the start), every set by its evidence; the
+sets within Occam's window (Madigan and Raftery 1994, J. Am. Stat. Assoc. 89, 1535-1546) make the
+posterior: of each effect, of unknown physics, of nothing missing.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
+from deltactl.diagnosis.selection.options import SELECTION
+from deltactl.foundation.errors import RecordingError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Posterior:
+    """The sets that count, best first, with their probabilities."""
+
+    explanations: list[Explanation]
+    weights: list[float]
+
+    @property
+    def best(self) -> Explanation:
+        """The most probable set."""
+        return self.explanations[0]
+
+    def probability(self, key: str) -> float:
+        """That a regressor is at work."""
+        pairs = zip(self.explanations, self.weights, strict=True)
+        return float(sum(w for e, w in pairs if key in e.keys))
+
+    @property
+    def nothing(self) -> float:
+        """That no regressor is."""
+        pairs = zip(self.explanations, self.weights, strict=True)
+        return float(sum(w for e, w in pairs if not e.keys))
+
+    def without(self, keys: Iterable[str]) -> float:
+        """That none of these is at work."""
+        none, pairs = set(keys), zip(self.explanations, self.weights, strict=True)
+        return float(sum(w for e, w in pairs if not e.keys & none))
+
+
+def posterior(explanations: Iterable[Explanation]) -> Posterior:
+    """Weights of evaluated sets. Raises RecordingError where none of them has any evidence."""
+    ordered = sorted(explanations, key=lambda e: (-e.log_evidence, len(e.keys), sorted(e.keys)))
+    top = ordered[0].log_evidence
+    if not np.isfinite(top):
+        raise RecordingError("the readings are too large to compare; are columns and units right?")
+    counted = [e for e in ordered if top - e.log_evidence < SELECTION.window]
+    weights = np.exp([e.log_evidence - top for e in counted])
+    return Posterior(counted, (weights / weights.sum()).tolist())
+
+
+class HillClimb:
+    """Climbs the evidence over sets of regressors, one move at a time."""
+
+    def __init__(
+        self,
+        evidence: Laplace,
+        kept: frozenset[str] = frozenset(),
+        left_over: bool = False,
+        among: Sequence[str] | None = None,
+    ):
+        """kept: always in the set. left_over: spline terms instead of named regressors. among: only
+        these may come and go.
+        """
+        self.evidence, self.kept = evidence, kept
+        chosen = [r for r in evidence.plant.regressors if r.left_over == left_over]
+        if among is not None:
+            chosen = [r for r in evidence.plant.regressors if r.key in among]
+        kept_too = [r for r in evidence.plant.regressors if r.key in kept]
+        self._all = {r.key: r for r in (*chosen, *kept_too)}
+
+    def run(self) -> Posterior:
+        """From what is kept to where no move is better."""
+        here = self.evidence(self.kept)
+        while True:
+            best = max(self._moves(here), key=lambda e: e.log_evidence, default=here)
+            if not best.log_evidence > here.log_evidence + SELECTION.better_by:
+                best = max(self._smaller(here), key=lambda e: e.log_evidence, default=here)
+            if not best.log_evidence > here.log_evidence + SELECTION.better_by:
+                break
+            here = best
+        return posterior(self._mine())
+
+    def _mine(self) -> list[Explanation]:
+        """Every set that was evaluated and belongs to this search."""
+        return [e for e in self.evidence.evaluated if self.kept <= e.keys <= self._all.keys()]
+
+    def allowed(self, keys: frozenset[str]) -> bool:
+        """Whether a set makes sense: what stands beside others has one of them."""
+        for key in keys:
+            one = self._all[key]
+            if one.beside and not keys & set(one.beside):
+                return False
+        return len(keys) <= SELECTION.most_regressors
+
+    def _smaller(self, here: Explanation) -> list[Explanation]:
+        """Sets that are nearly as good, less one regressor each: one exchanged makes another spare.
+
+        Friction that grows with the load stands for friction and an offset.
+        """
+        close = [
+            e for e in self._mine() if here.log_evidence - e.log_evidence < SELECTION.nearly_best
+        ]
+        sets = {e.keys - {key}: e for e in close for key in e.keys - self.kept}
+        return [self.evidence(s, [e]) for s, e in sets.items() if self.allowed(s)]
+
+    def _moves(self, here: Explanation) -> list[Explanation]:
+        """All sets one move away, evaluated."""
+        keys = here.keys
+        others = [r for r in self._all.values() if r.key not in keys]
+        sets = [keys | {r.key} for r in others]
+        sets += [keys - {key} for key in keys - self.kept]
+        sets += [(keys - {out}) | {r.key} for out in keys - self.kept for r in others]
+        if len(keys - self.kept) <= SELECTION.pairs_up_to:
+            named = [r.key for r in others if r.alone and not r.unknown]
+            sets += [keys | set(pair) for pair in itertools.combinations(named, 2)]
+        start = [here, self.evidence(self.kept)]
+        return [self.evidence(s, start) for s in sets if self.allowed(s)]

@@ -1,0 +1,248 @@
+"""Named effects first, unknown physics is what they leave, then what was open is asked again.
+
+An unknown that follows position could take the place of a ratio, an offset, a scale. So named
+regressors are chosen under a noise in which smooth discrepancy counts as noise; spline terms, made
+orthogonal to the named ones, are looked for in what is left; and where one is found, the named
+regressors that were neither sure nor out of the question are chosen once more beside it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from deltactl.diagnosis.evidence.detection import Progress
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise
+from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
+from deltactl.diagnosis.evidence.tempering import noise_beyond, saturated_noise
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
+from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior, posterior
+from deltactl.diagnosis.selection.options import SELECTION
+
+GAPS = frozenset({"following_lag", "joint_friction", "gear_backlash"})
+"""Effects that each hold the two directions apart."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Selected:
+    """The chosen explanation, the evidence it was chosen by, and how probable its parts are."""
+
+    plant: RegressionPlant
+    evidence: Laplace
+    posterior: Posterior
+    probability: dict[str, float]
+    """Of every regressor that was tried."""
+    nothing: float
+    """Probability that nothing is missing."""
+    empty: Explanation
+    """Of the robot file as it stands, under the same noise."""
+    named: Explanation
+    """The named regressors alone: what spline terms are orthogonal to."""
+    shift: dict[str, float]
+    """How far each size of the best set moves under another preparation, in SI units."""
+    left_over: Laplace
+    """The evidence of spline terms in what the explanation leaves."""
+
+    @property
+    def best(self) -> Explanation:
+        """The chosen explanation."""
+        return self.posterior.best
+
+    @property
+    def noise(self) -> TemperedNoise:
+        """The noise under which it was chosen."""
+        return self.evidence.noise
+
+
+def select(plant: RegressionPlant, progress: Progress) -> Selected:
+    """Named regressors, what they leave, and both together where that is unknown physics."""
+    progress("noise of the readings")
+    noise = saturated_noise(plant)
+    progress("searching for what is missing")
+    evidence = Laplace(plant, noise)
+    named = HillClimb(evidence).run()
+    for _ in range(SELECTION.naming_rounds - 1):
+        evidence = Laplace(plant, noise_beyond(plant, named.best), evidence)
+        again = HillClimb(evidence).run()
+        settled, named = again.best.keys == named.best.keys, again
+        if settled:
+            break
+    progress("what the named effects leave")
+    plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
+    free, left = _left_over(plant, named.best)
+    mapped = plant.map_finely(named.best.keys, named.best.sizes, left.best.residual)
+    if mapped:
+        named, free, left = _beside_map(plant, evidence, named)
+    chances = {r.key: (left if r.left_over else named).probability(r.key)
+               for r in plant.regressors}  # fmt: skip
+    nothing = named.nothing * left.without([r.key for r in plant.regressors if r.left_over])
+    unknown = _unknown(named.best, left)
+    if not unknown:
+        return Selected(
+            plant,
+            evidence,
+            named,
+            chances,
+            nothing,
+            evidence(()),
+            named.best,
+            _shift(plant, named.best),
+            free,
+        )
+    chosen = _beside(plant, free, unknown, named, chances, nothing)
+    return (_gaps_again(chosen, evidence) if mapped else None) or chosen
+
+
+def _unknown(named: Explanation, left: Posterior) -> frozenset[str]:
+    keys = left.best.keys - named.keys
+    return frozenset(key for key in keys if left.probability(key) > SELECTION.likely)
+
+
+def _gaps_again(chosen: Selected, evidence: Laplace) -> Selected | None:
+    """What holds the two directions apart, once more beside a map of places; then that map anew.
+
+    A rough screw is larger than the gap, and as long as it counts as noise a delay and a friction
+    look alike. None where the same is found.
+    """
+    plant, before = chosen.plant, chosen.best
+    gaps = {r.key for r in plant.regressors if r.effect in GAPS}
+    again = HillClimb(chosen.left_over, before.keys - gaps, among=sorted(gaps)).run()
+    best = again.best
+    if best.keys == before.keys:
+        return None
+    keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
+    sizes = {name: size for name, size in best.sizes.items() if name.split(".")[0] in keys}
+    _lay_around(plant, keys, sizes)
+    named = evidence.held_at(keys, sizes)
+    free, left = _left_over(plant, named)
+    chances = {**chosen.probability, **{key: again.probability(key) for key in gaps}}
+    unknown = _unknown(named, left)
+    if not unknown:
+        _lay_around(plant, chosen.named.keys, chosen.named.sizes)
+        return None
+    free(keys | unknown, [named])  # begins at these sizes, which a fit without a map moves away
+    return _beside(plant, free, unknown, Posterior([named], [1.0]), chances, chosen.nothing)
+
+
+def _lay_around(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> None:
+    """Spline terms beside a set, and the map of places where the axis comes to by it."""
+    plant.keep_beside(shapes_of(plant, keys, sizes))
+    plant.map_around(keys, sizes)
+
+
+def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Posterior]:
+    """Spline terms in what the named effects leave.
+
+    Under the noise of that search the sizes of named effects may be such as no machine has (play
+    below a step of the reading): nothing can be weighed beside them then.
+    """
+    free = Laplace(plant, noise_beyond(plant, named, left_over=True))
+    if not np.isfinite(free(named.keys).log_evidence):
+        return free, Posterior([named], [1.0])
+    return free, HillClimb(free, named.keys, left_over=True).run()
+
+
+def _beside_map(
+    plant: RegressionPlant, evidence: Laplace, named: Posterior
+) -> tuple[Posterior, Laplace, Posterior]:
+    """The same once the spline term over position is a map in detail.
+
+    A wave is a part of any map, and fits of the largest of its waves would call each map a gear's
+    error. It is named beside one only if it is most of it.
+    """
+    waves = {r.key for r in plant.regressors if r.mapped}
+    if named.best.keys & waves:
+        fewer = posterior(one for one in evidence.evaluated if not one.keys & waves)
+        plant.keep_beside(shapes_of(plant, fewer.best.keys, fewer.best.sizes))
+        free, left = _left_over(plant, fewer.best)
+        without, wave, mapped = (
+            float(np.sum(one.residual[plant.rows] ** 2))
+            for one in (fewer.best, named.best, left.best)
+        )
+        if without - wave < SELECTION.most_of_map * (without - mapped):
+            return fewer, free, left
+        plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
+    return named, *_left_over(plant, named.best)
+
+
+def _beside(
+    plant: RegressionPlant,
+    free: Laplace,
+    unknown: frozenset[str],
+    named: Posterior,
+    chances: dict[str, float],
+    nothing: float,
+) -> Selected:
+    """Choose among what was open, or is needless beside the unknown, beside what is sure."""
+    sure = frozenset(key for key in named.best.keys if chances[key] > SELECTION.sure)
+    kept = _pruned(free, sure | unknown, unknown)
+    opened = [
+        key
+        for key, p in chances.items()
+        if SELECTION.open < p <= SELECTION.sure and key not in unknown
+    ]
+    if sure == named.best.keys:
+        placed = {r.key for r in plant.regressors if r.places is not None}
+        opened = [key for key in opened if chances[key] > SELECTION.nearly and key not in placed]
+    opened += sorted(sure - kept)
+    both = HillClimb(free, kept, among=opened).run()
+    found = {**chances, **{key: both.probability(key) for key in opened}}
+    return Selected(
+        plant, free, both, found, nothing, free(()), named.best, _shift(plant, both.best), free
+    )
+
+
+def _pruned(evidence: Laplace, keys: frozenset[str], unknown: frozenset[str]) -> frozenset[str]:
+    """What of a set is left when all is taken out without which the evidence is better.
+
+    A named regressor may have stood in for an unknown, or the two make up for each other: a wave
+    and a spline that together are nothing. So an unknown is also taken out with another.
+    """
+    here = evidence(keys)
+    while here.keys:
+        less = [here.keys - {key} for key in here.keys]
+        pairs = itertools.product(here.keys & unknown, here.keys - unknown)
+        less += [here.keys - set(pair) for pair in pairs]
+        best = max((evidence(some, [here]) for some in less), key=lambda e: e.log_evidence)
+        if best.log_evidence <= here.log_evidence:
+            break
+        here = best
+    return here.keys
+
+
+def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+    """What small changes of all sizes of a set look like in the prediction, (n, j)."""
+    by_key = {r.key: r for r in plant.regressors}
+    base = plant.base(keys, sizes)
+    shapes = [plant.columns(key, base, sizes).values for key in sorted(keys)]
+    for key in sorted(keys):
+        for size in by_key[key].sizes:
+            name = f"{key}.{size.name}"
+            if size.smooth and name in sizes:
+                moved = plant.base(keys, {**sizes, name: sizes[name] + size.step})
+                shapes.append(((moved - base) / size.step)[:, None])
+    return np.concatenate([np.zeros((len(base), 0)), *shapes], axis=1)
+
+
+def _shift(plant: RegressionPlant, best: Explanation) -> dict[str, float]:
+    """Model discrepancy of the sizes: their change under another preparation of the recording."""
+    other = plant.variant()
+    if other is None or not best.keys:
+        return {}
+    keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
+    again = named_sizes(Laplace(other, saturated_noise(other))(keys, [best]))
+    return {
+        name: abs(again[name] - size)
+        for name, size in named_sizes(best).items()
+        if name in again and name not in best.sizes
+    }
+
+
+def named_sizes(explanation: Explanation) -> dict[str, float]:
+    """All sizes of an explanation by `key.size`, linear and other."""
+    linear = [x for key in ("", *sorted(explanation.keys)) for x in explanation.linear[key]]
+    names = [name for name in explanation.names if name not in explanation.sizes]
+    return {**dict(zip(names, map(float, linear), strict=True)), **explanation.sizes}

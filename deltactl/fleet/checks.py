@@ -1,0 +1,164 @@
+"""Every run of a daemon is checked when it is over: a mismatch that is new is announced.
+
+A finding counts when two of three runs in a row have it, at the same component; what one run has
+and the next two have not was chance. It is over when two runs in a row have it no more.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from deltactl.fleet.book import Book, Row, stamp_of
+from deltactl.fleet.task import diagnose_one
+from deltactl.foundation.errors import DeltactlError
+from deltactl.recording.writing.names import ENDING
+
+FOLDER = "checks"
+ANNOUNCED = "announced.json"
+ENOUGH, OF = 2, 3
+"""A run at the detection limit misses one time in three what is there, so two in a row would be
+announced late; what chance finds in a healthy run, it hardly finds at the same place in two of
+three."""
+MISSED = 2
+LIKELY = 0.5
+"""Findings less probable than this are not counted."""
+SHORTEST_S = 10.0
+"""A jog tells nothing."""
+
+Diagnose = Callable[[str, str], Row]
+
+
+@dataclass(frozen=True)
+class Announcement:
+    """A mismatch that was not there before."""
+
+    robot: str
+    effect: str
+    component: str
+    says: str
+    since_s: float
+    """When the first run that has it began [s since 1970]."""
+    probability: float
+    recording: str
+
+
+class RunChecks:
+    """Checks the recordings of a folder; what it finds lies in `checks/` beside them."""
+
+    def __init__(self, recordings: Path, diagnose: Diagnose = diagnose_one):
+        self._recordings, self._diagnose = recordings, diagnose
+        self.folder = recordings / FOLDER
+        self._book = Book(self.folder)
+
+    def look(self) -> list[Row]:
+        """Check what is new and over; returns its rows."""
+        done = self._book.done()
+        rows = []
+        for path in sorted(
+            self._recordings.glob(f"*{ENDING}"), key=lambda one: one.stat().st_mtime
+        ):
+            if done.get(str(path)) != stamp_of(path) and (row := self._check(path)) is not None:
+                self._book.add(row)
+                rows.append(row)
+        if rows or not (self.folder / ANNOUNCED).exists():
+            self._announce()
+        return rows
+
+    def announced(self) -> list[Announcement]:
+        """What holds now, over all robots of the folder."""
+        latest = {row["recording"]: row for row in self._book.rows()}
+        by_robot: dict[str, list[Row]] = {}
+        for row in latest.values():
+            if "verdict" in row:
+                by_robot.setdefault(row["robot"], []).append(row)
+        return [one for rows in by_robot.values() for one in standing(rows)]
+
+    def close(self) -> None:
+        """Give the files back."""
+        self._book.close()
+
+    def _check(self, path: Path) -> Row | None:
+        """The row of a run; None for one that is still being written."""
+        from deltactl.recording.reading.reader import read_run
+
+        head: Row = {"recording": str(path), "stamp": stamp_of(path)}
+        try:
+            run = read_run(path)
+        except (DeltactlError, OSError) as error:
+            return head | {"error": " ".join(str(error).split())}
+        if not run.complete and not _old(path):
+            return None
+        its = run.configuration
+        head |= {"robot": its.robot_name, "time_s": its.start_epoch_ns / 1e9}
+        if run.end_ns / 1e9 < SHORTEST_S:
+            return head | {"skipped": "short"}
+        robot = self.folder / "robot.yaml"
+        robot.write_text(its.robot_text, encoding="utf-8")
+        return head | self._diagnose(str(path), str(robot))
+
+    def _announce(self) -> None:
+        draft = self.folder / f".{ANNOUNCED}.part"
+        text = json.dumps([asdict(one) for one in self.announced()], indent=1)
+        draft.write_text(text + "\n", encoding="utf-8")
+        os.replace(draft, self.folder / ANNOUNCED)
+
+
+def standing(rows: Sequence[Row]) -> list[Announcement]:
+    """What is announced after the runs of one robot."""
+    ordered = sorted(rows, key=lambda row: float(row["time_s"]))
+    keys = {key for row in ordered for key in _found(row)}
+    found = (_standing(ordered, key) for key in sorted(keys))
+    return [one for one in found if one is not None]
+
+
+def read_announced(recordings: Path) -> list[Announcement]:
+    """What a check service wrote; nothing where none runs."""
+    try:
+        found = json.loads((recordings / FOLDER / ANNOUNCED).read_text(encoding="utf-8"))
+        return [Announcement(**one) for one in found]
+    except (OSError, ValueError, TypeError):
+        return []
+
+
+def _standing(rows: list[Row], key: tuple[str, str]) -> Announcement | None:
+    holds, first = False, rows[0]
+    newest: dict[str, Any] = {}
+    had: list[Row | None] = []
+    for row in rows:
+        size = _found(row).get(key)
+        had.append(row if size else None)
+        if size is not None:
+            newest = {**size, "recording": row["recording"]}
+        seen = [one for one in had[-OF:] if one is not None]
+        if holds:
+            holds = any(had[-MISSED:])
+        elif len(seen) >= ENOUGH:
+            holds, first = True, seen[0]
+    if not holds:
+        return None
+    size_text = f"{newest['value']:.3g} {newest['unit']}"
+    says = f"{key[0].replace('_', ' ')} at {key[1]}: {newest['parameter']} {size_text}"
+    sure = newest.get("probability")
+    return Announcement(rows[-1]["robot"], *key, says, float(first["time_s"]),
+                        1.0 if sure is None else float(sure), newest["recording"])  # fmt: skip
+
+
+def _found(row: Row) -> dict[tuple[str, str], Row]:
+    """Likely findings of a run by effect and component."""
+    return {
+        (size["effect"], size["component"]): size
+        for size in reversed(row.get("findings", []))
+        if (size.get("probability") is None or size["probability"] >= LIKELY)
+        and size["value"] is not None
+    }
+
+
+def _old(path: Path) -> bool:
+    """Not written to for a minute: whoever wrote it is gone."""
+    return time.time() - path.stat().st_mtime > 60.0

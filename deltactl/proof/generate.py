@@ -1,0 +1,70 @@
+"""One case of a chosen kind: `python -m deltactl.proof.generate --kind KIND --seed S --out DIR`.
+
+KIND is an effect of the vocabulary, an oddity beyond it, several with a comma between, `nothing`,
+or `tolerance` (build tolerances everywhere, with `--culprit KIND`). Writes recording.csv.gz,
+holdout.csv.gz, robot.yaml and answers.json. With `--number N` instead of `--kind` it writes case
+N of `deltactl prove --seed S`, with `--more N` one of its second set.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from deltactl.foundation.errors import ConfigError, DeltactlError
+from deltactl.proof.cases import Case, assemble, draw, draw_more
+from deltactl.proof.hidden.build_in import VOCABULARY
+from deltactl.proof.hidden.more_oddities import UNKNOWN
+from deltactl.proof.motion.curves import SHAPES
+from deltactl.proof.write_case import write_answers, write_blind
+
+
+def main() -> None:
+    """Parse, draw, simulate, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--kind")
+    what.add_argument("--number", type=int)
+    what.add_argument("--more", type=int)
+    parser.add_argument("--culprit", default=None)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--strength", type=float, default=1.0, help="1 is moderate, 0.33 faint")
+    parser.add_argument("--motion", choices=["survey", *SHAPES], default="survey")
+    parser.add_argument("--seconds", type=float, default=None)
+    chosen = parser.parse_args()
+    try:
+        case = _case(chosen)
+        write_blind(case, chosen.out, chosen.seed)
+        write_answers(case, chosen.out / "answers.json")
+    except DeltactlError as error:
+        parser.exit(2, f"{parser.prog}: {error}\n")
+    print(f"{chosen.out}: {', '.join(part.effect for part in case.answers) or 'nothing'}")
+
+
+def _case(chosen: argparse.Namespace) -> Case:
+    if chosen.number is not None:
+        return draw(chosen.seed, chosen.number)
+    if chosen.more is not None:
+        return draw_more(chosen.seed, chosen.more)
+    kinds = _kinds(chosen.culprit if chosen.kind == "tolerance" else chosen.kind)
+    group = "tolerance" if chosen.kind == "tolerance" else "generated"
+    rng = np.random.default_rng([chosen.seed, 7])
+    return assemble(0, group, kinds, rng, chosen.motion, chosen.seconds, chosen.strength)
+
+
+def _kinds(text: str | None) -> list[str]:
+    if text in (None, "nothing"):
+        return []
+    kinds = str(text).split(",")
+    for kind in kinds:
+        if kind not in VOCABULARY and kind not in UNKNOWN:
+            known = ", ".join(["nothing", *VOCABULARY, *UNKNOWN])
+            raise ConfigError(f"--kind: '{kind}' is not one of {known}")
+    return kinds
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,215 @@
+"""How a table of somebody else is written: separator, decimal mark, lines before the heading."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.tables.cell import is_number
+from deltactl.recording.tables.moment import is_date, is_moment, is_time_of_day
+from deltactl.recording.tables.text_file import read_text
+
+WIDE = "  "
+"""Stands for two spaces or more: one alone is part of a cell, as in a date with its time."""
+SEPARATORS = {
+    ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces",
+    WIDE: "several spaces",
+}  # fmt: skip
+"""Sought in this order; a space stands for any run of spaces and tabs."""
+IN_OPTIONS = {"\t": "tab", " ": "space", WIDE: "spaces", ",": "comma", ";": "semicolon"}
+"""What a shell or an eye would lose, as it is typed after `separator=`."""
+MANY_LINES = 400
+UNIT_CELL = re.compile(
+    r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)(/s)?|deg(/s)?|arcsec|arcmin|turn|min|1|-|%)?[\])]?"
+)
+_STAMPED = re.compile(r"^(\d\d:\d\d:\d\d[.,]\d+) -> ")
+"""What a serial monitor puts before each line."""
+_WORD = re.compile(r"(?<!\S)[^\W\d_]{2,}(?=[\s.,:;!?]|$)")
+_PROSE = 3
+"""Words to a line from which on a file is one of sentences."""
+_MOST_SHOWN = 40
+_WIDE_GAP = re.compile(r" {2,}|[ \t]*\t[ \t]*")
+
+
+@dataclass(frozen=True, slots=True)
+class TableFormat:
+    """Where the numbers stand, and what their columns are called.
+
+    names: as the file has them, or column_1, column_2, ... where it has none (`named` is False).
+    units: of a line of units under the heading, empty texts without one. heading_line: of the
+    heading, counted from 0; None where `names` must be given to whoever reads the file.
+    """
+
+    separator: str
+    decimal: str
+    first_row: int
+    names: tuple[str, ...]
+    named: bool
+    units: tuple[str, ...]
+    heading_line: int | None
+    mark: str
+    """How the file's characters are written, as `UTF-8`."""
+    before: tuple[str, ...]
+    """The lines that stand before all this."""
+
+
+def split(line: str, separator: str) -> list[str]:
+    """The cells of a line, without quotes and spaces round them."""
+    line = _STAMPED.sub(rf"\g<1>{separator}", line)
+    if separator == " ":
+        return line.split()
+    if separator == WIDE:
+        return _WIDE_GAP.split(line.strip())
+    return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=separator), [])]
+
+
+def guess_format(
+    path: Path, separator: str | None = None, decimal: str | None = None
+) -> TableFormat:
+    """Look at the first lines of a table; separator, decimal: what is known of it already.
+
+    Raises RecordingError where no columns of numbers are.
+    """
+    lines = _first_lines(path)
+    return _heading(path, lines, *_marks(path, lines, separator, decimal))
+
+
+def guess_marks(
+    path: Path, separator: str | None = None, decimal: str | None = None
+) -> tuple[str, str]:
+    """Separator and decimal mark of a table; either may be known already.
+
+    Raises RecordingError where no columns of numbers are.
+    """
+    return _marks(path, _first_lines(path), separator, decimal)[:2]
+
+
+def marks_said(separator: str, decimal: str) -> str:
+    """Words for how a table is written, as `tabs between, decimal comma`."""
+    point = "decimal comma" if decimal == "," else "decimal point"
+    return f"{SEPARATORS.get(separator, repr(separator))} between, {point}"
+
+
+def first_cells(path: Path) -> list[str]:
+    """The cells of the first line between commas. Raises RecordingError for what is no text."""
+    return split(_first_lines(path)[0], ",")
+
+
+def _first_lines(path: Path) -> list[str]:
+    return read_text(path, any_encoding=True).split("\n")[:MANY_LINES]
+
+
+def _marks(
+    path: Path, lines: list[str], separator: str | None, decimal: str | None
+) -> tuple[str, str, int]:
+    """Separator, decimal mark and usual number of cells that suit the lines best."""
+    lines = [line for line in lines if line.strip()]
+    best: _Suits | None = None
+    for between in SEPARATORS if separator is None else (separator,):
+        for point in (".", ",") if decimal is None else (decimal,):
+            suits = _suits(lines, between, point)
+            if best is None or suits > best:
+                best, found = suits, (between, point)
+    if best is None or best.numbers == 0.0:
+        raise RecordingError(f"{path}: no columns of numbers were found in it; {_needed(lines)}")
+    return *found, best.width
+
+
+def _needed(lines: list[str]) -> str:
+    """What a table is, for who gave something else; lines: those that are not empty."""
+    table = (
+        "a table has a line of numbers for each reading or point, with commas, semicolons, tabs or"
+        " spaces between them (CSV), below a line that names the columns"
+    )
+    if not lines:
+        return f"it is empty; {table}"
+    words = [len(_WORD.findall(line)) for line in lines]
+    if sum(words) < _PROSE * len(lines):
+        return table
+    return f"it looks like text ('{lines[0].strip()[:_MOST_SHOWN]}'); {table}"
+
+
+class _Suits(NamedTuple):
+    """How well a separator and a decimal mark suit a table; what comes first decides."""
+
+    numbers: float
+    """Share of the cells that are numbers or times, in lines of the usual width."""
+    steady: float
+    """Share of the lines that have this width."""
+    headed: bool
+    """Whether the line above has as many words; of one column any line would."""
+    whole: bool
+    """Whether no day stands apart from its time, as where the blank between them separates."""
+    width: int
+
+
+def _suits(lines: list[str], separator: str, decimal: str) -> _Suits:
+    split_up = [split(line, separator) for line in lines]
+    places = [
+        n for n, row in enumerate(split_up) if any(row) and 2 * _good(row, decimal) > len(row)
+    ]
+    if not places:
+        return _Suits(0.0, 0.0, False, False, 0)
+    width, _ = Counter(len(split_up[n]) for n in places).most_common(1)[0]
+    usual = [n for n in places if len(split_up[n]) == width]
+    good = sum(_good(split_up[n], decimal) for n in usual)
+    above = _words(lines[usual[0] - 1], separator) if usual[0] else []
+    return _Suits(
+        round(good / (width * len(usual)), 2),
+        round(len(usual) / len(lines), 2),
+        len(above) == width > 1,
+        not any(map(_is_apart, itertools.pairwise(split_up[usual[0]]))),
+        width,
+    )
+
+
+def _is_apart(cells: tuple[str, str]) -> bool:
+    return is_date(cells[0]) and is_time_of_day(cells[1])
+
+
+def _good(row: list[str], decimal: str) -> int:
+    return sum(is_number(cell, decimal) or is_moment(cell) for cell in row)
+
+
+def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: int) -> TableFormat:
+    def numbers(line: str) -> bool:
+        cells = split(line, separator)
+        return len(cells) == width and any(cells) and 2 * _good(cells, decimal) > width
+
+    first = next((n for n, line in enumerate(lines) if numbers(line)), None)
+    if first is None:
+        raise RecordingError(f"{path}: no line with {width} numbers was found in its first lines")
+    above = [n for n in range(first) if len(_words(lines[n], separator)) == width]
+    units: tuple[str, ...] = ("",) * width
+    if len(above) > 1 and all(UNIT_CELL.fullmatch(c) for c in _words(lines[above[-1]], separator)):
+        units = tuple(cell.strip("[]()") for cell in _words(lines[above.pop()], separator))
+    names, heading = tuple(f"column_{n + 1}" for n in range(width)), None
+    if above:
+        heading = above[-1]
+        names = tuple(_words(lines[heading], separator))
+        if heading + 1 != first or lines[heading].lstrip()[:1] in "#%":
+            heading = None  # something stands between: whoever reads must be told the names
+    plain = "cp1252" if not _is_utf8(path) else "UTF-8"
+    before = tuple(line for line in lines[: above[-1] if above else first] if line.strip())
+    return TableFormat(
+        separator, decimal, first, names, bool(above), units, heading, plain, before
+    )  # fmt: skip
+
+
+def _words(line: str, separator: str) -> list[str]:
+    return split(line.lstrip("#% \t") if separator != "\t" else line.lstrip("#% "), separator)
+
+
+def _is_utf8(path: Path) -> bool:
+    try:
+        read_text(path)
+    except RecordingError:
+        return False
+    return True

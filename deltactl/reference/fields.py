@@ -1,0 +1,188 @@
+"""What a configuration model says of its keys: type, unit, bounds, default, and in words."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+import types
+import typing
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from deltactl.foundation.schema_keys import models_in
+from deltactl.reference.units import BOUNDED_ELSEWHERE, unit_of
+
+NAMES = {int: "whole number", float: "number", str: "text", bool: "true or false"}
+SIGNS = {"gt": "above", "ge": "from", "lt": "below", "le": "to"}
+ANY = "any"
+"""Said of a number that nothing bounds."""
+LENGTHS = {"min_length": "at least", "max_length": "at most"}
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key of a section."""
+
+    name: str
+    type: str
+    unit: str
+    bounds: str
+    default: str
+    says: str
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """One model: where it stands in the file, what it is, and its keys."""
+
+    place: str
+    choice: str
+    """What selects it among others at the same place, as `shape: circle`."""
+    says: str
+    keys: tuple[Key, ...]
+    model: type[BaseModel]
+
+
+def sections(
+    model: type[BaseModel], place: str = "", seen: set[type[BaseModel]] | None = None
+) -> Iterator[Section]:
+    """The section of a model and those below it, depth first.
+
+    Below a list of steps, which may hold steps, each model is told once.
+    """
+    seen = set() if seen is None else seen
+    seen.add(model)
+    keys = tuple(key(name, field, model) for name, field in model.model_fields.items())
+    yield Section(place, _choice(model), inspect.getdoc(model) or "", keys, model)
+    for name, field in model.model_fields.items():
+        below = f"{place}.{name}" if place else name
+        many = "[]" if _is_list(field.annotation) else ""
+        for inner in models_in(field.annotation):
+            if inner not in seen or "steps[]" not in below + many:
+                yield from sections(inner, below + many, seen)
+
+
+def key(name: str, field: FieldInfo, model: type[BaseModel]) -> Key:
+    """What a field says."""
+    known, kind = field.alias or name, _type(field.annotation)
+    bounds, reason = _bounds(field)
+    if not bounds and "number" in kind:
+        bounds = BOUNDED_ELSEWHERE.get(known, ANY)
+    own = _docstrings(model).get(name, "")
+    if not own and not reason:
+        own = _of_its_section(name, field, model)
+    default = "required" if field.is_required() else _shown(field)
+    said = "; ".join(word.strip().rstrip(".") for word in (own, reason) if word)
+    return Key(known, kind, unit_of(known), bounds, default, said)
+
+
+def _of_its_section(name: str, field: FieldInfo, model: type[BaseModel]) -> str:
+    """What a key says by what it chooses, or by what stands below it."""
+    if _choice(model).startswith(f"{name}: "):
+        return _first_paragraph(model)
+    below = models_in(field.annotation)
+    return _first_paragraph(below[0]) if len(below) == 1 else ""
+
+
+def _first_paragraph(model: type[BaseModel]) -> str:
+    return " ".join((inspect.getdoc(model) or "").split("\n\n")[0].split())
+
+
+def _choice(model: type[BaseModel]) -> str:
+    for name in ("kind", "shape", "mode", "method"):
+        field = model.model_fields.get(name)
+        if field is not None and get_origin(field.annotation) is Literal:
+            (value, *others) = get_args(field.annotation)
+            if not others:
+                return f"{name}: {value}"
+    return ""
+
+
+def _is_list(annotation: Any) -> bool:
+    if get_origin(annotation) is tuple:
+        return Ellipsis in get_args(annotation)
+    return any(_is_list(part) for part in get_args(annotation))
+
+
+def _type(annotation: Any) -> str:
+    origin, parts = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _type(parts[0])
+    if origin is Literal:
+        return " or ".join(f"`{part}`" for part in parts)
+    if origin in (Union, types.UnionType):
+        return " or ".join(dict.fromkeys(_type(part) for part in parts))
+    if origin is tuple:
+        if Ellipsis in parts:
+            return f"list of {_type(parts[0])}"
+        return f"{len(parts)} times {_type(parts[0])}"
+    if origin is dict:
+        return f"keys with {_type(parts[1])}"
+    if annotation is type(None):
+        return "null"
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return "section"
+    return NAMES.get(annotation, getattr(annotation, "__name__", str(annotation)))
+
+
+def _bounds(field: Any) -> tuple[str, str]:
+    """Bounds and their reason, of a field or of what its type is made of."""
+    metadata = (
+        field.metadata if isinstance(field, FieldInfo) else getattr(field, "__metadata__", ())
+    )
+    reason = (field.description if isinstance(field, FieldInfo) else None) or ""
+    words: dict[str, str] = {}
+    for one in metadata:
+        if isinstance(one, FieldInfo):
+            inner, why = _bounds(one)
+            words["field"] = inner
+            reason = reason or why
+            continue
+        for name, sign in (SIGNS | LENGTHS).items():
+            if (value := getattr(one, name, None)) is not None:
+                words[name] = f"{sign} {value:,}" if isinstance(value, int) else f"{sign} {value:g}"
+    if words:
+        return " ".join(word for word in words.values() if word), reason
+    annotation = field.annotation if isinstance(field, FieldInfo) else field
+    for part in typing.get_args(annotation):
+        inner, why = _bounds(part)
+        if inner:
+            return inner, reason or why
+    return "", reason
+
+
+def _shown(field: FieldInfo) -> str:
+    value = field.get_default(call_default_factory=True, validated_data={})
+    if value is PydanticUndefined:
+        return ""
+    if isinstance(value, BaseModel):
+        return "its defaults"
+    if value is None:
+        return "null"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(f"{part}" for part in value) + "]"
+    return str(value).lower() if isinstance(value, bool) else f"{value}"
+
+
+@cache
+def _docstrings(model: type[BaseModel]) -> dict[str, str]:
+    """The texts that stand under the fields of a class and its bases."""
+    found: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        if not (issubclass(base, BaseModel) and base.__module__ != "pydantic.main"):
+            continue
+        body = ast.parse(textwrap.dedent(inspect.getsource(base))).body[0]
+        assert isinstance(body, ast.ClassDef)
+        for one, after in zip(body.body, body.body[1:], strict=False):
+            if not (isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name)):
+                continue
+            if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
+                found[one.target.id] = " ".join(str(after.value.value).split())
+    return found

@@ -1,0 +1,105 @@
+"""Recordings in, a corrected robot out: its file, and a network that knows what the file knows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from deltactl.diagnosis.answer.corrected_robot import corrected_text, lasts, sure
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
+from deltactl.diagnosis.answer.tables import Tables, table_of
+from deltactl.diagnosis.api import diagnose
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import ConfigError, RecordingError
+from deltactl.models.calibrated_inverse import corrections_of
+from deltactl.repair.coverage import Coverage, robot_coverage
+from deltactl.repair.network import trained
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """What came of it. network: None where none was trained. held_back: found, but not written."""
+
+    diagnosis: Diagnosis
+    robot_file: Path
+    robot: RobotFile
+    changed: bool
+    coverage: Coverage
+    held_back: tuple[tuple[Finding, str], ...]
+    network: Path | None = None
+    network_error_deg: float | None = None
+    instead_of: str = ""
+
+
+def correct(
+    recordings: Sequence[Path],
+    robot_file: Path,
+    out: Path,
+    all_of_them: bool = False,
+    train: bool = True,
+    tables: Tables = Tables.NONE,
+    progress: Progress = lambda _: None,
+) -> Corrected:
+    """Diagnose, write the robot file, train. Raises ConfigError, RecordingError, NetworkError."""
+    if out.exists():
+        raise RecordingError(f"{out}: exists already; name another file")
+    before = load_robot(robot_file)
+    answer = diagnose(recordings, robot_file, progress=progress)
+    text = corrected_text(robot_file, answer, all_of_them, tables)
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
+    robot = _loaded(out)
+    changed = robot.effects != before.effects
+    learned = None
+    if train and corrections_of(robot) != corrections_of(before):
+        learned = trained(robot, out.with_suffix(".tflite"), progress)
+    if learned is not None:
+        name, network, _ = learned
+        block = yaml.safe_dump({"networks": {name: str(network.resolve())}}, sort_keys=False)
+        out.write_text(f"{text.rstrip()}\n\n{block}", encoding="utf-8")
+        robot = _loaded(out)
+    return Corrected(
+        diagnosis=answer,
+        robot_file=out,
+        robot=robot,
+        changed=changed,
+        coverage=robot_coverage(robot),
+        held_back=tuple(held_back(answer, before, all_of_them, tables)),
+        network=learned[1] if learned else None,
+        network_error_deg=learned[2] if learned else None,
+        instead_of=learned[0] if learned else "",
+    )
+
+
+def held_back(
+    answer: Diagnosis, robot: RobotFile, all_of_them: bool, tables: Tables
+) -> list[tuple[Finding, str]]:
+    """Findings that are not written into a robot file, and why."""
+    held = []
+    for finding in answer.findings:
+        if finding.effect == "unknown":
+            why_not = table_of(finding, robot, tables)
+            if isinstance(why_not, str):
+                held.append((finding, why_not))
+        elif not lasts(finding):
+            held.append((finding, "it happened once: home the robot, and look why"))
+        elif not all_of_them and not sure(finding, answer):
+            rivals = ", ".join(f"{one.effect} on {one.component}" for one in finding.alternatives)
+            why = f"it could as well be {rivals}" if rivals else "it is not probable enough"
+            held.append((finding, f"{why} (--all writes it all the same)"))
+    return held
+
+
+def _loaded(path: Path) -> RobotFile:
+    try:
+        return load_robot(path)
+    except ConfigError:
+        path.unlink(missing_ok=True)
+        raise

@@ -1,0 +1,168 @@
+"""What of a robot's known effects a job takes into account, and what is left as work to do."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from deltactl.firmware_py.compensation.ways import AHEAD, AT_REVERSALS, RINGING, WARMING
+from deltactl.firmware_py.job_file import JobFile, NetworkIk
+from deltactl.firmware_py.kinematics_of_job import network_file
+from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.program.includes import kinematics_in, paths_of, read_whole
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.models.calibrated_inverse import INVERTIBLE, corrections_of
+from deltactl.models.effects import effect_kind
+from deltactl.models.robot import EffectEntry
+
+IN_KINEMATICS = "in the inverse kinematics"
+READINGS = frozenset(
+    {
+        *("sensor_offset", "sensor_scale", "sensor_crosstalk", "sensor_drift"),
+        *("sensor_latency", "frame_tilt"),
+    }
+)
+WAYS = {
+    **dict.fromkeys(AHEAD, "commanded ahead of time"),
+    **dict.fromkeys(AT_REVERSALS, "taken up where the arm turns round"),
+    **dict.fromkeys(WARMING, "followed as the arms warm up"),
+    **dict.fromkeys(RINGING, "moved so that it does not ring, where the drives can follow"),
+    **dict.fromkeys(READINGS, "expected in the readings; the motion needs nothing"),
+}
+NOT_TOGETHER = "stepping by gpiozero cannot step one motor shortly after the other"
+LEFT = {
+    "contact": "something is in the way: look at the table, or raise the path",
+    "lost_steps": "happened once: home the robot, and look why",
+    "stale_reading": "happened once: look at the sensor and its cable",
+    "encoder_error": "no encoder has a part in moving",
+}
+"""What no command makes better, and what a person does about it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Covered:
+    """One known effect in one job. how: by what it is compensated; empty where it is not."""
+
+    effect: str
+    component: str
+    says: str
+    how: str
+    why_not: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain types."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """All known effects of a robot in one job, and a warning where there is reason for one."""
+
+    effects: tuple[Covered, ...]
+    warning: str = ""
+
+    @property
+    def compensated(self) -> tuple[Covered, ...]:
+        """Those taken into account."""
+        return tuple(one for one in self.effects if one.how)
+
+    @property
+    def left(self) -> tuple[Covered, ...]:
+        """Those that are work to do."""
+        return tuple(one for one in self.effects if not one.how)
+
+
+def coverage_of(job_path: Path, robot_path: Path | None = None) -> Coverage:
+    """Of a job file, on the robot it names or on another. Raises ConfigError, NetworkError."""
+    job = read_whole(job_path).job
+    where = find(job.robot, beside=job_path) if robot_path is None else robot_path
+    return coverage(job, load_robot(where), job_path, where)
+
+
+def coverage(
+    job: JobFile, robot: RobotFile, job_path: Path | None, robot_path: Path | None = None
+) -> Coverage:
+    """What the job does about each effect in the robot file."""
+    if all(path.shape in ("joints", "survey") for path in paths_of(job)):
+        why = "the path is given in arm angles, which are commanded as they are"
+        return Coverage(tuple(_left(entry, why) for entry in robot.effects))
+    corrections = known = corrections_of(robot)
+    insides, warnings = [], []
+    for chosen in kinematics_in(job):
+        inside, warning = IN_KINEMATICS, ""
+        if isinstance(chosen, NetworkIk):
+            file = network_file(chosen, robot, job_path)
+            learned = _learned(file)
+            inside = "in the network"
+            warning = _network_warning(file.name, corrections, learned, robot_path)
+            known = tuple(entry for entry in known if entry in learned)
+        insides.append(inside)
+        warnings.append(warning)
+    inside = " and ".join(dict.fromkeys(insides))
+    warning = "; ".join(text for text in dict.fromkeys(warnings) if text)
+    return Coverage(tuple(_covered(robot, known, inside)), warning)
+
+
+def robot_coverage(robot: RobotFile) -> Coverage:
+    """What any job in space does about each effect, with an inverse that knows them all."""
+    return Coverage(tuple(_covered(robot, corrections_of(robot), IN_KINEMATICS)))
+
+
+def _learned(file: Path) -> tuple[EffectEntry, ...]:
+    """Effects that a network knows."""
+    from deltactl.models.network.file import NetworkFile
+
+    return NetworkFile.load(file).metadata.robot.effects
+
+
+def _covered(robot: RobotFile, known: tuple[EffectEntry, ...], inside: str) -> list[Covered]:
+    covered = []
+    together = robot.steps.backend == "gpiozero"
+    for entry in robot.effects:
+        if entry.effect in INVERTIBLE:
+            is_known = entry.model_copy(update={"found": None}) in known
+            why = "the network does not know it"
+            covered.append(_by(entry, inside) if is_known else _left(entry, why))
+        elif together and entry.effect in AHEAD | RINGING:
+            covered.append(_left(entry, NOT_TOGETHER))
+        elif entry.effect in WAYS:
+            covered.append(_by(entry, WAYS[entry.effect]))
+        else:
+            covered.append(_left(entry, LEFT.get(entry.effect, "no command makes it better")))
+    return covered
+
+
+def _network_warning(
+    name: str,
+    known: tuple[EffectEntry, ...],
+    learned: tuple[EffectEntry, ...],
+    robot_path: Path | None,
+) -> str:
+    """Where a network and a robot file believe different things."""
+    missing = [entry for entry in known if entry not in learned]
+    more = [entry for entry in learned if entry not in known]
+    if not missing and not more:
+        return ""
+    words = ", ".join(f"{one.effect} on {one.component}" for one in missing or more)
+    says = "does not know" if missing else "corrects what the robot file does not know:"
+    robot = "the robot file" if robot_path is None else str(robot_path)
+    return (
+        f"network {name} {says} {words}; train one that agrees with 'deltactl train --robot"
+        f" {robot} --out {Path(name).stem}-corrected.tflite' and name it in the job, or use"
+        " inverse_kinematics: {kind: geometry}"
+    )
+
+
+def _by(entry: EffectEntry, how: str) -> Covered:
+    return Covered(entry.effect, entry.component, _sentence(entry), how)
+
+
+def _left(entry: EffectEntry, why: str) -> Covered:
+    return Covered(entry.effect, entry.component, _sentence(entry), "", why)
+
+
+def _sentence(entry: EffectEntry) -> str:
+    kind = effect_kind(entry.effect)
+    given = {p.name: p.default for p in kind.parameters if p.default is not None}
+    return kind.sentence(entry.component, {**given, **entry.parameters})

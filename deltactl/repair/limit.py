@@ -1,0 +1,127 @@
+"""What tracking is possible: the distance from the target that no correction takes away.
+
+Three things are left when a robot file is right: counts are whole microsteps, made at whole
+moments; sizes are known only as well as the sensors told them; and some effects are not
+compensated. The first and the last are seen by letting the believed chain follow the very counts of
+the plan, the second by moving each size by its standard deviation, one after the other: what
+intervals have in common is left out, so that sizes that make up for each other count too much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.paths.path import Space
+from deltactl.firmware_py.planner.plan import Plan
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.effects import effect_kind
+from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray
+from deltactl.repair.coverage import READINGS, Coverage
+from deltactl.repair.played import Played, played
+
+SAMPLE_S = 0.005
+MOST_S = 60.0
+"""So much of a job stands for the whole of it."""
+INTERVAL = 2.0 * 1.96
+"""Width of a 95 % interval in standard deviations."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """Distances from the target [m], RMS.
+
+    steps_m: what whole microsteps and their moments leave, with all that is compensated
+    compensated. sizes_m: what the intervals of the sizes in the robot file leave open. left_m:
+    what is known and not compensated. rms_m: all together, where rotors turn evenly from step to
+    step. counted_m: all together as the table after a run counts, which knows whole steps only.
+    """
+
+    rms_m: float
+    steps_m: float
+    sizes_m: float
+    left_m: float
+    counted_m: float
+
+    def as_json(self) -> dict[str, float]:
+        """Plain types."""
+        return asdict(self)
+
+
+def limit_of(
+    plan: Plan, covered: Coverage, from_counts: Counts | None = None, most_s: float = MOST_S
+) -> Limit | None:
+    """Of a plan and what it does about each effect; None for a path in arm angles.
+
+    from_counts: where the arms are before it; None for home. most_s: so much of it is looked at.
+    Raises MotionError where the plan does not hold any more.
+    """
+    if plan.first.lap.space is Space.JOINT:
+        return None
+    path, robot = played(plan, most_s, from_counts), plan.robot
+    believed = tuple(one for one in robot.effects if one.effect not in READINGS)
+    left = {(one.effect, one.component) for one in covered.left}
+    met = tuple(one for one in believed if (one.effect, one.component) not in left)
+    at_best_m, reached_m = (_reached_m(robot, effects, path) for effects in (met, believed))
+    known_m = _rms_m(reached_m - path.target_m)
+    counted_m = _rms_m(_reached_m(robot, believed, path, whole=True) - path.target_m)
+    opened_m = [
+        _rms_m(_reached_m(robot, moved, path) - reached_m) for moved in _moved_by_sigma(believed)
+    ]
+    sizes_m = float(np.sqrt(np.sum(np.square(opened_m))))
+    return Limit(
+        rms_m=float(np.hypot(known_m, sizes_m)),
+        steps_m=_rms_m(at_best_m - path.target_m),
+        sizes_m=sizes_m,
+        left_m=_rms_m(reached_m - at_best_m),
+        counted_m=float(np.hypot(counted_m, sizes_m)),
+    )
+
+
+def _reached_m(
+    robot: DeltaRobot, effects: tuple[EffectEntry, ...], path: Played, whole: bool = False
+) -> FloatArray:
+    """Where the platform is when targets are due if the robot is so, (k, 3) [m].
+
+    whole: of the whole steps that were sent until then, not of rotors that turn evenly.
+    """
+    assert robot.drive is not None
+    t_s = np.arange(0.0, path.target_s[-1] + SAMPLE_S, SAMPLE_S)
+    t_s = np.union1d(t_s, path.target_s) if whole else t_s
+    counts = path.at(t_s).astype(np.float64) if whole else path.smooth(t_s)
+    commands = Commands.of_counts(t_s, counts, robot.drive)
+    plain = robot.model_copy(update={"effects": ()})
+    position_m = Chain(plain).simulate(commands, effects).position
+    columns = [np.interp(path.target_s, t_s, column) for column in position_m.T]
+    return np.stack(columns, axis=1)
+
+
+def _moved_by_sigma(effects: tuple[EffectEntry, ...]) -> list[tuple[EffectEntry, ...]]:
+    """The effects with one size after the other off by its standard deviation."""
+    moved = []
+    for number, entry in enumerate(effects):
+        intervals = entry.found.ci95 if entry.found is not None else {}
+        for name, interval in intervals.items():
+            low, high = (end for end in interval)
+            value = entry.parameters.get(name)
+            if not isinstance(value, float) or not isinstance(low, float):
+                continue
+            assert isinstance(high, float)
+            moved_to = _off_by(entry.effect, name, value, (high - low) / INTERVAL)
+            off = entry.model_copy(update={"parameters": entry.parameters | {name: moved_to}})
+            moved.append((*effects[:number], off, *effects[number + 1 :]))
+    return moved
+
+
+def _off_by(effect: str, name: str, value: float, sigma: float) -> float:
+    """A size off by its standard deviation, upwards unless its bound is there."""
+    parameter = next(one for one in effect_kind(effect).parameters if one.name == name)
+    if value + sigma <= parameter.high:
+        return value + sigma
+    return max(value - sigma, parameter.low)
+
+
+def _rms_m(off_m: FloatArray) -> float:
+    return float(np.sqrt(np.nanmean(np.sum(off_m**2, axis=1))))

@@ -1,0 +1,100 @@
+"""The control law on the simulated robot, tick by tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter, process_time
+
+import numpy as np
+
+from deltactl.firmware_py.servo.law import AccelerationControl, LawSettings
+from deltactl.models.robot import FloatArray
+from deltactl.proof.micro.as_built import MicroDelta, Three
+from deltactl.proof.micro.bodies import PERIOD_S
+from deltactl.proof.micro.plant import MicroPlant
+from deltactl.reproduction.uzunovic_2013.control_references import CONTROL_ON_S
+
+START_RAD: Three = (np.pi / 6.0, np.pi / 6.0, np.pi / 6.0)
+"""Section 3.1: "all joint angles were equal 30 (degrees)"; taken for section 5 too."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """One simulated experiment at every tick; arrays (n,) or (n, 3)."""
+
+    t_s: FloatArray
+    reference_rad: FloatArray
+    measured_rad: FloatArray
+    """By the encoders."""
+    true_rad: FloatArray
+    current_a: FloatArray
+    disturbance_a: FloatArray
+    """The observer's estimate."""
+    on: int
+    """First tick with control."""
+    cpu_s: float
+    wall_s: float
+
+    @property
+    def period_s(self) -> float:
+        """One tick."""
+        return float(self.t_s[1] - self.t_s[0])
+
+    @property
+    def times_real(self) -> float:
+        """How many times faster than real time it ran, by process CPU time."""
+        return float(self.t_s[-1]) / self.cpu_s
+
+
+def run(
+    settings: LawSettings,
+    robot: MicroDelta,
+    t_s: FloatArray,
+    reference_rad: FloatArray,
+    ahead_a: FloatArray | None = None,
+    on_s: float = CONTROL_ON_S,
+    start_rad: Three = START_RAD,
+) -> Run:
+    """Hold the arms until `on_s`, then control them along the references (n, 3).
+
+    Before that the arms stand: held by brakes (friction alone would let them sink).
+    ahead_a: currents (n, 3) that are given beside the law's, which knows nothing of them.
+    Raises UnreachablePoint for a robot that cannot be put together, ValueError when the law's
+    period is not the simulation's.
+    """
+    if abs(settings.period_s - PERIOD_S) > 1e-9:
+        raise ValueError(f"the law runs every {settings.period_s} s, the robot every {PERIOD_S} s")
+    plant = MicroPlant(robot, start_rad)
+    law = AccelerationControl(settings)
+    on = int(np.searchsorted(t_s, on_s - 1e-9))
+    first, second, third = reference_rad[on].tolist()
+    law.reset((first, second, third), plant.counts())
+    given_a = np.zeros_like(reference_rad) if ahead_a is None else ahead_a
+    given = np.concatenate([reference_rad, given_a], axis=1)[on:].tolist()
+    rows, cpu_s, wall_s = _loop(law, plant, given)
+    still = np.tile([*plant.counts_at(start_rad), *start_rad, *[0.0] * 6], (on, 1))
+    table = np.concatenate([still, np.array(rows)])
+    return Run(
+        t_s, reference_rad, table[:, 0:3] * settings.rad_per_count, table[:, 3:6],
+        table[:, 6:9], table[:, 9:12], on, cpu_s, wall_s,
+    )  # fmt: skip
+
+
+def _loop(
+    law: AccelerationControl, plant: MicroPlant, given: list[list[float]]
+) -> tuple[list[tuple[float, ...]], float, float]:
+    """Read, law, set, step; a row of (counts, true angles, currents, disturbances) each."""
+    rows: list[tuple[float, ...]] = []
+    note, read, true, advance = rows.append, plant.counts, plant.angles_rad, plant.advance
+    first, second, third = law.joints
+    one, two, three = first.tick, second.tick, third.tick
+    cpu_s, wall_s = process_time(), perf_counter()
+    for r1, r2, r3, f1, f2, f3 in given:
+        c1, c2, c3 = read()
+        a1, a2, a3 = true()
+        i1, i2, i3 = one(r1, c1), two(r2, c2), three(r3, c3)
+        i1, i2, i3 = i1 + f1, i2 + f2, i3 + f3
+        advance(i1, i2, i3)
+        d1, d2, d3 = first.disturbance_a, second.disturbance_a, third.disturbance_a
+        note((c1, c2, c3, a1, a2, a3, i1, i2, i3, d1, d2, d3))
+    return rows, process_time() - cpu_s, perf_counter() - wall_s

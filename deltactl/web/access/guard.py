@@ -1,0 +1,239 @@
+"""Stands before every request: from where it comes, how often, how large, and from whom."""
+
+from __future__ import annotations
+
+import logging
+from collections import OrderedDict
+from collections.abc import Awaitable, Callable, MutableMapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+from urllib.parse import urlsplit
+
+from deltactl.firmware_py.daemon.limits import Allowance
+from deltactl.web.access.sessions import NOBODY_ASKED, Session, Sessions, word_in
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+MAX_BODY: Final = 128 * 1024
+UPLOAD: Final = "/recording"
+"""Takes recordings, which are long; who serves it counts what comes."""
+MAX_UPLOAD: Final = 64 * 1024 * 1024
+MAX_HEARD: Final = 16 * 1024 * 1024
+"""Of a body that is too long, before the connection is closed on it."""
+MAX_PAGES: Final = 40
+PEERS_KNOWN: Final = 1000
+REQUESTS_HZ, REQUESTS_BURST = 60.0, 600
+"""A page is some 80 files; several may be opened at once from behind one address."""
+MESSAGES_HZ, MESSAGES_BURST = 60.0, 300
+OPEN: Final = frozenset({"/login", "/health"})
+LOCAL: Final = frozenset({"127.0.0.1", "localhost", "::1"})
+HEADERS: Final = (
+    (b"x-content-type-options", b"nosniff"),
+    (b"x-frame-options", b"DENY"),
+    (b"referrer-policy", b"same-origin"),
+    (b"cross-origin-opener-policy", b"same-origin"),
+)
+POLICY: Final = (
+    b"default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; "
+    b"style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
+    b"connect-src 'self'; worker-src 'self' blob:; frame-ancestors 'none'; form-action 'self'; "
+    b"base-uri 'self'"
+)
+"""The browser is told that the page loads nothing from elsewhere. Vue compiles its templates in
+the browser, hence 'unsafe-eval'."""
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why not, in one line."""
+
+    status: int
+    why: str
+    to_login: bool = False
+
+
+TOO_LONG: Final = Refusal(413, f"more than {MAX_BODY // 1024} kB are not taken")
+
+
+@dataclass
+class Guard:
+    """An ASGI application around another. `sessions` is None where nobody signs in."""
+
+    app: App
+    sessions: Sessions | None = None
+    local_only: bool = True
+    """Names other than those of this machine are refused (DNS rebinding)."""
+    max_pages: int = MAX_PAGES
+    _pages: int = 0
+    _peers: OrderedDict[str, Allowance] = field(default_factory=OrderedDict)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let a request through, or refuse it in one line."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in
+                   scope["headers"]}  # fmt: skip
+        session = self._session(headers)
+        refusal = self._refusal(scope, headers, session)
+        heard = receive
+        whole = scope["path"] != UPLOAD and scope.get("method") not in ("GET", "HEAD")
+        if refusal is None and scope["type"] == "http" and whole:
+            body = await _body(receive)
+            heard = _again(body, receive)
+            refusal = TOO_LONG if len(body) > MAX_BODY else None
+        elif refusal is TOO_LONG:
+            await _body(receive)
+        if refusal is not None:
+            _log.info("%s %s refused: %s", _peer(scope), scope["path"], refusal.why)
+            await _refuse(scope, refusal, send)
+            return
+        scope["deltactl"] = session
+        if scope["type"] == "http":
+            await self.app(scope, heard, _with_headers(send, scope["path"]))
+            return
+        self._pages += 1
+        try:
+            watched = _Watched(receive, send, lambda: self._session(headers) is not None)
+            await self.app(scope, watched.receive, watched.send)
+        finally:
+            self._pages -= 1
+
+    def _session(self, headers: dict[str, str]) -> Session | None:
+        if self.sessions is None:
+            return NOBODY_ASKED
+        return self.sessions.of(word_in(headers.get("cookie", "")))
+
+    def _refusal(
+        self, scope: Scope, headers: dict[str, str], session: Session | None
+    ) -> Refusal | None:
+        host = headers.get("host", "")
+        if self.local_only and _name(host) not in LOCAL:
+            return Refusal(403, f"this page is not called {_name(host)[:60]!r}; use 127.0.0.1")
+        changes = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
+        if changes and not _same_origin(headers, host):
+            return Refusal(403, "that came from another site's page, and is not carried out")
+        if not self._allowance(_peer(scope)).take():
+            return Refusal(429, "too many requests; wait a moment")
+        if _length(headers) > (MAX_UPLOAD if scope["path"] == UPLOAD else MAX_BODY):
+            return TOO_LONG
+        if session is None and scope["path"] not in OPEN:
+            return Refusal(401, "sign in first", to_login=scope["path"] == "/")
+        full = self._pages >= self.max_pages
+        if full and (scope["type"] == "websocket" or scope["path"] == "/"):
+            return Refusal(503, f"{self.max_pages} pages are open already; close some and reload")
+        return None
+
+    def _allowance(self, peer: str) -> Allowance:
+        found = self._peers.pop(peer, None) or Allowance(REQUESTS_HZ, REQUESTS_BURST)
+        self._peers[peer] = found
+        while len(self._peers) > PEERS_KNOWN:
+            self._peers.popitem(last=False)
+        return found
+
+
+class _Watched:
+    """A connection that ends with its session, and when it says too much."""
+
+    def __init__(self, receive: Receive, send: Send, still_in: Callable[[], bool]):
+        self._receive, self._send, self._still_in = receive, send, still_in
+        self._allowance = Allowance(MESSAGES_HZ, MESSAGES_BURST)
+        self._ended = False
+
+    async def receive(self) -> Message:
+        message = await self._receive()
+        said = message["type"] == "websocket.receive"
+        if said and not (self._still_in() and self._allowance.take()):
+            why = "slower, please" if self._still_in() else "signed out"
+            await self.send({"type": "websocket.close", "code": 1008, "reason": why})
+            self._ended = True
+            return {"type": "websocket.disconnect", "code": 1008}
+        return message
+
+    async def send(self, message: Message) -> None:
+        if not self._ended:
+            await self._send(message)
+
+
+def _same_origin(headers: dict[str, str], host: str) -> bool:
+    """Browsers say where a request comes from; what says nothing is no browser."""
+    origin = headers.get("origin")
+    if headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
+        return False
+    return origin is None or urlsplit(origin).netloc.lower() == host.lower()
+
+
+def _name(host: str) -> str:
+    """The name in a Host header, without its port."""
+    return (urlsplit(f"//{host}").hostname or "") if host else ""
+
+
+def _length(headers: dict[str, str]) -> int:
+    text = headers.get("content-length", "0")
+    return int(text) if text.isascii() and text.isdigit() and len(text) < 16 else MAX_BODY + 1
+
+
+def _peer(scope: Scope) -> str:
+    client = scope.get("client")
+    return str(client[0]) if client else "?"
+
+
+async def _body(receive: Receive) -> bytes:
+    """What a request carries; of a longer one a little more than may be, and the rest unread.
+
+    A browser that is still sending hears no answer, so up to `MAX_HEARD` is listened to.
+    """
+    body, heard = b"", 0
+    while heard <= MAX_HEARD:
+        message = await receive()
+        part = message.get("body", b"")
+        heard += len(part)
+        body += part[: MAX_BODY + 1 - len(body)]
+        if message["type"] != "http.request" or not message.get("more_body", False):
+            break
+    return body
+
+
+def _again(body: bytes, receive: Receive) -> Receive:
+    """Gives a body that has been read, and then what comes."""
+    given = False
+
+    async def again() -> Message:
+        nonlocal given
+        if given:
+            return await receive()
+        given = True
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return again
+
+
+def _with_headers(send: Send, path: str) -> Send:
+    async def more(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            own = {name for name, _ in message["headers"]}
+            added = [pair for pair in HEADERS if pair[0] not in own]
+            if b"content-security-policy" not in own:
+                added.append((b"content-security-policy", POLICY))
+            message = {**message, "headers": [*message["headers"], *added]}
+        await send(message)
+
+    return more
+
+
+async def _refuse(scope: Scope, refusal: Refusal, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 1008, "reason": refusal.why})
+        return
+    status, more = refusal.status, []
+    if refusal.to_login:
+        status, more = 303, [(b"location", b"/login")]
+    head = [(b"content-type", b"text/plain; charset=utf-8"), *more]
+    await send({"type": "http.response.start", "status": status, "headers": head})
+    await send({"type": "http.response.body", "body": f"{refusal.why}\n".encode()})

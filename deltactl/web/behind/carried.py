@@ -1,0 +1,45 @@
+"""Which robot file recordings are compared with: the one that they carry."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.strict_yaml import Document
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.writing.names import ENDING
+
+MAY_DIFFER = ("effects", "networks", "as_built", "recordings")
+"""Sections in which two files of one machine may differ: counts mean the same by both."""
+
+
+def carried_by(recordings: Sequence[Path], believed: Path) -> RunConfiguration:
+    """Robot and job of the last run among these, which are in order of time.
+
+    believed: of tables, which carry none. Raises RecordingError where runs are of several robots.
+    """
+    runs = [one for one in recordings if one.suffix == ENDING]
+    carried = {one: read_run(one).configuration for one in runs}
+    if not runs:
+        return RunConfiguration(believed.read_text(encoding="utf-8"), "")
+    last = runs[-1]
+    for one in runs:
+        if differing := _differing(carried[one].robot_text, carried[last].robot_text):
+            raise RecordingError(
+                f"{one} and {last} are of two robots (their robot files differ in"
+                f" {', '.join(differing)}): only recordings of one robot are diagnosed together"
+            )
+    return carried[last]
+
+
+def _differing(text: str, other: str) -> list[str]:
+    one, two = _machine(text), _machine(other)
+    return [key for key in {**one, **two} if one.get(key) != two.get(key)]
+
+
+def _machine(text: str) -> dict[str, Any]:
+    data = Document(Path("robot.yaml"), text).data
+    return {key: value for key, value in data.items() if key not in MAY_DIFFER}

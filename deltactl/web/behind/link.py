@@ -1,0 +1,116 @@
+"""The page's one ear at the daemon: the newest status, however many browsers look at it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from deltactl.firmware_py.controller.contract import Status
+from deltactl.firmware_py.daemon.client import Client
+from deltactl.foundation.errors import DeltactlError, ServiceError
+
+RATE_HZ = 20.0
+"""As often as the daemon's protocol allows."""
+RETRY_S = 0.5
+STALE_S = 1.0
+"""A status older than this is shown as old."""
+NOISE_OF = 60
+"""Readings from which the noise of a sensor is estimated: three seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What was heard last. `status` is None while no daemon answers; `problem` says why."""
+
+    serial: int
+    at_s: float
+    status: Status | None
+    problem: str
+    noise_m: tuple[float | None, ...] = ()
+    """Standard deviation of each sensor's readings."""
+
+    @property
+    def age_s(self) -> float:
+        """How old it is."""
+        return time.monotonic() - self.at_s
+
+
+class DaemonLink:
+    """Watches the daemon in a thread of its own, and carries requests to it.
+
+    When the daemon goes away it is looked for again, twice a second.
+    """
+
+    def __init__(self, socket: Path | None = None, rate_hz: float = RATE_HZ):
+        self._socket, self._rate_hz = socket, rate_hz
+        self._seen = Seen(0, time.monotonic(), None, "looking for the daemon")
+        self._distances: list[deque[float]] = []
+        self._ending = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="watch", daemon=True)
+
+    def start(self) -> None:
+        """Begin to watch."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End watching."""
+        self._ending.set()
+
+    @property
+    def seen(self) -> Seen:
+        """The newest status."""
+        return self._seen
+
+    @contextmanager
+    def client(self) -> Iterator[Client]:
+        """A connection of its own for a request. Raises what the daemon answers."""
+        with Client(self._socket) as client:
+            yield client
+
+    def stop(self, reason: str) -> None:
+        """Emergency stop."""
+        with self.client() as client:
+            client.stop(reason)
+
+    def _watch(self) -> None:
+        while not self._ending.is_set():
+            try:
+                with self.client() as client:
+                    for status in client.watch(self._rate_hz):
+                        self._note(status)
+                        if self._ending.is_set():
+                            return
+            except DeltactlError as error:
+                self._lost(str(error))
+            except OSError as error:
+                self._lost(str(ServiceError(error)))
+            self._ending.wait(RETRY_S)
+
+    def _note(self, status: Status) -> None:
+        if len(self._distances) != len(status.sensors):
+            self._distances = [deque(maxlen=NOISE_OF) for _ in status.sensors]
+        for kept, sensor in zip(self._distances, status.sensors, strict=True):
+            if sensor.distance_m is not None and sensor.gate == "good":
+                kept.append(sensor.distance_m)
+        noise_m = tuple(_noise(kept) for kept in self._distances)
+        self._seen = Seen(self._seen.serial + 1, time.monotonic(), status, "", noise_m)
+
+    def _lost(self, problem: str) -> None:
+        self._distances = []
+        self._seen = Seen(self._seen.serial + 1, time.monotonic(), None, problem)
+
+
+def _noise(distances_m: deque[float]) -> float | None:
+    """Standard deviation by differences of neighbours, so that slow motion hardly counts."""
+    if len(distances_m) < NOISE_OF // 2:
+        return None
+    steps = np.abs(np.diff(np.array(distances_m)))
+    # Median of |a - b| of two normal values is 0.6745 sqrt(2) times their standard deviation.
+    return float(np.median(steps) / (0.6745 * np.sqrt(2.0)))

@@ -1,0 +1,134 @@
+"""What the tab of recordings lists: runs, what somebody has sent, and several taken together."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from deltactl.recording.writing.names import ENDING
+from deltactl.web.behind.own_recordings import OwnRecordings
+
+SHOWN = 40
+"""Newest recordings that the page lists."""
+BY_HAND = re.compile(r"(jog|go-?to)-\d{4}-\d\d-\d\dT")
+"""Recordings of single moves: they say what moved the robot and when, and tell nothing else."""
+RUN = re.compile(r"(?P<job>.+)-\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d(-\d+)?")
+TOGETHER = "together.json"
+"""In the folder of several: the names of their folders."""
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """A recording in the list, or several, and the folder for what the page makes of it."""
+
+    path: Path
+    size_bytes: int
+    written_s: float
+    made: Path
+    own: str = ""
+    """Of one that somebody has sent: what it is called; else empty."""
+    parts: tuple[Listed, ...] = ()
+    """The recordings, where several were chosen to be diagnosed together."""
+
+    @property
+    def title(self) -> str:
+        """What the list calls it."""
+        if self.parts:
+            return " + ".join(one.title for one in self.parts)
+        return self.own or self.path.stem
+
+    @property
+    def singles(self) -> tuple[Listed, ...]:
+        """The recordings that it is made of: itself, or its parts."""
+        return self.parts or (self,)
+
+    @property
+    def answered_s(self) -> float:
+        """When it was diagnosed; 0 if it never was."""
+        try:
+            return (self.made / "diagnosis.json").stat().st_mtime
+        except OSError:
+            return 0.0
+
+    @property
+    def diagnosis(self) -> dict[str, Any] | None:
+        """What `deltactl.web.behind.worker diagnose` answered, if it was asked."""
+        found = _json(self.made / "diagnosis.json")
+        return found if isinstance(found, dict) else None
+
+    @property
+    def job(self) -> str:
+        """Of a run: the job's name, as its recording has it; else empty."""
+        found = RUN.fullmatch(self.path.stem)
+        return found.group("job") if found and not self.own else ""
+
+    def again_in(self, listed: Sequence[Listed]) -> Listed | None:
+        """The newest run of the same job after these recordings."""
+        newest = self.singles[-1]
+        later = [one for one in listed
+                 if newest.job and one.job == newest.job and not one.parts
+                 and one.written_s > newest.written_s]  # fmt: skip
+        return max(later, key=lambda one: one.written_s, default=None)
+
+    def shown(self, text: str) -> str:
+        """A text with the names that people gave in place of paths."""
+        for one in self.singles:
+            text = text.replace(str(one.path), one.own or one.path.name)
+        return text
+
+
+class Shelf:
+    """Finds recordings, and keeps which were taken together."""
+
+    def __init__(self, recordings: Path, own: OwnRecordings, made: Path):
+        """made: a folder of the page's own, with one folder in it for each recording."""
+        self._recordings, self._own, self._made = recordings, own, made
+
+    def newest_first(self) -> list[Listed]:
+        """The newest recordings of jobs; moves by hand are kept, and not listed."""
+        singles = {one.made.name: one for one in self._singles()}
+        found = [*singles.values(), *self._several(singles)]
+        return sorted(found, key=lambda one: one.written_s, reverse=True)[:SHOWN]
+
+    def together(self, chosen: Sequence[Listed]) -> str:
+        """Note that these belong together; the name of the folder for what is made of them."""
+        names = sorted(one.made.name for one in chosen)
+        word = hashlib.sha256(json.dumps(names).encode()).hexdigest()[:16]
+        folder = self._made / f"together-{word}"
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / TOGETHER).write_text(json.dumps(names), encoding="utf-8")
+        return folder.name
+
+    def _singles(self) -> Iterator[Listed]:
+        for path in (*self._recordings.glob(f"*{ENDING}"), *self._own.newest_first()):
+            if BY_HAND.match(path.name):
+                continue
+            with suppress(OSError):
+                its = path.stat()
+                own = self._own.name_of(path)
+                yield Listed(path, its.st_size, its.st_mtime, self._made / path.stem, own)
+
+    def _several(self, singles: dict[str, Listed]) -> Iterator[Listed]:
+        """Those of which every recording is still there."""
+        for noted in self._made.glob(f"together-*/{TOGETHER}"):
+            names = _json(noted)
+            if not isinstance(names, list) or not all(name in singles for name in names):
+                continue
+            parts = sorted((singles[name] for name in names), key=lambda one: one.written_s)
+            with suppress(OSError):
+                size = sum(one.size_bytes for one in parts)
+                when_s = noted.stat().st_mtime
+                yield Listed(parts[-1].path, size, when_s, noted.parent, parts=tuple(parts))
+
+
+def _json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None

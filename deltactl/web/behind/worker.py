@@ -1,0 +1,155 @@
+"""Work that takes the processor for seconds, in a process of its own and at low priority.
+
+`python -m deltactl.web.behind.worker KIND FILE...` writes one JSON object a line:
+{"progress": text} any number of times, then {"result": {...}} or
+{"error": text}. The files are named by the page, never by a browser.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.extras import missing
+
+NICE = 10
+
+
+def check_job(path: Path) -> dict[str, Any]:
+    """What a job would do. Raises any DeltactlError when it must not run."""
+    from deltactl.firmware_py.program.dry_run import check_job as dry_run
+
+    return dry_run(path).as_json()
+
+
+def check_robot(path: Path) -> dict[str, Any]:
+    """The facts of a robot file. Raises ConfigError."""
+    from deltactl.firmware_py.robot_file import load_robot
+
+    robot = load_robot(path)
+    return {"robot": robot.name, "drive": robot.drive.kind, "limits": robot.limits.model_dump()}
+
+
+def run_report(recording: Path, out: Path) -> dict[str, Any]:
+    """Write the report of a run."""
+    from deltactl.firmware_py.run_report.report import write_report
+
+    write_report(recording, out)
+    return {}
+
+
+def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
+    """Diagnose recordings of one robot together, by the robot file that the newest run carries.
+
+    `folder` takes all that comes of it. believed: the robot file of tables, which carry none.
+    """
+    from deltactl.diagnosis.answer.corrected_robot import save_corrected
+    from deltactl.diagnosis.api import diagnose as answer_of
+    from deltactl.diagnosis.experiment import write_job
+    from deltactl.diagnosis.report.page.html import write_report
+    from deltactl.diagnosis.report.sentences.saved import support, written
+    from deltactl.diagnosis.report.sentences.summary import WHY, head_lines, plain_lines
+    from deltactl.diagnosis.report.sentences.ways import PAGE
+    from deltactl.firmware_py.named_files import CONFIG_FOLDER
+    from deltactl.models.robot_with_effects import load_with_effects
+    from deltactl.web.behind.carried import carried_by
+    from deltactl.web.behind.columns import reader
+    from deltactl.web.behind.own_recordings import name_beside
+
+    for name in ("corrected.yaml", "next.yaml", "job.yaml"):
+        (folder / name).unlink(missing_ok=True)
+    robot = folder / "robot.yaml"
+    carried = carried_by(recordings, believed)
+    robot.write_text(carried.robot_text, encoding="utf-8")
+    if carried.job_text:
+        (folder / "job.yaml").write_text(carried.job_text, encoding="utf-8")
+    answer = answer_of(
+        recordings, robot, json_out=folder / "answer.json", progress=_progress, read=reader()
+    )
+    # Whoever reads the report, or the corrected file, knows the name under which it was sent.
+    answer = answer.model_copy(update={"recordings": [name_beside(one) for one in recordings]})
+    model = load_with_effects(robot)
+    write_report(answer, model, folder / "report.html")
+    lines = plain_lines(answer, model, PAGE)
+    if answer.findings:
+        save_corrected(robot, answer, folder / "corrected.yaml")
+        if (folder / "corrected.yaml").read_text(encoding="utf-8") == carried.robot_text:
+            (folder / "corrected.yaml").unlink()  # nothing is sure enough to be corrected
+        lines += [f"Corrected robot file, {written(answer, False)}", *support(answer, False, PAGE)]
+    if answer.next_experiment is not None:
+        write_job(answer.next_experiment, folder / "next.yaml", robot, CONFIG_FOLDER)
+    return {
+        "verdict": answer.verdict,
+        "lines": lines,
+        "heads": head_lines(answer),
+        "at_once": lines.index(WHY) if WHY in lines else len(lines),
+        "components": [finding.component for finding in answer.findings],
+    }
+
+
+def compare(before: Path, after: Path) -> dict[str, Any]:
+    """How far from its targets the platform was in two runs of a job: RMS distance [m]."""
+    import numpy as np
+
+    from deltactl.firmware_py.run_report.tracking import robot_of, track
+    from deltactl.recording.reading.reader import read_run
+
+    runs = [read_run(path) for path in (before, after)]
+    robots = [robot_of(run) for run in runs]
+    seen = [track(run, robot) for run, robot in zip(runs, robots, strict=True)]
+    errors_m = [
+        {one.name: float(np.sqrt(np.square(one.rms_m).sum())) for one in tracking.all()}
+        for tracking in seen
+    ]
+    both = [name for name in errors_m[0] if name in errors_m[1]]
+    return {
+        "errors_m": {name: [one[name] for one in errors_m] for name in both},
+        "whole": all(one.whole and one.windows_ns for one in seen),
+        "same_file": robots[0].effects == robots[1].effects,
+    }
+
+
+def inspect(table: Path) -> dict[str, Any]:
+    """How a table is read, as far as it tells."""
+    from deltactl.web.behind.columns import inspected
+
+    return inspected(table)
+
+
+KINDS: dict[str, Callable[..., dict[str, Any]]] = {
+    "check_job": check_job,
+    "check_robot": check_robot,
+    "run_report": run_report,
+    "diagnose": diagnose,
+    "compare": compare,
+    "inspect": inspect,
+}
+
+
+def main(arguments: list[str]) -> None:
+    """Do one piece of work."""
+    os.nice(NICE)
+    kind, *files = arguments
+    try:
+        _say({"result": KINDS[kind](*(Path(file) for file in files))})
+    except (DeltactlError, OSError) as error:
+        _say({"error": " ".join(str(error).split())})
+    except ModuleNotFoundError as error:
+        _say({"error": str(missing("this", error, "diagnosis"))})
+
+
+def _progress(text: str) -> None:
+    _say({"progress": text})
+
+
+def _say(message: dict[str, Any]) -> None:
+    print(json.dumps(message, default=str), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,68 @@
+"""What the simulated robot conceals: somebody new sees what a diagnosis is good for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from nicegui import events, ui
+
+from deltactl.firmware_py.controller.states import State
+from deltactl.web.behind.belief import Belief
+from deltactl.web.behind.concealment import NOTHING, SURPRISE, Concealment
+from deltactl.web.offers import why_not
+
+if TYPE_CHECKING:
+    from deltactl.web.page import RobotPage
+
+TITLE = "Try a diagnosis: conceal a defect"
+LABEL = "The simulated robot conceals"
+THEN = (
+    "Switch the robot on, press Home, run heart.yaml on the tab Jobs, and press Diagnose on the tab"
+    " Recordings. The diagnosis has the recording and the robot file, and never sees this choice."
+)
+AT_REST = (State.OFF, State.UNHOMED)
+"""States from which homing puts the arms against their stops."""
+
+
+class ConcealingCard:
+    """A choice, and the answer to a surprise."""
+
+    def __init__(self, page: RobotPage, concealment: Concealment):
+        self._page, self._concealment = page, concealment
+        self._belief: Belief | None = None
+        with ui.card().classes("conceal w-full p-3 gap-1") as self.card:
+            ui.label(TITLE).classes("font-bold")
+            self._choice = ui.select(
+                concealment.choices, label=LABEL, value=concealment.chosen, on_change=self._chosen
+            ).classes("w-full").props("data-testid=conceal")  # fmt: skip
+            self._why = ui.label().classes("text-sm text-gray-600").props("data-testid=conceal-why")
+            self._tell = ui.button("Tell me what it was", icon="visibility", on_click=self._told)
+            self._tell.props("no-caps dense flat data-testid=conceal-tell")
+
+    def update(self, belief: Belief | None, state: str) -> None:
+        """Follow the robot's state, and what was chosen on another page."""
+        self._belief = belief
+        self.card.set_visibility(belief is not None and belief.robot.sensors is not None)
+        why = why_not("Another choice", AT_REST, state)
+        self._set(self._choice, not why)
+        if self._choice.value != self._concealment.chosen:
+            self._choice.set_value(self._concealment.chosen)
+        text = why or (THEN if self._concealment.chosen != NOTHING else "")
+        if self._why.text != text:
+            self._why.set_text(text)
+        self._tell.set_visibility(self._concealment.chosen == SURPRISE)
+
+    def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        choice, status = str(event.value), self._page.site.link.seen.status
+        if choice == self._concealment.chosen or self._belief is None or status is None:
+            return
+        if choice in self._concealment.choices and State(status.state) in AT_REST:
+            self._concealment.conceal(choice, self._belief.robot)
+
+    def _told(self) -> None:
+        ui.notify(f"Concealed: {self._concealment.really}", type="info", timeout=8_000)
+
+    @staticmethod
+    def _set(part: Any, enabled: bool) -> None:
+        if part.enabled != enabled:
+            part.set_enabled(enabled)

@@ -1,0 +1,186 @@
+"""Jobs and robot files: choose or paste one, check it, run it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from nicegui import events, ui
+
+from deltactl.firmware_py.controller.states import ALLOWED, Request
+from deltactl.foundation.errors import DeltactlError
+from deltactl.web.access.texts import MAX_CHARACTERS, kind_of
+from deltactl.web.behind.own_recordings import plain_name
+from deltactl.web.behind.whose_job import of_another_robot
+from deltactl.web.offers import what_next, why_not
+
+if TYPE_CHECKING:
+    from deltactl.web.page import RobotPage
+
+FACTS: tuple[tuple[str, str, str, float], ...] = (
+    ("duration_s", "duration", "s", 1.0),
+    ("targets", "targets", "", 1.0),
+    ("path_length_m", "path length", "mm", 1e3),
+    ("mean_speed_mps", "mean speed", "mm/s", 1e3),
+    ("smallest_margin", "singularity margin", "", 1.0),
+)
+"""Of a dry run: key, name, unit, factor."""
+MEANT = {
+    "smallest_margin": "1 is well away from poses in which the arms cannot hold or steer the"
+    " platform (all stretched, or all flat), 0 is there; less than the robot file's"
+    " limits.singularity_margin is refused"
+}
+"""Figures that are not their own explanation."""
+SIMULATE = ". To see that robot here, start this page with: deltactl web --simulate --robot {name}"
+
+
+class FilesTab:
+    """A list, an editor, and two buttons."""
+
+    def __init__(self, page: RobotPage):
+        self._page = page
+        self._texts: dict[str, str] = {}
+        """What was opened here, by name: of no file of the project."""
+        files = page.site.files()
+        self._name = page.site.first_file
+        with ui.row().classes("w-full gap-3"):
+            with ui.card().classes("grow basis-96 p-3 gap-2"):
+                self._choice = ui.select(
+                    list(files), label="Job or robot file", value=self._name,
+                    on_change=self._chosen,
+                ).classes("w-full").props('data-testid=file')  # fmt: skip
+                with ui.row().classes("w-full gap-2 items-center"):
+                    if page.operates:
+                        run = ui.button("Run", icon="play_arrow", on_click=self.run)
+                        run.props("no-caps size=lg color=green-8").classes("px-6")
+                        run.props("data-testid=run")
+                    check = ui.button("Check", icon="rule", on_click=self.check)
+                    check.props("no-caps outline").props("data-testid=check")
+                    ui.space()
+                    self._upload()
+                self._spinner = ui.spinner(size="md")
+                self._spinner.set_visibility(False)
+                self._verdict = ui.label().classes("text-base").props("data-testid=verdict")
+                self._facts = ui.column().classes("gap-0 figures text-sm")
+            with ui.card().classes("grow basis-96 min-w-0 p-3"):
+                self._text = ui.codemirror(
+                    files[self._name].read_text(encoding="utf-8"), language="YAML",
+                    line_wrapping=True, on_change=lambda: self._say(""),
+                ).classes("w-full editor").props('data-testid=text')  # fmt: skip
+
+    def _upload(self) -> None:
+        """A small button before the uploader, which is as large as a card and stays hidden."""
+        self._uploader = ui.upload(
+            auto_upload=True, max_file_size=MAX_CHARACTERS, on_upload=self._uploaded,
+            on_rejected=lambda: ui.notify("a file may have 60 kB", type="negative"),
+        ).props("accept=.yaml,.yml").classes("hidden")  # fmt: skip
+        button = ui.button("Open a file of yours", icon="upload_file").props("no-caps flat dense")
+        button.props("data-testid=upload")
+        # In the browser itself, which opens its dialog for nothing but a click.
+        button.on("click", js_handler=f"() => getElement({self._uploader.id}).pickFiles()")
+
+    async def check(self) -> bool:
+        """A dry run of what the editor holds; nothing moves."""
+        text, name = self._text.value or "", self._name
+        self._say("checking ...")
+        self._spinner.set_visibility(True)
+        try:
+            kind = kind_of(text)
+            another = of_another_robot(self._page.site, name, text) if kind == "job" else ""
+            if another:
+                self._say(another, "text-red-800")
+                return False
+            draft = self._page.site.draft(text)
+            try:
+                facts = await self._page.site.tasks.run(f"check_{kind}", draft)
+            except DeltactlError as error:
+                raise type(error)(str(error).replace(str(draft), name)) from error
+            finally:
+                self._page.site.forget(draft)
+        except DeltactlError as error:
+            if self._holds(text):
+                self._say(str(error), "text-red-800")
+            return False
+        finally:
+            self._spinner.set_visibility(False)
+        if not self._holds(text):
+            return False
+        after = ", and may run." if kind == "job" else SIMULATE.format(name=name)
+        self._say(f"{name} is a {kind} file without mistakes{after}", "text-green-800")
+        self._list(facts)
+        return kind == "job"
+
+    def _holds(self, text: str) -> bool:
+        """Whether the editor still holds what was checked: another file may be there by now."""
+        return (self._text.value or "") == text
+
+    async def run(self) -> None:
+        """Check, then send it to the daemon, which checks again."""
+        text, name = self._text.value or "", self._name
+        status = self._page.site.link.seen.status
+        if why := why_not("Run", ALLOWED[Request.RUN], status.state if status else ""):
+            next_ = what_next(status) if status else ""
+            self._say(f"{why}. On the tab Robot: {next_}", "text-red-800")
+            return
+        if not await self.check():
+            return
+
+        def call() -> int:
+            with self._page.site.link.client() as client:
+                return client.submit_text(text, name)
+
+        number = await self._page.act("run", call)
+        if number is None:
+            self._say("not run", "text-red-800")
+        else:
+            self._say(f"{name} is job {number}: follow it on the tab Robot.", "text-green-800")
+            self._page.show_tab("Robot")
+
+    def load(self, name: str, text: str, says: str = "") -> None:
+        """Put a text into the editor, and its name where one is chosen."""
+        self._name = name
+        self._texts[name] = text
+        if name not in self._choice.options:
+            self._choice.set_options([name, *self._choice.options])
+        self._choice.set_value(name)
+        self._text.set_value(text)
+        self._say(says, "text-green-800")
+
+    def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        name = str(event.value)
+        if name == self._name:
+            return
+        path = self._page.site.files().get(name)
+        if name in self._texts:
+            self.load(name, self._texts[name])
+        elif path is not None:
+            self._name = name
+            self._text.set_value(path.read_text(encoding="utf-8"))
+            self._say("")
+
+    async def _uploaded(self, event: events.UploadEventArguments) -> None:
+        raw = await event.file.read()
+        self._uploader.reset()
+        try:
+            text = raw[: MAX_CHARACTERS + 1].decode("utf-8")
+        except UnicodeDecodeError:
+            self._say("that is not a text file in UTF-8", "text-red-800")
+            return
+        self.load(plain_name(event.file.name, "unnamed.yaml"), text)
+
+    def _say(self, text: str, colour: str = "") -> None:
+        self._verdict.set_text(text)
+        self._verdict.classes(replace=f"text-base {colour}")
+        self._facts.clear()
+
+    def _list(self, facts: dict[str, Any]) -> None:
+        with self._facts:
+            for key, name, unit, factor in FACTS:
+                if isinstance(value := facts.get(key), int | float):
+                    ui.label(f"{name}: {value * factor:.4g} {unit}".rstrip())
+                    if key in MEANT:
+                        ui.label(MEANT[key]).classes("text-xs text-gray-600 pl-4 max-w-md")
+            if "arm_range_deg" in facts:
+                ranges = ", ".join(
+                    f"{low:.1f} to {high:.1f}" for low, high in facts["arm_range_deg"]
+                )
+                ui.label(f"arm angles: {ranges} degrees")

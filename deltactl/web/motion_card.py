@@ -1,0 +1,239 @@
+"""Moving by hand: jog by buttons and keys, and going to a point. Held to the robot's limits."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from typing import TYPE_CHECKING, Any
+
+import yaml
+from nicegui import events, ui
+
+from deltactl.firmware_py.controller.contract import Status
+from deltactl.firmware_py.controller.states import State
+from deltactl.models.linkage.vectors import Vector
+from deltactl.web.behind.belief import Belief
+from deltactl.web.offers import offer, why_not
+
+if TYPE_CHECKING:
+    from deltactl.web.page import RobotPage
+
+STEPS_MM = {0.1: "0.1 mm", 1: "1 mm", 10: "10 mm", 50: "50 mm"}
+STEPS_DEG = {0.1: "0.1°", 1: "1°", 5: "5°", 20: "20°"}
+MOST_WAITING = 3
+"""Presses that may be ahead of the robot; more would run on after the hand is off."""
+BY_HAND_JOBS = ("jog", "go-to")
+KEYS: dict[str, tuple[int, int]] = {
+    "ArrowRight": (0, 1), "ArrowLeft": (0, -1), "ArrowUp": (1, 1), "ArrowDown": (1, -1),
+    "PageUp": (2, 1), "PageDown": (2, -1),
+}  # fmt: skip
+"""Key to axis and direction."""
+KEYS_SAY = "also by keys: arrows for x and y, page up and down for z"
+JOG_TEXTS = (("X−", "X+"), ("Y−", "Y+"), ("Z− down", "Z+ up"))
+
+
+class MotionCard:
+    """Buttons, keys and fields, for operators."""
+
+    def __init__(self, page: RobotPage):
+        self._page = page
+        self._goal: Vector | None = None
+        self._in_order = asyncio.Lock()
+        self._sending = 0
+        self._told_serial = 0
+        """From this status on, the newest move that was sent is in what the daemon tells."""
+        self._parts: list[Any] = []
+        self._suggested = False
+        self._why: str | None = None
+        with (
+            ui.card().classes("w-full p-3 gap-2 jog"),
+            ui.row().classes("items-start gap-6"),
+        ):
+            self._unable = ui.label().classes("w-full text-sm").props("data-testid=unable")
+            self._platform()
+            self._arms()
+            self._point()
+        self._keyboard = ui.keyboard(self._key, active=False)
+
+    def enable(self, state: str, job: str | None) -> None:
+        """Offer what fits the robot's state, which is empty without a daemon.
+
+        Moves by hand may follow one another; a job comes to its end, or is cancelled, before.
+        """
+        moves = state == State.RUNNING.value and job in (None, *BY_HAND_JOBS)
+        why = "" if moves else why_not("Moving by hand", (State.READY,), state)
+        if why == self._why:
+            return
+        self._why = why
+        for part in self._parts:
+            offer(part, why)
+        self._unable.set_text(why)
+        self._unable.set_visibility(bool(why))
+
+    def suggest(self, belief: Belief) -> None:
+        """Put home, where any robot can be, into the fields once the robot is known."""
+        if self._suggested:
+            return
+        self._suggested = True
+        for field, value_m in zip(self._fields, belief.home_m or (), strict=False):
+            field.set_value(round(1e3 * value_m, 2) + 0.0)
+
+    def _platform(self) -> None:
+        with ui.column().classes("gap-1"):
+            ui.label("Move the platform").classes("font-bold")
+            self._step_mm = ui.toggle(STEPS_MM, value=1).props("dense no-caps")
+            for axis, name in enumerate("xyz"):
+                with ui.row().classes("gap-2 items-center"):
+                    for sign in (-1, 1):
+                        self._button(JOG_TEXTS[axis][sign > 0], f"jog-{name}{sign:+d}",
+                                     lambda _, a=axis, s=sign: self.jog(a, s))  # fmt: skip
+            self._keys = ui.switch(KEYS_SAY, value=False).classes("with-keys")
+            self._keys.props("data-testid=jog-keys")
+            self._keys.on_value_change(lambda event: setattr(self._keyboard, "active", event.value))
+
+    def _arms(self) -> None:
+        with ui.column().classes("gap-1"):
+            ui.label("Move one arm").classes("font-bold")
+            self._step_deg = ui.toggle(STEPS_DEG, value=1).props("dense no-caps")
+            for arm in range(3):
+                with ui.row().classes("gap-2 items-center"):
+                    for sign, word in ((-1, "up"), (1, "down")):
+                        self._button(f"{arm + 1} {word}", f"arm{arm + 1}{word}",
+                                     lambda _, a=arm, s=sign: self.turn(a, s))  # fmt: skip
+
+    def _point(self) -> None:
+        with ui.column().classes("gap-1"):
+            ui.label("Go to a point (mm)").classes("font-bold")
+            self._fields = []
+            with ui.row().classes("gap-2"):
+                for name in "xyz":
+                    field = ui.number(name, step=1, format="%.2f").classes("w-20")
+                    self._fields.append(field.props(f"data-testid=goto-{name}"))
+            self._button("Go there", "goto", self.go)
+
+    def _button(self, text: str, mark: str, call: Any) -> None:
+        button = (
+            ui.button(text, on_click=call).props("no-caps outline").props(f"data-testid={mark}")
+        )
+        self._parts.append(button)
+
+    async def _key(self, event: events.KeyEventArguments) -> None:
+        if event.action.keydown and event.key.name in KEYS and not self._why:
+            await self.jog(*KEYS[event.key.name])
+
+    async def jog(self, axis: int, sign: int) -> None:
+        """Move the platform one step along an axis."""
+        if self._full():
+            ui.notify(f"{MOST_WAITING} steps wait already: this press was left out", type="warning")
+            return
+        here = self._here()
+        belief = self._belief()
+        if here is None or belief is None:
+            return
+        wanted = list(here)
+        wanted[axis] += sign * float(self._step_mm.value or 0) * 1e-3
+        goal = belief.held(here, (wanted[0], wanted[1], wanted[2]))
+        if math.dist(goal, here) < 1e-6:
+            limit = belief.limit_at((wanted[0], wanted[1], wanted[2]))
+            ui.notify(f"no further this way: {limit}", type="warning")
+            return
+        await self._to(goal, belief)
+
+    async def turn(self, arm: int, sign: int) -> None:
+        """Turn one arm by a step."""
+        status, belief = self._page.site.link.seen.status, self._belief()
+        if status is None or belief is None or status.angles_rad is None:
+            return
+        if status.state != "ready" or self._under_way(status):
+            ui.notify("wait until the arm is there", type="warning")
+            return
+        angles = [math.degrees(angle) for angle in status.angles_rad]
+        angles[arm] = belief.held_angle(angles[arm] + sign * float(self._step_deg.value or 0))
+        self._goal = None
+        await self._send(to_angles(belief.file, (angles[0], angles[1], angles[2])), "jog")
+
+    async def go(self) -> None:
+        """Go to the point in the fields."""
+        belief = self._belief()
+        values = [field.value for field in self._fields]
+        if belief is None:
+            return
+        if any(value is None for value in values):
+            ui.notify("give x, y and z in mm", type="warning")
+            return
+        x_m, y_m, z_m = (float(value) * 1e-3 for value in values)
+        if limit := belief.limit_at((x_m, y_m, z_m)):
+            ui.notify(f"cannot go there: {limit}", type="warning")
+            return
+        await self._to((x_m, y_m, z_m), belief)
+
+    def _belief(self) -> Belief | None:
+        belief = self._page.site.belief(self._page.site.link.seen)
+        if belief is None:
+            ui.notify("no robot file of this name here; start deltactl web with --robot FILE")
+        return belief
+
+    def _here(self) -> Vector | None:
+        """Where the next step starts: where the last one ends, while that is under way."""
+        status = self._page.site.link.seen.status
+        if status is None or status.position_m is None:
+            return None
+        if status.state == "running" and status.job not in BY_HAND_JOBS:
+            ui.notify("a job runs; wait, or cancel it", type="warning")
+            return None
+        if not self._under_way(status):
+            return status.position_m
+        if self._goal is None:
+            ui.notify("wait until the arm is there", type="warning")
+        return self._goal
+
+    def _under_way(self, status: Status) -> bool:
+        """Whether a move is being made or waits, or was sent and no status tells of it yet."""
+        unheard = self._sending > 0 or self._page.site.link.seen.serial < self._told_serial
+        return unheard or status.state == "running" or bool(status.queued)
+
+    def _full(self) -> bool:
+        status = self._page.site.link.seen.status
+        return status is not None and len(status.queued) + self._sending >= MOST_WAITING
+
+    async def _to(self, goal: Vector, belief: Belief) -> None:
+        before, self._goal = self._goal, goal
+        if not await self._send(to_point(belief.file, goal, "jog"), "move"):
+            self._goal = before
+
+    async def _send(self, text: str, name: str) -> Any:
+        def call() -> int:
+            with self._page.site.link.client() as client:
+                return client.submit_text(text, f"{name}.yaml")
+
+        self._sending += 1
+        try:
+            async with self._in_order:
+                return await self._page.act(name, call)
+        finally:
+            self._sending -= 1
+            # One status may have been on its way while the daemon took the move.
+            self._told_serial = self._page.site.link.seen.serial + 2
+
+
+def to_point(robot_file: str, position_m: Vector, name: str = "go-to") -> str:
+    """A job that brings the platform straight to a point [m] in the robot's frame."""
+    point = [round(value, 7) for value in position_m]
+    return _job(name, robot_file, {"shape": "straight", "to_m": point})
+
+
+def to_angles(robot_file: str, angles_deg: Vector, name: str = "jog") -> str:
+    """A job that brings the arms to angles [degrees]."""
+    angles = [round(value, 6) for value in angles_deg]
+    return _job(name, robot_file, {"shape": "joints", "angles_deg": [angles]})
+
+
+def _job(name: str, robot_file: str, path: dict[str, Any]) -> str:
+    job = {
+        "name": name,
+        "robot": robot_file,
+        "path": path,
+        "timing": {"mode": "accelerated", "speed_mps": 0.1},
+        "inverse_kinematics": {"kind": "geometry"},
+    }
+    return yaml.safe_dump(job, sort_keys=False)

@@ -1,0 +1,147 @@
+"""The answer of a diagnosis, and what follows from it at a click."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Collection
+from typing import Any
+
+from nicegui import ui
+
+from deltactl.firmware_py.controller.contract import HomeSeen
+from deltactl.firmware_py.controller.states import ALLOWED, Request
+from deltactl.foundation.errors import NotReady
+from deltactl.web.behind.shelf import Listed
+from deltactl.web.behind.whose_job import same_machine
+from deltactl.web.offers import what_next, why_not
+from deltactl.web.recordings.before_and_after import BeforeAndAfter
+from deltactl.web.recordings.host import Host
+
+REASONS = "Why, how surely, and what to do next"
+CORRECTED = (
+    "The corrected robot file compensates what was found. To try it, the robot is homed with it,"
+    " and believes it until it is homed with another or its daemon ends."
+)
+TRY = "Try it: home with the corrected file"
+AGAIN = "The robot runs with the corrected file: press Run to see what that changes."
+VERDICTS = {
+    "nothing_missing": ("nothing is missing", "green-8"),
+    "explained": ("explained", "orange-10"),
+    "partly_explained": ("partly explained", "deep-orange-10"),
+    "unexplained": ("unexplained", "red-8"),
+}
+
+
+class AnswerView:
+    """Empty until there is an answer, or a problem to tell."""
+
+    def __init__(self, page: Host, listed: Listed):
+        self._page, self._made = page, listed.made
+        self._listed = listed
+        self._seen_s = 0.0
+        self._box = ui.column().classes("gap-1 w-full")
+        self._after = BeforeAndAfter(page)
+
+    def look(self, listed: Listed, again: Listed | None) -> None:
+        """Show the newest answer, also of a diagnosis that another page has asked for.
+
+        again: a later run of the same job.
+        """
+        self._listed = listed
+        self._after.look(listed, again if (self._made / "corrected.yaml").is_file() else None)
+        answered_s = listed.answered_s
+        if answered_s > self._seen_s and (answer := listed.diagnosis) is not None:
+            self._seen_s = answered_s
+            self._box.clear()
+            with self._box:
+                self._show(answer)
+
+    def tell(self, problem: str) -> None:
+        """Say why there is no answer."""
+        self._box.clear()
+        with self._box:
+            ui.label(problem).classes("text-red-800").props("data-testid=failed")
+
+    def _show(self, answer: dict[str, Any]) -> None:
+        text, colour = VERDICTS.get(answer["verdict"], (answer["verdict"], "grey-8"))
+        ui.badge(text).props(f"color={colour}").classes("text-sm").props("data-testid=answer")
+        lines, heads = answer["lines"], answer.get("heads", ())
+        at_once = answer.get("at_once", len(lines))
+        _write(lines[:at_once], heads)
+        if at_once < len(lines):
+            with ui.expansion(REASONS).classes("w-full").props("dense") as reasons:
+                _write(lines[at_once + 1 :], heads)
+            reasons.props("data-testid=reasons header-class=text-weight-bold")
+        corrected = (self._made / "corrected.yaml").is_file()
+        with ui.row().classes("gap-2"):
+            self._follow("The whole report", "article", self._report)
+            if answer["components"]:
+                self._follow("Show it on the robot", "my_location", self._blame)
+            if corrected and self._page.operates:
+                self._follow(TRY, "build", self._try).props("data-testid=try")
+            if corrected:
+                self._follow("Correct it: save the robot file", "download", self._save)
+            if self._page.operates and (self._made / "next.yaml").is_file():
+                self._follow("The experiment that would tell more", "science", self._next)
+        if corrected:
+            ui.label(CORRECTED).classes("text-sm text-gray-600")
+
+    def _follow(self, text: str, icon: str, call: Any) -> Any:
+        return ui.button(text, icon=icon, on_click=call).props("no-caps dense flat")
+
+    def _report(self) -> None:
+        url = f"/made/{self._page.site.key_of(self._made / 'report.html')}"
+        ui.navigate.to(url, new_tab=True)
+
+    def _blame(self) -> None:
+        answer = self._listed.diagnosis
+        if answer:
+            self._page.blame(answer["components"], self._listed.title)
+
+    def _save(self) -> None:
+        with contextlib.suppress(OSError):
+            text = (self._made / "corrected.yaml").read_bytes()
+            ui.download.content(text, "corrected.yaml")
+
+    async def _try(self) -> None:
+        """Home with the corrected file, and put the recorded job where it can be run again."""
+
+        def begin() -> HomeSeen:
+            status = self._page.site.link.seen.status
+            if why := why_not("Home", ALLOWED[Request.HOME], status.state if status else ""):
+                raise NotReady(f"{why}. On the tab Robot: {what_next(status) if status else ''}")
+            text = (self._made / "corrected.yaml").read_text(encoding="utf-8")
+            return self._page.site.trial.begin(text, self._listed.title)
+
+        seen = await self._page.act("home with the corrected file", begin)
+        if seen is None:
+            return
+        self._page.tell_home(seen)
+        if (self._made / "job.yaml").is_file():
+            self._edit("job.yaml", f"{self._listed.job or 'job'}-again.yaml", AGAIN)
+        else:
+            self._page.show_tab("Robot")
+
+    def _next(self) -> None:
+        self._edit("next.yaml", "next-experiment.yaml")
+
+    def _edit(self, file: str, name: str, says: str = "") -> None:
+        """A job that was made of the recordings, for the robot that runs here."""
+        with contextlib.suppress(OSError):
+            text = (self._made / file).read_text(encoding="utf-8")
+            belief = self._page.site.belief(self._page.site.link.seen)
+            if belief is not None and same_machine(belief, self._made / "robot.yaml"):
+                # The answer knows the robot file of the recording by another name.
+                text = re.sub(r"(?m)^robot: .*$", f"robot: {belief.file}", text)
+            self._page.edit(name, text, says)
+
+
+def _write(lines: list[str], heads: Collection[str]) -> None:
+    """Titles bold, and what belongs to one set in."""
+    for line in lines:
+        label = ui.label(line.strip()).classes("text-sm")
+        if line in heads:
+            label.classes("font-bold")
+        elif line.startswith(" "):
+            label.classes("pl-4")

@@ -1,0 +1,160 @@
+"""A line in the list of recordings: its report, a diagnosis at a click, and the answer."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from deltactl.foundation.errors import DeltactlError
+from deltactl.web.behind.columns import OPTION
+from deltactl.web.behind.shelf import Listed
+from deltactl.web.offers import offer
+from deltactl.web.recordings.answer_view import AnswerView
+from deltactl.web.recordings.columns_form import ColumnsForm
+from deltactl.web.recordings.host import Host
+
+COLUMNS = "press Columns, and say what each is"
+RECORDED = "still being recorded; possible when the run has ended"
+
+
+class RecordingRow:
+    """One recording, or several that are diagnosed together."""
+
+    def __init__(
+        self,
+        page: Host,
+        listed: Listed,
+        ticked: Callable[[], None],
+        begun: Callable[[], None],
+    ):
+        """ticked: called when the choice of this one changes; begun: when work on it begins."""
+        self._begun = begun
+        self._page, self._listed = page, listed
+        self._open = False
+        self._tick: Any = None
+        with ui.card().classes("w-full p-2 gap-1") as self.card:
+            with ui.row().classes("w-full items-center gap-2"):
+                if not listed.parts:
+                    self._tick = ui.checkbox(on_change=ticked).props("dense data-testid=tick")
+                    self._tick.props(f'aria-label="choose {listed.title}"')
+                ui.label(listed.title).classes("font-bold grow ellipsis").props(
+                    "data-testid=recording"
+                )
+                self._when = ui.label().classes("text-sm")
+                self._read = ui.button("Report", icon="show_chart", on_click=self.report)
+                self._read.props("no-caps dense outline").classes("px-2")
+                self._read.props("data-testid=report")
+                self._read.set_visibility(not listed.parts and listed.path.suffix == ".mcap")
+                self._button = ui.button("Diagnose", icon="troubleshoot", on_click=self.diagnose)
+                self._button.props("no-caps dense").classes("px-2").props("data-testid=diagnose")
+                if listed.own and listed.path.suffix != ".mcap" and page.operates:
+                    self._offer_columns()
+            self._progress = ui.row().classes("items-center gap-2")
+            self._written = ui.row()
+            self._columns = ColumnsForm(page, listed, self.diagnose)
+            self._answer = AnswerView(page, listed)
+
+    def _offer_columns(self) -> None:
+        button = ui.button("Columns", icon="view_column", on_click=lambda: self._columns.open())
+        button.props("no-caps dense outline data-testid=columns").classes("px-2")
+
+    @property
+    def listed(self) -> Listed:
+        """What it shows."""
+        return self._listed
+
+    @property
+    def ticked(self) -> bool:
+        """Whether it was chosen to be diagnosed together with others."""
+        return self._tick is not None and bool(self._tick.value) and not self._open
+
+    def untick(self) -> None:
+        """Take the choice back."""
+        if self._tick is not None:
+            self._tick.set_value(False)
+
+    def look(self, listed: Listed, again: Listed | None) -> None:
+        """Follow the file, and what was answered about it, also to another page.
+
+        again: a later run of its job.
+        """
+        self._listed = listed
+        when = datetime.fromtimestamp(listed.written_s)
+        text = f"{when:%d %b %H:%M}, {listed.size_bytes / 1e6:.1f} MB"
+        self._lock(any(self._page.site.grows(one.path) for one in listed.singles))
+        if self._when.text != text:
+            self._when.set_text(text)
+        if again is not None and self._page.site.grows(again.path):
+            again = None
+        self._answer.look(listed, again)
+
+    def _lock(self, grows: bool) -> None:
+        """What is not whole yet can be neither shown nor diagnosed."""
+        if grows == self._open:
+            return
+        self._open = grows
+        for what, button in (("Report", self._read), ("Diagnose", self._button)):
+            offer(button, f"{what}: {RECORDED}" if grows else "")
+        if self._tick is not None:
+            self._tick.set_enabled(not grows)
+
+    async def report(self) -> None:
+        """Write the report of the run, if there is none, and open it.
+
+        A browser keeps a page from opening another one seconds after a press: where writing takes
+        longer than that, a link that can be pressed is all there is.
+        """
+        out = self._listed.made / "run.html"
+        self._listed.made.mkdir(parents=True, exist_ok=True)
+        if not out.is_file():
+            await self._work("writing the report", "run_report", self._listed.path, out)
+        if out.is_file():
+            url = f"/made/{self._page.site.key_of(out)}"
+            self._written.clear()
+            with self._written:
+                link = ui.link("Open the report of the run", url, new_tab=True)
+                link.classes("text-sm").props("data-testid=run-report")
+            ui.navigate.to(url, new_tab=True)
+
+    async def diagnose(self) -> None:
+        """Diagnose it, and keep the answer."""
+        made = self._listed.made
+        made.mkdir(parents=True, exist_ok=True)
+        believed = self._page.site.robot_file() or made / "robot.yaml"
+        recordings = [one.path for one in self._listed.singles]
+        self._button.set_enabled(False)
+        try:
+            answer = await self._work("diagnosing", "diagnose", made, believed, *recordings)
+        finally:
+            self._button.set_enabled(True)
+        if answer is not None:
+            (made / "diagnosis.json").write_text(json.dumps(answer), encoding="utf-8")
+            self._answer.look(self._listed, None)
+
+    async def _work(self, what: str, kind: str, *files: Path) -> dict[str, Any] | None:
+        """A worker with its progress; None when it failed, which is shown."""
+        self._begun()
+        started_s = time.monotonic()
+        with self._progress:
+            ui.spinner(size="sm")
+            line = ui.label(what).props("data-testid=progress")
+
+        def tell(text: str) -> None:
+            line.set_text(f"{what}, {time.monotonic() - started_s:.0f} s: {text}")
+
+        try:
+            return await self._page.site.tasks.run(kind, *files, progress=tell)
+        except DeltactlError as error:
+            says, told = str(error), OPTION.sub("", str(error))
+            tables = any(one.own for one in self._listed.singles)
+            says = f"{told}; {COLUMNS}" if tables and told != says else says
+            self._answer.tell(self._listed.shown(says))
+            return None
+        finally:
+            self._progress.clear()
