@@ -21,6 +21,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 NOT_SHIPPED = ("tests", "docs", "build", "benchmarks")
+CRUMB_LINES = 60
+NO_CRUMBS = ("models/effects/",)
+"""There one file is one effect, however short."""
 NOT_DECIDING = ("report", "drawing")
 """Rooms whose numbers are of words and pictures."""
 
@@ -49,16 +52,49 @@ def module_name(root: Path, file: Path) -> str:
 
 def imports(root: Path) -> dict[str, dict[str, list[str]]]:
     """Room -> rooms that it imports -> files that do so."""
+    found: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    for file, others in _imported(root).items():
+        room = room_of(root, file)
+        for other in others:
+            if (its := room_of(root, other)) != room:
+                found[room][its].append(str(file.relative_to(root)))
+    return {room: dict(others) for room, others in found.items()}
+
+
+def file_imports(root: Path) -> dict[str, dict[str, None]]:
+    """File -> files that it imports; what a package's `__init__` imports is left out."""
+    names = {
+        str(file.relative_to(root)): {str(other.relative_to(root)): None for other in others}
+        for file, others in _imported(root).items()
+    }
+    return {name: others for name, others in names.items() if not name.endswith("__init__.py")}
+
+
+def crumbs(root: Path) -> list[str]:
+    """Files of at most CRUMB_LINES that at most one other file imports."""
+    users = Counter(name for others in file_imports(root).values() for name in others)
+    return [
+        name
+        for name in sorted(file_imports(root))
+        if users[name] <= 1 and not name.startswith(NO_CRUMBS)
+        and len((root / name).read_text(encoding="utf-8").splitlines()) <= CRUMB_LINES
+    ]  # fmt: skip
+
+
+def _imported(root: Path) -> dict[Path, set[Path]]:
+    """Every file of the source, and the files that it imports."""
     files = [file for top in packages(root) for file in sorted(top.rglob("*.py"))]
     known = {module_name(root, file): file for file in files}
     known |= {name.removesuffix(".__init__"): file for name, file in known.items()}
-    found: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
-    for file in files:
-        room = room_of(root, file)
-        for name in _named(ast.parse(file.read_text(encoding="utf-8"))):
-            if name in known and (other := room_of(root, known[name])) != room:
-                found[room][other].append(str(file.relative_to(root)))
-    return {room: dict(others) for room, others in found.items()}
+    return {
+        file: {
+            known[name]
+            for name in _named(ast.parse(file.read_text(encoding="utf-8")))
+            if name in known
+        }
+        - {file}
+        for file in files
+    }
 
 
 def _named(tree: ast.Module) -> Iterator[str]:

@@ -47,9 +47,9 @@ class Copy:
             ["git", "ls-files", "-z"], cwd=PROGRAM, check=True, capture_output=True, text=True
         )
         for name in listed.stdout.split("\0"):
-            if name and (PROGRAM / name).is_file():
+            if name and (PROGRAM / name).exists():
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(PROGRAM / name, folder / name)
+                shutil.copy(PROGRAM / name, folder / name, follow_symlinks=False)
         # Compiled by what the source says, not by its date: a mutant is always noticed.
         checked = py_compile.PycInvalidationMode.CHECKED_HASH
         for package in folder.iterdir():

@@ -85,7 +85,7 @@ DAEMON = Row(
     ("tests/daemon",),
 )
 RECORDING = Row(
-    "recording",
+    "deltactl/recording",
     {
         "writing/append_file.py": 6,
         "writing/disk.py": 6,
@@ -100,7 +100,7 @@ RECORDING = Row(
     ("tests/recording",),
 )
 ASSESSMENT = Row(
-    "diagnosis/assessment",
+    "deltactl/diagnosis/assessment",
     {
         "holdout.py": 10,
         "regression_holdout.py": 10,
@@ -116,18 +116,18 @@ ASSESSMENT = Row(
     ),
 )
 DETECTION = Row(
-    "diagnosis/answer",
+    "deltactl/diagnosis/answer",
     {"verdict.py": 10, "assembly.py": 8, "consistency.py": 12},
     ("tests/diagnosis_answer/test_no_contradictions.py",),
 )
 ADMISSION = Row(
-    "diagnosis/admission",
+    "deltactl/diagnosis/admission",
     {"excerpt.py": 10, "step_counts.py": 6},
     ("tests/diagnosis/test_bounded.py",),
 )
 MENDED = (
-    Row("diagnosis/evidence", {}, ("tests/diagnosis/test_counted_tests.py",)),
-    Row("diagnosis/report", {}, ("tests/diagnosis_report",)),
+    Row("deltactl/diagnosis/evidence", {}, ("tests/diagnosis/test_counted_tests.py",)),
+    Row("deltactl/diagnosis/report", {}, ("tests/diagnosis_report",)),
     Row("models/robot.py", {}, ("tests/axes/test_axis_without_drive.py",)),
 )
 """Only for known mistakes: no file of them is mutated by rule."""

@@ -33,13 +33,13 @@ _DATA = re.compile(r'<script type="application/json">(.*?)</script>', re.DOTALL)
 @cache
 def style() -> str:
     """The style sheet of every report."""
-    return (files("charts") / "assets" / "report.css").read_text(encoding="utf-8")
+    return (files("deltactl.charts") / "assets" / "report.css").read_text(encoding="utf-8")
 
 
 @cache
 def script() -> str:
     """What the page does with the library."""
-    return (files("charts") / "assets" / "charts.js").read_text(encoding="utf-8")
+    return (files("deltactl.charts") / "assets" / "charts.js").read_text(encoding="utf-8")
 
 
 def _drawn(body: str) -> tuple[str, str]:

@@ -29,6 +29,9 @@ class Ticks:
         return len(self.due_ns)
 
 
+NO_TICKS = Ticks(np.empty(0, dtype=np.int64), np.empty((0, MOTORS), dtype=np.int8))
+
+
 class OutputState(enum.Enum):
     """What a step output is doing. STOPPED is latched until `acknowledge`."""
 

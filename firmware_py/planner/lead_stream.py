@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.drivers.steps.contract import Int64Array
+from deltactl.drivers.steps.contract import NO_TICKS, Int64Array
 from deltactl.firmware_py.compensation.lead import Lead, ahead_s, lags_s, smoothed_s
 from deltactl.firmware_py.compensation.ringing import Ringing
-from deltactl.firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached
+from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached
 from deltactl.firmware_py.planner.step_gate import StepGate
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import ns

@@ -91,8 +91,6 @@ class Chunk:
         )
 
 
-NO_TICKS = Ticks(np.empty(0, dtype=np.int64), np.empty((0, MOTORS), dtype=np.int8))
-
 NOTHING_REACHED = Reached(
     index=np.empty(0, dtype=np.int64),
     number=np.empty(0, dtype=np.int64),

@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.drivers.steps.contract import MOTORS, Int64Array, Ticks
-from deltactl.firmware_py.planner.motion import NO_TICKS
+from deltactl.drivers.steps.contract import MOTORS, NO_TICKS, Int64Array, Ticks
 
 LONG_AGO = -(2**62)
 NEVER = 2**62

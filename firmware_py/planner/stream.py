@@ -10,11 +10,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from deltactl.drivers.steps.contract import Counts, Int64Array, Ticks
+from deltactl.drivers.steps.contract import NO_TICKS, Counts, Int64Array, Ticks
 from deltactl.firmware_py.compensation.ringing import Ringing, knot_s, rings
 from deltactl.firmware_py.paths.path import BoolArray, Space
 from deltactl.firmware_py.planner.lead_stream import LeadStream
-from deltactl.firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached, Schedule
+from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached, Schedule
 from deltactl.firmware_py.planner.plan import Plan, TimedLap
 from deltactl.firmware_py.planner.step_gate import StepGate
 from deltactl.firmware_py.planner.targets import Lap, in_repeat

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.drivers.steps.contract import Int64Array, Ticks
-from deltactl.firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached
+from deltactl.drivers.steps.contract import NO_TICKS, Int64Array, Ticks
+from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached
 from deltactl.foundation.clock import ns
 
 _NEVER = np.iinfo(np.int64).max

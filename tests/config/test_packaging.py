@@ -7,7 +7,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 SETUPTOOLS = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
-FOLDERS = [name.rstrip("*") for name in SETUPTOOLS["packages"]["find"]["include"]]
+PACKAGE = ROOT / "deltactl"
 DATA = SETUPTOOLS["package-data"]
 
 
@@ -23,11 +23,12 @@ def carried() -> set[Path]:
 
 
 def test_every_data_file_is_carried() -> None:
+    linked = [path for path in PACKAGE.iterdir() if path.is_symlink()]
     there = {
-        path
-        for folder in FOLDERS
-        for path in (ROOT / folder).rglob("*")
+        folder / path.relative_to(folder.resolve())
+        for folder in [PACKAGE, *linked]
+        for path in folder.resolve().rglob("*")
         if path.is_file() and path.suffix != ".py" and path.parent.name != "__pycache__"
     }
-    assert ROOT / "config" / "heart.yaml" in there
+    assert PACKAGE / "config" / "heart.yaml" in there
     assert there <= carried()

@@ -16,7 +16,7 @@ from deltactl.firmware_py.job_file import load_job
 from deltactl.foundation.errors import ConfigError, DeltactlError, MissingFile, ServiceError
 
 PROGRAM = Path(__file__).resolve().parents[2]
-PACKAGES = ("drivers", "firmware_py", "foundation", "models", "recording")
+PACKAGES = ("drivers", "firmware_py", "deltactl/foundation", "models", "deltactl/recording")
 CODE_FROM_DATA = {"pickle", "marshal", "shelve", "dill", "cloudpickle", "joblib"}
 
 

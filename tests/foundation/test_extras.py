@@ -50,7 +50,7 @@ def test_elsewhere_it_names_the_packages_themselves(
     extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No index has `deltactl`, and a virtual environment may have no pip of its own."""
-    monkeypatch.setattr(extras, "ROOT", tmp_path)
+    monkeypatch.setattr(extras, "IMPORT_ROOT", tmp_path)
     command = extras.how_to_install(extra)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     parts = project["optional-dependencies"]
@@ -64,7 +64,7 @@ def test_elsewhere_it_names_the_packages_themselves(
 def test_in_an_environment_of_pipx_it_is_pipx_that_adds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(extras, "ROOT", tmp_path)
+    monkeypatch.setattr(extras, "IMPORT_ROOT", tmp_path)
     monkeypatch.setattr("sys.prefix", str(tmp_path))
     assert "pipx" not in extras.how_to_install("tables")
     (tmp_path / "pipx_metadata.json").touch()

@@ -10,7 +10,7 @@ from tests.rigs.documented import ROOT
 
 PAGE = (ROOT / "docs" / "troubleshooting.md").read_text(encoding="utf-8")
 ROWS = [line.split("|")[1] for line in PAGE.splitlines() if line.startswith("| `")]
-FOLDERS = ("command_line", "foundation", "firmware_py", "diagnosis", "recording", "models")
+FOLDERS = ("firmware_py", "models", "drivers", "deltactl")
 JOINED = re.compile(r'"\s*(?:#[^\n]*)?\n\s*f?"')
 SOURCES = [
     JOINED.sub("", file.read_text(encoding="utf-8"))

@@ -23,7 +23,12 @@ from deltactl.models.training.uzunovic import UzunovicSettings, train_uzunovic
 from deltactl.reproduction.sheet import Sheet
 from deltactl.reproduction.uzunovic_2013.kinematics_as_built import StageRobot
 from deltactl.reproduction.uzunovic_2013.kinematics_figures import figures
-from deltactl.reproduction.uzunovic_2013.kinematics_stage import SAMPLES, Measured, measure
+from deltactl.reproduction.uzunovic_2013.kinematics_stage import (
+    SAMPLES,
+    Measured,
+    Validation,
+    measure,
+)
 from deltactl.reproduction.uzunovic_2013.kinematics_tables import range_sheet, recipe_sheet, table_1
 
 ROBOT_FILE = Path(__file__).resolve().parents[2] / "config" / "uzunovic-2013.yaml"
@@ -48,41 +53,6 @@ _STAGE_SEES = Plausible(
     sensor_curvature_per_m=0.0,
 )
 """For a robot as wrong as this one; the stage itself is taken as right."""
-
-
-@dataclass(frozen=True, eq=False)
-class Validation:
-    """What was measured, and what each model makes of it."""
-
-    measured: Measured
-    calculated_m: FloatArray
-    """Positions by the geometric model from the measured angles, (n, 3)."""
-    angles_rad: dict[str, FloatArray]
-    """Joint angles of each model for the measured positions, each (n, 3)."""
-    parameters: dict[str, int]
-    judged: dict[str, IntArray]
-    """Rows each model is judged by: all, as in the paper, or those held out."""
-
-    @property
-    def error_m(self) -> FloatArray:
-        """Calculated less measured position, (n, 3): section 3.1."""
-        return self.calculated_m - self.measured.position_m
-
-    def error_deg(self, model: str) -> FloatArray:
-        """Angles of a model less the measured ones, on the rows it is judged by."""
-        rows = self.judged[model]
-        error: FloatArray = np.rad2deg(self.angles_rad[model] - self.measured.angles_rad)[rows]
-        return error
-
-    def rmse_deg(self, model: str) -> FloatArray:
-        """(3,)."""
-        rmse: FloatArray = np.sqrt(np.mean(self.error_deg(model) ** 2, axis=0))
-        return rmse
-
-    def mae_deg(self, model: str) -> FloatArray:
-        """(3,)."""
-        mae: FloatArray = np.abs(self.error_deg(model)).mean(axis=0)
-        return mae
 
 
 @dataclass(frozen=True)

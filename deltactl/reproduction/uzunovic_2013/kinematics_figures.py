@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from deltactl.charts.figures import LineChart
 from deltactl.charts.spec import Colour, Series
 from deltactl.models.robot import ARMS, AXES
-
-if TYPE_CHECKING:
-    from deltactl.reproduction.uzunovic_2013.kinematics import Validation
+from deltactl.reproduction.uzunovic_2013.kinematics_stage import Validation
 
 SHOWN_S = (600.0, 800.0)
 """ "Only part of the measured results is shown in these figures for the better view"."""

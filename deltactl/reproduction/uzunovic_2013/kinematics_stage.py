@@ -14,6 +14,7 @@ import numpy as np
 
 from deltactl.foundation.errors import UnreachablePoint
 from deltactl.models.robot import ARMS, DeltaRobot, FloatArray, per_arm
+from deltactl.models.training.samples_of_angles import IntArray
 from deltactl.proof.robot.as_built import Body, Joints
 from deltactl.proof.robot.bodies import build
 from deltactl.reproduction.uzunovic_2013.kinematics_as_built import StageRobot
@@ -123,3 +124,38 @@ def _played(driven_deg: FloatArray, play_deg: FloatArray) -> FloatArray:
         here = np.clip(here, driven - 0.5 * play_deg, driven + 0.5 * play_deg)
         follows_deg[row] = here
     return follows_deg
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """What was measured, and what each model makes of it."""
+
+    measured: Measured
+    calculated_m: FloatArray
+    """Positions by the geometric model from the measured angles, (n, 3)."""
+    angles_rad: dict[str, FloatArray]
+    """Joint angles of each model for the measured positions, each (n, 3)."""
+    parameters: dict[str, int]
+    judged: dict[str, IntArray]
+    """Rows each model is judged by: all, as in the paper, or those held out."""
+
+    @property
+    def error_m(self) -> FloatArray:
+        """Calculated less measured position, (n, 3): section 3.1."""
+        return self.calculated_m - self.measured.position_m
+
+    def error_deg(self, model: str) -> FloatArray:
+        """Angles of a model less the measured ones, on the rows it is judged by."""
+        rows = self.judged[model]
+        error: FloatArray = np.rad2deg(self.angles_rad[model] - self.measured.angles_rad)[rows]
+        return error
+
+    def rmse_deg(self, model: str) -> FloatArray:
+        """(3,)."""
+        rmse: FloatArray = np.sqrt(np.mean(self.error_deg(model) ** 2, axis=0))
+        return rmse
+
+    def mae_deg(self, model: str) -> FloatArray:
+        """(3,)."""
+        mae: FloatArray = np.abs(self.error_deg(model)).mean(axis=0)
+        return mae

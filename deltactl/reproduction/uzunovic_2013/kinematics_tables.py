@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from deltactl.models.robot import AXES, FloatArray
 from deltactl.reproduction.sheet import Sheet
-
-if TYPE_CHECKING:
-    from deltactl.reproduction.uzunovic_2013.kinematics import Validation
+from deltactl.reproduction.uzunovic_2013.kinematics_stage import Validation
 
 PAPER_RANGE_UM = ((-695.9, 873.05), (-881.7, 1160.0), (29.7, 826.27))
 """Section 3.1: lowest and highest error along x, y, z."""
