@@ -16,10 +16,10 @@ from pathlib import Path
 
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
-from deltactl.diagnosis.columns.mapping import Mapping, load_mapping
-from deltactl.diagnosis.columns.reading import read_mapped
 from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.models.robot import RangeSensor
+from deltactl.recording.foreign.mapping import Mapping, load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 
 DEFAULT = Path(__file__).resolve().parents[2] / "../shared/recordings"
 ARMS = {

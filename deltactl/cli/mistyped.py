@@ -41,6 +41,6 @@ def _nearest(typed: str, names: set[str]) -> str:
 
 def _set_keys() -> set[str]:
     """What --set takes beside columns, as somebody might make options of it."""
-    from deltactl.diagnosis.columns.mapping import OF_THE_TABLE
+    from deltactl.recording.foreign.mapping import OF_THE_TABLE
 
     return {f"--{name.replace('_', '-')}" for name in OF_THE_TABLE}

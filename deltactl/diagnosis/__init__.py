@@ -1,8 +1,7 @@
-"""Where belief and recording differ: detect, locate, name, size, decide, report.
+"""Where model and recording differ: detect, locate, name, size, decide, report.
 
-In: recordings and a robot file. Out: a `Diagnosis`. `api.diagnose` is the one way in; the rooms in
-the order in which a recording passes them: `columns` (a table of others; `inspection` says what it
-seems to be), `observations`,
-`admission`, `plants`, `pipelines`; then `estimation`, `priors`, `score_tests`, `evidence`,
-`search`, `selection`, `assessment`; at the end `experiment`, `answer`, `report`.
+In: recordings and a robot file. Out: a `Diagnosis`. `api.diagnose` is the one way in; the folders in
+the order in which a recording passes them: `observations`, `admission`, `plants`, `pipelines`; then
+`estimation`, `priors`, `score_tests`, `evidence`, `search`, `selection`, `assessment`; at the end
+`experiment`, `answer`, `report`.
 """

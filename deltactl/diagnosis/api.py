@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from deltactl.diagnosis.admission.another_kind import of_another_kind, refuse_several_motors
 from deltactl.diagnosis.admission.excerpt import excerpt, excerpts, most_rows, thinned
 from deltactl.diagnosis.admission.exchanged_arms import refuse_exchanged_arms
 from deltactl.diagnosis.admission.joint_ranges import (
@@ -20,7 +21,6 @@ from deltactl.diagnosis.admission.step_counts import check_steps
 from deltactl.diagnosis.answer.known import known_of
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.estimation.side_by_side import only_here
-from deltactl.diagnosis.inspection.machine_kind import of_another_kind, refuse_several_motors
 from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.pipelines.nonlinear import diagnose_model
 from deltactl.diagnosis.pipelines.servo_robot import diagnose_servo_robot, is_servo_run

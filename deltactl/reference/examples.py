@@ -14,12 +14,12 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from deltactl.diagnosis.columns.mapping import Mapping
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.schema_keys import models_in
 from deltactl.foundation.yaml_tree import Tree
 from deltactl.models.robot import KINDS
+from deltactl.recording.foreign.mapping import Mapping
 from deltactl.reference.examples_table import EXAMPLES
 
 ROOT = Path(__file__).parents[2]

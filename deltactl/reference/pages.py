@@ -10,8 +10,6 @@ from typing import Any
 import yaml
 from pydantic import BaseModel
 
-from deltactl.diagnosis.columns.mapping import Mapping
-from deltactl.diagnosis.columns.units import IN_SI
 from deltactl.firmware_py.daemon.protocol import ARGUMENTS, SLOW, Argument
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile
@@ -19,6 +17,8 @@ from deltactl.models.effects import PORT_TEXT, TABLES, VOCABULARY
 from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 from deltactl.models.robot import KINDS
+from deltactl.recording.foreign.mapping import Mapping
+from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.format.channels import CHANNELS
 from deltactl.recording.tables.flat import UNITS
 from deltactl.reference import effect_schemas

@@ -7,12 +7,12 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from deltactl.diagnosis.columns.mapping import Mapping
-from deltactl.diagnosis.columns.units import IN_SI
 from deltactl.firmware_py.daemon.protocol import ARGUMENTS, Argument
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.foundation.schema_keys import models_in
 from deltactl.foundation.yaml_tree import WORDS
+from deltactl.recording.foreign.mapping import Mapping
+from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.tables.flat import UNITS
 from deltactl.reference import effect_schemas
 from deltactl.reference.examples import WHOLE, example_of

@@ -11,12 +11,12 @@ import pytest
 from deltactl.diagnosis.admission.regression_plausibility import lead_s
 from deltactl.diagnosis.admission.together import check_together
 from deltactl.diagnosis.answer.records import Evidence, Finding, Fit, Where
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.columns.reading import read_mapped
 from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.models.robot import ServoAxis, StepperAxis
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import from_columns
 
 FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")

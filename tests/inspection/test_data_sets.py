@@ -17,10 +17,10 @@ pytest.importorskip("pyarrow", reason=needs.LOGS)
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.columns.reading import read_mapped
-from deltactl.diagnosis.inspection.inspection import inspect
 from deltactl.foundation.errors import RecordingError
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 NAMES = ["shoulder_pan.pos", "elbow_flex.pos", "gripper.pos"]

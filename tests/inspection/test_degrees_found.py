@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from deltactl.diagnosis.columns.encoder_steps import of_encoder
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.columns.reading import read_mapped
-from deltactl.diagnosis.inspection.found import Inspection
-from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.recording.foreign.encoder_steps import of_encoder
+from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 from tests.cli.conftest import Deltactl
 
 T_S = 0.02 * np.arange(1500)

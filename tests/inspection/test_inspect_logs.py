@@ -25,10 +25,10 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.columns.reading import read_mapped
-from deltactl.diagnosis.inspection.inspection import inspect
 from deltactl.foundation.errors import RecordingError
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 
 ROWS = 400
 T_S = 0.02 * np.arange(ROWS)

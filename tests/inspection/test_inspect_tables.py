@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.columns.reading import read_mapped
-from deltactl.diagnosis.inspection.found import Inspection
-from deltactl.diagnosis.inspection.inspection import inspect
 from deltactl.foundation.errors import RecordingError
+from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import FlatRecording
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import load_mapping
 
 PERIOD_S, REST_ROWS, MOVE_ROWS = 0.1, 40, 10
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.columns.names import read_name
-from deltactl.diagnosis.inspection.found import Inspection
-from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.names import read_name
 
 ROWS = 600
 T_S = 0.01 * np.arange(ROWS)

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.columns.names import read_name
-from deltactl.diagnosis.columns.reading import read_mapped
-from deltactl.diagnosis.inspection.inspection import inspect
 from deltactl.foundation.errors import RecordingError
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.names import read_name
+from deltactl.recording.foreign.reading import read_mapped
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 T_S = 0.02 * np.arange(600)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.tables.flat import BESIDE, UNITS, from_columns
 from deltactl.recording.tables.flat_files import write_flat
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from deltactl.diagnosis.inspection.inspection import inspect
 from deltactl.foundation.errors import RecordingError
+from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.tables.foreign_table import read_table
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.admission.joint_ranges import far_for_a_joint
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.columns.reading import read_mapped
-from deltactl.diagnosis.inspection.inspection import inspect
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.robot import ServoAxis
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import from_columns
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]

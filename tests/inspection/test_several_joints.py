@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mcap.writer import Writer
 
-from deltactl.diagnosis.inspection.inspection import inspect
+from deltactl.recording.foreign.inspection import inspect
 
 T_S = 0.02 * np.arange(300)
 

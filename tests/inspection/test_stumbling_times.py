@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.columns.reading import read_mapped
-from deltactl.diagnosis.inspection.found import Inspection
-from deltactl.diagnosis.inspection.inspection import inspect
 from deltactl.foundation.errors import RecordingError
+from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 
 T_S = np.round(0.1 * np.arange(150), 3)
 ASKED = np.sin(T_S)

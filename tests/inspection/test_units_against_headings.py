@@ -11,13 +11,13 @@ import pytest
 
 from deltactl.diagnosis.admission.joint_ranges import far_for_a_joint
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.columns.mapping import load_mapping
-from deltactl.diagnosis.columns.names import unit_said
-from deltactl.diagnosis.columns.reading import read_mapped
-from deltactl.diagnosis.inspection.inspection import inspect
 from deltactl.diagnosis.report.sentences.summary import plain_lines
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import ServoAxis, load_robot_model
+from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.names import unit_said
+from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import from_columns
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]

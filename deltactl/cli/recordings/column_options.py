@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from deltactl.foundation.errors import ConfigError
 
 if TYPE_CHECKING:
-    from deltactl.diagnosis.columns.mapping import Mapping
+    from deltactl.recording.foreign.mapping import Mapping
 
 
 def mapping_of(columns: list[str]) -> Mapping:
     """Mapping files and single columns, as `--columns` and `--set` give them."""
-    from deltactl.diagnosis.columns.mapping import load_mapping
+    from deltactl.recording.foreign.mapping import load_mapping
 
     files = [one for one in columns if is_mapping_file(one)]
     if len(files) > 1:

@@ -93,7 +93,7 @@ def diagnose_recordings(
 
 def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
     """Raise ConfigError where a length was said of an axis that turns, or an angle of a slide."""
-    from deltactl.diagnosis.columns.doubts import other_motion
+    from deltactl.recording.foreign.doubts import other_motion
 
     units = {name: one.unit for name, one in mapping_of(columns).columns.items()}
     if why := other_motion(units, robot.motion):
@@ -110,5 +110,5 @@ def read_with(
     if not columns:
         return partial(read_plain, robot=robot)
     with needs("diagnosis", "--set"):
-        from deltactl.diagnosis.columns.reading import read_mapped
+        from deltactl.recording.foreign.reading import read_mapped
     return partial(read_mapped, mapping=mapping_of(columns), tell=warn)

@@ -165,8 +165,8 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
     except RecordingError as error:
         wrong = error
     with needs("diagnosis", "init --measure"):
-        from deltactl.diagnosis.columns.reading import read_mapped
-        from deltactl.diagnosis.inspection.inspection import inspect
+        from deltactl.recording.foreign.inspection import inspect
+        from deltactl.recording.foreign.reading import read_mapped
     try:
         seen = inspect(path, mapping_of(columns))
         recording = read_mapped(path, seen.mapping, tell=warn)

@@ -19,9 +19,9 @@ from deltactl.cli.wrapped import print_wrapped
 from deltactl.foundation.extras import needs
 
 if TYPE_CHECKING:
-    from deltactl.diagnosis.columns.names import Guess
-    from deltactl.diagnosis.inspection.found import Inspection
     from deltactl.diagnosis.observations.readings import FloatArray
+    from deltactl.recording.foreign.found import Inspection
+    from deltactl.recording.foreign.names import Guess
 
 ROBOT = "my-robot.yaml"
 SHOWN_COLUMNS = 12
@@ -56,7 +56,7 @@ def inspect_recordings(
     columns: what is known already, as --columns and --set say it.
     """
     with needs("diagnosis", "diagnose --inspect"):
-        from deltactl.diagnosis.inspection.inspection import inspect
+        from deltactl.recording.foreign.inspection import inspect
     refuse_missing(recordings)
     known = mapping_of(columns)
     seen = [inspect(path, known) for path in recordings]

@@ -30,11 +30,8 @@ class Notes:
 
     def around(self, read: Callable[[Path], FlatRecording]) -> Callable[[Path], FlatRecording]:
         """The same reading, which also says where an effort is left without use."""
-        from deltactl.diagnosis.observations.needed_columns import (
-            command_unused,
-            effort_unused,
-            first_of,
-        )
+        from deltactl.diagnosis.observations.needed_columns import command_unused, effort_unused
+        from deltactl.recording.column_measures import first_of
 
         def noted(path: Path) -> FlatRecording:
             recording = read(path)
@@ -55,8 +52,8 @@ class Notes:
 
     def _twice(self) -> str:
         """That a column of forces is multiplied as if it were one of currents; else empty."""
-        from deltactl.diagnosis.columns.names import read_name
-        from deltactl.diagnosis.columns.units import PULLING
+        from deltactl.recording.foreign.names import read_name
+        from deltactl.recording.foreign.units import PULLING
 
         source = mapping_of(self._columns).columns.get("effort")
         gain = self._robot.effort_gain if isinstance(self._robot, ServoAxis) else 1.0
@@ -104,8 +101,8 @@ class Notes:
 
     def _effort_in(self, path: Path) -> str | None:
         """The column that inspection takes for an effort; None where there is none."""
-        from deltactl.diagnosis.columns.names import without_unit
-        from deltactl.diagnosis.inspection.inspection import inspect
+        from deltactl.recording.foreign.inspection import inspect
+        from deltactl.recording.foreign.names import without_unit
 
         try:
             guesses = inspect(path, mapping_of(self._columns)).guesses

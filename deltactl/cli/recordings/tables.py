@@ -15,8 +15,8 @@ from deltactl.recording.tables.lerobot import is_data_set
 from deltactl.recording.tables.table_format import first_cells
 
 if TYPE_CHECKING:
-    from deltactl.diagnosis.inspection.found import Inspection
     from deltactl.models.robot import RobotModel
+    from deltactl.recording.foreign.found import Inspection
     from deltactl.recording.tables.flat import FlatRecording
 
 BINARY = (".parquet", ".mat")
@@ -43,8 +43,8 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
         raise wrong
     ours = "t" in first_cells(path)
     with needs("diagnosis", "tables of others"):
-        from deltactl.diagnosis.columns.mapping import Mapping
-        from deltactl.diagnosis.columns.reading import read_mapped
+        from deltactl.recording.foreign.mapping import Mapping
+        from deltactl.recording.foreign.reading import read_mapped
     told: list[str] = []
     try:
         recording = read_mapped(path, Mapping(), told.append)
@@ -63,7 +63,7 @@ def _of_another_kind(path: Path, robot: RobotModel | None) -> RecordingError | N
     """What is said of a table with times and none of our columns beside them, where it looks like
     another kind of machine than the robot file's; else None.
     """
-    from deltactl.diagnosis.inspection.inspection import inspect
+    from deltactl.recording.foreign.inspection import inspect
 
     try:
         seen = inspect(path)
@@ -80,7 +80,7 @@ def _with_other_names(
     """What is said of a table that `error` refused: where it has names of its own, which machine
     it looks like. None where it is no table that could be looked at.
     """
-    from deltactl.diagnosis.inspection.inspection import inspect
+    from deltactl.recording.foreign.inspection import inspect
 
     try:
         seen = inspect(path)
@@ -93,7 +93,7 @@ def _with_other_names(
 
 def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RecordingError:
     """What is said of columns with names of their own, and of the machine that they are of."""
-    from deltactl.diagnosis.inspection.machine_kind import looks_like
+    from deltactl.diagnosis.admission.another_kind import looks_like
 
     path = seen.path
     listed = ", ".join(seen.table)[:MOST_LISTED]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.columns.doubts import TURNS_RAD, turns
-from deltactl.diagnosis.columns.encoder_steps import of_encoder
-from deltactl.diagnosis.columns.options import GUESSES
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis, StepperAxis
+from deltactl.recording.foreign.doubts import TURNS_RAD, turns
+from deltactl.recording.foreign.encoder_steps import of_encoder
+from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.tables.flat import FlatRecording
 
 ARMS = tuple(f"{stem}_{arm}" for stem in ("command", "theta") for arm in (1, 2, 3))

@@ -14,7 +14,6 @@ from scipy.optimize import least_squares
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.plausibility import check_input
 from deltactl.diagnosis.admission.structural_break import refuse_broken, refuse_once_near
-from deltactl.diagnosis.observations.needed_columns import travel
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.delta.model import ANGLES, POSITIONS, DeltaModel
 from deltactl.foundation.errors import RecordingError
@@ -22,6 +21,7 @@ from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.effects.lone_axis import said
 from deltactl.models.linkage import Linkage, forward
 from deltactl.models.robot import DeltaRobot
+from deltactl.recording.column_measures import travel
 from deltactl.recording.tables.flat import FlatRecording
 
 LENGTHS = ("base minus platform radius", "upper arm", "forearm")

@@ -10,12 +10,12 @@ import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.answer.records import Finding, Fit
-from deltactl.diagnosis.observations.needed_columns import first_of, travel
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.recorded_axis import COMMANDED
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.effects.lone_axis import plain, said
 from deltactl.models.robot import Drive, StepperAxis
+from deltactl.recording.column_measures import first_of, travel
 from deltactl.recording.tables.flat import FlatRecording
 
 ANOTHER_S = "are columns, units or the robot file another machine's?"

@@ -9,6 +9,7 @@ from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
+from deltactl.recording.column_measures import TRAVEL
 from deltactl.recording.tables.flat import FlatRecording
 
 
@@ -33,7 +34,7 @@ def gross_outliers(values: FloatArray) -> BoolArray:
         return gross
     seen = values[known]
     off = np.abs(seen - median_filter(seen, OBSERVATIONS.gross_rows, mode="nearest"))
-    low, high = np.quantile(seen, OBSERVATIONS.travel)
+    low, high = np.quantile(seen, TRAVEL)
     usual = float(np.quantile(off, OBSERVATIONS.gross_quantile))
     least = max(OBSERVATIONS.gross_factor * usual, OBSERVATIONS.gross_share * float(high - low))
     found = (off > least) & (least > 0.0)

@@ -11,6 +11,7 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.foundation.errors import MissingColumns, RecordingError
 from deltactl.models.effects.lone_axis import said
 from deltactl.models.robot import RobotModel, ServoAxis
+from deltactl.recording.column_measures import first_of, travel
 from deltactl.recording.tables.flat import FlatRecording
 
 STANDS_IN = {
@@ -23,14 +24,6 @@ STANDS_IN = {
     "range": "range [m], what the sensor reported",
 }
 MAPPING = "give other names and units with --set name=column[unit]; --inspect says how"
-
-
-def first_of(recording: FlatRecording, names: Sequence[str]) -> str | None:
-    """The first of the columns that holds anything."""
-    for name in names:
-        if name in recording.columns and bool(np.isfinite(recording.columns[name]).any()):
-            return name
-    return None
 
 
 def needed(recording: FlatRecording, names: Sequence[str], wanted: str) -> str:
@@ -91,12 +84,6 @@ def refuse_still(values: FloatArray, name: str, source: str) -> None:
     spread = float(np.nanmax(values) - np.nanmin(values))
     if not spread > 1e-12 * max(1.0, float(np.nanmax(np.abs(values)))):
         raise RecordingError(f"{source}: {name} never changes; nothing can be told from it")
-
-
-def travel(values: FloatArray) -> float:
-    """How far a column (n,) moves, but for a few wild readings."""
-    low, high = OBSERVATIONS.travel
-    return float(np.nanquantile(values, high) - np.nanquantile(values, low))
 
 
 def refuse_other_units(

@@ -17,18 +17,8 @@ class ObservationOptions:
     known; nothing but its warmth lasts as long."""
     furthest_own_s: float = 0.5
     """A range's own time further from that of its row is no time of that row."""
-    travel: tuple[float, float] = (0.02, 0.98)
-    """Quantiles between which a column's travel is read: a few wild readings do not stretch it."""
 
-    # Readings that are a number held or rounded.
-    near_step: float = 0.1
-    """Of a step: a reading so near to a whole multiple counts as one. Of any numbers one in five
-    is."""
-    most_on_step: float = 0.95
-    """Share of the readings that must be multiples for the step to be that of an encoder."""
-    same_step: float = 1.5
-    """Times the smallest distance between readings up to which distances are one and the same step:
-    two steps would be twice as much."""
+    # Readings that are a number held.
     held: tuple[float, float] = (0.45, 0.95)
     """Shares of rows that repeat the one before, between which a sensor may have been read faster
     than it measures: twice as fast repeats half. Beyond the second it hardly ever moves."""

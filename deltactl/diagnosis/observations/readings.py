@@ -87,39 +87,6 @@ def _rounding(values: FloatArray) -> float:
     return float(steps.min()) / np.sqrt(12.0) if len(steps) else 0.0
 
 
-def step_of(values: FloatArray) -> float:
-    """Step [unit of the values] that all readings (n,) are whole multiples of; 0 for none.
-
-    The smallest distance between two readings is one only if all others are multiples of it: an
-    axis that turns steadily has no two readings near each other either. Nor is it one if every
-    reading is one further than the last: that is the way between two samples at one speed.
-    """
-    known = values[np.isfinite(values)]
-    if len(known) < 2:
-        return 0.0
-    places = np.unique(known)
-    same = 1e-9 * max(float(np.abs(known).max()), 1e-300)
-    places = places[np.diff(places, prepend=-np.inf) > same]
-    if len(places) < 2:
-        return 0.0
-    step = spacing(places)
-    counts = (known - known[0]) / step
-    one_further = np.round(np.diff(counts)) == np.sign(counts[-1])
-    if float(np.mean(one_further)) > OBSERVATIONS.most_on_step:
-        return 0.0
-    whole = np.abs(counts - np.round(counts)) < OBSERVATIONS.near_step
-    return step if float(np.mean(whole)) > OBSERVATIONS.most_on_step else 0.0
-
-
-def spacing(places: FloatArray) -> float:
-    """Step between places (k,) that rise evenly, by all of them: a log may leave decimals out."""
-    apart = np.diff(places)
-    near = float(np.median(apart[apart < OBSERVATIONS.same_step * apart.min()]))
-    number = np.concatenate([[0.0], np.cumsum(np.round(apart / near))])
-    even = number - number.mean()
-    return float(even @ (places - places.mean()) / (even @ even))
-
-
 def starts_of(recording: FlatRecording) -> BoolArray:
     """Where a new stretch starts: a change of `segment`, or a gap of twenty periods."""
     t_s = recording.t_s

@@ -14,7 +14,6 @@ from deltactl.diagnosis.admission.regression_plausibility import (
 )
 from deltactl.diagnosis.admission.together import check_together
 from deltactl.diagnosis.answer.records import Channel, Diagnosis, Finding, Picture
-from deltactl.diagnosis.columns.slope import check_velocity
 from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.pipelines.regression import diagnose_plant
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -26,6 +25,7 @@ from deltactl.foundation.errors import RecordingError
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 from deltactl.models.robot import DeltaRobot, RangeSensor, ServoAxis, StepperAxis
+from deltactl.recording.foreign.slope import check_velocity
 from deltactl.recording.tables.flat import FlatRecording
 
 LoneRobot = StepperAxis | ServoAxis | RangeSensor

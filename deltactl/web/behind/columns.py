@@ -34,8 +34,8 @@ def inspected(path: Path) -> dict[str, Any]:
 
     Raises RecordingError.
     """
-    from deltactl.diagnosis.columns.units import UNITS_OF
-    from deltactl.diagnosis.inspection.inspection import inspect
+    from deltactl.recording.foreign.inspection import inspect
+    from deltactl.recording.foreign.units import UNITS_OF
     from deltactl.recording.tables.flat import UNITS
 
     found = inspect(path)
@@ -69,8 +69,8 @@ def mapping_text(guessed: str, chosen: Iterable[Chosen]) -> str:
 
 def reader() -> Callable[[Path], Any]:
     """What reads recordings: those whose columns were chosen by that choice."""
-    from deltactl.diagnosis.columns.mapping import load_mapping
-    from deltactl.diagnosis.columns.reading import read_mapped
+    from deltactl.recording.foreign.mapping import load_mapping
+    from deltactl.recording.foreign.reading import read_mapped
     from deltactl.recording.tables.flat_files import read_flat
 
     def read(path: Path) -> Any:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.axis_regressors import (
     begins_of,
@@ -18,6 +17,7 @@ from deltactl.diagnosis.plants.lone.axis_regressors import (
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.lone.waves import spectrum
+from deltactl.recording.column_measures import TRAVEL
 
 
 def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
@@ -25,7 +25,7 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
     if key == "lag":
         return [{"lag.time": a, "lag.dead_time": b} for a, b in COMMANDED_AXIS.lag_starts_s]
     if key in ("play", "friction", "rubbing"):
-        apart = float(np.ptp(np.quantile(residual[axis.rows], OBSERVATIONS.travel)))
+        apart = float(np.ptp(np.quantile(residual[axis.rows], TRAVEL)))
         widest = COMMANDED_AXIS.widest_start * axis.span
         return [
             {

@@ -17,7 +17,7 @@ from scipy.ndimage import binary_dilation, binary_opening
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.observations.gross_outliers import without_gross
 from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
-from deltactl.diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
+from deltactl.diagnosis.observations.needed_columns import filled, needed, refuse_still
 from deltactl.diagnosis.observations.readings import (
     BoolArray,
     FloatArray,
@@ -33,6 +33,7 @@ from deltactl.foundation.errors import RecordingError
 from deltactl.models.chain.axis import gravity_pull
 from deltactl.models.chain.effort_axis import Driven, EffortChain
 from deltactl.models.robot import ServoAxis
+from deltactl.recording.column_measures import first_of
 from deltactl.recording.tables.flat import FlatRecording
 
 MEASURED = ("position", "theta_1", "velocity", "effort")

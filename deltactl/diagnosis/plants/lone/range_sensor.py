@@ -19,7 +19,6 @@ from deltactl.diagnosis.observations.readings import (
     IntArray,
     Readings,
     gather,
-    step_of,
 )
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS, ODDS
@@ -28,6 +27,7 @@ from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Size
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.chain.range_sensor import SensorChain
 from deltactl.models.robot import RangeSensor
+from deltactl.recording.column_measures import step_of
 from deltactl.recording.tables.flat import FlatRecording
 
 

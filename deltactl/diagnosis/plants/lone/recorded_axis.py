@@ -11,7 +11,6 @@ from deltactl.diagnosis.observations.begun_in_motion import begun_in_motion
 from deltactl.diagnosis.observations.gross_outliers import without_gross
 from deltactl.diagnosis.observations.needed_columns import (
     filled,
-    first_of,
     needed,
     refuse_other_units,
     refuse_still,
@@ -23,7 +22,6 @@ from deltactl.diagnosis.observations.readings import (
     IntArray,
     Readings,
     gather,
-    step_of,
 )
 from deltactl.diagnosis.plants.lone.known_effects import Foretold, begun, foretold_by, may_leave
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
@@ -41,6 +39,7 @@ from deltactl.models.chain.axis import AxisChain, entries_of, gravity_pull
 from deltactl.models.chain.commands import Commands
 from deltactl.models.recursion import lagged
 from deltactl.models.robot import ServoAxis, StepperAxis
+from deltactl.recording.column_measures import first_of, step_of
 from deltactl.recording.tables.flat import FlatRecording
 
 OBSERVED = ("theta_1", "position")

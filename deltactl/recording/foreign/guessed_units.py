@@ -8,12 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.diagnosis.columns.doubts import ANGULAR
-from deltactl.diagnosis.columns.mapping import as_option
-from deltactl.diagnosis.columns.names import Guess, without_unit
-from deltactl.diagnosis.columns.options import GUESSES
-from deltactl.diagnosis.columns.slope import slope_ratio
-from deltactl.diagnosis.columns.units import (
+from deltactl.recording.column_measures import FloatArray, travel
+from deltactl.recording.foreign.doubts import ANGULAR
+from deltactl.recording.foreign.mapping import as_option
+from deltactl.recording.foreign.motion_units import PAIRS, of_one_unit, unit_of_motion
+from deltactl.recording.foreign.names import Guess, without_unit
+from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.shapes import same_range
+from deltactl.recording.foreign.slope import slope_ratio
+from deltactl.recording.foreign.units import (
     IN_SI,
     LINEAR,
     LINEAR_SPEEDS,
@@ -23,10 +26,6 @@ from deltactl.diagnosis.columns.units import (
     UNIT_OF,
     UNIT_WORDS,
 )
-from deltactl.diagnosis.inspection.motion_units import PAIRS, of_one_unit, unit_of_motion
-from deltactl.diagnosis.inspection.shapes import same_range
-from deltactl.diagnosis.observations.needed_columns import travel
-from deltactl.diagnosis.observations.readings import FloatArray
 
 RATIOS: tuple[tuple[float, str, str], ...] = (
     (1.0 / IN_SI["deg"], "deg", "rad"), (1.0 / IN_SI["mm"], "mm", "m"),

@@ -13,29 +13,29 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.diagnosis.columns.mapping import Mapping, Source
-from deltactl.diagnosis.columns.names import Guess, of_contract
-from deltactl.diagnosis.columns.reading import against_heading, named_column, unit_of
-from deltactl.diagnosis.columns.units import IN_SI
-from deltactl.diagnosis.inspection.by_values import EARLIER
-from deltactl.diagnosis.inspection.found import Inspection
-from deltactl.diagnosis.inspection.guess import guess_columns, of_other_joints
-from deltactl.diagnosis.inspection.joints import of_data_set, one_joint
-from deltactl.diagnosis.inspection.loads import from_outside, may_be_asked
-from deltactl.diagnosis.inspection.machine_kind import kind_of, zero_of
-from deltactl.diagnosis.inspection.motion_units import ask_unit, turns_by_name
-from deltactl.diagnosis.inspection.shapes import rising
-from deltactl.diagnosis.inspection.stumbling import stumbling
-from deltactl.diagnosis.inspection.timing import NO_COLUMN, row_number, rows_and_times
-from deltactl.diagnosis.inspection.units import (
+from deltactl.foundation.counting import count
+from deltactl.foundation.errors import RecordingError
+from deltactl.recording.column_measures import FloatArray
+from deltactl.recording.foreign.by_values import EARLIER
+from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.guess import guess_columns, of_other_joints
+from deltactl.recording.foreign.guessed_units import (
     meant_otherwise,
     steps_of_a_slide,
     unit_noted,
     with_units,
 )
-from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.foundation.counting import count
-from deltactl.foundation.errors import RecordingError
+from deltactl.recording.foreign.joints import of_data_set, one_joint
+from deltactl.recording.foreign.loads import from_outside, may_be_asked
+from deltactl.recording.foreign.machine_kind import kind_of, zero_of
+from deltactl.recording.foreign.mapping import Mapping, Source
+from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
+from deltactl.recording.foreign.names import Guess, of_contract
+from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
+from deltactl.recording.foreign.shapes import rising
+from deltactl.recording.foreign.stumbling import stumbling
+from deltactl.recording.foreign.timing import NO_COLUMN, row_number, rows_and_times
+from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.tables.flat import UNITS
 from deltactl.recording.tables.flat_files import is_own_run, read_flat
 from deltactl.recording.tables.foreign_log import is_log, read_log, topic_of

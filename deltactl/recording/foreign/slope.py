@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from deltactl.diagnosis.columns.options import GUESSES
-from deltactl.diagnosis.columns.units import IN_SI
-from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.foundation.errors import RecordingError
+from deltactl.recording.column_measures import FloatArray
+from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
 
 TOO_LARGE: tuple[tuple[float, str], ...] = (

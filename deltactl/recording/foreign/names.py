@@ -6,7 +6,7 @@ import re
 import unicodedata
 from dataclasses import dataclass
 
-from deltactl.diagnosis.columns.units import CLOCKS, LINEAR, ROTARY, UNIT_OF, UNIT_WORDS, UNITS_OF
+from deltactl.recording.foreign.units import CLOCKS, LINEAR, ROTARY, UNIT_OF, UNIT_WORDS, UNITS_OF
 
 WORDS: dict[str, str] = {
     "t": "t time timestamp stamp timestamps zeit zeitstempel uhrzeit datetime temps tiempo sec "

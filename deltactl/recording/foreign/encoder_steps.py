@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.diagnosis.columns.options import GUESSES
-from deltactl.diagnosis.observations.readings import FloatArray, spacing
+from deltactl.recording.column_measures import FloatArray, spacing
+from deltactl.recording.foreign.options import GUESSES
 
 TURNS: tuple[tuple[float, str], ...] = ((360.0, "deg"), (2.0 * np.pi, "rad"))
 """One turn in each unit. No power of two brings the one near the other (57.3 is 2^5.84), nor near

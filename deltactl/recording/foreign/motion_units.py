@@ -8,13 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.diagnosis.columns.doubts import ANGULAR, counts_like, of_counts, turns, whole
-from deltactl.diagnosis.columns.encoder_steps import of_encoder
-from deltactl.diagnosis.columns.names import Guess, is_of_data_joint, is_of_joint, without_unit
-from deltactl.diagnosis.columns.options import GUESSES
-from deltactl.diagnosis.inspection.shapes import same_range
-from deltactl.diagnosis.observations.needed_columns import travel
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.recording.column_measures import FloatArray, travel
+from deltactl.recording.foreign.doubts import ANGULAR, counts_like, of_counts, turns, whole
+from deltactl.recording.foreign.encoder_steps import of_encoder
+from deltactl.recording.foreign.names import Guess, is_of_data_joint, is_of_joint, without_unit
+from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.shapes import same_range
 
 PAIRS = (
     ("command", "position"), ("distance", "range"),

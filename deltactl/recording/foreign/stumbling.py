@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from deltactl.diagnosis.columns.names import Guess, read_name
-from deltactl.diagnosis.columns.units import IN_SI
-from deltactl.diagnosis.inspection.timing import uneven
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.recording.column_measures import FloatArray
+from deltactl.recording.foreign.names import Guess, read_name
+from deltactl.recording.foreign.timing import uneven
+from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.tables.moment import (
     advice,
     mean_rate_hz,

@@ -27,10 +27,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from deltactl.diagnosis.columns.units import IN_SI, SPEEDS, no_unit
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.explain import explain
 from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.recording.foreign.units import IN_SI, SPEEDS, no_unit
 from deltactl.recording.tables.cell import number
 from deltactl.recording.tables.flat import UNITS
 from deltactl.recording.tables.table_format import IN_OPTIONS, WIDE

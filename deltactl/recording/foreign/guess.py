@@ -6,12 +6,12 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from deltactl.diagnosis.columns.names import Guess, Named, of_contract, read_name
-from deltactl.diagnosis.columns.options import GUESSES
-from deltactl.diagnosis.inspection.by_values import by_values, partners
-from deltactl.diagnosis.inspection.shapes import rising, same_range, starts_again, unevenness
-from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.models.robot import ARMS
+from deltactl.recording.column_measures import FloatArray
+from deltactl.recording.foreign.by_values import by_values, partners
+from deltactl.recording.foreign.names import Guess, Named, of_contract, read_name
+from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.shapes import rising, same_range, starts_again, unevenness
+from deltactl.recording.format.edges import MOTORS
 from deltactl.recording.tables.flat import BESIDE, UNITS
 from deltactl.recording.tables.moment import seldom_back
 
@@ -22,7 +22,7 @@ OURS = frozenset(name for name in UNITS if name.rpartition("_")[0] in ("status",
     "t_pwm"
 }
 """Columns of the contract in whose names words stand that mean something else elsewhere."""
-CURRENTS = frozenset(f"current_{motor}" for motor in range(1, ARMS + 1))
+CURRENTS = frozenset(f"current_{motor}" for motor in range(1, MOTORS + 1))
 """The same where all are there; one alone is the effort of an axis."""
 _LETTER = re.compile(r"(.+[_ .-])([a-cA-C])")
 
@@ -86,7 +86,7 @@ def _letters(names: list[str]) -> dict[str, str]:
     stems = [end[1] for end in ends.values() if end]
     return {
         name: f"{end[1]}{'abc'.index(end[2].lower()) + 1}"
-        if end and stems.count(end[1]) == ARMS and read_name(f"{end[1]}1").role in LETTERED
+        if end and stems.count(end[1]) == MOTORS and read_name(f"{end[1]}1").role in LETTERED
         else name
         for name, end in ends.items()
     }

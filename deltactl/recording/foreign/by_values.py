@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from deltactl.diagnosis.columns.names import Guess, Named
-from deltactl.diagnosis.columns.options import GUESSES
-from deltactl.diagnosis.inspection.shapes import (
+from deltactl.recording.column_measures import FloatArray
+from deltactl.recording.foreign.names import Guess, Named
+from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.shapes import (
     asks,
     correlation,
     difference,
@@ -21,7 +22,6 @@ from deltactl.diagnosis.inspection.shapes import (
     roughness,
     slopes,
 )
-from deltactl.diagnosis.observations.readings import FloatArray
 
 ASKED = frozenset({"command", "steps", "distance"})
 """What a reading is compared with."""

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from deltactl.diagnosis.columns.options import GUESSES
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.recording.column_measures import FloatArray
+from deltactl.recording.foreign.options import GUESSES
 
 
 def rising(values: FloatArray) -> bool:

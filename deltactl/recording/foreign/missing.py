@@ -6,9 +6,9 @@ import difflib
 from collections.abc import Collection
 from pathlib import Path
 
-from deltactl.diagnosis.columns.names import of_contract, read_name, without_unit
-from deltactl.diagnosis.columns.units import A_FACTOR, IN_SI
 from deltactl.foundation.errors import RecordingError
+from deltactl.recording.foreign.names import of_contract, read_name, without_unit
+from deltactl.recording.foreign.units import A_FACTOR, IN_SI
 from deltactl.recording.tables.table_format import IN_OPTIONS, SEPARATORS, guess_marks
 
 STANDS_IN = {

@@ -7,11 +7,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from deltactl.diagnosis.columns.names import read_name
-from deltactl.diagnosis.columns.options import GUESSES
-from deltactl.diagnosis.inspection.guess import LETTERED
-from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.models.robot import ARMS
+from deltactl.recording.column_measures import FloatArray
+from deltactl.recording.foreign.guess import LETTERED
+from deltactl.recording.foreign.names import read_name
+from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.format.edges import MOTORS
 from deltactl.recording.tables.lerobot import JOINTS
 
 _NUMBERED = re.compile(r"(.*?[^\d._])[._]?(\d+)([._][^\d]+)?")
@@ -58,7 +58,7 @@ def _numbered(names: Iterable[str]) -> Sequence[Group]:
         if numbered := _NUMBERED.fullmatch(name):
             stem = f"{numbered[1]}{numbered[3] or ''}"
             stems.setdefault(stem, {}).setdefault(numbered[2], name)
-    many: list[Group] = [group for group in stems.values() if len(group) > ARMS]
+    many: list[Group] = [group for group in stems.values() if len(group) > MOTORS]
     two = {stem: group for stem, group in stems.items() if len(group) == 2}
     return many or (list(two.values()) if _asked_and_read(two) else [])
 
