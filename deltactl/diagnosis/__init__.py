@@ -1,7 +1,7 @@
 """Where model and recording differ: detect, locate, name, size, decide, report.
 
-In: recordings and a robot file. Out: a `Diagnosis`. `api.diagnose` is the one way in; the folders in
-the order in which a recording passes them: `observations`, `admission`, `plants`, `pipelines`; then
-`estimation`, `priors`, `score_tests`, `evidence`, `search`, `selection`, `assessment`; at the end
-`experiment`, `answer`, `report`.
+In: recordings and a robot file. Out: a `Diagnosis`. `api.diagnose` is the one way in; the folders
+in the order in which a recording passes them: `observations`, `admission`, `plants`, `pipelines`;
+then `estimation`, `priors`, `score_tests`, `evidence`, `search`, `selection`, `assessment`; at the
+end `experiment`, `answer`, `report`.
 """
