@@ -243,6 +243,40 @@ NUMBERED = Log(
     },
     {"theta_2": "deg"},
 )  # fmt: skip
+MOTEUS = Log(
+    "TIME,POSITION,CONTROL_POSITION,COMMAND_POSITION,VELOCITY,CONTROL_VELOCITY,COMMAND_VELOCITY,"
+    "TORQUE,CONTROL_TORQUE,Q_CURRENT,FAULT\n"
+    + rows([T_S, seen(), asked(), 0.7 + 0.0 * T_S, speed(), speed(), 0.0 * T_S, current(),
+            current() + 0.01 * _DRAWN[3], 2.0 * current(), 0 * np.arange(ROWS)]),
+    "servo_axis",
+    {
+        "t": "TIME", "command": "CONTROL_POSITION", "position": "POSITION",
+        "velocity": "VELOCITY", "effort": "TORQUE",
+    },
+)  # fmt: skip
+MILL = Log(
+    "Time [s]," + ",".join(f"{axis}_{what}" for axis in "XY" for what in (
+        "ActualPosition", "ActualVelocity", "SetPosition", "SetVelocity", "CurrentFeedback",
+        "DCBusVoltage", "OutputCurrent", "OutputVoltage")) + "\n"
+    + rows([T_S, *(part for n in range(2) for part in (
+        100 * seen(n), 100 * speed(n), 100 * asked(n), 100 * speed(n), current(n),
+        0.05 + 0.001 * _DRAWN[4 + n], 327.0 + 0.2 * _DRAWN[n], 10.0 * speed(n)))]),
+    "servo_axis",
+    {
+        "t": "Time [s]", "command": "X_SetPosition", "position": "X_ActualPosition",
+        "velocity": "X_ActualVelocity", "effort": "X_CurrentFeedback",
+    },
+)  # fmt: skip
+WRITTEN_TWICE = Log(
+    rows([1e3 * T_S, asked(), asked(), seen()], "\t"),
+    "servo_axis",
+    {"t": "column_1", "command": "column_2", "position": "column_4"},
+)
+CONTROLLER_OF_AN_ARM = Log(
+    rows([T_S + 3696.0, np.round(8e3 * T_S / PERIOD_S + 500 * _DRAWN[0]), *joints(6),
+          np.round(1e4 + 300 * _DRAWN[7]), np.round(2e4 + 300 * _DRAWN[8])]),
+    "servo_axis", {"t": "column_1", "command": "column_3", "position": "column_9"},
+)  # fmt: skip
 LOGS = {name: log for name, log in globals().items() if isinstance(log, Log)}
 NO_TABLES = {
     "marlin": "X:10.00 Y:0.00 Z:5.00 E:0.00 Count X:800 Y:0 Z:2000\nok\n" * 20,

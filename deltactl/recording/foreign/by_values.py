@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from deltactl.recording.foreign.shapes import (
     asks,
     correlation,
     difference,
+    follows,
     is_count,
     is_flag,
     is_label,
@@ -22,6 +23,7 @@ from deltactl.recording.foreign.shapes import (
     roughness,
     slopes,
 )
+from deltactl.recording.format.edges import MOTORS
 
 ASKED = frozenset({"command", "steps", "distance"})
 """What a reading is compared with."""
@@ -61,8 +63,10 @@ def by_values(
 def _of_pairs(
     table: Mapping[str, FloatArray], said: Mapping[str, Named], pairs: list[tuple[str, str]]
 ) -> Iterator[Guess]:
-    """What two columns are that move alike."""
-    indices: list[str | None] = [None] if len(pairs) == 1 else ["1", "2", "3"]
+    """What two columns are that move alike; of more pairs than a delta has motors the first."""
+    indices: Sequence[str | None] = ["1", "2", "3"][: len(pairs)]
+    if len(pairs) == 1 or len(pairs) > MOTORS:
+        indices = [None]
     why = "moves like {}"
     for (asked, seen), index in zip(pairs, indices, strict=False):
         like = why.format(asked)
@@ -107,10 +111,13 @@ def _of_lone(
 def _three_motors(
     table: Mapping[str, FloatArray], moving: list[str], free: list[str]
 ) -> list[Guess]:
-    """Three counts and three readings: a delta. Empty where it is none."""
+    """Three counts, and three readings that follow them: a delta. Empty where it is none."""
     counts = [name for name in moving if is_count(table[name])]
     others = [name for name in moving if not is_whole(table[name])]
-    if len(counts) != 3 or len(others) < 3:
+    if len(counts) != 3:
+        return []
+    others = [name for name in others if follows(table[name], [table[n] for n in counts])]
+    if len(others) < 3:
         return []
     found = [
         Guess(name, "steps", str(n + 1), None, "three columns of whole numbers")

@@ -10,7 +10,14 @@ from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.by_values import by_values, partners
 from deltactl.recording.foreign.names import Guess, Named, of_contract, read_name
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import rising, same_range, starts_again, unevenness
+from deltactl.recording.foreign.ranking import ranked
+from deltactl.recording.foreign.shapes import (
+    copies_of_others,
+    rising,
+    same_range,
+    starts_again,
+    unevenness,
+)
 from deltactl.recording.format.edges import MOTORS
 from deltactl.recording.tables.flat import BESIDE, UNITS
 from deltactl.recording.tables.moment import seldom_back
@@ -47,12 +54,13 @@ def guess_columns(
     _time(thin, said, found)
     nothing = not MOTIONS & {guess.role for guess in found.values()}
     by_numbers = by_values if nothing or not named else partners
-    usable = {name: values for name, values in thin.items() if said[name].used}
+    copies = copies_of_others(thin, found)
+    usable = {n: values for n, values in thin.items() if said[n].used and n not in copies}
     found |= {guess.source: guess for guess in by_numbers(usable, said, found)}
     found = _numbered(found)
     for name in ours.keys() & found.keys():
         found[name] = replace(found[name], index=ours[name].index)
-    return _unique(found)
+    return _unique(ranked(thin, said, found))
 
 
 def _ours(table: Collection[str], said: Mapping[str, Named]) -> dict[str, Named]:

@@ -64,6 +64,18 @@ _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 _NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
 """As q1_ref and joint_2_pos: what is numbered, the number, and which value of it."""
+MEASURED = frozenset(
+    ["actual", "measured", "feedback", "fbk", "fb", "present", "act", "meas", "ist"]
+)
+"""Words that say that a value was measured, not asked for."""
+TORQUES = frozenset(
+    ["torque", "force", "effort", "tau", "moment", "drehmoment", "kraft", "couple", "nm"]
+)
+"""Words of an effort in the unit that moves a mass; a current or a voltage stands for one."""
+QUALIFIES = frozenset(["control"])
+"""Words that are an effort alone, and beside a quantity say that it was asked for."""
+SUPPLY = frozenset(["bus", "supply", "dc", "battery", "versorgung"])
+"""Words of what feeds a drive, which says nothing of the motion."""
 SEEN = frozenset(["act", "meas", "mes", "fb", "fbk", "is"])
 """Short words for what was measured, which say so only after a number."""
 OF_NO_USE = frozenset(
@@ -161,7 +173,7 @@ def read_name(name: str, unit_line: str = "") -> Named:
         return Named("t", UNIT_OF[words[0]], None)
     words, ending = _without_unit(words)
     unit = unit or ending
-    if OF_NO_USE.intersection(words):
+    if OF_NO_USE.intersection(words) or SUPPLY.intersection(words):
         return Named(None, unit, None, used=False)
     role, index = _role(words), None
     whole = "_".join(words)
@@ -181,7 +193,7 @@ def read_name(name: str, unit_line: str = "") -> Named:
         role, index = "position", number
     if role == "steps" and unit in (*LINEAR, *ROTARY):
         role = "command"  # a counter that is read in mm
-    asked = "command" in {ROLE_OF.get(word) for word in words}
+    asked = "command" in {ROLE_OF.get(word) for word in words} or _qualified(words)
     return Named(role, unit, index, asked)
 
 
@@ -242,7 +254,7 @@ def without_unit(name: str) -> str:
 
 def is_of_joint(name: str) -> bool:
     """Whether a name says that it is an angle, or is that of a joint that turns."""
-    return not OF_JOINTS.isdisjoint(_in_words(name))
+    return not OF_JOINTS.isdisjoint(in_words(name))
 
 
 def is_of_data_joint(name: str) -> bool:
@@ -252,17 +264,24 @@ def is_of_data_joint(name: str) -> bool:
 
 def pulls(name: str) -> bool:
     """Whether a name sounds like a load, a torque or a current, as `pull_Nm` does."""
-    return not PULLS.isdisjoint(_in_words(name))
+    return not PULLS.isdisjoint(in_words(name))
 
 
 def may_be_outside(name: str) -> bool:
     """Whether a name says torque or force, which a drive gives and a weight does too."""
-    return not OUTSIDE.isdisjoint(_in_words(name))
+    return not OUTSIDE.isdisjoint(in_words(name))
 
 
-def _in_words(name: str) -> list[str]:
+def in_words(name: str) -> list[str]:
+    """The words of a name, in lower case."""
     plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)
     return re.split(r"[^a-z]+", f"{name} {plain}".lower())
+
+
+def _qualified(words: list[str]) -> bool:
+    """Whether a word stands beside a quantity of its own: control_position, control_torque."""
+    other = {ROLE_OF.get(word) for word in words if word not in QUALIFIES}
+    return bool(QUALIFIES.intersection(words) and other & {"position", "velocity", "effort"})
 
 
 def _role(words: list[str]) -> str | None:
@@ -271,8 +290,11 @@ def _role(words: list[str]) -> str | None:
     if whole in ROLE_OF:
         return ROLE_OF[whole]
     known = [word for word in words if word in ROLE_OF]
-    if IS_PRESENT in known[:-1]:
-        known.remove(IS_PRESENT)
+    quantities = {word for word in known if len(word) > 1} - MEASURED - {IS_PRESENT}
+    if IS_PRESENT in known[:-1] and quantities:
+        known.remove(IS_PRESENT)  # x_current_feedback is a current
+    if _qualified(known):
+        known = ["command" if word in QUALIFIES else word for word in known]
     found = [ROLE_OF[word] for word in reversed(known)]
     if "command" in found and "velocity" in found:
         return None  # a speed that was asked for: of no use here

@@ -23,6 +23,9 @@ class GuessOptions:
     """Correlation from which two columns are one motion, asked for and seen."""
     alike_slope: float = 0.95
     """Correlation with the slope of another from which a column is its velocity."""
+    least_share: float = 0.1
+    """Share of a column's variance that its partner must explain before it counts for it: with a
+    few dozen rows and four shapes chance explains less."""
     slope_rows: tuple[int, ...] = (1, 3, 10, 30, 100)
     """Over so many rows the motion is compared: over few the noise of the position rules, over many
     the drift of the velocity."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
@@ -29,6 +29,19 @@ def starts_again(values: FloatArray) -> bool:
     return few and bool(np.allclose(values[back + 1], values[0], atol=1e-3))
 
 
+def copies_of_others(table: Mapping[str, FloatArray], known: Collection[str]) -> set[str]:
+    """Columns without a role that hold in every row what an earlier column holds.
+
+    A reading is late and has noise: what equals its command everywhere is the command once more.
+    """
+    copies: set[str] = set()
+    for one, other in itertools.combinations(table, 2):
+        moves = float(np.nanmax(table[one]) - np.nanmin(table[one])) > 0.0
+        if other not in known and moves and np.array_equal(table[one], table[other], True):
+            copies.add(other)
+    return copies
+
+
 def unevenness(values: FloatArray) -> float:
     steps = np.diff(values)
     return float(np.std(steps) / np.mean(steps))
@@ -40,6 +53,21 @@ def correlation(one: FloatArray, other: FloatArray) -> float:
     if len(a) < GUESSES.fewest_in_common or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
         return 0.0
     return float(np.corrcoef(a, b)[0, 1])
+
+
+def follows(values: FloatArray, drivers: list[FloatArray]) -> bool:
+    """Whether a column is nearly a smooth function of others, by squares and products of them."""
+    known = np.isfinite(values) & np.isfinite(drivers).all(axis=0)
+    at = [driver[known] / max(float(np.ptp(driver[known])), 1e-300) for driver in drivers]
+    pairs = itertools.combinations_with_replacement(at, 2)
+    shapes = np.stack([np.ones(len(at[0])), *at, *(one * other for one, other in pairs)], axis=1)
+    left = len(shapes) - shapes.shape[1]
+    seen = values[known]
+    if left < GUESSES.fewest_in_common or np.ptp(seen) == 0.0:
+        return False
+    missed = seen - shapes @ np.linalg.lstsq(shapes, seen, rcond=None)[0]
+    share = 1.0 - float(missed @ missed) / left / float(np.var(seen))
+    return share > GUESSES.alike**2
 
 
 def roughness(values: FloatArray) -> float:
@@ -125,7 +153,7 @@ def pairs_alike(table: Mapping[str, FloatArray], names: list[str]) -> Iterator[t
         used |= {a, b}
         pairs.append((a, b) if asks(table[a], table[b]) else (b, a))
     order = {name: place for place, name in enumerate(names)}
-    yield from sorted(pairs, key=lambda pair: order[pair[0]])[:3]
+    yield from sorted(pairs, key=lambda pair: order[pair[0]])
 
 
 def slopes(
