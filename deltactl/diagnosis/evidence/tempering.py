@@ -16,9 +16,13 @@ from deltactl.diagnosis.plants.regression import RegressionPlant
 
 
 def saturated_noise(plant: RegressionPlant) -> TemperedNoise:
-    """From the saturated set, beginning with the whole mismatch as noise."""
+    """From the saturated set at its optimum, beginning with what changes from row to row.
+
+    Beginning with the whole mismatch as noise, priors hold the sizes back, and what they hold back
+    stays noise.
+    """
     keys = frozenset(r.key for r in plant.regressors if r.saturated and not r.left_over)
-    noise = _of_residual(plant, plant.observed - plant.base(frozenset(), {}))
+    noise = _of_residual(plant, _fast_part(plant))
     for _ in range(EVIDENCE.tempering_rounds):
         fit = Laplace(plant, noise.untempered)(keys)
         noise = _of(plant, fit)
@@ -34,6 +38,15 @@ def noise_beyond(
     keys = frozenset(wide) | best.keys
     fit = Laplace(plant, _of(plant, best).untempered)(keys, [best])
     return _of(plant, fit, left_over)
+
+
+def _fast_part(plant: RegressionPlant) -> FloatArray:
+    """Second differences (n,) of the mismatch from row to row, as large as white noise in it."""
+    mismatch = plant.observed - plant.base(frozenset(), {})
+    fast = np.zeros(len(mismatch))
+    inner = plant.rows[1:-1]
+    fast[inner] = np.diff(mismatch[plant.rows], 2) / np.sqrt(6.0)
+    return fast
 
 
 def _of(plant: RegressionPlant, fit: Explanation, left_over: bool = False) -> TemperedNoise:

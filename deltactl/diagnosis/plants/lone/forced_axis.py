@@ -170,10 +170,10 @@ class ForcedAxis(LeftOver):
 
     @cached_property
     def size(self) -> float:
-        """How large forces are here: the spread of whatever may be missing."""
+        """How large forces are here, by their root mean square: a constant one is a force too."""
         moved = self.motion.acceleration * self.inertia - self.pulled
-        spread = max(float(np.std(self.filtered_force[self.rows])), float(np.std(moved[self.rows])))
-        return max(spread, 1e-300)
+        either = [force[self.rows] for force in (self.filtered_force, moved)]
+        return max(*(float(np.sqrt(np.mean(force**2))) for force in either), 1e-300)
 
     @cached_property
     def _pulls(self) -> bool:
