@@ -67,7 +67,7 @@ def follows(values: FloatArray, drivers: list[FloatArray]) -> bool:
         return False
     missed = seen - shapes @ np.linalg.lstsq(shapes, seen, rcond=None)[0]
     share = 1.0 - float(missed @ missed) / left / float(np.var(seen))
-    return share > GUESSES.alike * GUESSES.alike
+    return bool(share > GUESSES.alike**2)
 
 
 def roughness(values: FloatArray) -> float:
