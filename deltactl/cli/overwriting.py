@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from deltactl.foundation.errors import ConfigError, DeltactlError
+from deltactl.foundation.whole_file import undone_on_failure, write_whole
 
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Overwrite existing files; never a recording.")
@@ -50,15 +51,11 @@ def written_if_right(path: Path, text: str, otherwise: str = "") -> Iterator[Non
 
     otherwise: what is then said behind the refusal.
     """
-    before = path.read_text(encoding="utf-8") if path.exists() else None
-    path.write_text(text, encoding="utf-8")
     try:
-        yield
+        with undone_on_failure(path):
+            write_whole(path, text)
+            yield
     except DeltactlError as error:
-        if before is None:
-            path.unlink(missing_ok=True)
-        else:
-            path.write_text(before, encoding="utf-8")
         if otherwise and len(error.args) == 1:
             raise error.worded(f"{error}; {otherwise}") from error
         raise

@@ -33,6 +33,7 @@ from deltactl.foundation.errors import MissingColumns, RecordingError
 from deltactl.foundation.one_thread import one_thread
 from deltactl.foundation.rarely_collected import rarely_collected
 from deltactl.foundation.strict_yaml import Document
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.robot import DeltaRobot, RobotModel
 from deltactl.models.robot_with_effects import load_with_effects
 from deltactl.recording.tables.flat import FlatRecording
@@ -78,7 +79,7 @@ def diagnose(
         update["next_experiment"] = plan.model_copy(update={"job": job})
     answer = answer.model_copy(update=update)
     if json_out is not None:
-        json_out.write_text(json.dumps(answer.to_json(), indent=1) + "\n", encoding="utf-8")
+        write_whole(json_out, json.dumps(answer.to_json(), indent=1) + "\n")
     return answer
 
 

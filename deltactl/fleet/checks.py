@@ -7,7 +7,6 @@ and the next two have not was chance. It is over when two runs in a row have it 
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -17,6 +16,7 @@ from typing import Any
 from deltactl.fleet.book import Book, Row, stamp_of
 from deltactl.fleet.task import diagnose_one
 from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.recording.writing.names import ENDING
 
 FOLDER = "checks"
@@ -99,14 +99,12 @@ class RunChecks:
         if run.end_ns / 1e9 < SHORTEST_S:
             return head | {"skipped": "short"}
         robot = self.folder / "robot.yaml"
-        robot.write_text(its.robot_text, encoding="utf-8")
+        write_whole(robot, its.robot_text)
         return head | self._diagnose(str(path), str(robot))
 
     def _announce(self) -> None:
-        draft = self.folder / f".{ANNOUNCED}.part"
         text = json.dumps([asdict(one) for one in self.announced()], indent=1)
-        draft.write_text(text + "\n", encoding="utf-8")
-        os.replace(draft, self.folder / ANNOUNCED)
+        write_whole(self.folder / ANNOUNCED, text + "\n")
 
 
 def standing(rows: Sequence[Row]) -> list[Announcement]:

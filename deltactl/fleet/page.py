@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections import defaultdict
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
@@ -18,6 +17,7 @@ from deltactl.fleet.book import Row
 from deltactl.fleet.groups import Group, groups
 from deltactl.fleet.trends import DAY_S, Course, Trend, courses, trends
 from deltactl.foundation.counting import count
+from deltactl.foundation.whole_file import write_whole
 
 CHARTS, CHARTS_SHOWN = 12, 1
 ROWS_SHOWN = 5
@@ -30,9 +30,7 @@ LIKELY = 0.5
 
 def write_page(rows: Sequence[Row], path: Path, limits: dict[str, float]) -> None:
     """Write the page; an earlier one is replaced whole."""
-    draft = path.with_name(f".{path.name}.part")
-    draft.write_text(fleet_html(rows, limits), encoding="utf-8")
-    os.replace(draft, path)
+    write_whole(path, fleet_html(rows, limits))
 
 
 def fleet_html(rows: Sequence[Row], limits: dict[str, float]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from deltactl.fleet.book import Row
+from deltactl.foundation.whole_file import whole_file
 
 NUMBERS = ("false_alarm_p", "rms_before", "rms_after", "noise_floor", "seconds", "value", "low",
            "high", "probability", "alone", "share")  # fmt: skip
@@ -34,6 +34,5 @@ def flat_rows(rows: list[Row]) -> Iterator[Row]:
 def write_table(rows: list[Row], path: Path) -> None:
     """Write the table; an earlier one is replaced whole."""
     table = pa.Table.from_pylist(list(flat_rows(rows)), schema=SCHEMA)
-    draft = path.with_name(f".{path.name}.part")
-    pq.write_table(table, draft, compression="zstd")
-    os.replace(draft, path)
+    with whole_file(path) as out:
+        pq.write_table(table, out, compression="zstd")

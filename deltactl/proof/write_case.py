@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deltactl.foundation.whole_file import write_whole
 from deltactl.proof.cases import Case
 from deltactl.proof.recorded import record, record_with_truth
 from deltactl.proof.robot.run import Truth
@@ -42,11 +43,11 @@ def write_blind(case: Case, folder: Path, seed: int) -> Truth:
     recording, truth = record_with_truth(case.machine, case.train, rng)
     write_flat(recording, folder / RECORDING)
     write_flat(record(case.holdout_machine, case.holdout_train, rng), folder / HOLDOUT)
-    (folder / ROBOT_FILE).write_text(ROBOT, encoding="utf-8")
+    write_whole(folder / ROBOT_FILE, ROBOT)
     return truth
 
 
 def write_answers(case: Case, path: Path) -> None:
     """The truth, as JSON."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(case.truth(), indent=1) + "\n", encoding="utf-8")
+    write_whole(path, json.dumps(case.truth(), indent=1) + "\n")

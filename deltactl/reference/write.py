@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from deltactl.foundation.whole_file import write_whole
 from deltactl.reference.pages import ROOT, pages
 from deltactl.reference.schemas import schemas
 
@@ -18,7 +19,7 @@ def main() -> None:
     """Write all of them."""
     for path, text in made().items():
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        write_whole(path, text)
         print(path.relative_to(ROOT))
 
 

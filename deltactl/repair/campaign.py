@@ -19,6 +19,7 @@ import numpy as np
 from deltactl.diagnosis.estimation.side_by_side import alone
 from deltactl.firmware_py.compensation.ways import AHEAD, AT_REVERSALS, WARMING
 from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.calibrated_inverse import INVERTIBLE
 from deltactl.proof.hidden.build_in import SINGLES
 from deltactl.proof.prove.workers import workers
@@ -132,7 +133,7 @@ def prove_repair(
     with workers(workers_here, scheduler, say) as at_work:
         jobs = [(case, seed, number) for number in missing]
         for done, (place, result) in enumerate(at_work(jobs), start=1):
-            _file(out, seed, missing[place]).write_text(json.dumps(result, indent=1) + "\n")
+            write_whole(_file(out, seed, missing[place]), json.dumps(result, indent=1) + "\n")
             show(cases - len(missing) + done, cases)
             if time.monotonic() > until and done < len(missing):
                 say(f"stopped after {minutes:g} minutes; the same command again goes on")

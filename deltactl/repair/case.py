@@ -21,6 +21,7 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.check import make_plan
 from deltactl.firmware_py.planner.plan import Plan
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.coverage import coverage
@@ -63,7 +64,7 @@ class Case:
         write_flat(machine.survey(SURVEY_S), recording)
         answer = diagnose([recording], ROBOT)
         recording.unlink()
-        kept.write_text(json.dumps(answer.to_json()) + "\n")
+        write_whole(kept, json.dumps(answer.to_json()) + "\n")
         return answer
 
 
@@ -127,7 +128,7 @@ def _plan(robot: RobotFile, network: NetworkIk | None = None) -> Plan:
 
 def _written(case: Case, text: str, what: str) -> RobotFile:
     path = case.folder / f"{case.name}-{what}.yaml"
-    path.write_text(text, encoding="utf-8")
+    write_whole(path, text)
     return load_robot(path)
 
 

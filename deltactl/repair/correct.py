@@ -14,6 +14,7 @@ from deltactl.diagnosis.answer.tables import Tables, table_of
 from deltactl.diagnosis.api import diagnose
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, RecordingError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.repair.coverage import Coverage, robot_coverage
 from deltactl.repair.network import trained
@@ -51,10 +52,7 @@ def correct(
     before = load_robot(robot_file)
     answer = diagnose(recordings, robot_file, progress=progress)
     text = corrected_text(robot_file, answer, all_of_them, tables)
-    try:
-        out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
+    _write(out, text)
     robot = _loaded(out)
     changed = robot.effects != before.effects
     learned = None
@@ -63,7 +61,7 @@ def correct(
     if learned is not None:
         name, network, _ = learned
         block = yaml.safe_dump({"networks": {name: str(network.resolve())}}, sort_keys=False)
-        out.write_text(f"{text.rstrip()}\n\n{block}", encoding="utf-8")
+        _write(out, f"{text.rstrip()}\n\n{block}")
         robot = _loaded(out)
     return Corrected(
         diagnosis=answer,
@@ -95,6 +93,13 @@ def held_back(
             why = f"it could as well be {rivals}" if rivals else "it is not probable enough"
             held.append((finding, f"{why} (--all writes it all the same)"))
     return held
+
+
+def _write(out: Path, text: str) -> None:
+    try:
+        write_whole(out, text)
+    except OSError as error:
+        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 
 
 def _loaded(path: Path) -> RobotFile:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import os
 import warnings
 from importlib.resources import files
 from pathlib import Path
@@ -17,6 +16,7 @@ from deltactl.diagnosis.answer.records import Channel
 from deltactl.diagnosis.report.drawing import machine_drawing
 from deltactl.diagnosis.report.phrases.sizes import quantity
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.robot import FloatArray
 from deltactl.models.robot_with_effects import load_with_effects
 from deltactl.proof.hidden.hidden import Hidden
@@ -38,10 +38,8 @@ STYLE = """
 
 def write_page(demo: Demonstration, out: Path) -> None:
     """Write the page; an earlier one is replaced whole or not at all. Raises RecordingError."""
-    draft = out.with_name(f".{out.name}.part")
     try:
-        draft.write_text(page_html(demo), encoding="utf-8")
-        os.replace(draft, out)
+        write_whole(out, page_html(demo))
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 

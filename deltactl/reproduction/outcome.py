@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.whole_file import check_place, write_whole
 from deltactl.reproduction.sheet import Sheet
 
 REPORT, TABLES = "report.html", "tables.md"
@@ -22,11 +23,9 @@ class Outcome:
 
 def check_writable(folder: Path) -> None:
     """Before any work: raise RecordingError where nothing could be written in the end."""
-    probe = (folder / REPORT).with_suffix(".partial")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        probe.write_text("")
-        probe.unlink()
+        check_place(folder / REPORT)
     except OSError as error:
         raise _unwritable(folder, error) from error
 
@@ -37,9 +36,7 @@ def write(folder: Path, sheets: list[Sheet], html: str, markdown: str) -> Outcom
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for path, text in ((outcome.tables, markdown), (outcome.report, html)):
-            partial = path.with_suffix(".partial")
-            partial.write_text(text, encoding="utf-8")
-            partial.replace(path)
+            write_whole(path, text)
     except OSError as error:
         raise _unwritable(folder, error) from error
     return outcome

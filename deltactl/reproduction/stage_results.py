@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.whole_file import whole_file
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 MARK = "mark"
@@ -29,12 +29,10 @@ def kept(path: Path, mark: str, make: Callable[[], Arrays]) -> Arrays:
     except (OSError, ValueError, EOFError, zipfile.BadZipFile):
         pass
     made = make()
-    partial = path.with_suffix(".partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with partial.open("wb") as stream:
+        with whole_file(path) as stream:
             np.savez(stream, **{MARK: np.array(mark), **made})
-        os.replace(partial, path)
     except OSError as error:
         raise RecordingError(
             f"{path}: cannot be written ({error.strerror or error}); make room, the same command "

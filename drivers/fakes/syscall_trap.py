@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from deltactl.foundation.places import IMPORT_ROOT
+from deltactl.foundation.whole_file import write_whole
 
 SOCKET_VARIABLE = "DELTACTL_SYSCALL_TRAP"
 
@@ -134,11 +135,12 @@ class SyscallTrap:
         """A stand-in for the Python interpreter that puts the filter on first."""
         path = Path(self._folder.name) / "python"
         types = ",".join(str(kind) for kind in ioctl_types)
-        path.write_text(
+        write_whole(
+            path,
             f'#!/bin/sh\nPYTHONPATH="{IMPORT_ROOT}" exec "{sys.executable}" -P '
-            f'-m deltactl.drivers.fakes.syscall_trap "{self._path}" {types} "$@"\n'
+            f'-m deltactl.drivers.fakes.syscall_trap "{self._path}" {types} "$@"\n',
+            mode=0o755,
         )
-        path.chmod(0o755)
         return str(path)
 
     def _accept(self) -> None:

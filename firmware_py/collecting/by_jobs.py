@@ -17,6 +17,7 @@ from deltactl.firmware_py.collecting.settings import DWELL_S
 from deltactl.firmware_py.controller.contract import JobResult
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import MotionError, RecordingError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.training.dataset import DataSettings, IntArray, load_dataset
 from deltactl.models.training.dataset_writer import DataSetWriter, Sample
 from deltactl.recording.reading.reader import read_run
@@ -134,6 +135,6 @@ def _write_job(
         "inverse_kinematics": {"kind": "geometry"},
     }
     try:
-        path.write_text(json.dumps(job, indent=1), encoding="utf-8")
+        write_whole(path, json.dumps(job, indent=1))
     except OSError as error:
         raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error

@@ -9,6 +9,7 @@ import stat
 from pathlib import Path
 
 from deltactl.foundation.errors import ConfigError, MissingFile, ServiceError
+from deltactl.foundation.whole_file import write_whole
 
 SUFFIXES = (".yaml", ".yml")
 MOST_BYTES = 4 * 2**20
@@ -60,9 +61,7 @@ class JobStore:
         path = self._folder / f"{plain}-{hashlib.sha256(raw).hexdigest()[:12]}.yaml"
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            part = path.with_suffix(".part")
-            part.write_bytes(raw)
-            part.replace(path)
+            write_whole(path, raw)
             self._thin_out()
         except OSError as error:
             raise ServiceError(

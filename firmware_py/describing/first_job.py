@@ -10,6 +10,7 @@ import numpy as np
 from deltactl.firmware_py.program.dry_run import check_job
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import MotionError
+from deltactl.foundation.whole_file import undone_on_failure, write_whole
 from deltactl.models.linkage import Linkage, Status, forward
 from deltactl.models.robot import per_arm
 
@@ -29,16 +30,16 @@ def write_first_job(robot: RobotFile, robot_file: Path, job_file: Path) -> str |
     arm_m = float(per_arm(robot.geometry.upper_arm_m).min())
     for z_m, share in itertools.product(heights_m(robot), SHARES):
         radius_m = float(f"{share * arm_m:.2g}")
-        job_file.write_text(_text(robot_file, job_file, z_m, radius_m), encoding="utf-8")
         try:
-            summary = check_job(job_file)
+            with undone_on_failure(job_file):
+                write_whole(job_file, _text(robot_file, job_file, z_m, radius_m))
+                summary = check_job(job_file)
         except MotionError:
             continue
         return (
             f"a circle of {2e3 * radius_m:.3g} mm diameter, {-1e3 * z_m:.4g} mm below the motors, "
             f"{summary.duration_s:.0f} s"
         )
-    job_file.unlink(missing_ok=True)
     return None
 
 

@@ -8,6 +8,7 @@ from deltactl.firmware_py.importing.drawn import TABLES, Point
 from deltactl.firmware_py.importing.point_columns import Column, columns_of
 from deltactl.firmware_py.importing.points_table import headings_of
 from deltactl.foundation.errors import ConfigError, RecordingError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.recording.tables.table_format import SEPARATORS, guess_format, split
 from deltactl.recording.tables.text_file import read_text
 
@@ -31,7 +32,7 @@ def add_point(path: Path, place_m: Point, dwell_s: float) -> None:
     values = dict(zip("xyz", place_m, strict=True)) | {"dwell": dwell_s}
     cells = (_cell(columns.get(name), values, decimal) for name in names)
     row = ("\t" if separator == " " else separator).join(cells)
-    path.write_text(f"{text}{'' if text.endswith(chr(10)) else chr(10)}{row}\n", encoding="utf-8")
+    write_whole(path, f"{text}{'' if text.endswith(chr(10)) else chr(10)}{row}\n")
 
 
 def _form(path: Path, text: str) -> tuple[str, str, tuple[str, ...], dict[str, Column]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import subprocess
 from dataclasses import dataclass
@@ -10,8 +9,11 @@ from pathlib import Path
 from typing import Protocol
 
 from deltactl.foundation.errors import ServiceError
+from deltactl.foundation.whole_file import write_whole
 
 BACKUP = ".before-deltactl"
+EVERYBODY_READS = 0o644
+"""Permissions of a new file; one that is changed keeps its own."""
 
 
 class Step(Protocol):
@@ -49,8 +51,9 @@ class WriteFile:
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             if before is not None:
-                self._backup().write_text(before)
-            _write_whole(self.path, self.text)
+                write_whole(self._backup(), before)
+            # Also when the power goes: a Pi without config.txt does not boot.
+            write_whole(self.path, self.text, mode=EVERYBODY_READS if before is None else None)
         except OSError as error:
             raise ServiceError(f"{self.path}: cannot be written ({error.strerror})") from error
 
@@ -90,17 +93,3 @@ def text_of(path: Path) -> str | None:
         return None
     except (OSError, UnicodeDecodeError) as error:
         raise ServiceError(f"{path}: cannot be read ({error})") from error
-
-
-def _write_whole(path: Path, text: str) -> None:
-    """All of it or nothing, also when the power goes: a Pi without config.txt does not boot."""
-    part = path.with_name(f".{path.name}.part")
-    with part.open("w") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    if path.exists():
-        part.chmod(path.stat().st_mode & 0o777)
-    else:
-        part.chmod(0o644)
-    part.replace(path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import json
 import math
-import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -25,6 +24,7 @@ from deltactl.firmware_py.run_report.tracking import (
 )
 from deltactl.foundation.counting import count
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.robot import AXES
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.reading.run import Run
@@ -44,10 +44,7 @@ def write_report(recording: Path, out: Path) -> None:
     run = read_run(recording)
     text = report_html(run, robot_of(run))
     try:
-        # Written beside and renamed: an earlier report is replaced whole or not at all.
-        draft = out.with_name(f".{out.name}.part")
-        draft.write_text(text, encoding="utf-8")
-        os.replace(draft, out)
+        write_whole(out, text)
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 

@@ -9,6 +9,7 @@ import yaml
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.strict_yaml import Document
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.effects.kind import MOTORS, RANGES
 from deltactl.models.network.metadata import fingerprint
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, Geometry, per_arm
@@ -75,8 +76,7 @@ def save_calibrated(
     }
     text = f"# {robot_file.name}, calibrated on {words}.\n{yaml.safe_dump(data, sort_keys=False)}"
     try:
-        with out.open("x", encoding="utf-8") as file:
-            file.write(text)
+        write_whole(out, text, fresh=True)
     except FileExistsError:
         raise RecordingError(f"{out}: exists already; name another file") from None
     except OSError as error:

@@ -12,6 +12,7 @@ import yaml
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.strict_yaml import Document
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.robot import FloatArray
 from deltactl.models.training.dataset import (
     HEADER,
@@ -102,13 +103,8 @@ class DataSetWriter:
             return
         if self.path.exists():
             raise RecordingError(f"{self.path}: is there without {SETTINGS}; use another folder")
-        partial = path.with_suffix(".partial")
         text = yaml.safe_dump(settings.model_dump(mode="json"), sort_keys=False)
-        with partial.open("w", encoding="utf-8") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(partial, path)
+        write_whole(path, text)
 
     def _resume(self, settings: DataSettings) -> int:
         size = os.fstat(self._file).st_size

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import importlib.metadata
-import os
 import platform
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.foundation.errors import NetworkError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.network.file import NetworkFile, checked_metadata, checksum, checksum_start
 from deltactl.models.network.inverse import InverseNetwork
 from deltactl.models.network.metadata import (
@@ -112,18 +112,10 @@ def unwritable(path: Path, error: OSError) -> NetworkError:
 def _write(path: Path, trained: Trained, metadata: NetworkMetadata) -> NetworkFile:
     """Beside what is there, then in its place: a full disk leaves the old file as it was."""
     final = _file(path, trained, metadata)
-    partial = path.with_suffix(".partial")
     try:
-        with partial.open("wb") as stream:
-            stream.write(final.content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(partial, path)
+        write_whole(path, final.content)
     except OSError as error:
         raise unwritable(path, error) from error
-    finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
     return final
 
 

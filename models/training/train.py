@@ -10,6 +10,7 @@ import numpy as np
 
 from deltactl.foundation.errors import NetworkError
 from deltactl.foundation.one_thread import one_thread
+from deltactl.foundation.whole_file import check_place
 from deltactl.models.network.file import NetworkFile
 from deltactl.models.training import shared_arm
 from deltactl.models.training.calibrated_physics import CalibratedSettings, train_calibrated
@@ -119,14 +120,12 @@ def with_iterations(settings: Settings, iterations: int | None) -> Settings:
 
 def check_writable(path: Path) -> None:
     """Raise NetworkError before any work where the result could not be put."""
-    probe = path.with_suffix(".partial")
-    try:
-        probe.write_bytes(b"")
-        probe.unlink()
-    except OSError as error:
-        raise unwritable(path, error) from error
     if path.is_dir():
         raise NetworkError(f"{path}: is a folder; name a file, as net.tflite")
+    try:
+        check_place(path)
+    except OSError as error:
+        raise unwritable(path, error) from error
 
 
 def microsteps(error_deg: float, source: Source) -> float | None:

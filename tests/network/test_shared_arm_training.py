@@ -37,7 +37,7 @@ def test_a_short_training_already_knows_the_robot(short: NetworkFile, task: Task
     assert reread.metadata.validation.rmse_deg < 0.05
     assert reread.metadata.architecture == "3-6-1 tanh, shared by three arms"
     assert reread.metadata.training.settings["iterations"] == 60
-    assert not list(short.path.parent.glob("*.partial"))
+    assert not list(short.path.parent.glob(".*.part"))
 
 
 def test_the_same_seed_gives_the_same_file(short: NetworkFile, task: Task) -> None:

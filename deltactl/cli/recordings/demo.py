@@ -12,6 +12,7 @@ from deltactl.cli.output import console, millimetres, print_json, say, waiting, 
 from deltactl.cli.overwriting import refuse_existing
 from deltactl.cli.robot.jobs import JsonOption
 from deltactl.foundation.extras import needs
+from deltactl.foundation.whole_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.repair.demonstration import Demonstration
@@ -96,7 +97,7 @@ def make_room(out: Path, names: Sequence[str], force: bool) -> bool:
     if there and not ours:
         refuse_existing(force, *there)
     out.mkdir(parents=True, exist_ok=True)
-    mark.write_text(OURS, encoding="utf-8")
+    write_whole(mark, OURS)
     return ours and len(there) > 1
 
 

@@ -17,6 +17,7 @@ from deltactl.cli.output import console, facts, print_json, say
 from deltactl.cli.recordings.column_options import mapping_of
 from deltactl.cli.wrapped import print_wrapped
 from deltactl.foundation.extras import needs
+from deltactl.foundation.whole_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.diagnosis.observations.readings import FloatArray
@@ -66,7 +67,7 @@ def inspect_recordings(
         for one in seen:
             _show(one, robot, save)
     if save is not None:
-        save.write_text(seen[0].mapping_text(), encoding="utf-8")
+        write_whole(save, seen[0].mapping_text())
         if not as_json:
             say(f"mapping: {save}")
 

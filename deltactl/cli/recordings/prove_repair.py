@@ -13,6 +13,7 @@ from rich.table import Table
 
 from deltactl.cli.output import console, errors, facts, millimetres, say
 from deltactl.foundation.extras import needs
+from deltactl.foundation.whole_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.repair.campaign import Row
@@ -60,7 +61,7 @@ def _written(path: Path, rows: Sequence[Row], figures: Sequence[tuple[str, str]]
     lines += [[cell(row).replace("\n", ", ") for _, cell in COLUMNS] for row in rows]
     text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     text += "\n\n" + "\n".join(f"- {what}: {figure}" for what, figure in figures) + "\n"
-    path.write_text(text, encoding="utf-8")
+    write_whole(path, text)
     return path
 
 

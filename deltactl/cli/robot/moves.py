@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from deltactl.cli.robot.jobs import AcceptOption, JsonOption, SocketOption
+from deltactl.foundation.whole_file import write_whole
 
 Place = tuple[float, float, float]
 WHAT = {"stopped": "stop", "fault": "fault"}
@@ -162,7 +163,7 @@ def _go_simulated(
     with TemporaryDirectory() as folder:
         job = Path(folder) / f"{name}.yaml"
         text = _text(name, place_m, speed_mmps, str(find(robot, key=ROBOT_KEY).resolve()))
-        job.write_text(text, encoding="utf-8")
+        write_whole(job, text)
         run_job(job, None, simulate, False, None, None, json_out, socket, one_place=True)
         plan = plan_of(job)
     if not json_out:

@@ -10,6 +10,7 @@ from deltactl.cli.robot.which_robot import robot_or_here
 from deltactl.firmware_py.named_files import find
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.extras import needs
+from deltactl.foundation.whole_file import write_whole
 
 
 def show_in_foxglove(
@@ -29,7 +30,7 @@ def show_in_foxglove(
     if layout is not None:
         if layout.exists():
             raise RecordingError(f"{layout}: exists already; name another file")
-        layout.write_bytes((files("deltactl.web.foxglove") / "layout.json").read_bytes())
+        write_whole(layout, (files("deltactl.web.foxglove") / "layout.json").read_bytes())
         say(f"layout: {layout} (in Foxglove: Layouts, Import from file)")
     if recording is not None:
         target = out or recording.with_suffix(".foxglove.mcap")

@@ -17,6 +17,7 @@ from deltactl.diagnosis.answer.tables import Tables, table_of
 from deltactl.diagnosis.answer.verdict import differs_with_speed
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.strict_yaml import Document
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.belief import merged
 from deltactl.models.effects import VOCABULARY, Port
 from deltactl.models.effects.kind import MOTORS
@@ -99,8 +100,7 @@ def save_corrected(
     """
     text = corrected_text(robot_file, diagnosis, all_of_them, tables)
     try:
-        with out.open("w" if replace else "x", encoding="utf-8") as file:
-            file.write(text)
+        write_whole(out, text, fresh=not replace)
     except FileExistsError:
         raise RecordingError(f"{out}: exists already; name another file") from None
     except OSError as error:

@@ -7,6 +7,7 @@ from pathlib import Path
 import yaml
 
 from deltactl.diagnosis.answer.records import NextExperiment
+from deltactl.foundation.whole_file import write_whole
 
 
 def write_job(
@@ -22,4 +23,4 @@ def write_job(
         f"{experiment.expected_delta_chi2:.0f}. Then diagnose both recordings together.\n"
     )
     body = yaml.safe_dump(job, sort_keys=False, allow_unicode=True, default_flow_style=None)
-    path.write_text(head + body, encoding="utf-8")
+    write_whole(path, head + body)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.proof.cases import MORE
 from deltactl.proof.prove.matrix import confusion, picture
 from deltactl.proof.prove.one_case import run_case, run_more
@@ -145,9 +145,7 @@ def _claim(out: Path, seed: int) -> None:
 def _write(path: Path, text: str) -> None:
     """All or nothing, so that a proof that was cut off can go on."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    part.write_text(text + ("" if text.endswith("\n") else "\n"), encoding="utf-8")
-    os.replace(part, path)
+    write_whole(path, text + ("" if text.endswith("\n") else "\n"))
 
 
 def _line(result: dict[str, Any]) -> str:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.recording.tables.cell import not_a_number, number, wrong_count
 from deltactl.recording.tables.flat import (
     MOST_COLUMNS,
@@ -90,7 +91,7 @@ def write_csv(recording: FlatRecording, path: Path) -> None:
     try:
         # A gzip header without a time: the same table gives the same bytes.
         packed = path.suffix == ".gz"
-        path.write_bytes(gzip.compress(data, _GZIP_LEVEL, mtime=0) if packed else data)
+        write_whole(path, gzip.compress(data, _GZIP_LEVEL, mtime=0) if packed else data)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
 

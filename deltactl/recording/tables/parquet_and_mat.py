@@ -12,6 +12,7 @@ import numpy as np
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.extras import how_to_install
+from deltactl.foundation.whole_file import whole_file
 from deltactl.recording.tables.flat import (
     MOST_COLUMNS,
     UNITS,
@@ -47,7 +48,8 @@ def write_parquet(recording: FlatRecording, path: Path) -> None:
     parquet = _needs("pyarrow.parquet", "pyarrow", path)
     arrow = _needs("pyarrow", "pyarrow", path)
     try:
-        parquet.write_table(arrow.table(_all(recording)), path)
+        with whole_file(path) as out:
+            parquet.write_table(arrow.table(_all(recording)), out)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
 
@@ -82,7 +84,8 @@ def write_mat(recording: FlatRecording, path: Path) -> None:
     """Write a MATLAB file with one column vector a column. Raises RecordingError."""
     matlab = _needs("scipy.io", "scipy", path)
     try:
-        matlab.savemat(path, _all(recording), oned_as="column", do_compression=True)
+        with whole_file(path) as out:
+            matlab.savemat(out, _all(recording), oned_as="column", do_compression=True)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
 

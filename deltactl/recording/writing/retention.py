@@ -11,6 +11,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from deltactl.foundation.whole_file import write_whole
+
 
 @dataclass(frozen=True, slots=True)
 class _Old:
@@ -74,14 +76,10 @@ def _known(folder: Path) -> list[str]:
 
 def _remember(folder: Path, names: list[str]) -> None:
     """A folder that may not be written is looked through all the same."""
-    part = folder / f"{SEQUENCE}.part"
     text = "".join(f"{name}\n" for name in names if "\n" not in name)
     with contextlib.suppress(OSError):
-        part.unlink(missing_ok=True)
-        descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o640)
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(text.encode("utf-8", "surrogateescape"))
-        part.replace(folder / SEQUENCE)
+        data = text.encode("utf-8", "surrogateescape")
+        write_whole(folder / SEQUENCE, data, follow=False, mode=0o640)
 
 
 def _recordings(folder: Path) -> list[_Old]:

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from deltactl.charts.page import heading, page, paragraph, table
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.inverse_kinematics import InverseKinematics
 from deltactl.reproduction.uzunovic_2013.control_figures import reference_figure, response_figures
 from deltactl.reproduction.uzunovic_2013.control_references import (
@@ -106,7 +107,7 @@ def reproduce_control(
     )
     if out_dir is not None:
         out_dir.mkdir(parents=True, exist_ok=True)
-        (out_dir / "control.html").write_text(page(TITLE, part.html()[1:]), encoding="utf-8")
+        write_whole(out_dir / "control.html", page(TITLE, part.html()[1:]))
     return part
 
 

@@ -21,6 +21,7 @@ from secrets import randbelow
 from rich.console import Console
 from rich.table import Table
 
+from deltactl.foundation.whole_file import write_whole
 from deltactl.proof.prove.certainty import wilson
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.reproduction.uzunovic_2013.control_hidden import case, record
@@ -69,7 +70,7 @@ def run_case(
     folder = out / f"case_{number:03d}"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    shutil.copy(ROBOT_FILE, folder / ROBOT)
+    write_whole(folder / ROBOT, ROBOT_FILE.read_bytes())
     _, drive = micro_delta()
     write_flat(record(hidden.robot, drive, rng, run_s), folder / RECORDING)
     write_flat(record(hidden.robot, drive, rng, holdout_s), folder / HOLDOUT)
@@ -84,7 +85,7 @@ def run_case(
         tuple((a.effect, a.component) for one in answer.findings for a in one.alternatives),
         answer.verdict,
     )  # fmt: skip
-    (out / f"case_{number:03d}.json").write_text(json.dumps(asdict(outcome), indent=1) + "\n")
+    write_whole(out / f"case_{number:03d}.json", json.dumps(asdict(outcome), indent=1) + "\n")
     return outcome
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from deltactl.firmware_py.collecting.poses import survey_counts
 from deltactl.firmware_py.collecting.settings import DWELL_S, settings_of
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import RecordingError, UnreachablePoint
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.robot import FloatArray, Sensors
 from deltactl.models.training.dataset import IntArray
 from deltactl.models.training.dataset_writer import DataSetWriter, Sample
@@ -107,13 +107,8 @@ def measure(
 
 def _save(folder: Path, survey: Survey, samples: int) -> None:
     state = {"samples": samples, "drawn": survey.drawn, "robot": survey.robot.state()}
-    partial = folder / f"{STATE}.partial"
     try:
-        with partial.open("w", encoding="utf-8") as stream:
-            stream.write(json.dumps(state))
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(partial, folder / STATE)
+        write_whole(folder / STATE, json.dumps(state))
     except OSError as error:
         raise RecordingError(
             f"{folder}: cannot be written ({error.strerror}); what was taken before is kept, "

@@ -24,6 +24,7 @@ from deltactl.firmware_py.feedback.settings import FeedbackSettings
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.clock import NS_PER_S
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.robot import AXES, FloatArray
 from deltactl.models.training.dataset import IntArray
@@ -62,8 +63,8 @@ def corrected_robot(
         believed = find(robot_name)
         answer = diagnose([recording], believed)
         everything = corrected_text(believed, answer, all_of_them=True)
-        file_of_all(kept).write_text(everything, encoding="utf-8")
-        kept.write_text(corrected_text(believed, answer), encoding="utf-8")
+        write_whole(file_of_all(kept), everything)
+        write_whole(kept, corrected_text(believed, answer))
     return load_robot(kept), load_robot(file_of_all(kept))
 
 

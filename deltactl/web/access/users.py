@@ -14,6 +14,7 @@ from pydantic import Field
 
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.foundation.whole_file import write_whole
 
 Role = Literal["operator", "viewer"]
 SCRYPT = {"n": 2**14, "r": 8, "p": 5}
@@ -65,11 +66,7 @@ def add_user(path: Path, name: str, role: Role, password: str) -> None:
     kept = [user.model_dump() for user in before if user.name != name]
     text = yaml.safe_dump({"users": [*kept, entry]}, sort_keys=False)
     Document(path, text).check(UserFile)
-    draft = path.with_name(f".{path.name}.part")
-    draft.unlink(missing_ok=True)
-    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
-        file.write(text)
-    os.replace(draft, path)
+    write_whole(path, text, mode=0o600)
 
 
 def new_token() -> str:

@@ -15,6 +15,7 @@ import numpy as np
 import yaml
 
 from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.whole_file import write_whole
 
 Entry = dict[str, Any]
 NOTHING = "nothing"
@@ -64,7 +65,6 @@ class Concealment:
         if drawn == NOTHING:
             self._path.unlink(missing_ok=True)
         else:
-            new = self._path.with_suffix(".new")
-            new.write_text(yaml.safe_dump({"effects": [DEFECTS[drawn](robot)]}), encoding="utf-8")
-            new.replace(self._path)  # the daemon reads all of it or the one before
+            # The daemon reads all of it or the one before.
+            write_whole(self._path, yaml.safe_dump({"effects": [DEFECTS[drawn](robot)]}))
         self.chosen, self.really = choice, drawn

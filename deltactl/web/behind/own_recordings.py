@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import secrets
 import shutil
 from collections.abc import AsyncIterable, AsyncIterator, Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.whole_file import whole_file, write_whole
 
 ENDINGS = (".csv.gz", ".csv", ".mcap")
 MAX_BYTES = 64 * 2**20
@@ -45,16 +48,17 @@ class OwnRecordings:
         self._folder.mkdir(parents=True, exist_ok=True)
         if shutil.disk_usage(self._folder).free < LEAST_FREE_BYTES + MAX_BYTES:
             raise RecordingError(f"{shown}: the disk is nearly full; free 1 GB for the robot's own")
-        part = self._folder / f"{secrets.token_hex(8)}.part"
+        kept = self._folder / f"{secrets.token_hex(8)}{ending}"
         self._busy = True
         try:
-            await _write(part, shown, body)
-            kept = part.with_suffix(ending)
-            kept.with_name(f"{kept.name}.name").write_text(shown, encoding="utf-8")
-            part.rename(kept)
+            with whole_file(kept) as out:
+                await _write(out, shown, body)
+                write_whole(kept.with_name(f"{kept.name}.name"), shown)
+        except BaseException:
+            self._remove(kept)
+            raise
         finally:
             self._busy = False
-            part.unlink(missing_ok=True)
         for old in list(self.newest_first())[MOST:]:
             self._remove(old)
         return kept
@@ -91,16 +95,17 @@ def name_beside(path: Path) -> str:
     return path.name
 
 
-async def _write(part: Path, shown: str, body: AsyncIterable[bytes]) -> None:
+async def _write(out: BinaryIO, shown: str, body: AsyncIterable[bytes]) -> None:
     size, pieces = 0, aiter(body)
-    with part.open("xb") as out:
-        while (piece := await _next(pieces, shown)) is not None:
-            size += len(piece)
-            if size > MAX_BYTES:
-                raise RecordingError(f"{shown}: more than {MAX_BYTES // 2**20} MB are not taken")
-            out.write(piece)
+    while (piece := await _next(pieces, shown)) is not None:
+        size += len(piece)
+        if size > MAX_BYTES:
+            raise RecordingError(f"{shown}: more than {MAX_BYTES // 2**20} MB are not taken")
+        out.write(piece)
     if size == 0:
         raise RecordingError(f"{shown}: is empty")
+    out.flush()
+    await asyncio.to_thread(os.fsync, out.fileno())  # a slow disk does not hold up the page
 
 
 def plain_name(name: str, otherwise: str = "unnamed") -> str:

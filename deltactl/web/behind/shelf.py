@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from deltactl.foundation.whole_file import write_whole
 from deltactl.recording.writing.names import ENDING
 from deltactl.web.behind.own_recordings import OwnRecordings
 
@@ -102,7 +103,7 @@ class Shelf:
         word = hashlib.sha256(json.dumps(names).encode()).hexdigest()[:16]
         folder = self._made / f"together-{word}"
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / TOGETHER).write_text(json.dumps(names), encoding="utf-8")
+        write_whole(folder / TOGETHER, json.dumps(names))
         return folder.name
 
     def _singles(self) -> Iterator[Listed]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.whole_file import write_whole
 from deltactl.web.behind.belief import Belief, Beliefs
 from deltactl.web.behind.concealment import Concealment
 from deltactl.web.behind.link import DaemonLink, Seen
@@ -104,9 +105,9 @@ class Site:
         folder.mkdir(parents=True, exist_ok=True)
         given = self.beliefs.given
         if given is not None and given.parent != CONFIG_FOLDER:  # a job finds its robot beside it
-            shutil.copyfile(given, folder / given.name)
+            write_whole(folder / given.name, given.read_bytes())
         path = folder / f"draft-for-{given.name if given else 'page.yaml'}"
-        path.write_text(text, encoding="utf-8", errors="replace")
+        write_whole(path, text.encode("utf-8", errors="replace"))
         return path
 
     def forget(self, draft: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from deltactl.firmware_py.controller.contract import HomeSeen, Status
 from deltactl.foundation.errors import NotReady
+from deltactl.foundation.whole_file import write_whole
 from deltactl.web.behind.link import DaemonLink
 
 NAME = "corrected.yaml"
@@ -64,4 +65,4 @@ class Trial:
     def _keep(self, tried: Tried) -> None:
         self._tried = tried
         self._note.parent.mkdir(parents=True, exist_ok=True)
-        self._note.write_text(json.dumps(asdict(tried)), encoding="utf-8")
+        write_whole(self._note, json.dumps(asdict(tried)))

@@ -16,6 +16,7 @@ from typing import Any
 
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.extras import missing
+from deltactl.foundation.whole_file import write_whole
 
 NICE = 10
 
@@ -65,9 +66,9 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
         (folder / name).unlink(missing_ok=True)
     robot = folder / "robot.yaml"
     carried = carried_by(recordings, believed)
-    robot.write_text(carried.robot_text, encoding="utf-8")
+    write_whole(robot, carried.robot_text)
     if carried.job_text:
-        (folder / "job.yaml").write_text(carried.job_text, encoding="utf-8")
+        write_whole(folder / "job.yaml", carried.job_text)
     answer = answer_of(
         recordings, robot, json_out=folder / "answer.json", progress=_progress, read=reader()
     )

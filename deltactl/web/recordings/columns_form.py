@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.web.behind.columns import AS_IT_IS, Chosen, mapping_text
 from deltactl.web.behind.own_recordings import CHOSEN
 from deltactl.web.behind.shelf import Listed
@@ -79,7 +80,7 @@ class ColumnsForm:
             return
         path = self._listed.path
         text = mapping_text(self._found["mapping"], chosen)
-        path.with_name(f"{path.name}{CHOSEN}").write_text(text, encoding="utf-8")
+        write_whole(path.with_name(f"{path.name}{CHOSEN}"), text)
         self._box.clear()
         await self._diagnose()
 

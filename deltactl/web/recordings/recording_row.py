@@ -12,6 +12,7 @@ from typing import Any
 from nicegui import ui
 
 from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.web.behind.columns import OPTION
 from deltactl.web.behind.shelf import Listed
 from deltactl.web.offers import offer
@@ -134,7 +135,7 @@ class RecordingRow:
         finally:
             self._button.set_enabled(True)
         if answer is not None:
-            (made / "diagnosis.json").write_text(json.dumps(answer), encoding="utf-8")
+            write_whole(made / "diagnosis.json", json.dumps(answer))
             self._answer.look(self._listed, None)
 
     async def _work(self, what: str, kind: str, *files: Path) -> dict[str, Any] | None:

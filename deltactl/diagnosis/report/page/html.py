@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import math
-import os
 from collections.abc import Iterable
 from functools import cache
 from importlib.resources import files
@@ -32,6 +31,7 @@ from deltactl.diagnosis.report.sentences.remedies import remedies
 from deltactl.diagnosis.report.sentences.summary import of_the_file, remarks, unexplained_line
 from deltactl.diagnosis.report.sentences.ways import TERMINAL, Ways
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.whole_file import write_whole
 from deltactl.models.robot import RobotModel
 
 
@@ -40,10 +40,8 @@ def write_report(
 ) -> None:
     """Write the report; an earlier one is replaced whole or not at all. Raises RecordingError."""
     text = report_html(diagnosis, robot, ways)
-    draft = path.with_name(f".{path.name}.part")
     try:
-        draft.write_text(text, encoding="utf-8")
-        os.replace(draft, path)
+        write_whole(path, text)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
 
