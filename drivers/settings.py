@@ -62,7 +62,8 @@ class StepSettings(StrictModel):
     heartbeat_s: Annotated[
         float, Field(ge=0.01, le=5.0, description="how long pulses outlive a dead controller")
     ] = 0.25
-    chip: Annotated[int, Field(ge=0, le=9, description="/dev/gpiochip0 to 9")] = 0
+    chip: Annotated[int, Field(ge=0, le=9, description="/dev/gpiochip0 to 9")] | None = None
+    """Which GPIO chip all pins are on; null: the one behind the 40-pin header, by its label."""
 
     @property
     def shortest_period_s(self) -> float:

@@ -81,7 +81,7 @@ def blink(period_us: float, seconds: float) -> Facts:
 
     from deltactl.drivers.pin_factory import lgpio_pin_factory
 
-    factory = lgpio_pin_factory()
+    factory = lgpio_pin_factory(PULSE.chip)
     pins = [OutputDevice(pin, pin_factory=factory) for pin in PULSE.step_pins]
     count, sent = round(seconds * 1e6 / period_us), 0
 

@@ -109,12 +109,14 @@ def build_step_output(
 ) -> StepOutput:
     """The step output of this Pi, by `settings.backend`.
 
-    pin_factory: for the gpiozero backend; the default is lgpio_pin_factory().
+    pin_factory: for the gpiozero backend; the default is one on the chip of the settings.
     board_path: where the pulse process leaves its counters, see process_host.last_counts.
     Raises PulseFault (process or chip not there), ConfigError (pins).
     """
     if settings.backend == "gpiozero":
-        lines = GpiozeroLines(settings, inputs, pin_factory or lgpio_pin_factory(), switches)
+        lines = GpiozeroLines(
+            settings, inputs, pin_factory or lgpio_pin_factory(settings.chip), switches
+        )
         return task_output(settings, inputs, clock, lines, switches)
     pins = lgpio_pins(settings, inputs, switches)
     process = PulseProcess(

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from deltactl.drivers.pin_factory import NO_LGPIO
+from deltactl.drivers.pin_factory import NO_LGPIO, NoHeader, header_chip
 from deltactl.drivers.steps.lines import SWITCH_SHIFT
 from deltactl.foundation.errors import PulseFault
 
@@ -20,7 +19,8 @@ from deltactl.foundation.errors import PulseFault
 class LgpioPins(NamedTuple):
     """BCM numbers, as they travel to the pulse process."""
 
-    chip: int
+    chip: int | None
+    """Number of the chip; None: it is found by its label."""
     outputs: list[int]
     """STEP 1 to 3, DIR 1 to 3 and, if there is one, ENA: in the order of the bits in lines.py."""
     output_levels: int
@@ -31,10 +31,6 @@ class LgpioPins(NamedTuple):
     """Outputs that jobs switch."""
     switch_levels: int = 0
     """Their levels to begin with; the first in bit 0."""
-
-
-HEADER_CHIPS = ("pinctrl-bcm2835", "pinctrl-bcm2711", "pinctrl-rp1")
-"""Labels of the chips behind the 40-pin header: Pi 1 to 3, Pi 4, Pi 5."""
 
 
 class LgpioLines:
@@ -82,25 +78,11 @@ class LgpioLines:
         """See LineGroup."""
         self._gpio.gpiochip_close(self._handle)
 
-    def _open(self, chip: int) -> int:
-        device = f"/dev/gpiochip{chip}"
+    def _open(self, chip: int | None) -> int:
         try:
-            handle = int(self._gpio.gpiochip_open(chip))
-        except self._gpio.error as error:
-            if not Path(device).exists():
-                raise PulseFault(
-                    f"{device} does not exist: no GPIO header here, or steps.chip is wrong"
-                ) from error
-            raise PulseFault(
-                f"{device} cannot be opened ({error}); the user must be in the group gpio"
-            ) from error
-        _, _, _, label = self._gpio.gpio_get_chip_info(handle)
-        if not label.startswith(HEADER_CHIPS):
-            self._gpio.gpiochip_close(handle)
-            raise PulseFault(
-                f"{device} is '{label}', not the 40-pin header; set steps.chip (4 on some Pi 5)"
-            )
-        return handle
+            return header_chip(self._gpio, chip)[0]
+        except NoHeader as error:
+            raise PulseFault(str(error)) from error
 
     def _claim_outputs(self, pins: list[int], bits: int) -> None:
         levels = [bits >> bit & 1 for bit in range(len(pins))]

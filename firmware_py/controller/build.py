@@ -107,7 +107,7 @@ def real_machine(robot: RobotFile) -> Machine:
         )
     check_said(robot)
     clock, homing = RealClock(), robot.homing
-    pins = lgpio_pin_factory()
+    pins = lgpio_pin_factory(robot.steps.chip)
     sensors: RangingSensors = NoSensors()
     if robot.sensors is not None:
         sensors = open_robot_sensors(robot.ranging, clock, pins)

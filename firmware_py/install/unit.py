@@ -15,6 +15,10 @@ PROGRAM = IMPORT_ROOT
 """Of a working copy, the folder that holds the docs too."""
 TEMPLATES = PACKAGE / "systemd"
 
+ANY_CHIP = "char-gpiochip"
+"""All GPIO chips, as systemd names a group of devices: kernels number them differently, so the
+header's is found by its label when the daemon starts, and not when the unit is written."""
+
 
 @dataclass(frozen=True, slots=True)
 class Place:
@@ -31,7 +35,7 @@ def service_unit(robot: RobotFile, place: Place) -> str:
         "BIN": str(place.bin),
         "PROGRAM": str(place.program),
         "ROBOT": str(place.robot_file),
-        "GPIOCHIP": f"/dev/gpiochip{robot.steps.chip}",
+        "GPIOCHIP": ANY_CHIP if robot.steps.chip is None else f"/dev/gpiochip{robot.steps.chip}",
         "I2C": f"/dev/i2c-{robot.ranging.bus}",
     }
     for value in names.values():

@@ -90,7 +90,11 @@ def test_the_unit_names_real_files_and_the_robots_devices(robot):
     for command in re.findall(r"^Exec\w+=(\S+)", text, re.MULTILINE):
         assert os.access(command, os.X_OK), command
     devices = re.findall(r"^DeviceAllow=(\S+) rw$", text, re.MULTILINE)
-    assert devices == ["/dev/gpiochip0", "/dev/i2c-1"]
+    assert devices == ["char-gpiochip", "/dev/i2c-1"]
+    steps = robot.steps.model_copy(update={"chip": 4})
+    chosen = service_unit(robot.model_copy(update={"steps": steps}), Place(ROBOT_FILE))
+    devices = re.findall(r"^DeviceAllow=(\S+) rw$", chosen, re.MULTILINE)
+    assert devices == ["/dev/gpiochip4", "/dev/i2c-1"]
 
 
 def test_every_option_of_the_daemon_in_the_unit_exists(robot):

@@ -63,8 +63,10 @@ def test_three_motors_step_in_one_call_up_and_one_down(chip: GpioChip) -> None:
 @pytest.mark.usefixtures("trap")
 def test_a_chip_that_is_not_the_header_is_refused(chip: GpioChip) -> None:
     chip.label = "gpio-brcmstb@107d508500"
-    with pytest.raises(PulseFault, match=r"gpio-brcmstb.* not the 40-pin header; set steps.chip"):
-        build_step_output(STEPS, INPUTS, RealClock())
+    for named in (None, 0):
+        settings = STEPS.model_copy(update={"chip": named})
+        with pytest.raises(PulseFault, match=r"/dev/gpiochip0 is 'gpio-brcmstb.* 40-pin header"):
+            build_step_output(settings, INPUTS, RealClock())
 
 
 @pytest.mark.usefixtures("trap")

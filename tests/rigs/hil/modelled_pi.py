@@ -56,7 +56,7 @@ class ModelledPi:
         self._clock = clock
         self._trap = SyscallTrap(
             {
-                f"/dev/gpiochip{robot.steps.chip}": self.gpio,
+                f"/dev/gpiochip{robot.steps.chip or 0}": self.gpio,
                 f"/dev/i2c-{robot.ranging.bus}": self.adapter,
             },
             (GPIO_TYPE, I2C_TYPE),
