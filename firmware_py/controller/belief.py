@@ -10,7 +10,7 @@ from pathlib import Path
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError
 
-BUILT_IN = ("name", "drive", "steps", "inputs", "ranging", "recordings")
+BUILT_IN = ("name", "drive", "steps", "inputs", "outputs", "ranging", "recordings")
 """Sections from which pins, sensors, clocks and the keeper of recordings were built."""
 
 

@@ -12,16 +12,18 @@ from deltactl.drivers.ranging.contract import NoSensors, RangingSensors
 from deltactl.drivers.steps.build import build_step_output, release_drives
 from deltactl.drivers.steps.contract import MOTORS
 from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.file_in_force import keep_text
 from deltactl.firmware_py.controller.servo_machine import servo_machine
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.planning.prepared import Prepare, prepare_here
-from deltactl.firmware_py.robot_file import RobotFile, check_said, load_robot
+from deltactl.firmware_py.robot_file import RobotFile, check_said, robot_in
 from deltactl.firmware_py.simulation.concealed import Concealed, nothing_apart
 from deltactl.firmware_py.simulation.noise import with_seed
 from deltactl.firmware_py.simulation.sensors import simulated_sensors
 from deltactl.firmware_py.simulation.world import SimulatedRobot
 from deltactl.foundation.clock import Clock, RealClock, VirtualClock
 from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.strict_yaml import Document
 
 
 def build_controller(
@@ -42,8 +44,10 @@ def build_controller(
 
     Raises ConfigError, or HardwareError when pins, bus or pulse process cannot be had.
     """
-    robot = load_robot(robot_file)
+    document = Document.read(robot_file)
+    robot = robot_in(document)
     if realtime or not simulated:
+        keep_text(document.text)  # before its lines are claimed
         _load_ahead()
     if simulated:
         machine = simulated_machine(with_seed(robot, seed), realtime, as_built)

@@ -14,7 +14,7 @@ from deltactl.firmware_py.controller.condition import Condition
 from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, Status
 from deltactl.firmware_py.controller.control_loop import ControlLoop
 from deltactl.firmware_py.controller.emergency import LATCHED, Emergency
-from deltactl.firmware_py.controller.file_in_force import FileInForce
+from deltactl.firmware_py.controller.file_in_force import FileInForce, keep_text
 from deltactl.firmware_py.controller.homing import Homing
 from deltactl.firmware_py.controller.jobs.job_queue import queued
 from deltactl.firmware_py.controller.jobs.jobs import Jobs
@@ -131,6 +131,7 @@ class Controller:
         """Another robot file is in force from now on; counts mean nothing until homed."""
         if self.jobs.queue:
             raise NotReady("cannot take another robot file: jobs wait; cancel them first")
+        keep_text(file.text)
         self.robot, self._file, self._loop.robot = robot, file, robot
         self._belief = CalibratedInverse(robot)
         self._observer.believe(robot)

@@ -1,7 +1,12 @@
-"""The robot file that is in force: what was read when the controller was built."""
+"""The robot file that is in force: what was read when the controller was built.
+
+Its text is kept where systemd's clean-up finds it: the lines that have to be made safe are those
+that were claimed, whatever the file on the disk says by then.
+"""
 
 from __future__ import annotations
 
+import logging
 import os
 from pathlib import Path
 
@@ -10,6 +15,33 @@ from deltactl.firmware_py.file_access import FileAccess, without_quoting
 from deltactl.firmware_py.robot_file import RobotFile, robot_in
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.strict_yaml import Document
+from deltactl.foundation.whole_file import write_whole
+
+KEPT = "robot-in-force.yaml"
+"""In the daemon's own folder."""
+FOLDERS = ("RUNTIME_DIRECTORY", "STATE_DIRECTORY")
+"""Where systemd says which folders are the daemon's own; the first is empty after a start."""
+
+_log = logging.getLogger(__name__)
+
+
+def kept_text() -> Path | None:
+    """Where the text in force is kept; None without a folder of one's own."""
+    for name in FOLDERS:
+        if folder := os.environ.get(name, "").split(":")[0]:
+            return Path(folder) / KEPT
+    return None
+
+
+def keep_text(text: str) -> None:
+    """Keep the text that is in force from now on; a disk that refuses it is only logged."""
+    place = kept_text()
+    if place is None:
+        return
+    try:
+        write_whole(place, text, follow=False, mode=0o600)
+    except OSError as error:
+        _log.warning("%s: the robot file in force cannot be kept (%s)", place, error.strerror)
 
 
 class FileInForce:

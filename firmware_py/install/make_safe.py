@@ -1,13 +1,15 @@
 """Leave the lines safe: no step, drives released, outputs in their safe state.
 
 systemd runs it after the daemon has ended:
-`python -m deltactl.firmware_py.install.make_safe ROBOT.yaml [--hold]`. With --hold ENA is left
-as it is, so that the arms do not drop. Whatever fails is said in one line and never fails the unit:
+`python -m deltactl.firmware_py.install.make_safe ROBOT.yaml [--hold]`. The text that was in force
+in the daemon counts; the file is for a daemon that kept none. With --hold ENA is left as it is, so
+that the arms do not drop. Whatever fails is said in one line and never fails the unit:
 the exit status is always 0.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import tempfile
@@ -15,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.drivers.steps.build import release_drives
+from deltactl.firmware_py.controller.file_in_force import kept_text
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import DeltactlError
 
@@ -35,13 +38,22 @@ def main(arguments: list[str]) -> int:
         if len(files) != 1:
             said = "no lines made safe: name one robot file"
         else:
-            said = _with_a_folder_for_lgpio(load_robot(Path(files[0])), hold)
+            said = _with_a_folder_for_lgpio(_in_force(Path(files[0])), hold)
     except DeltactlError as error:
         said = f"no lines made safe: {' '.join(str(error).split())}"
     except Exception as error:
         said = f"no lines made safe: {type(error).__name__}: {' '.join(str(error).split())}"
     print(f"deltactl: {said}", file=sys.stderr)
     return 0
+
+
+def _in_force(named: Path) -> RobotFile:
+    """The robot whose lines the daemon had. Raises ConfigError where neither text can be used."""
+    kept = kept_text()
+    if kept is not None:
+        with contextlib.suppress(DeltactlError):
+            return load_robot(kept)
+    return load_robot(named)
 
 
 def _with_a_folder_for_lgpio(robot: RobotFile, hold: bool) -> str:
