@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 from pathlib import Path
 
 from deltactl.foundation.errors import ConfigError, MissingFile
@@ -55,6 +56,21 @@ def find(name: str, beside: Path | None = None, listing: bool = True, key: str =
     hint = f"did you mean '{close[0]}'?" if close else f"there are {few or 'none'}"
     place = "here" if beside is None else f"beside {beside}"
     raise MissingFile(f"{name}: no such file {place} or in {project}; {hint}")
+
+
+def named_beside(file: Path, writer: Path) -> str:
+    """How a file that is written at `writer` names another, so that `find` finds it from there.
+
+    One of the project by its name; others by the way from beside `writer`, so that both may be
+    moved together, or in full where they have no folder in common.
+    """
+    folder, here = file.parent.resolve(), writer.parent.resolve()
+    if folder != here and folder in (CONFIG_FOLDER.resolve(), TRAINED_FOLDER.resolve()):
+        hidden = (here / file.name).is_file()
+        return str(folder / file.name) if hidden else file.name
+    if os.path.commonpath([folder, here]) == os.sep:
+        return str(folder / file.name)
+    return os.path.relpath(folder / file.name, here)
 
 
 def _has(path: Path, key: str) -> bool:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from deltactl.foundation.errors import ConfigError, DeltactlError
-from deltactl.foundation.whole_file import undone_on_failure, write_whole
+from deltactl.foundation.plain_file import undone_on_failure, write_whole
 
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Overwrite existing files; never a recording.")

@@ -31,9 +31,9 @@ from deltactl.diagnosis.report.phrases.axis_units import with_units
 from deltactl.diagnosis.report.sentences.telling import told
 from deltactl.foundation.errors import MissingColumns, RecordingError
 from deltactl.foundation.one_thread import one_thread
+from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.rarely_collected import rarely_collected
 from deltactl.foundation.strict_yaml import Document
-from deltactl.foundation.whole_file import write_whole
 from deltactl.models.robot import DeltaRobot, RobotModel
 from deltactl.models.robot_with_effects import load_with_effects
 from deltactl.recording.tables.flat import FlatRecording

@@ -16,7 +16,7 @@ from typing import Any
 from deltactl.fleet.book import Book, Row, stamp_of
 from deltactl.fleet.task import diagnose_one
 from deltactl.foundation.errors import DeltactlError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.recording.writing.names import ENDING
 
 FOLDER = "checks"

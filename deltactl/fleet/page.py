@@ -17,7 +17,7 @@ from deltactl.fleet.book import Row
 from deltactl.fleet.groups import Group, groups
 from deltactl.fleet.trends import DAY_S, Course, Trend, courses, trends
 from deltactl.foundation.counting import count
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 CHARTS, CHARTS_SHOWN = 12, 1
 ROWS_SHOWN = 5

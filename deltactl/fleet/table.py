@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from deltactl.fleet.book import Row
-from deltactl.foundation.whole_file import whole_file
+from deltactl.foundation.plain_file import whole_file
 
 NUMBERS = ("false_alarm_p", "rms_before", "rms_after", "noise_floor", "seconds", "value", "low",
            "high", "probability", "alone", "share")  # fmt: skip

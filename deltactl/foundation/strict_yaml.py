@@ -12,8 +12,8 @@ from pydantic import BaseModel, ValidationError
 
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.explain import explain_all
+from deltactl.foundation.plain_file import TooLong, read_plain
 from deltactl.foundation.rules import StrictModel, broken_rules
-from deltactl.foundation.whole_file import TooLong, read_plain
 from deltactl.foundation.yaml_tree import Location, Tree, YamlError
 
 __all__ = ["Document", "StrictModel", "load"]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.proof.cases import Case
 from deltactl.proof.recorded import record, record_with_truth
 from deltactl.proof.robot.run import Truth

@@ -19,7 +19,7 @@ import numpy as np
 from deltactl.diagnosis.estimation.side_by_side import alone
 from deltactl.firmware_py.compensation.ways import AHEAD, AT_REVERSALS, WARMING
 from deltactl.foundation.errors import DeltactlError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.models.calibrated_inverse import INVERTIBLE
 from deltactl.proof.hidden.build_in import SINGLES
 from deltactl.proof.prove.workers import workers

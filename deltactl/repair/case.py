@@ -21,7 +21,7 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.check import make_plan
 from deltactl.firmware_py.planner.plan import Plan
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.coverage import coverage

@@ -14,7 +14,7 @@ from deltactl.diagnosis.answer.tables import Tables, table_of
 from deltactl.diagnosis.api import diagnose
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, RecordingError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.repair.coverage import Coverage, robot_coverage
 from deltactl.repair.network import trained

@@ -16,7 +16,7 @@ from deltactl.diagnosis.answer.records import Channel
 from deltactl.diagnosis.report.drawing import machine_drawing
 from deltactl.diagnosis.report.phrases.sizes import quantity
 from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.models.robot import FloatArray
 from deltactl.models.robot_with_effects import load_with_effects
 from deltactl.proof.hidden.hidden import Hidden

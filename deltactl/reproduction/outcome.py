@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.whole_file import check_place, write_whole
+from deltactl.foundation.plain_file import check_place, write_whole
 from deltactl.reproduction.sheet import Sheet
 
 REPORT, TABLES = "report.html", "tables.md"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.whole_file import whole_file
+from deltactl.foundation.plain_file import whole_file
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 MARK = "mark"

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from deltactl.foundation.places import IMPORT_ROOT
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 SOCKET_VARIABLE = "DELTACTL_SYSCALL_TRAP"
 

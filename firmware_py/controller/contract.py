@@ -73,9 +73,10 @@ class JobResult:
     job_id: int
     name: str
     outcome: str
-    """'done', 'cancelled', 'stopped' or 'fault'."""
+    """'done', 'cancelled', 'stopped', 'fault', or 'refused': it never moved."""
     why: str
     recording: str | None
+    """Its file; None for a job that never ran, or whose recording could not be begun."""
     recording_error: str = ""
     """Why the recording is not whole; empty when it is."""
     warning: str = ""

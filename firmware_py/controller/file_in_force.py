@@ -14,8 +14,8 @@ from deltactl.firmware_py.controller.belief import needs_restart
 from deltactl.firmware_py.file_access import FileAccess, without_quoting
 from deltactl.firmware_py.robot_file import RobotFile, robot_in
 from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.strict_yaml import Document
-from deltactl.foundation.whole_file import write_whole
 
 KEPT = "robot-in-force.yaml"
 """In the daemon's own folder."""

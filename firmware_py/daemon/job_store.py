@@ -9,7 +9,7 @@ import stat
 from pathlib import Path
 
 from deltactl.foundation.errors import ConfigError, MissingFile, ServiceError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 SUFFIXES = (".yaml", ".yml")
 MOST_BYTES = 4 * 2**20

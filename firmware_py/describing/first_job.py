@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from deltactl.firmware_py.program.dry_run import check_job
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import MotionError
-from deltactl.foundation.whole_file import undone_on_failure, write_whole
+from deltactl.foundation.plain_file import undone_on_failure, write_whole
 from deltactl.models.linkage import Linkage, Status, forward
 from deltactl.models.robot import per_arm
 
@@ -82,8 +83,8 @@ def _text(robot_file: Path, job_file: Path, z_m: float, radius_m: float) -> str:
     speed = 2.0 * np.pi * radius_m / SECONDS
     return f"""\
 # A first job, made by deltactl init.
-name: {job_file.stem}
-robot: {robot_file.name}
+name: {json.dumps(job_file.stem)}
+robot: {json.dumps(robot_file.name)}
 
 path:
   shape: circle

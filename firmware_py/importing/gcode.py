@@ -31,7 +31,7 @@ from deltactl.firmware_py.importing.gcode_tables import (
 )
 from deltactl.firmware_py.importing.gcode_words import Word, words_of
 from deltactl.foundation.errors import ConfigError
-from deltactl.foundation.whole_file import TooLong, read_plain
+from deltactl.foundation.plain_file import TooLong, read_plain
 
 MAX_BYTES = 20_000_000
 MILLISECONDS = "G4 P taken as milliseconds ({}); where the program meant seconds, write S"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from deltactl.foundation.errors import ServiceError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 BACKUP = ".before-deltactl"
 EVERYBODY_READS = 0o644

@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from deltactl.foundation.errors import NetworkError
-from deltactl.foundation.whole_file import TooLong, read_plain
+from deltactl.foundation.plain_file import TooLong, read_plain
 from deltactl.models.network.flat import FlatError, metadata_span
 from deltactl.models.network.metadata import (
     METADATA_NAME,

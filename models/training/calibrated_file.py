@@ -8,8 +8,8 @@ import numpy as np
 import yaml
 
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.strict_yaml import Document
-from deltactl.foundation.whole_file import write_whole
 from deltactl.models.effects.kind import MOTORS, RANGES
 from deltactl.models.network.metadata import fingerprint
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, Geometry, per_arm

@@ -11,8 +11,8 @@ from types import TracebackType
 import yaml
 
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.strict_yaml import Document
-from deltactl.foundation.whole_file import write_whole
 from deltactl.models.robot import FloatArray
 from deltactl.models.training.dataset import (
     HEADER,

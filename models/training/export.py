@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.foundation.errors import NetworkError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.models.network.file import NetworkFile, checked_metadata, checksum, checksum_start
 from deltactl.models.network.inverse import InverseNetwork
 from deltactl.models.network.metadata import (

@@ -10,7 +10,7 @@ import numpy as np
 
 from deltactl.foundation.errors import NetworkError
 from deltactl.foundation.one_thread import one_thread
-from deltactl.foundation.whole_file import check_place
+from deltactl.foundation.plain_file import check_place
 from deltactl.models.network.file import NetworkFile
 from deltactl.models.training import shared_arm
 from deltactl.models.training.calibrated_physics import CalibratedSettings, train_calibrated

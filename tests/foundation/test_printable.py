@@ -15,9 +15,9 @@ from deltactl.cli.main import one_line
 from deltactl.cli.output import PlainConsole
 from deltactl.firmware_py.daemon.main import _write_out
 from deltactl.foundation.errors import ConfigError, MissingFile
+from deltactl.foundation.plain_file import read_plain
 from deltactl.foundation.printable import is_printable, printable
 from deltactl.foundation.strict_yaml import Document
-from deltactl.foundation.whole_file import read_plain
 
 EVIL = ("\x1b]0;owned\x07", "a\x9bb", "\u202egnp.exe", "a\u2028b", "\x00", "\x7f", "\ud800")
 

@@ -1,4 +1,4 @@
-"""Files are written through `foundation/whole_file.py`; other ways need a reason."""
+"""Files are written through `foundation/plain_file.py`; other ways need a reason."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from benchmarks.structure import ROOT
 
 ROOMS = ("deltactl", "firmware_py", "drivers", "models")
 OTHERWISE = {
-    "deltactl/foundation/whole_file.py": "is the one way",
+    "deltactl/foundation/plain_file.py": "is the one way",
     "deltactl/recording/writing/append_file.py": "a recording grows while it runs",
     "deltactl/fleet/book.py": "answers of a fleet are added as they come, a line each",
     "models/training/dataset_writer.py": "samples are added as they are taken, a line each",

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from deltactl.foundation.whole_file import (
+from deltactl.foundation.plain_file import (
     check_place,
     undone_on_failure,
     whole_file,
@@ -201,7 +201,7 @@ def test_a_pipe_is_written_to_and_stays_one(tmp_path: Path) -> None:
 
 def test_standard_output_is_added_to(tmp_path: Path) -> None:
     code = (
-        "from pathlib import Path\nfrom deltactl.foundation.whole_file import write_whole\n"
+        "from pathlib import Path\nfrom deltactl.foundation.plain_file import write_whole\n"
         "write_whole(Path('/dev/stdout'), 'two\\n')"
     )
     log = tmp_path / "log"

@@ -12,7 +12,7 @@ from deltactl.cli.output import console, millimetres, print_json, say, waiting, 
 from deltactl.cli.overwriting import refuse_existing
 from deltactl.cli.robot.jobs import JsonOption
 from deltactl.foundation.extras import needs
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.repair.demonstration import Demonstration

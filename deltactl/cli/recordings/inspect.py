@@ -17,7 +17,7 @@ from deltactl.cli.output import console, facts, print_json, say
 from deltactl.cli.recordings.column_options import mapping_of
 from deltactl.cli.wrapped import print_wrapped
 from deltactl.foundation.extras import needs
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.diagnosis.observations.readings import FloatArray

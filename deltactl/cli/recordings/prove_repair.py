@@ -13,7 +13,7 @@ from rich.table import Table
 
 from deltactl.cli.output import console, errors, facts, millimetres, say
 from deltactl.foundation.extras import needs
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.repair.campaign import Row

@@ -71,11 +71,11 @@ def convert(
     from deltactl.firmware_py.importing.gcode import read_gcode
     from deltactl.firmware_py.importing.origin import with_an_origin
     from deltactl.firmware_py.importing.points_table import read_points
-    from deltactl.firmware_py.named_files import ROBOT_KEY, find
+    from deltactl.firmware_py.named_files import ROBOT_KEY, find, named_beside
     from deltactl.foundation.counting import count
     from deltactl.foundation.errors import ConfigError
 
-    find(robot, key=ROBOT_KEY)
+    robot_file = find(robot, key=ROBOT_KEY)
     if job.exists() and not force:
         raise ConfigError(f"{job}: exists already; name another file, or add --force")
     x_mm, y_mm, z_mm = numbers({"origin": origin}, "origin", 3)
@@ -84,7 +84,7 @@ def convert(
     if spline and not table:
         raise ConfigError(f"--spline is for tables of points; the curves of {source} are its own")
     drawn = read_points(source, zero, spline) if table else read_gcode(source, zero)
-    text = job_text(drawn, job.stem, robot, speed / 1e3, corner / 1e3)
+    text = job_text(drawn, job.stem, named_beside(robot_file, job), speed / 1e3, corner / 1e3)
     for note in filter(None, (*drawn.notes, held(drawn, speed / 1e3))):
         warn(note)
     with (

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from deltactl.cli.robot.jobs import AcceptOption, JsonOption, SocketOption
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 Place = tuple[float, float, float]
 WHAT = {"stopped": "stop", "fault": "fault"}
@@ -133,9 +133,11 @@ def _told_as_typed(name: str, place_m: Place) -> Iterator[None]:
 
 
 def _text(name: str, place_m: Place, speed_mmps: float, robot: str) -> str:
+    import json
+
     x_m, y_m, z_m = place_m
     return (
-        f"name: {name}\nrobot: {robot}\n"
+        f"name: {name}\nrobot: {json.dumps(robot)}\n"
         f"path: {{shape: straight, to_m: [{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]}}\n"
         f"timing: {{mode: accelerated, speed_mps: {speed_mmps / 1e3:.9g}}}\n"
         "inverse_kinematics: {kind: geometry}\n"

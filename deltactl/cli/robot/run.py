@@ -78,7 +78,12 @@ def run_job(
         if not json_out:
             say_covered(coverage_of(path, robot_file))
         result = _in_this_process(path, robot_file, record, realtime, json_out, seed)
-    _show(result, report, json_out, one_place)
+    try:
+        _show(result, report, json_out, one_place)
+    except (RecordingError, ConfigError) as error:
+        if result.outcome == "done":
+            raise
+        warn(f"what was recorded cannot be shown: {error}")
     refuse_unless_done(result)
 
 

@@ -10,7 +10,7 @@ from deltactl.cli.robot.which_robot import robot_or_here
 from deltactl.firmware_py.named_files import find
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.extras import needs
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 
 def show_in_foxglove(

@@ -16,8 +16,8 @@ from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables, table_of
 from deltactl.diagnosis.answer.verdict import differs_with_speed
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.strict_yaml import Document
-from deltactl.foundation.whole_file import write_whole
 from deltactl.models.belief import merged
 from deltactl.models.effects import VOCABULARY, Port
 from deltactl.models.effects.kind import MOTORS

@@ -7,16 +7,16 @@ from pathlib import Path
 import yaml
 
 from deltactl.diagnosis.answer.records import NextExperiment
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 
 def write_job(
     experiment: NextExperiment, path: Path, robot: Path, project: Path | None = None
 ) -> None:
     """Write the job for a robot file: in full, or by name beside the job or in `project`."""
-    folder = robot.resolve().parent
+    folder = robot.parent.resolve()
     known = [path.resolve().parent, *([project.resolve()] if project else [])]
-    job = {**experiment.job, "robot": robot.name if folder in known else str(robot.resolve())}
+    job = {**experiment.job, "robot": robot.name if folder in known else str(folder / robot.name)}
     head = (
         f"# Tells apart: {', '.join(experiment.tells_apart)}.\n"
         f"# {experiment.minutes:.1f} minutes, expected chi-square "

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.foundation.errors import ConfigError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.proof.cases import MORE
 from deltactl.proof.prove.matrix import confusion, picture
 from deltactl.proof.prove.one_case import run_case, run_more

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.recording.tables.cell import not_a_number, number, wrong_count
 from deltactl.recording.tables.flat import (
     MOST_COLUMNS,

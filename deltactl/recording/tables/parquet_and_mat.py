@@ -12,7 +12,7 @@ import numpy as np
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.extras import how_to_install
-from deltactl.foundation.whole_file import whole_file
+from deltactl.foundation.plain_file import whole_file
 from deltactl.recording.tables.flat import (
     MOST_COLUMNS,
     UNITS,

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from deltactl.charts.page import heading, page, paragraph, table
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.models.inverse_kinematics import InverseKinematics
 from deltactl.reproduction.uzunovic_2013.control_figures import reference_figure, response_figures
 from deltactl.reproduction.uzunovic_2013.control_references import (

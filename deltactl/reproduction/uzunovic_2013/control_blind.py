@@ -21,7 +21,7 @@ from secrets import randbelow
 from rich.console import Console
 from rich.table import Table
 
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.proof.prove.certainty import wilson
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.reproduction.uzunovic_2013.control_hidden import case, record

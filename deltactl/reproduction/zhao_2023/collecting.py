@@ -14,7 +14,7 @@ from deltactl.firmware_py.collecting.poses import survey_counts
 from deltactl.firmware_py.collecting.settings import DWELL_S, settings_of
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import RecordingError, UnreachablePoint
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.models.robot import FloatArray, Sensors
 from deltactl.models.training.dataset import IntArray
 from deltactl.models.training.dataset_writer import DataSetWriter, Sample

@@ -24,7 +24,7 @@ from deltactl.firmware_py.feedback.settings import FeedbackSettings
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.clock import NS_PER_S
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.robot import AXES, FloatArray
 from deltactl.models.training.dataset import IntArray

@@ -13,8 +13,8 @@ import yaml
 from pydantic import Field
 
 from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.strict_yaml import Document, StrictModel
-from deltactl.foundation.whole_file import write_whole
 
 Role = Literal["operator", "viewer"]
 SCRYPT = {"n": 2**14, "r": 8, "p": 5}

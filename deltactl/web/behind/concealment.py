@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 
 from deltactl.firmware_py.robot_file import RobotFile
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 Entry = dict[str, Any]
 NOTHING = "nothing"

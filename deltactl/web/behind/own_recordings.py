@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.whole_file import whole_file, write_whole
+from deltactl.foundation.plain_file import whole_file, write_whole
 
 ENDINGS = (".csv.gz", ".csv", ".mcap")
 MAX_BYTES = 64 * 2**20

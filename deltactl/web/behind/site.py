@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.web.behind.belief import Belief, Beliefs
 from deltactl.web.behind.concealment import Concealment
 from deltactl.web.behind.link import DaemonLink, Seen

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from deltactl.firmware_py.controller.contract import HomeSeen, Status
 from deltactl.foundation.errors import NotReady
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.web.behind.link import DaemonLink
 
 NAME = "corrected.yaml"

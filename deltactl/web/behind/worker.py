@@ -16,7 +16,7 @@ from typing import Any
 
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.extras import missing
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 
 NICE = 10
 

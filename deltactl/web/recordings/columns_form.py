@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from deltactl.foundation.errors import DeltactlError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.web.behind.columns import AS_IT_IS, Chosen, mapping_text
 from deltactl.web.behind.own_recordings import CHOSEN
 from deltactl.web.behind.shelf import Listed

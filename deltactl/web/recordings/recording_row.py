@@ -12,7 +12,7 @@ from typing import Any
 from nicegui import ui
 
 from deltactl.foundation.errors import DeltactlError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.web.behind.columns import OPTION
 from deltactl.web.behind.shelf import Listed
 from deltactl.web.offers import offer

@@ -56,7 +56,8 @@ class ActiveJob:
     def __init__(self, queued: QueuedJob, robot: RobotFile, machine: Machine, journal: Journal):
         self.number = queued.number
         self.name = queued.name
-        self.recording = str(queued.recording)
+        self.recording: str | None = None
+        """Its file, once that is open."""
         self.recording_error = ""
         self.warning = ""
         """What the user should know though the job ran to its end."""
@@ -93,6 +94,7 @@ class ActiveJob:
             counts=counts,
             wait_when_behind=isinstance(self._machine.clock, VirtualClock),
         )
+        self.recording = str(self._recording.path)
         view = View(self._robot, self._recording)
         view.begin(now_ns, counts)
         self._journal.open(self._recording, view)

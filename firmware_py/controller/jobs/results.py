@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import logging
+
 from deltactl.firmware_py.controller.contract import JobResult
 from deltactl.firmware_py.controller.jobs.active_job import ActiveJob
 
 KEPT = 2000
 """So many results are remembered: whoever waits for one asks within seconds."""
+
+_log = logging.getLogger(__name__)
 
 
 class Results:
@@ -39,6 +43,9 @@ class Results:
         )
 
     def _keep(self, result: JobResult) -> None:
+        if result.outcome != "done":
+            why = f": {result.why}" if result.why else ""
+            _log.info("job %d '%s' %s%s", result.job_id, result.name, result.outcome, why)
         self._by_number[result.job_id] = result
         while len(self._by_number) > KEPT:
             del self._by_number[next(iter(self._by_number))]

@@ -31,7 +31,7 @@ from deltactl.diagnosis.report.sentences.remedies import remedies
 from deltactl.diagnosis.report.sentences.summary import of_the_file, remarks, unexplained_line
 from deltactl.diagnosis.report.sentences.ways import TERMINAL, Ways
 from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.whole_file import write_whole
+from deltactl.foundation.plain_file import write_whole
 from deltactl.models.robot import RobotModel
 
 
