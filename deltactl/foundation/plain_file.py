@@ -96,8 +96,10 @@ def undone_on_failure(path: Path) -> Iterator[None]:
         with contextlib.suppress(OSError):
             os.unlink(target) if aside is None else os.replace(aside, target)
         raise
-    if aside is not None:
-        os.unlink(aside)
+    finally:
+        if aside is not None:  # also where it is still the file: such a replacement does nothing
+            with contextlib.suppress(OSError):
+                os.unlink(aside)
 
 
 def _set_aside(target: str) -> str:

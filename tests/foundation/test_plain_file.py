@@ -231,6 +231,9 @@ def test_what_is_refused_where_it_lies_is_undone(tmp_path: Path, before: str | N
     if before is not None:
         assert path.read_text() == before
         assert stat.S_IMODE(path.stat().st_mode) == 0o600
+        with pytest.raises(KeyboardInterrupt), undone_on_failure(path):
+            raise KeyboardInterrupt  # before anything was written
+        assert (names(tmp_path), path.read_text()) == (there, before)
     with undone_on_failure(path):
         write_whole(path, "new")
     assert path.read_text() == "new"
