@@ -28,6 +28,7 @@ from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.report.phrases.axis_units import with_units
+from deltactl.diagnosis.report.sentences.summary import left_out_line
 from deltactl.diagnosis.report.sentences.telling import told
 from deltactl.foundation.errors import MissingColumns, RecordingError
 from deltactl.foundation.one_thread import one_thread
@@ -56,6 +57,7 @@ def diagnose(
     `read` turns a file into columns, for tables of others (`observations.column_mapping`). Of
     recordings too long to be worked on stretches are used (`admission.excerpt`).
     thorough: go on beyond the limit of work (`estimation.budget`).
+    A damaged file of several is left out, which the answer says; `recordings` are the others.
     Raises ConfigError, MissingFile or RecordingError, one line each.
     """
     belief = load_with_effects(robot)
@@ -65,13 +67,18 @@ def diagnose(
     def kept(path: Path) -> FlatRecording:
         return excerpt(read(path) if read else read_flat(path, progress), most)
 
+    used, damaged = _readable(recordings, kept)
+    held_out, damaged_too = _readable(holdout, kept)
     answer = diagnose_recordings(
-        belief, [kept(path) for path in recordings], [kept(path) for path in holdout],
-        progress, MotionLimits.of(Document.read(robot).data), thorough,
+        belief, [one for _, one in used], [one for _, one in held_out], progress,
+        MotionLimits.of(Document.read(robot).data), thorough,
     )  # fmt: skip
+    left_out = [*damaged, *damaged_too]
     update: dict[str, object] = {
         "robot": belief.name,
-        "recordings": [str(path) for path in recordings],
+        "recordings": [str(path) for path, _ in used],
+        "left_out": left_out,
+        "says": [*answer.says, *map(left_out_line, left_out)],
     }
     if (plan := answer.next_experiment) is not None:
         # The robot's name is that of no file: the job has to run as it stands.
@@ -81,6 +88,23 @@ def diagnose(
     if json_out is not None:
         write_whole(json_out, json.dumps(answer.to_json(), indent=1) + "\n")
     return answer
+
+
+def _readable(
+    paths: Sequence[Path], kept: Callable[[Path], FlatRecording]
+) -> tuple[list[tuple[Path, FlatRecording]], list[str]]:
+    """Those that can be read, and why the others cannot. Raises RecordingError where none can."""
+    found, damaged = [], []
+    for path in paths:
+        try:
+            found.append((path, kept(path)))
+        except RecordingError as error:
+            if len(paths) == 1:
+                raise
+            damaged.append(error)
+    if damaged and not found:
+        raise damaged[0]
+    return found, [" ".join(str(error).split()) for error in damaged]
 
 
 @one_thread

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -60,10 +61,8 @@ class RunChecks:
         """Check what is new and over; returns its rows."""
         done = self._book.done()
         rows = []
-        for path in sorted(
-            self._recordings.glob(f"*{ENDING}"), key=lambda one: one.stat().st_mtime
-        ):
-            if done.get(str(path)) != stamp_of(path) and (row := self._check(path)) is not None:
+        for path, stamp in self._in_order():
+            if done.get(str(path)) != stamp and (row := self._check(path, stamp)) is not None:
                 self._book.add(row)
                 rows.append(row)
         if rows or not (self.folder / ANNOUNCED).exists():
@@ -83,11 +82,19 @@ class RunChecks:
         """Give the files back."""
         self._book.close()
 
-    def _check(self, path: Path) -> Row | None:
+    def _in_order(self) -> list[tuple[Path, str]]:
+        """Recordings with their stamps, oldest first; one that goes meanwhile is passed over."""
+        found = []
+        for path in self._recordings.glob(f"*{ENDING}"):
+            with suppress(OSError):
+                found.append((path.stat().st_mtime, path, stamp_of(path)))
+        return [(path, stamp) for _, path, stamp in sorted(found)]
+
+    def _check(self, path: Path, stamp: str) -> Row | None:
         """The row of a run; None for one that is still being written."""
         from deltactl.recording.reading.reader import read_run
 
-        head: Row = {"recording": str(path), "stamp": stamp_of(path)}
+        head: Row = {"recording": str(path), "stamp": stamp}
         try:
             run = read_run(path)
         except (DeltactlError, OSError) as error:

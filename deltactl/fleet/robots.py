@@ -26,7 +26,11 @@ class Robots:
         stems: dict[str, Path] = {}
         names: dict[str, Path] = {}
         for path in sorted(folder.glob("*.yaml")):
-            data = Document.read(path).data
+            try:
+                data = Document.read(path).data
+            except ConfigError:  # its recordings will say so, each in its row
+                stems[path.stem] = path
+                continue
             if "kind" not in data:
                 continue  # a job
             stems[path.stem] = path

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,9 +13,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from deltactl.cli.missing import refuse_missing
-from deltactl.cli.output import console, facts, print_json, say
+from deltactl.cli.output import console, facts, print_json, say, warn
 from deltactl.cli.recordings.column_options import mapping_of
 from deltactl.cli.wrapped import print_wrapped
+from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.plain_file import write_whole
 
@@ -60,7 +61,7 @@ def inspect_recordings(
         from deltactl.recording.foreign.inspection import inspect
     refuse_missing(recordings)
     known = mapping_of(columns)
-    seen = [inspect(path, known) for path in recordings]
+    seen = _readable(recordings, lambda path: inspect(path, known))
     if as_json:
         print_json([_as_json(one) for one in seen])
     else:
@@ -70,6 +71,21 @@ def inspect_recordings(
         write_whole(save, seen[0].mapping_text())
         if not as_json:
             say(f"mapping: {save}")
+
+
+def _readable(paths: list[Path], inspect: Callable[[Path], Inspection]) -> list[Inspection]:
+    """What is seen in those that can be read; one that cannot is named, and the others shown."""
+    seen, damaged = [], []
+    for path in paths:
+        try:
+            seen.append(inspect(path))
+        except RecordingError as error:
+            damaged.append(error)
+    if not seen:
+        raise damaged[0]
+    for error in damaged:
+        warn(f"{error}; the others follow")
+    return seen
 
 
 def _as_json(one: Inspection) -> dict[str, Any]:

@@ -211,6 +211,8 @@ class Diagnosis(Record):
     """Recordings of which only stretches were used."""
     not_read: list[str] = Field(default_factory=list)
     """Why parts of the recording (torques) were left aside."""
+    left_out: list[str] = Field(default_factory=list)
+    """Why recordings of several were left aside: damaged, each with its name."""
     not_held_out: list[str] = Field(default_factory=list)
     """Why held-out recordings say nothing of the answer: too short, or still."""
     doubts: list[str] = Field(default_factory=list)

@@ -117,6 +117,7 @@ def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     """Remarks on the machine and the search as a whole, in addition to the findings."""
     lines = [allowed] if (allowed := allowed_line(diagnosis)) else []
     lines += [ENDED_EARLY.format(way=ways.all_compared)] if diagnosis.ended_early else []
+    lines += map(left_out_line, diagnosis.left_out)
     lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
     lines += [
@@ -125,6 +126,11 @@ def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
         if not any(sureness.is_about(one, finding) for finding in diagnosis.findings)
     ]
     return [*lines, *tie_lines(diagnosis)]
+
+
+def left_out_line(why: str) -> str:
+    """That a recording of several was not used."""
+    return f"Left out, and the other recordings used: {why}."
 
 
 def thinned_line(thinned: Thinned) -> str:
