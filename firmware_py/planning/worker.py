@@ -30,12 +30,12 @@ def main(arguments: list[str]) -> int:
     from deltactl.foundation.errors import ConfigError, DeltactlError
     from deltactl.foundation.strict_yaml import Document
 
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+    memory_bytes = _bounded(resource.RLIMIT_AS, MEMORY_BYTES)
     line = sys.stdin.readline()
     if not line:
         return 0
     asked = json.loads(line)
-    resource.setrlimit(resource.RLIMIT_CPU, (asked["most_s"], asked["most_s"] + 1))
+    _bounded(resource.RLIMIT_CPU, asked["most_s"], grace=1)
     try:
         path = Path(asked["robot_path"])
         document = Document(path, asked["robot_text"])
@@ -47,12 +47,26 @@ def main(arguments: list[str]) -> int:
     except DeltactlError as error:
         return _say(as_message(error) | {"message": str(error)})
     except MemoryError:
-        text = f"{asked['job']}: needs more than {MEMORY_BYTES // 2**30} GB; split it"
+        text = f"{asked['job']}: needs more than {memory_bytes / 2**30:.2g} GB; split it"
         return _say({"kind": ConfigError.__name__, "message": text})
     descriptor = int(arguments[0])
     os.ftruncate(descriptor, len(content))
     os.pwrite(descriptor, content, 0)
     return _say({"bytes": len(content)})
+
+
+def _bounded(kind: int, most: int, grace: int = 0) -> int:
+    """Hold this process to `most`, or to the smaller limit that it is started with; returns it.
+
+    grace: how much more the kernel gives before it ends the process.
+    """
+    soft, hard = (
+        one if one != resource.RLIM_INFINITY else None for one in resource.getrlimit(kind)
+    )
+    least = min(one for one in (most, soft, hard) if one is not None)
+    last = least + grace
+    resource.setrlimit(kind, (least, last if hard is None else min(last, hard)))
+    return least
 
 
 def _say(answer: dict[str, Any]) -> int:
