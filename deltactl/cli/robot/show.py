@@ -8,7 +8,7 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from deltactl.cli.output import console, decimals, print_json, say, warn
+from deltactl.cli.output import console, decimals, print_json, say, waiting, warn
 from deltactl.firmware_py.run_report.home_rounding import said_of_home
 from deltactl.firmware_py.run_report.report import write_report
 from deltactl.firmware_py.run_report.tracking import ENDED_EARLY, RunTracking, robot_of, track
@@ -20,9 +20,10 @@ __all__ = ["export_recording", "show_recording", "show_tracking", "write_report"
 
 def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
     """Print the tracking errors of a run, unless quiet; returns them as plain types."""
-    run = read_run(recording)
-    robot = robot_of(run)
-    tracking = track(run, robot)
+    with waiting(f"reading {recording.name}", quiet) as show:
+        run = read_run(recording, progress=show)
+        robot = robot_of(run)
+        tracking = track(run, robot)
     if not quiet:
         if any(min(one.samples) for one in tracking.all()):
             console.print(tracking_table(run.configuration.job_name, tracking))
@@ -73,7 +74,9 @@ def export_recording(recording: Path, out: Path, truth: bool) -> None:
     from deltactl.recording.tables.rounds import flatten
     from deltactl.recording.tables.unseen import flatten_unseen, has_readings
 
-    run = read_run(recording)
-    table = flatten(run, truth) if has_readings(run) else flatten_unseen(run, truth)
-    write_flat(table, out)
+    with waiting(f"reading {recording.name}", False) as show:
+        run = read_run(recording, progress=show)
+        table = flatten(run, truth) if has_readings(run) else flatten_unseen(run, truth)
+        show(f"writing {out.name}")
+        write_flat(table, out)
     say(f"{out}: {len(table)} rows")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import struct
 import zlib
 from collections.abc import Iterator
@@ -28,6 +29,10 @@ _MAXIMUM_RECORD_BYTES = 2**28
 """A longer record is damage; it must not make a reader ask for that much memory."""
 _MAXIMUM_CHUNK_BYTES = 2**26
 """Of one chunk, unpacked; ours have about 30 kB, other writers' some MB."""
+_NO_OPCODE = 0
+"""The format has none such: it is what a hole in a sparse file, or a disk that failed, reads as."""
+_READ = (Opcode.CHUNK, Opcode.CHANNEL, Opcode.MESSAGE)
+"""Records whose content is looked at; others are passed over unread."""
 _TIMES = struct.Struct("<QQQ")
 """How a chunk begins: its first and last time, and the bytes that it unpacks to."""
 STRETCHES = 12
@@ -75,7 +80,8 @@ class Scan:
         starts, sizes = [], []
         while len(head := stream.read(_HEAD.size)) == _HEAD.size:
             opcode, length = _HEAD.unpack(head)
-            if opcode in (Opcode.DATA_END, Opcode.FOOTER) or length > _MAXIMUM_RECORD_BYTES:
+            ends = opcode in (Opcode.DATA_END, Opcode.FOOTER, _NO_OPCODE)
+            if ends or length > _MAXIMUM_RECORD_BYTES:
                 break
             begin = stream.read(min(length, _TIMES.size))
             if opcode == Opcode.CHUNK and len(begin) == _TIMES.size:
@@ -87,23 +93,27 @@ class Scan:
         return frozenset(starts) - {starts[number] for number in kept}
 
     def _read(self, stream: BinaryIO, left_out: frozenset[int]) -> Iterator[dict[int, list[bytes]]]:
+        size = os.fstat(stream.fileno()).st_size
         while head := stream.read(_HEAD.size):
             start = stream.tell() - len(head)
             if len(head) < _HEAD.size:
                 break
             opcode, length = _HEAD.unpack(head)
-            if length > _MAXIMUM_RECORD_BYTES:
+            if length > _MAXIMUM_RECORD_BYTES or opcode == _NO_OPCODE:
                 self.damage.append(f"damaged at byte {start}; what follows is not read")
                 return
-            if start in left_out:
-                self._packed += length
-                stream.seek(length, 1)
-                continue
-            body = stream.read(length)
-            if opcode in (Opcode.DATA_END, Opcode.FOOTER) and len(body) == length:
+            end = start + _HEAD.size + length
+            if opcode in (Opcode.DATA_END, Opcode.FOOTER) and end <= size:
                 # The summary repeats what the data section has said.
                 self.complete = True
                 return
+            if opcode not in _READ or start in left_out:
+                self._packed += length if start in left_out else 0
+                stream.seek(min(end, size))
+                if end > size:
+                    break
+                continue
+            body = stream.read(length)
             if (messages := self._messages(opcode, body, length, start)) is not None:
                 yield messages
             if len(body) < length:
@@ -136,6 +146,8 @@ class Scan:
         position, size = 0, len(data)
         while position + _HEAD.size <= size:
             opcode, length = _HEAD.unpack_from(data, position)
+            if opcode == _NO_OPCODE:
+                raise RecordingError("holds nothing from there on")
             position += _HEAD.size
             if position + length > size:
                 break
