@@ -176,6 +176,37 @@ _UNREADABLE = (
 OverflowError)."""
 
 
+def begins_as_mcap(stream: BinaryIO) -> bool:
+    """Whether a stream, at its beginning, has what every MCAP file begins with; goes back there."""
+    head = stream.read(len(MAGIC) + _HEAD.size)
+    stream.seek(0)
+    if not head.startswith(MAGIC) or len(head) < len(MAGIC) + _HEAD.size:
+        return False
+    opcode, length = _HEAD.unpack_from(head, len(MAGIC))
+    return bool(opcode == Opcode.HEADER and length <= _MAXIMUM_RECORD_BYTES)
+
+
+def refuse_holes(path: Path, stream: BinaryIO) -> None:
+    """Raise RecordingError for what a library would read for minutes; goes back to the beginning.
+
+    That is a file with a hole, whose bytes are zero and count as records, and one with messages
+    longer than any.
+    """
+    size = os.fstat(stream.fileno()).st_size
+    stream.seek(len(MAGIC))
+    while len(head := stream.read(_HEAD.size)) == _HEAD.size:
+        start = stream.tell() - len(head)
+        opcode, length = _HEAD.unpack(head)
+        if opcode in (Opcode.DATA_END, Opcode.FOOTER):
+            break
+        if opcode == _NO_OPCODE or (opcode in _READ and length > _MAXIMUM_RECORD_BYTES):
+            raise RecordingError(f"{path}: is damaged at byte {start}; make a copy up to there")
+        if stream.tell() + length > size:
+            break
+        stream.seek(length, 1)
+    stream.seek(0)
+
+
 def _spread(sizes: list[int], most: int) -> list[int]:
     """Numbers of the chunks to read: the first, which says whose they are, and STRETCHES of them
     spread evenly, which together have no more than `most` bytes.

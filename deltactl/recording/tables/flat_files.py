@@ -12,6 +12,7 @@ from mcap.reader import make_reader
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.format.channels import WRITTEN_BY
 from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.scan import begins_as_mcap
 from deltactl.recording.tables.csv_table import read_csv, write_csv
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.parquet_and_mat import (
@@ -65,6 +66,8 @@ def is_own_run(path: Path) -> bool:
     """Whether a path is a run that this program recorded, by the first words of the file."""
     try:
         with path.open("rb") as stream:
+            if not begins_as_mcap(stream):
+                return False
             return str(make_reader(stream).get_header().library).startswith(WRITTEN_BY)
     except (OSError, McapError, struct.error):  # of no file, another one, or one cut short
         return False

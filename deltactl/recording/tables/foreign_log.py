@@ -15,6 +15,7 @@ import numpy as np
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.extras import needs
+from deltactl.recording.reading.scan import refuse_holes
 from deltactl.recording.tables.flat import AnyArray
 
 LOG_TIME = "log_time"
@@ -158,6 +159,7 @@ def _of_mcap(path: Path) -> Iterator[tuple[str, int, Any]]:
 
     try:
         with path.open("rb") as stream:
+            refuse_holes(path, stream)
             factories, decoders = (OfRos(), OfProtobuf()), dict[int, Any]()
             for schema, channel, message in make_reader(stream).iter_messages():
                 if channel.message_encoding == "json":
