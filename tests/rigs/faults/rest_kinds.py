@@ -126,6 +126,27 @@ def change_file(stand: Stand, chance: Random, verdict: Verdict) -> None:
         verdict.demand(controller.robot.geometry.upper_arm_m == 0.25, "another file is in force")
 
 
+def no_place_to_record(stand: Stand, chance: Random, verdict: Verdict) -> None:
+    """The recording of a job cannot be begun: refused with the reason, and the next one runs."""
+    _homed(stand)
+    in_the_way = stand.folder / "in-the-way"
+    in_the_way.write_text("")
+    record = in_the_way / f"{chance.randrange(1000)}.mcap"
+    begun_ns = time.monotonic_ns()
+    number = stand.controller.submit(stand.job, record)
+    outcome = wait_for_result(stand.controller, number)
+    result = stand.controller.result(number)
+    verdict.demand(outcome == "refused", f"ended as {outcome}")
+    why = "" if result is None else result.why
+    verdict.demand(str(in_the_way) in why and "cannot be made" in why, f"the reason is {why!r}")
+    named = None if result is None else result.recording
+    verdict.demand(named is None, f"names a recording that there is not: {named}")
+    moved = len(after(edge_times_ns(stand.bench.memory), begun_ns))
+    verdict.demand(moved == 0, f"{moved} edges without a recording")
+    verdict.demand(stand.state == "ready", f"refused, and {stand.state}")
+    stand.ensure_running()
+
+
 def switch_stuck_closed(stand: Stand, chance: Random, verdict: Verdict) -> None:
     """A home switch does not open again."""
     _home_by_switches(chance.randrange(3), True, "stuck closed", verdict)
@@ -165,6 +186,7 @@ REST_KINDS: dict[str, RestFault] = {
     "stop as a job begins": stop_beginning,
     "homing with a sensor blind": home_blind,
     "robot file changed": change_file,
+    "no place to record": no_place_to_record,
     "home switch stuck closed": switch_stuck_closed,
     "home switch stuck open": switch_stuck_open,
 }
