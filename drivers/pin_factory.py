@@ -63,9 +63,7 @@ def _why_none(refused: list[tuple[int, Any]], number: int | None) -> str:
     ]
     if not others and not shut:
         if number is None:
-            return (
-                f"{device(0)} does not exist, nor do 1 to {CHIPS[-1]}: no GPIO header here"
-            )
+            return f"{device(0)} does not exist, nor do 1 to {CHIPS[-1]}: no GPIO header here"
         return f"{device(number)} does not exist: no GPIO header here, or steps.chip is wrong"
     wrong = [f"{', '.join(others)}, not the 40-pin header"] if others else []
     if shut:

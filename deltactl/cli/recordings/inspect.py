@@ -83,8 +83,8 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Inspection]) -> list[
             damaged.append(error)
     if not seen:
         raise damaged[0]
-    for error in damaged:
-        warn(f"{error}; the others follow")
+    for why in damaged:
+        warn(f"{why}; the others follow")
     return seen
 
 
