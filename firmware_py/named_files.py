@@ -9,8 +9,8 @@ from pathlib import Path
 from deltactl.foundation.errors import ConfigError, MissingFile
 from deltactl.foundation.places import PACKAGE
 
-CONFIG_FOLDER = PACKAGE / "config"
-TRAINED_FOLDER = PACKAGE / "models" / "trained"
+CONFIG_FOLDER = (PACKAGE / "config").resolve()
+TRAINED_FOLDER = (PACKAGE / "models" / "trained").resolve()
 SHOWN = 10
 """So many names of files are listed in a message."""
 JOB_KEY, ROBOT_KEY = "robot", "kind"
@@ -65,7 +65,7 @@ def named_beside(file: Path, writer: Path) -> str:
     moved together, or in full where they have no folder in common.
     """
     folder, here = file.parent.resolve(), writer.parent.resolve()
-    if folder != here and folder in (CONFIG_FOLDER.resolve(), TRAINED_FOLDER.resolve()):
+    if folder != here and folder in (CONFIG_FOLDER, TRAINED_FOLDER):
         hidden = (here / file.name).is_file()
         return str(folder / file.name) if hidden else file.name
     if os.path.commonpath([folder, here]) == os.sep:

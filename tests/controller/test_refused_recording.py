@@ -1,4 +1,4 @@
-"""A job whose recording cannot be begun is refused with the reason, in the result and in the log."""
+"""A job whose recording cannot be begun is refused with the reason, in the result and the log."""
 
 from __future__ import annotations
 
