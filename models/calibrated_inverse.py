@@ -7,6 +7,7 @@ import numpy as np
 from deltactl.models.chain.active import Active, at, of_entries
 from deltactl.models.chain.commands import Commands
 from deltactl.models.chain.delta import Chain
+from deltactl.models.effects import Compensated, compensated
 from deltactl.models.effects.flow import Flow, Load
 from deltactl.models.effects.port import Port
 from deltactl.models.effects.tables import shifted
@@ -16,14 +17,6 @@ from deltactl.models.linkage.scalar_forward import forward_one
 from deltactl.models.linkage.vectors import Vector
 from deltactl.models.robot import ARMS, DeltaRobot, EffectEntry, FloatArray
 
-INVERTIBLE = frozenset(
-    {
-        *("gear_ratio", "transmission_error", "joint_compliance", "payload", "home_offset"),
-        *("upper_arm_length", "forearm_length", "base_radius", "motor_azimuth"),
-        *("joint_table", "platform_table"),
-    }
-)
-"""Effects that give every commanded angle one true angle, and every pose one position."""
 ROUNDS = 30
 CLOSE_RAD = 1e-9
 """Angles are right to a ten-thousandth of a microstep and better."""
@@ -31,10 +24,9 @@ CLOSE_RAD = 1e-9
 
 def corrections_of(robot: DeltaRobot) -> tuple[EffectEntry, ...]:
     """What of a robot's effects an inverse can take into account; where it comes from left out."""
+    known = compensated(Compensated.INVERSE)
     return tuple(
-        entry.model_copy(update={"found": None})
-        for entry in robot.effects
-        if entry.effect in INVERTIBLE
+        entry.model_copy(update={"found": None}) for entry in robot.effects if entry.effect in known
     )
 
 

@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 
 from deltactl.diagnosis.estimation.side_by_side import alone
-from deltactl.firmware_py.compensation.ways import AHEAD, AT_REVERSALS, WARMING
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
-from deltactl.models.calibrated_inverse import INVERTIBLE
+from deltactl.models.effects import Compensated, compensated
 from deltactl.proof.hidden.build_in import SINGLES
 from deltactl.proof.prove.workers import workers
 from deltactl.repair.case import Case, run
@@ -33,7 +32,10 @@ EXTRA = ("pair", "pair", "pair", "unknown", "nothing")
 BESIDE_FROM = 104
 """From this case on: an effect that is compensated, and an unknown beside it."""
 # Without what rings: another list would make other robots of the same numbers.
-COMPENSATED = tuple(name for name in SINGLES if name in INVERTIBLE | AHEAD | AT_REVERSALS | WARMING)
+_WAYS = (
+    Compensated.INVERSE, Compensated.AHEAD, Compensated.AT_REVERSALS, Compensated.WARMING,
+)  # fmt: skip
+COMPENSATED = tuple(name for name in SINGLES if name in compensated(*_WAYS))
 Show = Callable[[int, int], None]
 
 

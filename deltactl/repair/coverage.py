@@ -6,38 +6,16 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from deltactl.firmware_py.compensation.ways import AHEAD, AT_REVERSALS, RINGING, WARMING
 from deltactl.firmware_py.job_file import JobFile, NetworkIk
 from deltactl.firmware_py.kinematics_of_job import network_file
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.program.includes import kinematics_in, paths_of, read_whole
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
-from deltactl.models.calibrated_inverse import INVERTIBLE, corrections_of
-from deltactl.models.effects import effect_kind
+from deltactl.models.calibrated_inverse import corrections_of
+from deltactl.models.effects import Compensated, card_of, effect_kind
 from deltactl.models.robot import EffectEntry
 
-IN_KINEMATICS = "in the inverse kinematics"
-READINGS = frozenset(
-    {
-        *("sensor_offset", "sensor_scale", "sensor_crosstalk", "sensor_drift"),
-        *("sensor_latency", "frame_tilt"),
-    }
-)
-WAYS = {
-    **dict.fromkeys(AHEAD, "commanded ahead of time"),
-    **dict.fromkeys(AT_REVERSALS, "taken up where the arm turns round"),
-    **dict.fromkeys(WARMING, "followed as the arms warm up"),
-    **dict.fromkeys(RINGING, "moved so that it does not ring, where the drives can follow"),
-    **dict.fromkeys(READINGS, "expected in the readings; the motion needs nothing"),
-}
 NOT_TOGETHER = "stepping by gpiozero cannot step one motor shortly after the other"
-LEFT = {
-    "contact": "something is in the way: look at the table, or raise the path",
-    "lost_steps": "happened once: home the robot, and look why",
-    "stale_reading": "happened once: look at the sensor and its cable",
-    "encoder_error": "no encoder has a part in moving",
-}
-"""What no command makes better, and what a person does about it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +68,7 @@ def coverage(
     corrections = known = corrections_of(robot)
     insides, warnings = [], []
     for chosen in kinematics_in(job):
-        inside, warning = IN_KINEMATICS, ""
+        inside, warning = Compensated.INVERSE.value, ""
         if isinstance(chosen, NetworkIk):
             file = network_file(chosen, robot, job_path)
             learned = _learned(file)
@@ -106,7 +84,7 @@ def coverage(
 
 def robot_coverage(robot: RobotFile) -> Coverage:
     """What any job in space does about each effect, with an inverse that knows them all."""
-    return Coverage(tuple(_covered(robot, corrections_of(robot), IN_KINEMATICS)))
+    return Coverage(tuple(_covered(robot, corrections_of(robot), Compensated.INVERSE.value)))
 
 
 def _learned(file: Path) -> tuple[EffectEntry, ...]:
@@ -120,16 +98,17 @@ def _covered(robot: RobotFile, known: tuple[EffectEntry, ...], inside: str) -> l
     covered = []
     together = robot.steps.backend == "gpiozero"
     for entry in robot.effects:
-        if entry.effect in INVERTIBLE:
+        card = card_of(entry.effect)
+        if card.compensated is Compensated.INVERSE:
             is_known = entry.model_copy(update={"found": None}) in known
             why = "the network does not know it"
             covered.append(_by(entry, inside) if is_known else _left(entry, why))
-        elif together and entry.effect in AHEAD | RINGING:
+        elif together and card.compensated in (Compensated.AHEAD, Compensated.SHAPED):
             covered.append(_left(entry, NOT_TOGETHER))
-        elif entry.effect in WAYS:
-            covered.append(_by(entry, WAYS[entry.effect]))
+        elif card.compensated is Compensated.NOT:
+            covered.append(_left(entry, card.left))
         else:
-            covered.append(_left(entry, LEFT.get(entry.effect, "no command makes it better")))
+            covered.append(_by(entry, card.compensated.value))
     return covered
 
 

@@ -35,7 +35,7 @@ class Hanging:
     @staticmethod
     def is_one(effect: Active) -> bool:
         """Whether an effect is play in which arms fall, and do not stick."""
-        return effect.kind.name == "gear_backlash" and scalar(effect.values, "drag") < STICKS
+        return "drag" in effect.values and scalar(effect.values, "drag") < STICKS
 
     def ahead_rad(
         self, t_s: FloatArray, angle_rad: FloatArray, torque_nm: FloatArray

@@ -15,10 +15,10 @@ import math
 import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, Int64Array
-from deltactl.firmware_py.compensation.ways import AHEAD
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.chain.active import of_entries
+from deltactl.models.effects import Compensated, Trait, compensated, has
 from deltactl.models.effects.kind import scalar
 from deltactl.models.robot import FloatArray
 
@@ -36,9 +36,10 @@ NOTHING = np.empty(0, dtype=np.int64)
 def lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
     """Dead times and lags of the drives as believed, both (3,) [s], bounded."""
     dead, lag = np.zeros(MOTORS), np.zeros(MOTORS)
-    for active in of_entries(one for one in robot.effects if one.effect in AHEAD):
+    ahead = compensated(Compensated.AHEAD)
+    for active in of_entries(one for one in robot.effects if one.effect in ahead):
         motor, values = active.kind.index(active.component), active.values
-        if active.kind.name == "following_lag":
+        if has(active.kind.name, Trait.DRIVE_DELAY):
             dead[motor] += scalar(values, "dead_time")
             lag[motor] += scalar(values, "time")
         else:

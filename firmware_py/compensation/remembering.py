@@ -16,11 +16,11 @@ from functools import cached_property
 import numpy as np
 
 from deltactl.firmware_py.compensation.hanging import Hanging
-from deltactl.firmware_py.compensation.ways import AT_REVERSALS, WARMING
 from deltactl.firmware_py.robot_file import RobotFile
-from deltactl.models.calibrated_inverse import INVERTIBLE, CalibratedInverse
+from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.chain.active import at, of_entries
+from deltactl.models.effects import Compensated, compensated
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.joint_friction import without_swing
 from deltactl.models.effects.port import Port
@@ -51,13 +51,14 @@ class Remembering:
         self._robot = robot
         self._plain = robot.model_copy(update={"effects": ()})
         self._static = CalibratedInverse(robot)
-        joint = INVERTIBLE | AT_REVERSALS
+        joint = compensated(Compensated.INVERSE, Compensated.AT_REVERSALS)
         at_joints = [without_swing(one) for one in robot.effects if one.effect in joint]
         hangs = [Hanging.is_one(active) for active in of_entries(at_joints)]
         hanging = (one for one, it_is in zip(at_joints, hangs, strict=True) if it_is)
         self._hanging = [Hanging(active) for active in of_entries(hanging)]
         self._at_joints = [one for one, it_is in zip(at_joints, hangs, strict=True) if not it_is]
-        self._growth = [one for one in robot.effects if one.effect in WARMING]
+        warming = compensated(Compensated.WARMING)
+        self._growth = [one for one in robot.effects if one.effect in warming]
         self._widths_rad = _widths_rad(robot.effects)
 
     @property
@@ -151,7 +152,8 @@ class Remembering:
 def _widths_rad(effects: tuple[EffectEntry, ...]) -> FloatArray:
     """Play and wind-up of each arm, (3,) [rad]."""
     widths = np.zeros(ARMS)
-    for active in of_entries(one for one in effects if one.effect in AT_REVERSALS):
+    plays = compensated(Compensated.AT_REVERSALS)
+    for active in of_entries(one for one in effects if one.effect in plays):
         widths[active.kind.index(active.component)] += float(active.values["width"])
     return widths
 

@@ -14,12 +14,12 @@ import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, Counts, Int64Array, Ticks
 from deltactl.firmware_py.compensation.lead import GRID_S, lags_s
-from deltactl.firmware_py.compensation.ways import AT_REVERSALS, RINGING
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S
-from deltactl.models.calibrated_inverse import INVERTIBLE, CalibratedInverse
+from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.chain.active import Active, at, of_entries
+from deltactl.models.effects import Compensated, compensated
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.joint_friction import without_swing
 from deltactl.models.effects.kind import scalar
@@ -40,7 +40,8 @@ GRID_NS = round(GRID_S * NS_PER_S)
 
 def rings(robot: RobotFile) -> bool:
     """Whether it is known to."""
-    return any(one.effect in RINGING for one in robot.effects)
+    shaped = compensated(Compensated.SHAPED)
+    return any(one.effect in shaped for one in robot.effects)
 
 
 def knot_s(robot: RobotFile, t_s: FloatArray, angle_rad: FloatArray, place_m: FloatArray) -> float:
@@ -150,7 +151,8 @@ class Ringing:
 
 
 def _mode(robot: RobotFile) -> Active:
-    return of_entries(one for one in robot.effects if one.effect in RINGING)[0]
+    shaped = compensated(Compensated.SHAPED)
+    return of_entries(one for one in robot.effects if one.effect in shaped)[0]
 
 
 def _omega(mode: Active) -> float:
@@ -159,9 +161,10 @@ def _omega(mode: Active) -> float:
 
 def _at_joints(robot: RobotFile) -> list[Active]:
     """What moves arms, in its order, where some of it remembers."""
-    if not any(one.effect in AT_REVERSALS for one in robot.effects):
+    plays = compensated(Compensated.AT_REVERSALS)
+    if not any(one.effect in plays for one in robot.effects):
         return []
-    known = INVERTIBLE | AT_REVERSALS
+    known = plays | compensated(Compensated.INVERSE)
     effects = of_entries([without_swing(one) for one in robot.effects if one.effect in known])
     return [active for port in (Port.MOTOR, Port.GEAR, Port.ARM) for active in at(effects, port)]
 

@@ -6,8 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from deltactl.models.belief.rules import ALSO_SUMMED, RULES, Rule
-from deltactl.models.effects import effect_kind
+from deltactl.models.effects import Rule, card_of, effect_kind
 from deltactl.models.effects.tables import looked_up
 from deltactl.models.robot import EffectEntry, FoundBy
 
@@ -34,11 +33,12 @@ def merged(
 
 
 def together(old: EffectEntry, new: EffectEntry) -> EffectEntry:
-    """One entry that does what both do one after the other (see `rules`)."""
-    rule = RULES.get(new.effect)
+    """One entry that does what both do one after the other (see `Rule`)."""
+    card = card_of(new.effect)
+    rule = card.rule
     before, after = _filled(old), _filled(new)
     # What little is left says little about the other parameters: those believed stay.
-    values = before | after if rule is None else after | before
+    values = before | after if rule is Rule.NEWEST else after | before
     main = effect_kind(new.effect).main.name
     if rule is Rule.SUM:
         values[main] = _sum(before[main], after[main])
@@ -54,8 +54,8 @@ def together(old: EffectEntry, new: EffectEntry) -> EffectEntry:
         values |= _phasor(before, after)
     elif rule is Rule.TABLE:
         values |= _table(before, after)
-    also = ALSO_SUMMED.get(new.effect)
-    if also is not None:
+    if card.also_added:
+        also = card.also_added
         values[also] = _sum(before[also], after[also])
     return EffectEntry(
         effect=new.effect,
@@ -68,7 +68,7 @@ def together(old: EffectEntry, new: EffectEntry) -> EffectEntry:
 def _is_again(old: EffectEntry, new: EffectEntry) -> bool:
     if (old.effect, old.component) != (new.effect, new.component):
         return False
-    rule = RULES.get(new.effect)
+    rule = card_of(new.effect).rule
     if rule is Rule.TABLE:
         same = ("follows", "direction")
         return all(old.parameters.get(name) == new.parameters.get(name) for name in same)

@@ -1,76 +1,73 @@
 """The vocabulary: every effect that can be named, as an operator at a port of the chain.
 
-A new effect is one file with an `EFFECT`, and its line here.
+A new effect is one file of this folder with an `EFFECT` and its `CARD`; nothing else names it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from importlib import import_module
+from pkgutil import iter_modules
+
 from deltactl.foundation.errors import ConfigError
-from deltactl.models.effects import (
-    base_radius,
-    contact,
-    encoder_error,
-    following_lag,
-    forearm_length,
-    frame_tilt,
-    gear_backlash,
-    gear_ratio,
-    home_offset,
-    joint_compliance,
-    joint_friction,
-    lost_steps,
-    motor_azimuth,
-    payload,
-    resonance,
-    sensor_crosstalk,
-    sensor_drift,
-    sensor_latency,
-    sensor_offset,
-    sensor_scale,
-    stale_reading,
-    thermal_expansion,
-    transmission_error,
-    upper_arm_length,
-    viscous_friction,
+from deltactl.models.effects.card import (
+    Compensated,
+    Confusion,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
 )
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values
 from deltactl.models.effects.port import PORT_TEXT, Port
-from deltactl.models.effects.tables import JOINT_TABLE, PLATFORM_TABLE
 
-_MODULES = (
-    following_lag,
-    lost_steps,
-    gear_ratio,
-    transmission_error,
-    gear_backlash,
-    joint_friction,
-    viscous_friction,
-    joint_compliance,
-    payload,
-    home_offset,
-    upper_arm_length,
-    forearm_length,
-    base_radius,
-    motor_azimuth,
-    thermal_expansion,
-    contact,
-    resonance,
-    frame_tilt,
-    sensor_offset,
-    sensor_scale,
-    sensor_crosstalk,
-    sensor_drift,
-    sensor_latency,
-    stale_reading,
-    encoder_error,
-)
-
-VOCABULARY: dict[str, EffectKind] = {module.EFFECT.name: module.EFFECT for module in _MODULES}
+CARDS: dict[str, EffectCard] = {}
+"""Of every effect by name, also of those that act on no delta, and of `unknown`."""
+VOCABULARY: dict[str, EffectKind] = {}
 """Effects of a delta by name. Those of single axes stand with their chains."""
-
-
-TABLES: dict[str, EffectKind] = {kind.name: kind for kind in (JOINT_TABLE, PLATFORM_TABLE)}
+TABLES: dict[str, EffectKind] = {}
 """What a robot file may say of errors that have no name. No diagnosis looks for these."""
+
+
+def register(cards: Iterable[EffectCard]) -> None:
+    """Make effects known to all that ask: delta's by port and place in its list, others after."""
+    for card in sorted(cards, key=_place):
+        CARDS[card.name] = card
+        if card.kind is not None:
+            (TABLES if card.table else VOCABULARY)[card.name] = card.kind
+
+
+def _place(card: EffectCard) -> tuple[int, int, str]:
+    last = max(Port).value + 1
+    return (card.kind.port.value if card.kind else last, card.listed, card.name)
+
+
+def _cards_of_this_folder() -> Iterable[EffectCard]:
+    for info in iter_modules(__path__):
+        module = import_module(f"{__name__}.{info.name}")
+        yield from getattr(module, "CARDS", ())
+        if hasattr(module, "CARD"):
+            yield module.CARD
+
+
+def card_of(name: str) -> EffectCard:
+    """The card of an effect; an empty one of a name that is not known."""
+    return CARDS.get(name) or EffectCard(name)
+
+
+def has(name: str, trait: Trait) -> bool:
+    """Whether an effect has what a trait says."""
+    return trait in card_of(name).traits
+
+
+def compensated(*ways: Compensated) -> frozenset[str]:
+    """Names of the effects that jobs take into account in one of these ways."""
+    return frozenset(name for name, card in CARDS.items() if card.compensated in ways)
+
+
+def confusion(one: str, other: str) -> Confusion | None:
+    """What separates two effects, on whichever card it is; None where neither knows the other."""
+    return card_of(one).confusion(other) or card_of(other).confusion(one)
 
 
 def effect_kind(name: str) -> EffectKind:
@@ -83,14 +80,27 @@ def effect_kind(name: str) -> EffectKind:
     return VOCABULARY[name]
 
 
+register(_cards_of_this_folder())
+
 __all__ = [
+    "CARDS",
     "PORT_TEXT",
     "TABLES",
     "VOCABULARY",
+    "Compensated",
+    "EffectCard",
     "EffectKind",
     "Memory",
     "Parameter",
     "Port",
+    "Rule",
+    "Trait",
     "Values",
+    "Words",
+    "card_of",
+    "compensated",
+    "confusion",
     "effect_kind",
+    "has",
+    "register",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import Confusion, Drawing, EffectCard, Trait, Words
 from deltactl.models.effects.effort_flow import effort_flow
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
@@ -19,4 +20,26 @@ EFFECT = EffectKind(
     parameters=(Parameter("inertia", "kg m2", 1e-9, 1e6, step=1e-4),),
     operate=_operate,
     says=lambda component, v: f"the axis moves {v['inertia']:.4g} kg m2",
+)
+
+CARD = EffectCard(
+    name="inertia",
+    words=Words(
+        noun="a wrong inertia of {part}",
+        axis_regime="while the axis speeds up or slows down",
+    ),
+    remedies={
+        "": "enter the true inertia of {part} in the robot file: {size}",
+    },
+    drawing=Drawing(axis=("load",)),
+    traits=frozenset({Trait.ENTERED}),
+    confusions=(
+        Confusion(
+            "effort_gain",
+            axis=(
+                "push the axis with a known force (a spring balance, a weight over a pulley) and "
+                "record it as `load`"
+            ),
+        ),
+    ),
 )

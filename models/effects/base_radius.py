@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Rule, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -21,4 +22,28 @@ EFFECT = EffectKind(
         f"base radius minus platform radius is {1e3 * v['length_error']:+.2f} mm off"
     ),
     pose_alone=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=2,
+    words=Words(
+        noun="a wrong radius of the base or the platform",
+        regime="everywhere, with the pose",
+    ),
+    remedies={
+        "": "measure base and platform: the difference of their radii is {true}",
+    },
+    traits=frozenset({Trait.LENGTH, Trait.ENTERED}),
+    rule=Rule.SUM,
+    compensated=Compensated.INVERSE,
+    by_hand=ByHand(
+        (
+            "measure the radii of base and platform with calipers (their difference is all that "
+            "the linkage shows)"
+        ),
+        0,
+    ),
+    build_spread=0.001,  # m, the difference of two radii
 )

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from deltactl.models.effects.card import EffectCard, Words
+from deltactl.models.effects.fit import Coordinate, Fit, Search, Shape
 from deltactl.models.effects.flow import BoolArray, Flow
 from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -95,4 +97,31 @@ EFFECT = EffectKind(
         gives_way={"height": 2.5e-4},
     ),
     local=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=0,
+    words=Words(
+        noun="something in the way of {part}",
+        regime="in the lowest part of the workspace",
+    ),
+    remedies={
+        "": "clear away what stops the platform at {size}",
+    },
+    left="something is in the way: look at the table, or raise the path",
+    fit=Fit(
+        coordinates=(
+            Coordinate("height", step=5e-4),
+            Coordinate("grip", step=0.05, low=0.0, high=20.0),
+        ),
+        # Shares of the heights that the platform was sent to; a smooth stop, and rubber on steel.
+        shapes=tuple(
+            Shape((share, grip), ())
+            for share in (0.02, 0.05, 0.1, 0.2, 0.35)
+            for grip in (0.0, 1.5)
+        ),
+        searched=Search.HEIGHTS,
+    ),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import Drawing, EffectCard, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -22,4 +23,19 @@ EFFECT = EffectKind(
     ),
     order=1,
     nothing=1.0,
+)
+
+CARD = EffectCard(
+    name="effort_gain",
+    words=Words(
+        noun="a wrong scale between effort and force or torque of {part}",
+        axis_regime="wherever there is effort",
+    ),
+    remedies={
+        "": (
+            "set the scale between effort and force of {part}: its effort gives {size} "
+            "{sign:more|less} than the robot file says"
+        ),
+    },
+    drawing=Drawing(axis=("motor",)),
 )

@@ -6,6 +6,7 @@ it (Janot, Gautier and Brunot 2019, EMPS: equation 1).
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import Confusion, Drawing, EffectCard, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -23,4 +24,35 @@ EFFECT = EffectKind(
     operate=_operate,
     says=lambda component, v: f"{v['offset']:+.4g} N m of the effort move nothing",
     order=2,
+)
+
+CARD = EffectCard(
+    name="effort_offset",
+    words=Words(
+        noun="a constant force or torque on {part}",
+        axis_regime="everywhere, as a constant force",
+    ),
+    remedies={
+        "": (
+            "balance {part}, or correct the zero of its effort: the same {size} is there whichever "
+            "way it moves, where friction would change sign with the motion"
+        ),
+        "beside": (
+            "find out first what of the effort follows the speed, at slow speeds both ways; balance"
+            " {part}, or correct the zero of its effort, only by what stays there: the {size} found"
+            " are what the speeds of this recording have in common"
+        ),
+    },
+    drawing=Drawing(axis=("load",)),
+    traits=frozenset({Trait.FORCE, Trait.CONSTANT_FORCE}),
+    confusions=(
+        Confusion(
+            "joint_friction",
+            axis=(
+                "pull the resting axis either way with a spring balance: friction that differs by "
+                "direction shows there, an offset of the effort does not"
+            ),
+            called="{phrase} that is stronger one way",
+        ),
+    ),
 )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import Drawing, EffectCard, Rule, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Values
-from deltactl.models.effects.periodic import PARAMETERS, add_periodic, size_in_words
+from deltactl.models.effects.periodic import PARAMETERS, PERIODIC, add_periodic, size_in_words
 from deltactl.models.effects.port import Port
 
 
@@ -22,4 +23,33 @@ EFFECT = EffectKind(
         f"the angle encoder of {component} has a periodic error of {size_in_words(v)}"
     ),
     order=0,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=0,
+    words=Words(
+        noun="a periodic error of the angle encoder of {part}",
+        axis="a periodic error of the encoder of {part}",
+        several="periodic errors of the angle encoders of {part}",
+        further="a further periodic error of the encoder of {part}",
+        regime="in step with the angle of {part}, on its encoder only",
+        axis_regime="in step with the position",
+    ),
+    remedies={
+        "": "centre the encoder of {part}: it errs by {size} periodically",
+        "axis/": (
+            "centre the encoder of {part}, or subtract its periodic error ({size}) from what it "
+            "reads"
+        ),
+        "slide/": (
+            "have the controller of {part} subtract the periodic error of its scale or encoder "
+            "({size}), or align that anew"
+        ),
+    },
+    drawing=Drawing(axis=("encoder",)),
+    rule=Rule.PHASOR,
+    left="no encoder has a part in moving",
+    fit=PERIODIC,
 )

@@ -2,6 +2,17 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import (
+    ByHand,
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
+from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -39,4 +50,83 @@ EFFECT = EffectKind(
     ),
     # a drive is not of first order
     discrepancy=Discrepancy(0.001, 0.003),
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=0,
+    words=Words(
+        noun="a drive of {part} that follows late",
+        effort="a delay between effort and motion of {part}",
+        several="drives of {part} that follow late",
+        further="a further delay of {part}",
+        regime="while {part} moves and just after it stops",
+        axis_regime="in motion and just after it stops",
+    ),
+    remedies={
+        "": (
+            "raise the gains in the control of {part}, or command it earlier: it is late by {size}"
+        ),
+        "dead": (
+            "command {part} earlier, or look for what delays it (a bus, a slow cycle, a filter or "
+            "ramp of its controller; higher gains shorten no dead time): it is late by {size}"
+        ),
+        "beside": (
+            "raise the gains in the control of {part}, or command it earlier: it is late by {size},"
+            " which a loop that rings as was found makes by itself"
+        ),
+        "effort": (
+            "look for what delays the motion of {part}, or its readings, behind the effort (a "
+            "filter, a slow bus, two clocks): it comes after the effort by {size}"
+        ),
+        "several": (
+            "command {part} earlier, or raise the gains in their control (which shortens no dead "
+            "time): they are late by {size}"
+        ),
+        "slide/": (
+            "command {part} earlier, or look for what delays it (a smoothing filter of its "
+            "controller; where a servo drives it, its gains): it is late by {size}"
+        ),
+    },
+    drawing=Drawing(axis=("motor",)),
+    traits=frozenset({Trait.DELAY, Trait.DRIVE_DELAY}),
+    rule=Rule.SUM,
+    also_added="dead_time",
+    compensated=Compensated.AHEAD,
+    confusions=(
+        Confusion(
+            "sensor_latency",
+            axis=(
+                "move the axis by hand against a switch that is recorded by the same clock: late "
+                "readings show it late, a late drive does not"
+            ),
+            delta=(
+                "Recording the arm angles too would distinguish a late drive from late readings."
+            ),
+            by_hand=(
+                "record the arm angles (theta_1 to theta_3): a late drive shows in them, late "
+                "readings do not"
+            ),
+            effort=1,
+        ),
+        Confusion(
+            "viscous_friction",
+            axis="change the drive's gain (friction lags less behind a stiffer drive){or_effort}",
+        ),
+        Confusion(
+            "motor_azimuth",
+            delta="The same path run the other way round would distinguish them.",
+        ),
+    ),
+    by_hand=ByHand("record the arm angles (theta_1 to theta_3)", 6),
+    fit=Fit(
+        coordinates=(
+            Coordinate("time", step=2e-3, low=0.0, high=2.0),
+            Coordinate("dead_time", step=2e-3, low=0.0, high=2.0),
+        ),
+        # one and five samples at 50 Hz, for lag and dead time each
+        shapes=tuple(Shape((0.0, 0.0), (i,), reach) for i in (0, 1) for reach in (0.02, 0.1)),
+    ),
+    group="motors",
 )

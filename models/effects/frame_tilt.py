@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Rule, Trait, Words
+from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values
 from deltactl.models.effects.port import Port
@@ -35,4 +37,28 @@ EFFECT = EffectKind(
     ),
     order=2,
     pose_alone=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=2,
+    words=Words(
+        noun="sensors turned against the robot",
+        regime="in proportion to the distance from the origin",
+    ),
+    remedies={
+        "": (
+            "align the sensors with the robot, or enter their rotation ({size}) in the robot file"
+        ),
+    },
+    drawing=Drawing(everywhere=("sensor_x", "sensor_y", "sensor_z")),
+    traits=frozenset({Trait.READING, Trait.ENTERED}),
+    rule=Rule.SUM,
+    compensated=Compensated.IN_READINGS,
+    fit=Fit(
+        coordinates=tuple(Coordinate("rotation", step=1e-4, part=part) for part in range(3)),
+        shapes=(Shape((0.0, 0.0, 0.0), (0, 1, 2), 1e-4),),
+    ),
+    build_spread=0.002,  # rad: 1 mm over half a metre, between sensors and base
 )

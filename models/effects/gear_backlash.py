@@ -12,6 +12,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import (
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
+from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -26,6 +36,11 @@ from deltactl.models.effects.port import Port
 from deltactl.models.recursion import clipped
 from deltactl.models.robot import FloatArray
 
+STAYS = 1e4
+"""Drag at which the arm stays in the play wherever it was left."""
+PLAYS_RAD = (0.0025, 0.006, 0.015)
+"""Widths of play and of friction that a fit starts at: from what a good gear has to what one sees
+by eye, apart by a factor of two and a half."""
 STICKS = 200.0
 """A drag from here on [N m s/rad] only stands for an arm that stays where it is pushed."""
 
@@ -83,4 +98,84 @@ EFFECT = EffectKind(
     # inside the play, friction and inertia decide
     discrepancy=Discrepancy(0.001, 0.012),
     itself={"width": (3e-4, float("inf"))},  # with less play it only yields
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=2,
+    words=Words(
+        noun="free play in the gear or coupling of {part}",
+        axis="free play between drive and load of {part}",
+        several="free play in the gears or couplings of {part}",
+        further="further play of {part}",
+        regime="after reversals and stops of {part}",
+        axis_regime="after reversals",
+    ),
+    remedies={
+        "": (
+            "take up the play of {part} ({size} at its output): tighten coupling and set screws; if"
+            " it stays, replace the gear"
+        ),
+        "axis/": (
+            "take up the play of {part} ({size} at its output) at coupling, set screws and gear; or"
+            " come to each place from the same side"
+        ),
+        "servo_axis/": (
+            "see first whether the drive of {part} has a dead zone, and narrow it, or raise its P "
+            "gain: within a dead zone a servo does not correct, which looks the same as play "
+            "({size}). What stays is play: take it up at horn, coupling, set screws and gear; or "
+            "come to each place from the same side"
+        ),
+        "slide/": (
+            "take up the play of {part} ({size}): preload or replace the nut of the screw, tension "
+            "the belt, tighten coupling and pulleys; or set it as the backlash of the controller, "
+            "or come to each place from the same side"
+        ),
+    },
+    drawing=Drawing(motor="gear", axis=("gear",)),
+    traits=frozenset({Trait.HYSTERESIS}),
+    rule=Rule.SUM,
+    compensated=Compensated.AT_REVERSALS,
+    confusions=(
+        Confusion(
+            "joint_friction",
+            axis=(
+                "repeat the motion with a weight that always pulls one way (play closes, friction "
+                "stays){or_effort}"
+            ),
+            delta=(
+                "Standing still after approaching from both sides, another payload, or the motor "
+                "current would distinguish play from friction."
+            ),
+            by_hand=(
+                "record the motor current (friction draws more of it, play does not), or hang 0.5 "
+                "kg on the platform and repeat the run: a load that always pulls one way hides "
+                "play, friction stays"
+            ),
+            effort=0,
+        ),
+        Confusion(
+            "home_offset",
+            axis="come to the same places from both sides: play shows twice, an offset once",
+            by_hand=(
+                "turn the arm by hand while its motor holds: play can be felt, a wrong home cannot"
+            ),
+            effort=5,
+        ),
+    ),
+    fit=Fit(
+        coordinates=(
+            Coordinate("width", step=3e-4, low=0.0, high=0.2),
+            Coordinate("drag", "log", step=0.05, low=np.log(0.1), high=np.log(STAYS)),
+            Coordinate("stiffness", "reciprocal", step=2e-5, low=0.0, high=1e-3),
+        ),
+        # Drags [N m s/rad] against which the load pulls the arm through its play.
+        shapes=tuple(
+            Shape((0.0, float(np.log(drag)), 0.0), (0,), width)
+            for drag in (5.0, 10.0, 25.0, STAYS)
+            for width in PLAYS_RAD
+        ),
+        fixed={"friction": 0.0},
+    ),
 )

@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import (
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -23,4 +32,87 @@ EFFECT = EffectKind(
     ),
     nothing=1.0,
     pose_alone=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=0,
+    words=Words(
+        noun="a wrong gear ratio of {part}",
+        axis="a wrong ratio between command and motion of {part}",
+        several="wrong gear ratios of {part}",
+        further="a further error of the ratio of {part}",
+        regime="in proportion to the angle of {part}",
+        axis_regime="in proportion to the position",
+    ),
+    remedies={
+        "": (
+            "compare gear and microstep switches of {part} with the robot file: it moves {size} "
+            "{sign:further|less far} than commanded"
+        ),
+        "small": (
+            "enter the ratio of {part} in the robot file: it moves {size} {sign:further|less far} "
+            "than commanded; that is too little for a wrong gear or microstep switch"
+        ),
+        "servo_drive/": (
+            "compare the gear of {part}, and the counts per turn of its encoder, with the robot "
+            "file: it moves {size} {sign:further|less far} than commanded"
+        ),
+        "servo_drive/small": (
+            "enter the ratio of {part} in the robot file: it moves {size} {sign:further|less far} "
+            "than commanded; that is too little for a wrong gear or count of the encoder"
+        ),
+        "axis/small": (
+            "divide the commands of {part} by {factor}, or correct the scale in its drive: it moves"
+            " {size} {sign:further|less far} than commanded"
+        ),
+        "servo_axis/": (
+            "divide the commands of {part} by {factor}, or correct the scale by which its drive or "
+            "program turns angles into counts: it moves {size} {sign:further|less far} than "
+            "commanded"
+        ),
+        "slide/": (
+            "compare steps per mm (or counts), the lead of the screw, and the teeth and pitch of "
+            "belt and pulley of {part} with what is set: it moves {size} {sign:further|less far} "
+            "than commanded"
+        ),
+        "slide/small": (
+            "divide the steps per mm (or counts) of {part} by {factor}: it moves {size} "
+            "{sign:further|less far} than commanded; a stretched belt and a screw's lead are off by"
+            " as little"
+        ),
+    },
+    small=0.02,
+    drawing=Drawing(motor="gear", axis=("gear",)),
+    traits=frozenset({Trait.ENTERED, Trait.RATIO}),
+    rule=Rule.PRODUCT,
+    compensated=Compensated.INVERSE,
+    confusions=(
+        Confusion(
+            "joint_compliance",
+            axis=(
+                "measure how far it moves between two places, with its load and without: a wrong "
+                "ratio stays, what yields does not{say_what_pulls}"
+            ),
+        ),
+        Confusion(
+            "sensor_scale",
+            axis=(
+                "measure one long move of the axis by other means (gauge blocks, a tape, a second "
+                "encoder)"
+            ),
+            called="a wrong scale of what measures {part}",
+        ),
+        Confusion(
+            "unknown",
+            axis=(
+                "record again at another speed: the error of a wrong ratio grows with the way, a "
+                "drift (of what the axis stands on, of its clock) with the time"
+            ),
+            called="a drift of {part} with time",
+        ),
+    ),
+    group="motors",
+    build_spread=0.001,  # 1: teeth are counted, belts stretch
 )

@@ -4,6 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import (
+    ByHand,
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -24,4 +34,55 @@ EFFECT = EffectKind(
         f" {'lower' if v['angle'] > 0.0 else 'higher'} than it should"
     ),
     pose_alone=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=0,
+    words=Words(
+        noun="a wrong home angle of {part}",
+        axis="a wrong home position of {part}",
+        several="wrong home angles of {part}",
+        further="a further offset of {part}",
+        regime="everywhere, as a constant angle of {part}",
+        axis_regime="everywhere, as a constant",
+    ),
+    remedies={
+        "": (
+            "correct the home stop or jig of {part}: at home its arm stands {size} "
+            "{sign:lower|higher} than it should; or enter the offset in the robot file"
+        ),
+        "axis/": (
+            "{sign:take|add} {size} {sign:off|to} the commands of {part}, or move its zero by as "
+            "much: it stands that far {sign:above|below} what it is told"
+        ),
+        "axis/beside": (
+            "then look at the zero of {part} again: it stands {size} {sign:above|below} what it is "
+            "told, as it may where the zero was set after coming from one side; {sign:take|add} "
+            "what stays {sign:off|to} its commands"
+        ),
+    },
+    drawing=Drawing(axis=("encoder",)),
+    traits=frozenset({Trait.ENTERED, Trait.ZERO}),
+    rule=Rule.SUM,
+    compensated=Compensated.INVERSE,
+    confusions=(
+        Confusion(
+            "forearm_length",
+            delta="A run through more of the workspace would distinguish them better.",
+        ),
+        Confusion(
+            "sensor_offset",
+            delta="A run with more tilted arms, or arm angles measured, would distinguish them.",
+            by_hand=(
+                "measure the height of the platform at home with a gauge, or an arm's angle with a "
+                "level"
+            ),
+            effort=4,
+        ),
+    ),
+    by_hand=ByHand("measure an arm's angle at home with a level", 4),
+    group="motors",
+    build_spread=0.002,  # rad, 0.1 deg: a stop or a switch that the arm is homed to
 )

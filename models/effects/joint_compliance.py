@@ -2,6 +2,16 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import (
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
+from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -42,4 +52,58 @@ EFFECT = EffectKind(
     nothing=float("inf"),
     # inertia beside weight, damping beside the spring; inertia on a spring rings
     discrepancy=Discrepancy(0.012, 0.012, leads_to={"resonance": 1.0}),
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=5,
+    words=Words(
+        noun="shafts of {part} that yield under load",
+        axis="parts of {part} that yield under load",
+        further="further yielding of {part} under load",
+        regime="where the load on the joints is high",
+        axis_regime="where the load is high",
+    ),
+    remedies={
+        "": "look for loose clamps and thin shafts at {part}: it yields under load",
+        "servo_axis/": (
+            "raise the gain of the position control of {part}, or look for what gives way: it "
+            "yields under load"
+        ),
+        "slide/": (
+            "tension the belt of {part}, look for a loose coupling or screw bearing; where a servo "
+            "drives it, raise its gain: it yields under load"
+        ),
+    },
+    drawing=Drawing(motor="gear", axis=("shaft",)),
+    traits=frozenset({Trait.UNDER_LOAD}),
+    rule=Rule.SERIES,
+    compensated=Compensated.INVERSE,
+    confusions=(
+        Confusion(
+            "home_offset",
+            axis=(
+                "repeat the motion with a known weight on the axis: a yielding joint sags "
+                "further{say_what_pulls}"
+            ),
+        ),
+        Confusion(
+            "upper_arm_length",
+            by_hand=(
+                "hang 0.5 kg on the platform and read the sensors again: yielding joints sag "
+                "further, wrong lengths do not"
+            ),
+            effort=2,
+        ),
+        Confusion(
+            "payload",
+            by_hand="weigh the platform with all it carries",
+            effort=3,
+        ),
+    ),
+    fit=Fit(
+        coordinates=(Coordinate("stiffness", "reciprocal", step=1e-4, low=0.0, high=1.0),),
+        shapes=(Shape((0.0,), (0,), 1e-4),),
+    ),
 )

@@ -10,7 +10,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import (
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
+from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.gear_backlash import PLAYS_RAD
 from deltactl.models.effects.kind import (
     MOTORS,
     Discrepancy,
@@ -88,4 +99,63 @@ EFFECT = EffectKind(
     # How far a friction-bound arm swings on comes free: where play and friction fit
     # alike, the play would have to stick like friction
     penalty=-4.0,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=3,
+    words=Words(
+        noun="bearing friction in {part}",
+        axis="dry friction in {part}",
+        further="further dry friction in {part}",
+        regime="after reversals of {part}",
+        axis_regime="in motion and after reversals",
+    ),
+    remedies={
+        "": (
+            "free the bearings of {part} (look for what rubs, clean, grease) if {size} of friction "
+            "is more than its maker states; or enter it in the robot file"
+        ),
+        "width": (
+            "free the bearings of {part} (look for what rubs, clean, grease): friction keeps its "
+            "two directions {size} apart; or enter it in the robot file"
+        ),
+        "servo_axis/width": (
+            "look for what rubs at {part}, raise the gain of its position control, or come to each "
+            "place from the same side: its two directions end {size} apart"
+        ),
+        "slide/": (
+            "free the guides and the screw or belt of {part} (look for what rubs, clean, grease) if"
+            " {size} of friction is more than its maker states; or enter it in the robot file"
+        ),
+        "slide/width": (
+            "free the guides of {part} (clean, grease), tension the belt, or come to each place "
+            "from the same side; where a servo drives it, raise its gain: its two directions end "
+            "{size} apart"
+        ),
+    },
+    drawing=Drawing(motor="gear", axis=("bearing",)),
+    traits=frozenset({Trait.HYSTERESIS, Trait.ENTERED, Trait.FORCE, Trait.BEARING}),
+    rule=Rule.SUM,
+    compensated=Compensated.AT_REVERSALS,
+    confusions=(
+        Confusion(
+            "stribeck_friction",
+            axis="move at several steady speeds, the slowest just above standstill",
+        ),
+        Confusion(
+            "viscous_friction",
+            axis="move at several steady speeds, slow and fast",
+        ),
+    ),
+    fit=Fit(
+        coordinates=(
+            Coordinate("width", step=3e-4, low=0.0, high=0.2),
+            Coordinate("stiffness", "reciprocal", step=2e-5, low=0.0, high=1e-3),
+            Coordinate("overshoot", step=5e-4, low=0.0, high=0.02),
+        ),
+        shapes=tuple(Shape((0.0, 0.0, 0.0), (0,), width) for width in PLAYS_RAD),
+        fixed={"asymmetry": 0.0, "start": 0.0},
+    ),
 )

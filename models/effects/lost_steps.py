@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import Drawing, EffectCard, Trait, Words
+from deltactl.models.effects.fit import Coordinate, Fit, Search
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -37,4 +39,31 @@ EFFECT = EffectKind(
     event=True,
     # when within a reading's time
     discrepancy=Discrepancy(0.0005, 0.0005),
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=1,
+    words=Words(
+        noun="steps lost by {part}",
+        regime="from one moment on",
+        axis_regime="from one moment on",
+    ),
+    remedies={
+        "": (
+            "home again; then run slower or softer, and look for what held {part} up: {size} were "
+            "lost"
+        ),
+    },
+    drawing=Drawing(axis=("motor",)),
+    traits=frozenset({Trait.WHOLE_STEPS}),
+    left="happened once: home the robot, and look why",
+    fit=Fit(
+        coordinates=(
+            Coordinate("steps", step=2.0, low=-2e4, high=2e4),
+            Coordinate("time", "frozen"),
+        ),
+        searched=Search.MOMENT,
+    ),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Rule, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -25,4 +26,24 @@ EFFECT = EffectKind(
         f"{component} is mounted {np.degrees(v['angle']):+.3f} degrees off its direction"
     ),
     pose_alone=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=3,
+    words=Words(
+        noun="a wrong direction of {part} around the base",
+        several="wrong directions of {part} around the base",
+        regime="everywhere, sideways of {part}",
+    ),
+    remedies={
+        "": "turn {part} on the base, it is {size} off; or enter the angle in the robot file",
+    },
+    traits=frozenset({Trait.ENTERED}),
+    rule=Rule.SUM,
+    compensated=Compensated.INVERSE,
+    by_hand=ByHand("measure the distances between the motor axes on the base plate", 5),
+    group="motors",
+    build_spread=0.003,  # rad: 1 mm on a base of 325 mm
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import ByHand, Compensated, Drawing, EffectCard, Rule, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -30,4 +31,25 @@ EFFECT = EffectKind(
     discrepancy=Discrepancy(0.012, 0.012, leads_to={"resonance": 1.0}),
     # compliance does nearly the same, and is the commoner
     penalty=12.0,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=6,
+    words=Words(
+        noun="a wrong mass at {part}",
+        regime="everywhere, in proportion to the load on the joints",
+        axis_regime="at all joints, with weight and acceleration of the platform",
+    ),
+    remedies={
+        "": (
+            "weigh what the platform carries: it is {size} {sign:more|less} than the robot file "
+            "says"
+        ),
+    },
+    drawing=Drawing(axis=("load",)),
+    rule=Rule.RATE,
+    compensated=Compensated.INVERSE,
+    by_hand=ByHand("weigh the platform with all it carries", 3),
 )

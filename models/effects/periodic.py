@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from deltactl.models.cosine_sine import cosine_and_sine
+from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.kind import Parameter, Values, scalar
 from deltactl.models.robot import FloatArray
 
@@ -18,6 +19,18 @@ PARAMETERS = (
 )
 
 
+PERIODIC = Fit(
+    coordinates=(
+        Coordinate("amplitude", "sine", step=2e-4, low=-0.2, high=0.2),
+        Coordinate("amplitude", "cosine", step=2e-4, low=-0.2, high=0.2),
+        Coordinate("period", "log", step=1e-3, low=np.log(1e-3), high=np.log(2.0 * np.pi)),
+    ),
+    # Errors per turn of the arm that a gear or coupling may have.
+    shapes=tuple(
+        Shape((0.0, 0.0, float(np.log(2.0 * np.pi / n))), (0, 1), 2e-4)
+        for n in (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 16, 20, 25, 30, 40, 50)
+    ),
+)
 SECOND = (
     Parameter("amplitude_2", "rad", 0.0, 0.2, starts=(0.0005,), typical=0.001, default=0.0),
     Parameter("phase_2", "rad", -np.pi, np.pi, starts=(0.0,), default=0.0),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from deltactl.models.cosine_sine import cosine_and_sine
+from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Trait, Words
+from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -51,4 +53,37 @@ EFFECT = EffectKind(
     # one mode of many
     discrepancy=Discrepancy(0.001, 0.012),
     itself={"damping": (0.0, 0.4)},  # beyond it a spring is still before it has swung back
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=1,
+    words=Words(
+        noun="ringing of {part} after moves",
+        regime="after starts and stops",
+        axis_regime="after starts and stops",
+    ),
+    remedies={
+        "": "accelerate more gently, or stiffen the frame: it rings at {size}",
+        "slide/": (
+            "accelerate more gently, tension the belt, or stiffen the frame: it rings at {size}"
+        ),
+    },
+    drawing=Drawing(axis=("load",)),
+    traits=frozenset({Trait.RINGING}),
+    compensated=Compensated.SHAPED,
+    fit=Fit(
+        coordinates=(
+            Coordinate("frequency", "log", step=0.01, low=np.log(0.3), high=np.log(40.0)),
+            Coordinate("damping", step=0.01, low=0.005, high=0.95),
+        ),
+        # Each 1.6 times the one before: from a cable that swings to what 50 readings a second still
+        # show; a bolted frame, and one that is held by hand or rubber.
+        shapes=tuple(
+            Shape((float(np.log(hertz)), damping), ())
+            for hertz in (0.7, 1.2, 2.0, 3.2, 5.0, 8.0, 12.0, 18.0)
+            for damping in (0.05, 0.2)
+        ),
+    ),
 )

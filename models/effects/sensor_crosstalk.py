@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Rule, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -26,4 +27,28 @@ EFFECT = EffectKind(
     # where a motion tells neither from an offset, the offset is likelier
     penalty=1.5,
     pose_alone=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=2,
+    words=Words(
+        noun="an error of {part} that grows with the distance squared",
+        several="errors of {part} that grow with the distance squared",
+        regime="with the square of the distance",
+        axis_regime="with the square of the distance",
+        axis_part="the sensor",
+    ),
+    remedies={
+        "": "clean the window of {part}, or move it: its error grows with distance",
+        "sensor/": (
+            "look for what {part} sees beside its target (a dirty window, reflections): its error "
+            "grows with the distance squared"
+        ),
+    },
+    drawing=Drawing(axis=("sensor",)),
+    traits=frozenset({Trait.BY_DISTANCE, Trait.READING}),
+    rule=Rule.SUM,
+    compensated=Compensated.IN_READINGS,
 )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Rule, Trait, Words
+from deltactl.models.effects.fit import Coordinate, Fit
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     RANGES,
@@ -39,4 +41,30 @@ EFFECT = EffectKind(
     smooth=False,
     # one time constant of several
     discrepancy=Discrepancy(0.001, 0.001),
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=3,
+    words=Words(
+        noun="a drift of {part}",
+        several="drifts of {part}",
+        regime="growing since the start of the recording",
+        axis_regime="growing since the start of the recording",
+        axis_part="the sensor",
+    ),
+    remedies={
+        "": "let {part} warm up before use: it drifts by {size}",
+    },
+    drawing=Drawing(axis=("encoder",)),
+    traits=frozenset({Trait.READING}),
+    rule=Rule.SUM,
+    compensated=Compensated.IN_READINGS,
+    fit=Fit(
+        coordinates=(
+            Coordinate("offset", step=1e-4, low=-0.5, high=0.5),
+            Coordinate("time_constant", "log", step=0.05, low=0.0, high=np.log(1e5)),
+        ),
+    ),
 )

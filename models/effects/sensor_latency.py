@@ -2,6 +2,16 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import (
+    ByHand,
+    Compensated,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
+from deltactl.models.effects.fit import Coordinate, Fit, Search, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -22,4 +32,30 @@ EFFECT = EffectKind(
     says=lambda component, v: f"all readings are {1e3 * v['time']:.1f} ms late",
     # filters inside the sensor
     discrepancy=Discrepancy(0.001, 0.003),
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=0,
+    words=Words(
+        noun="readings that come late",
+        regime="while the platform moves, on all sensors",
+        axis_regime="in motion",
+    ),
+    remedies={
+        "": "allow for readings that come {size} late, or read them faster",
+        "axis/": "take {size} off the times of the readings, or read them faster",
+        "sensor/": "take {size} off the times of the readings, or read them faster",
+    },
+    drawing=Drawing(axis=("encoder",)),
+    traits=frozenset({Trait.DELAY, Trait.READING}),
+    rule=Rule.SUM,
+    compensated=Compensated.IN_READINGS,
+    by_hand=ByHand("record the arm angles (theta_1 to theta_3)", 7),
+    fit=Fit(
+        coordinates=(Coordinate("time", step=2e-3, low=0.0, high=2.0),),
+        shapes=tuple(Shape((0.0,), (0,), reach) for reach in (0.02, 0.1, 0.2)),
+        searched=Search.CLOCK,
+    ),
 )

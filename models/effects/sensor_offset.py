@@ -2,6 +2,16 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import (
+    ByHand,
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -20,4 +30,41 @@ EFFECT = EffectKind(
     says=lambda component, v: f"{component} reads {1e3 * v['offset']:+.2f} mm off, everywhere",
     order=2,
     pose_alone=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=0,
+    words=Words(
+        noun="a constant error of {part}",
+        several="constant errors of {part}",
+        axis_part="the sensor",
+    ),
+    remedies={
+        "": (
+            "set {part} to zero ('deltactl sensors --calibrate'): it reads {size} {sign:too "
+            "far|short}"
+        ),
+        "sensor/": (
+            "{sign:take|add} {size} {sign:off|to} what {part} reads: it reads that much {sign:too "
+            "far|short} at every distance"
+        ),
+    },
+    drawing=Drawing(axis=("sensor",)),
+    traits=frozenset({Trait.BY_DISTANCE, Trait.READING}),
+    rule=Rule.SUM,
+    compensated=Compensated.IN_READINGS,
+    confusions=(
+        Confusion(
+            "sensor_scale",
+            axis="record again over a wider span of distances, near ones and far ones",
+        ),
+        Confusion(
+            "sensor_drift",
+            axis="record again from switching on, for longer",
+        ),
+    ),
+    by_hand=ByHand("measure one distance of a sensor with a gauge", 8),
+    build_spread=0.0015,  # m, of a board held by two screws, and what a ranging sensor leaves
 )

@@ -2,6 +2,16 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import (
+    ByHand,
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -25,4 +35,36 @@ EFFECT = EffectKind(
     # where a motion tells neither from an offset, the offset is likelier
     penalty=0.5,
     pose_alone=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=1,
+    words=Words(
+        noun="a wrong scale of {part}",
+        several="wrong scales of {part}",
+        regime="in proportion to the distance",
+        axis_regime="in proportion to the distance",
+        axis_part="the sensor",
+    ),
+    remedies={
+        "": "have {part} calibrated: it reads {size} {sign:too far|short}",
+        "sensor/": (
+            "divide what {part} reads by {factor} (after taking off a constant error, if there is "
+            "one): it reads {size} {sign:too far|short}"
+        ),
+    },
+    drawing=Drawing(axis=("sensor",)),
+    traits=frozenset({Trait.BY_DISTANCE, Trait.READING}),
+    rule=Rule.PRODUCT,
+    compensated=Compensated.IN_READINGS,
+    confusions=(
+        Confusion(
+            "sensor_crosstalk",
+            axis="record again over a wider span of distances, near ones and far ones",
+        ),
+    ),
+    by_hand=ByHand("measure two distances of a sensor with a gauge", 9),
+    build_spread=0.002,  # 1: 1 mm in half a metre
 )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import EffectCard, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -143,3 +144,9 @@ OFFSET = EffectKind(
 SERVO_EFFECTS = {
     kind.name: kind for kind in (FRICTION, VISCOUS, GRAVITY, INERTIA, PAYLOAD, GAIN, OFFSET)
 }
+CARDS = (
+    EffectCard(
+        name=GRAVITY.name,
+        words=Words(axis_regime="everywhere, by the cosine of the arm's angle"),
+    ),
+)

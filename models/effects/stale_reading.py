@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import Drawing, EffectCard, Trait, Words
+from deltactl.models.effects.fit import Coordinate, Fit, Search
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -33,4 +35,24 @@ EFFECT = EffectKind(
     order=1,
     smooth=False,
     event=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=1,
+    words=Words(
+        noun="old values repeated by {part}",
+        regime="in one stretch of time",
+    ),
+    remedies={
+        "": "look at the cable and supply of {part}: it repeats old values",
+    },
+    drawing=Drawing(axis=("sensor",)),
+    traits=frozenset({Trait.READING}),
+    left="happened once: look at the sensor and its cable",
+    fit=Fit(
+        coordinates=(Coordinate("duration", "frozen"), Coordinate("time", "frozen")),
+        searched=Search.REPEATS,
+    ),
 )

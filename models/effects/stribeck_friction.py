@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import Drawing, EffectCard, Words
 from deltactl.models.effects.effort_flow import effort_flow, rub
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
@@ -36,4 +37,17 @@ EFFECT = EffectKind(
     ),
     order=4,
     smooth=False,
+)
+
+CARD = EffectCard(
+    name="stribeck_friction",
+    words=Words(
+        noun="friction in {part} that falls with speed near standstill",
+        axis_regime="in slow motion",
+    ),
+    remedies={
+        "": "grease {part}: it sticks at low speed",
+        "slide/": "grease the guides and the screw of {part}: it sticks at low speed",
+    },
+    drawing=Drawing(motor="gear", axis=("bearing",)),
 )

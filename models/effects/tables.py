@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from deltactl.models.effects.card import Compensated, EffectCard, Rule
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -112,4 +113,10 @@ PLATFORM_TABLE = EffectKind(
     order=-1,
     pose_alone=True,
     refuses=_refused,
+)
+CARDS = tuple(
+    EffectCard(
+        name=kind.name, kind=kind, table=True, rule=Rule.TABLE, compensated=Compensated.INVERSE
+    )
+    for kind in (JOINT_TABLE, PLATFORM_TABLE)
 )

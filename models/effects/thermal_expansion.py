@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects.card import Compensated, EffectCard, Rule, Words
+from deltactl.models.effects.fit import Coordinate, Fit
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -43,4 +45,25 @@ EFFECT = EffectKind(
     # one time constant of several
     discrepancy=Discrepancy(0.003, 0.003),
     physical=PHYSICAL_STRAIN,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=4,
+    words=Words(
+        noun="arms that grow while they warm up",
+        regime="growing since the start of the recording",
+    ),
+    remedies={
+        "": "let the arms warm up before exact work: they {sign:grow|shrink} by {size}",
+    },
+    rule=Rule.SUM,
+    compensated=Compensated.WARMING,
+    fit=Fit(
+        coordinates=(
+            Coordinate("strain", step=1e-4, low=-MOST_STRAIN, high=MOST_STRAIN),
+            Coordinate("time_constant", "log", step=0.05, low=0.0, high=np.log(1e5)),
+        ),
+    ),
 )

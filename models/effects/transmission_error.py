@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import (
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Values
-from deltactl.models.effects.periodic import PARAMETERS, add_periodic, size_in_words
+from deltactl.models.effects.periodic import PARAMETERS, PERIODIC, add_periodic, size_in_words
 from deltactl.models.effects.port import Port
 
 
@@ -24,4 +33,48 @@ EFFECT = EffectKind(
     order=1,
     # one harmonic of several
     discrepancy=Discrepancy(0.001, 0.003),
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=1,
+    words=Words(
+        noun="a periodic error of the gear or coupling of {part}",
+        axis="a periodic error of the gear, screw or belt of {part}",
+        several="periodic errors of the gears or couplings of {part}",
+        further="a further periodic error of the gear, screw or belt of {part}",
+        regime="in step with the angle of {part}",
+        axis_regime="in step with the position",
+    ),
+    remedies={
+        "": (
+            "enter the periodic error of {part}'s gear ({size}) in the robot file, and jobs "
+            "compensate it; replace the gear only if that is not enough"
+        ),
+        "axis/": (
+            "have the controller of {part} subtract the periodic error of its gear ({size}; many "
+            "can learn it), and replace the gear only if that is not enough"
+        ),
+        "slide/": (
+            "have the controller of {part} subtract the periodic error of its screw or belt "
+            "({size}); look for a bent screw or a pulley out of centre, and replace that only if it"
+            " is not enough"
+        ),
+    },
+    drawing=Drawing(motor="gear", axis=("gear",)),
+    traits=frozenset({Trait.ENTERED}),
+    rule=Rule.PHASOR,
+    compensated=Compensated.INVERSE,
+    confusions=(
+        Confusion(
+            "encoder_error",
+            axis=(
+                "read the angle by other means at a few places (a second encoder, or a laser on a "
+                "mirror at the axis): a gear's error moves the axis, an encoder's does not"
+            ),
+        ),
+    ),
+    fit=PERIODIC,
+    runout_rad=1e-3,  # a gear whose input shaft runs a little out of true
 )

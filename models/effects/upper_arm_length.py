@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Rule, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import ARM_NAMES, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -24,4 +25,24 @@ EFFECT = EffectKind(
         f"{'long' if v['length_error'] > 0 else 'short'}"
     ),
     pose_alone=True,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=0,
+    words=Words(
+        noun="a wrong length of the upper arm of {part}",
+        several="wrong upper arm lengths of {part}",
+        regime="everywhere, with the pose",
+    ),
+    remedies={
+        "": "set the upper arm of {part} to {true} in the robot file, or replace it",
+    },
+    traits=frozenset({Trait.LENGTH, Trait.ENTERED}),
+    rule=Rule.SUM,
+    compensated=Compensated.INVERSE,
+    by_hand=ByHand("measure the upper arms from axis to joint", 2),
+    group="arms",
+    build_spread=0.0005,  # m, between centres of joints glued, printed or drilled on a bench
 )

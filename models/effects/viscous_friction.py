@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Rule, Trait, Words
+from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -40,4 +42,36 @@ EFFECT = EffectKind(
     discrepancy=Discrepancy(0.001, 0.012),
     # a first-order lag does the same, and is the commoner
     penalty=7.0,
+)
+
+CARD = EffectCard(
+    name=EFFECT.name,
+    kind=EFFECT,
+    listed=4,
+    words=Words(
+        noun="friction that grows with speed in {part}",
+        axis="viscous friction in {part}",
+        further="further viscous friction in {part}",
+        regime="while {part} moves, in proportion to its speed",
+        axis_regime="in motion, in proportion to speed",
+    ),
+    remedies={
+        "": (
+            "look at the grease and seals of {part} if {size} of viscous friction is more than its "
+            "maker states; or enter it in the robot file"
+        ),
+        "slide/": (
+            "look at the grease and seals of guides and screw of {part} if {size} of viscous "
+            "friction is more than its maker states; or enter it in the robot file"
+        ),
+    },
+    drawing=Drawing(motor="gear", axis=("bearing",)),
+    traits=frozenset({Trait.ENTERED, Trait.FORCE, Trait.BEARING}),
+    rule=Rule.RATE,
+    compensated=Compensated.AHEAD,
+    fit=Fit(
+        coordinates=(Coordinate("coefficient", step=2.0, low=0.0, high=1e4),),
+        shapes=(Shape((0.0,), (0,), 20.0),),
+        fixed={"stiffness": 1000.0},
+    ),
 )

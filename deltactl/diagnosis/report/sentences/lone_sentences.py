@@ -12,34 +12,11 @@ from deltactl.diagnosis.report.phrases import sureness, words
 from deltactl.diagnosis.report.phrases.percent import percent
 from deltactl.diagnosis.report.phrases.sizes import quantity
 from deltactl.diagnosis.report.sentences.telling_apart import beside_friction, telling_apart
+from deltactl.models.effects import card_of
 from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, said, sensor_effects
 from deltactl.models.robot import EffectEntry, RangeSensor, ServoAxis, StepperAxis
 
-REGIMES = {
-    "gear_backlash": "after reversals",
-    "joint_friction": "in motion and after reversals",
-    "viscous_friction": "in motion, in proportion to speed",
-    "stribeck_friction": "in slow motion",
-    "joint_compliance": "where the load is high",
-    "home_offset": "everywhere, as a constant",
-    "gear_ratio": "in proportion to the position",
-    "transmission_error": "in step with the position",
-    "encoder_error": "in step with the position",
-    "lost_steps": "from one moment on",
-    "following_lag": "in motion and just after it stops",
-    "resonance": "after starts and stops",
-    "inertia": "while the axis speeds up or slows down",
-    "effort_gain": "wherever there is effort",
-    "effort_offset": "everywhere, as a constant force",
-    "sensor_scale": "in proportion to the distance",
-    "sensor_crosstalk": "with the square of the distance",
-    "sensor_latency": "in motion",
-    "sensor_drift": "growing since the start of the recording",
-    "gravity_error": "everywhere, by the cosine of the arm's angle",
-    "payload": "at all joints, with weight and acceleration of the platform",
-}
-ASYMMETRY = "joint_friction that is stronger one way"
 HARMONICS = {1: "what is left", 2: "the second harmonic", 3: "the third harmonic",
              4: "the fourth harmonic"}  # fmt: skip
 SAME_PERIOD = 0.03
@@ -84,7 +61,7 @@ def _spoken(
     known: Sequence[EffectEntry],
 ) -> Finding:
     follows = finding.depends_on[0] if finding.depends_on else ""
-    regime = f"with {follows}" if follows else REGIMES.get(finding.effect, "everywhere")
+    regime = f"with {follows}" if follows else card_of(finding.effect).words.axis_regime
     where = finding.where.model_copy(update={"regime": regime + _in_time(finding, answer.picture)})
     says = _says(finding, kinds, answer, known)
     return finding.model_copy(update={"says": says, "where": where})
@@ -207,8 +184,12 @@ def _upper(text: str) -> str:
 
 
 def _cannot_tell(finding: Finding) -> str:
-    others = [
-        ASYMMETRY if (finding.effect, a.effect) == ("effort_offset", "joint_friction") else a.effect
-        for a in finding.alternatives
-    ]
+    others = [_named(finding.effect, one.effect) for one in finding.alternatives]
     return f"This recording cannot tell {finding.effect} from {', '.join(dict.fromkeys(others))}."
+
+
+def _named(finding: str, other: str) -> str:
+    """The name of an alternative, with what makes it look like the finding."""
+    known = card_of(finding).confusion(other)
+    called = known.called if known is not None else ""
+    return called.format(phrase=other) if "{phrase}" in called else other

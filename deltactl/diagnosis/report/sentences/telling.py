@@ -23,44 +23,13 @@ from deltactl.diagnosis.report.phrases.left_words import (
 from deltactl.diagnosis.report.phrases.sizes import quantity
 from deltactl.diagnosis.report.phrases.sureness import by_noise, late_in_all_s
 from deltactl.diagnosis.report.sentences.summary import plain_lines
-from deltactl.models.effects import VOCABULARY
+from deltactl.models.effects import VOCABULARY, Trait, card_of, has
 from deltactl.models.effects.kind import EffectKind
 
 LEFT = "What is left"
 BESIDE = "What is left beside all of these"
 IS_NOISE = "is consistent with measurement noise."
-OF_REVERSALS = frozenset({"gear_backlash", "joint_friction"})
 NOISE = f"{LEFT} {IS_NOISE}"
-
-
-REGIMES = {
-    "gear_backlash": "after reversals and stops of {part}",
-    "joint_friction": "after reversals of {part}",
-    "viscous_friction": "while {part} moves, in proportion to its speed",
-    "joint_compliance": "where the load on the joints is high",
-    "payload": "everywhere, in proportion to the load on the joints",
-    "home_offset": "everywhere, as a constant angle of {part}",
-    "gear_ratio": "in proportion to the angle of {part}",
-    "transmission_error": "in step with the angle of {part}",
-    "encoder_error": "in step with the angle of {part}, on its encoder only",
-    "lost_steps": "from one moment on",
-    "following_lag": "while {part} moves and just after it stops",
-    "upper_arm_length": "everywhere, with the pose",
-    "forearm_length": "everywhere, with the pose",
-    "base_radius": "everywhere, with the pose",
-    "motor_azimuth": "everywhere, sideways of {part}",
-    "frame_tilt": "in proportion to the distance from the origin",
-    "thermal_expansion": "growing since the start of the recording",
-    "contact": "in the lowest part of the workspace",
-    "resonance": "after starts and stops",
-    "sensor_offset": "everywhere",
-    "sensor_scale": "in proportion to the distance",
-    "sensor_crosstalk": "with the square of the distance",
-    "sensor_latency": "while the platform moves, on all sensors",
-    "sensor_drift": "growing since the start of the recording",
-    "stale_reading": "in one stretch of time",
-}
-"""By effect: in which regime it shows."""
 
 
 def told(answer: Diagnosis, kinds: Mapping[str, EffectKind] = VOCABULARY) -> Diagnosis:
@@ -130,7 +99,7 @@ def _like_noise(answer: Diagnosis) -> str:
     nameless = any(one.effect == "unknown" for one in answer.findings)
     head = BESIDE if nameless else LEFT
     if moves_at_rest(answer.fit):
-        found_play = any(one.effect in OF_REVERSALS for one in answer.findings)
+        found_play = any(has(one.effect, Trait.HYSTERESIS) for one in answer.findings)
         size = quantity(left, answer.fit.unit, digits=2)
         return moved_at_rest(answer.fit, f"{head} ({size})", found_play)
     if within is None or not said_of_rest(answer.fit) or _by_known(answer.fit):
@@ -196,4 +165,4 @@ def regime(finding: Finding) -> str:
     """Where a finding shows."""
     if finding.effect == "unknown":
         return words.listed([f"with {words.followed(name)}" for name in finding.depends_on[:1]])
-    return REGIMES.get(finding.effect, "everywhere").format(part=words.part(finding.component))
+    return card_of(finding.effect).words.regime.format(part=words.part(finding.component))

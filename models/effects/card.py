@@ -1,0 +1,191 @@
+"""The card of an effect: all that is known about it beside its operator, in parts.
+
+Each file of this folder has the cards of its effects, and whoever needs to know something about an
+effect asks its card. `{part}` is the component in words everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum, auto
+
+from deltactl.models.effects.fit import Fit
+from deltactl.models.effects.kind import EffectKind
+
+ROW, LAYER = ".", "/"
+
+
+class Trait(Enum):
+    """What several effects have in common, where others ask for it."""
+
+    HYSTERESIS = auto()
+    """Shows where the motion turns back, and holds its two directions apart."""
+    DELAY = auto()
+    """Makes readings come late, by its parameters in seconds."""
+    DRIVE_DELAY = auto()
+    """Of those, the one that a drive makes."""
+    BY_DISTANCE = auto()
+    """An error of what a sensor reads, by the distance it reads."""
+    READING = auto()
+    """Only in what sensors read: expected there, and the motion needs nothing."""
+    LENGTH = auto()
+    """A length of the linkage, of which arm angles show nothing."""
+    ENTERED = auto()
+    """The person who remedies it may as well enter it in the robot file."""
+    FORCE = auto()
+    """A force that is one number, and need not be the same at every speed."""
+    CONSTANT_FORCE = auto()
+    """Of those, the one that is there whichever way the machine moves."""
+    BEARING = auto()
+    """Friction of bearings, said in one phrase where two parts of it are found."""
+    UNDER_LOAD = auto()
+    """Changes with the load: another load at the same place rules it out."""
+    ZERO = auto()
+    """The zero of what is commanded."""
+    RATIO = auto()
+    """The ratio between what is commanded and what moves."""
+    RINGING = auto()
+    """A spring and a mass that swing after moves."""
+    WHOLE_STEPS = auto()
+    """Its size is a whole number of steps."""
+
+
+class Rule(Enum):
+    """What the main parameter of two findings together is."""
+
+    NEWEST = "newest"
+    """They do not add up: what was found last is kept."""
+    SUM = "sum"
+    """Widths of play and of wound-up shafts in series add up exactly (Brokate and Sprekels 1996,
+    stop and play operators), lags and small rotations to first order."""
+    PRODUCT = "product"
+    SERIES = "series"
+    """1 / k = 1 / k1 + 1 / k2, as springs one behind the other."""
+    PHASOR = "phasor"
+    """Sine waves of one period; of two periods both stay."""
+    RATE = "rate"
+    """Size per stiffness adds up, at the stiffness that was believed."""
+    TABLE = "table"
+    """Tables over one quantity add up; beyond its ends a table is constant."""
+
+
+class Compensated(Enum):
+    """By what a job takes a known effect into account, as the user reads it."""
+
+    INVERSE = "in the inverse kinematics"
+    """Every commanded angle has one true angle, and every pose one position."""
+    AHEAD = "commanded ahead of time"
+    """Drives that follow late."""
+    AT_REVERSALS = "taken up where the arm turns round"
+    """Play and wound-up shafts."""
+    WARMING = "followed as the arms warm up"
+    """Growth, with its time constant."""
+    SHAPED = "moved so that it does not ring, where the drives can follow"
+    IN_READINGS = "expected in the readings; the motion needs nothing"
+    NOT = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """What it is called, as noun phrases with {part}; what is empty is called as the ones before.
+
+    noun: of a delta, and wherever nothing else is said. axis: of a single axis, where nothing need
+    turn and no gear be. effort: where an effort moves the axis, and no command. several: of several
+    parts. further: beyond what the robot file has of it. regime, axis_regime: where it shows.
+    axis_part: what the part is called on a single machine.
+    """
+
+    noun: str = ""
+    axis: str = ""
+    effort: str = ""
+    several: str = ""
+    further: str = ""
+    regime: str = "everywhere"
+    axis_regime: str = "everywhere"
+    axis_part: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """Which parts of a drawing it means.
+
+    motor, rod: of a delta, the part that is marked where it acts at a motor or in an arm.
+    everywhere: parts that are marked wherever it acts. axis: parts of a single axis or sensor.
+    """
+
+    motor: str = "motor"
+    rod: str = "upper_arm"
+    everywhere: tuple[str, ...] = ()
+    axis: tuple[str, ...] = ("motor", "gear", "load")
+
+
+@dataclass(frozen=True, slots=True)
+class Confusion:
+    """Another effect that may look the same, and what separates the two.
+
+    axis: a motion or measurement of a single axis, with {or_effort} and {say_what_pulls}. delta: a
+    sentence. by_hand: a measurement where no safe motion helps; those with the lowest `effort` are
+    proposed first. called: this other one as an alternative, with {phrase} for its own.
+    """
+
+    other: str
+    axis: str = ""
+    delta: str = ""
+    by_hand: str = ""
+    effort: int = 0
+    called: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ByHand:
+    """A measurement that settles whether it is this effect; the lowest `effort` comes first."""
+
+    text: str
+    effort: int
+
+
+@dataclass(frozen=True, slots=True)
+class EffectCard:
+    """All that is known about an effect.
+
+    kind: its operator on a delta; None where it acts on other machines only. listed: where it comes
+    among the effects of one port. remedies: what to do, by layer and row, 'layer/row' or 'row':
+    layers are `servo_drive`, `axis`, `servo_axis`, `slide` and `sensor`, the nearest wins; rows are
+    empty, the main parameter's name, `small` (below `small`), `beside` or what an unknown follows.
+    left: what a person does where no command makes it better. also_added: a second parameter that
+    adds up as well. group: what all of it together is called, where all arms may have the same.
+    build_spread: standard deviation of its size on a machine that was built with care, in SI units.
+    runout_rad: the same of a periodic error once a turn of the motor.
+    """
+
+    name: str
+    kind: EffectKind | None = None
+    listed: int = 9
+    words: Words = Words()
+    remedies: Mapping[str, str] = field(default_factory=dict)
+    small: float = 0.0
+    drawing: Drawing = Drawing()
+    traits: frozenset[Trait] = frozenset()
+    rule: Rule = Rule.NEWEST
+    also_added: str = ""
+    compensated: Compensated = Compensated.NOT
+    left: str = "no command makes it better"
+    confusions: tuple[Confusion, ...] = ()
+    by_hand: ByHand | None = None
+    fit: Fit | None = None
+    """How a fit moves in it and where it starts; None: in its main parameter, from nothing."""
+    group: str = ""
+    build_spread: float | None = None
+    runout_rad: float | None = None
+    table: bool = False
+    """An error without a name, which robot files hold and no diagnosis looks for."""
+
+    def remedy(self, layers: tuple[str, ...], rows: tuple[str, ...]) -> str | None:
+        """The text of the first row that there is, from the nearest layer that has it."""
+        keys = (f"{layer}{LAYER}{row}" if layer else row for row in rows for layer in (*layers, ""))
+        return next((self.remedies[key] for key in keys if key in self.remedies), None)
+
+    def confusion(self, other: str) -> Confusion | None:
+        """What this card knows of another effect beside it; None where it knows nothing."""
+        return next((one for one in self.confusions if one.other == other), None)
