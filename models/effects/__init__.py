@@ -18,6 +18,7 @@ from deltactl.models.effects.card import (
     Trait,
     Words,
 )
+from deltactl.models.effects.fit import Search
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values
 from deltactl.models.effects.port import PORT_TEXT, Port
 
@@ -60,6 +61,17 @@ def has(name: str, trait: Trait) -> bool:
     return trait in card_of(name).traits
 
 
+def with_trait(*traits: Trait) -> tuple[str, ...]:
+    """Names of the effects that have one of some traits."""
+    return tuple(name for name, card in CARDS.items() if card.traits & {*traits})
+
+
+def found_by(search: Search) -> EffectKind:
+    """The effect of a delta that a search finds."""
+    fits = ((name, CARDS[name].fit) for name in VOCABULARY)
+    return next(VOCABULARY[name] for name, fit in fits if fit and fit.searched is search)
+
+
 def compensated(*ways: Compensated) -> frozenset[str]:
     """Names of the effects that jobs take into account in one of these ways."""
     return frozenset(name for name, card in CARDS.items() if card.compensated in ways)
@@ -94,6 +106,7 @@ __all__ = [
     "Parameter",
     "Port",
     "Rule",
+    "Search",
     "Trait",
     "Values",
     "Words",
@@ -101,6 +114,8 @@ __all__ = [
     "compensated",
     "confusion",
     "effect_kind",
+    "found_by",
     "has",
     "register",
+    "with_trait",
 ]

@@ -45,6 +45,8 @@ class Trait(Enum):
     """The zero of what is commanded."""
     RATIO = auto()
     """The ratio between what is commanded and what moves."""
+    SIGNED = auto()
+    """Corrects a figure of the robot file, up or down."""
     RINGING = auto()
     """A spring and a mass that swing after moves."""
     WHOLE_STEPS = auto()
@@ -93,7 +95,7 @@ class Words:
     noun: of a delta, and wherever nothing else is said. axis: of a single axis, where nothing need
     turn and no gear be. effort: where an effort moves the axis, and no command. several: of several
     parts. further: beyond what the robot file has of it. regime, axis_regime: where it shows.
-    axis_part: what the part is called on a single machine.
+    axis_part: what the part is called on a single machine. gap: what holds two directions apart.
     """
 
     noun: str = ""
@@ -104,6 +106,7 @@ class Words:
     regime: str = "everywhere"
     axis_regime: str = "everywhere"
     axis_part: str = ""
+    gap: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +129,9 @@ class Confusion:
 
     axis: a motion or measurement of a single axis, with {or_effort} and {say_what_pulls}. delta: a
     sentence. by_hand: a measurement where no safe motion helps; those with the lowest `effort` are
-    proposed first. called: this other one as an alternative, with {phrase} for its own.
+    proposed first. called: this other one as an alternative, with {phrase} for its own. exactly: it
+    can be the other on every motion, at the same component. exactly_together_at: at all components
+    at once it can be the other at this one.
     """
 
     other: str
@@ -135,6 +140,8 @@ class Confusion:
     by_hand: str = ""
     effort: int = 0
     called: str = ""
+    exactly: bool = False
+    exactly_together_at: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -97,6 +97,7 @@ CARD = EffectCard(
     confusions=(
         Confusion(
             "sensor_latency",
+            exactly_together_at="sensors",  # equal dead times everywhere
             axis=(
                 "move the axis by hand against a switch that is recorded by the same clock: late "
                 "readings show it late, a late drive does not"

@@ -111,6 +111,7 @@ CARD = EffectCard(
         further="further play of {part}",
         regime="after reversals and stops of {part}",
         axis_regime="after reversals",
+        gap="the play",
     ),
     remedies={
         "": (
@@ -140,6 +141,7 @@ CARD = EffectCard(
     confusions=(
         Confusion(
             "joint_friction",
+            exactly=True,  # where the arm stays in the play where it is pushed
             axis=(
                 "repeat the motion with a weight that always pulls one way (play closes, friction "
                 "stays){or_effort}"

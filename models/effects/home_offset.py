@@ -64,7 +64,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(axis=("encoder",)),
-    traits=frozenset({Trait.ENTERED, Trait.ZERO}),
+    traits=frozenset({Trait.ENTERED, Trait.ZERO, Trait.SIGNED}),
     rule=Rule.SUM,
     compensated=Compensated.INVERSE,
     confusions=(

@@ -111,6 +111,7 @@ CARD = EffectCard(
         further="further dry friction in {part}",
         regime="after reversals of {part}",
         axis_regime="in motion and after reversals",
+        gap="the gap that friction leaves between its two directions",
     ),
     remedies={
         "": (

@@ -48,7 +48,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(axis=("sensor",)),
-    traits=frozenset({Trait.BY_DISTANCE, Trait.READING}),
+    traits=frozenset({Trait.BY_DISTANCE, Trait.READING, Trait.SIGNED}),
     rule=Rule.SUM,
     compensated=Compensated.IN_READINGS,
 )

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from deltactl.diagnosis.answer.finding import Finding, ParameterResult
+from deltactl.models.effects import Trait, has
 
 SMEARED = 1.0 / 4.0 + 1.0 / 4.0
 """Most that straight lines add to the variance of a delay, in squared row distances: f (1 - f) of a
@@ -20,7 +21,7 @@ dead time that ends at a part f of a row, and twice the eighth by which a chord 
 def as_far_as_rows_tell(finding: Finding, period_s: float) -> Finding:
     """A delay with both its parts as uncertain as rows so far apart [s] leave them."""
     time, dead = (finding.parameters.get(name) for name in ("time", "dead_time"))
-    if finding.effect != "following_lag" or time is None or dead is None:
+    if not has(finding.effect, Trait.DRIVE_DELAY) or time is None or dead is None:
         return finding
     if len(time.components) != 1 or len(dead.components) != 1:
         return finding

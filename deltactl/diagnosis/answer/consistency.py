@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import at_floor, claimed, gained, grew, much_goes_on, seen
+from deltactl.models.effects import Trait, has
 
 NOTHING_MISSING = "nothing is missing"
 
@@ -88,7 +89,7 @@ def _figures(answer: Diagnosis) -> Iterator[str]:
 def _sizes(finding: Finding) -> Iterator[str]:
     name = f"{finding.effect} at {finding.component}"
     values = [value for size in finding.parameters.values() for value, _, _ in size.components]
-    if finding.effect == "lost_steps" and "steps" in finding.parameters:
+    if has(finding.effect, Trait.WHOLE_STEPS) and "steps" in finding.parameters:
         ((steps, _, _),) = finding.parameters["steps"].components
         if abs(steps) < VERDICT.least_steps:
             yield f"{name}: less than one step"

@@ -19,7 +19,7 @@ from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.belief import merged
-from deltactl.models.effects import VOCABULARY, Port
+from deltactl.models.effects import VOCABULARY, Port, Trait, has
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.lone_axis import COMPONENT, forms_of
 from deltactl.models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis
@@ -138,7 +138,8 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     not moved by its file, which says what the next diagnosis takes for known: there the cause
     itself must be sure.
     """
-    if finding.effect == "effort_offset" and differs_with_speed(finding, diagnosis.findings):
+    constant = has(finding.effect, Trait.CONSTANT_FORCE)
+    if constant and differs_with_speed(finding, diagnosis.findings):
         return False
     rivals = [one for one in finding.alternatives if one.effect != "unknown"]
     alike = [one for one in rivals if _corrected_alike(finding, one)]

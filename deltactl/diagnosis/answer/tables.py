@@ -8,7 +8,13 @@ import numpy as np
 
 from deltactl.diagnosis.answer.records import Finding, Table
 from deltactl.models.effects import effect_kind
-from deltactl.models.effects.tables import FROM_MIDDLE, STEEPEST, steepest
+from deltactl.models.effects.tables import (
+    FROM_MIDDLE,
+    JOINT_TABLE,
+    PLATFORM_TABLE,
+    STEEPEST,
+    steepest,
+)
 from deltactl.models.robot import AXES, DeltaRobot, EffectEntry
 
 Values = dict[str, float | tuple[float, ...]]
@@ -64,7 +70,7 @@ def _at_joint(finding: Finding, table: Table) -> EffectEntry | str:
     if table.follows not in ANGLE_NUMBERS:
         return f"it follows {table.follows}: a joint's table is over the angle of an arm"
     return _entry(
-        "joint_table", finding.component, table, {"follows": ANGLE_NUMBERS[table.follows]}
+        JOINT_TABLE.name, finding.component, table, {"follows": ANGLE_NUMBERS[table.follows]}
     )
 
 
@@ -76,7 +82,7 @@ def _at_platform(finding: Finding, table: Table, robot: DeltaRobot) -> EffectEnt
         "follows": PLACES[table.follows],
         "direction": tuple(float(part) for part in axis),
     }
-    return _entry("platform_table", "platform", table, values)
+    return _entry(PLATFORM_TABLE.name, *PLATFORM_TABLE.components, table, values)
 
 
 def _entry(effect: str, component: str, table: Table, more: Values) -> EffectEntry | str:

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Finding, Fit, Verdict
-from deltactl.models.effects import VOCABULARY
+from deltactl.models.effects import VOCABULARY, Trait, has
 from deltactl.models.effects.lone_axis import COMPONENT
 
 ALARM = VERDICT.alarm
 """The one level of the engine, for the rooms that test."""
-OF_SPEED = frozenset({"effort_offset", "joint_friction", "viscous_friction"})
-"""Forces that are told as one number, and need not be the same at every speed."""
 NAMELESS = "unknown"
 
 
@@ -149,7 +147,7 @@ def differs_with_speed(finding: Finding, findings: Sequence[Finding]) -> int:
 
     What all speeds of a recording have in common is then no force of the machine at any of them.
     """
-    if finding.effect not in OF_SPEED or finding.component != COMPONENT:
+    if not has(finding.effect, Trait.FORCE) or finding.component != COMPONENT:
         return 0
     if not any(one.unit.startswith("N") for one in finding.parameters.values()):
         return 0

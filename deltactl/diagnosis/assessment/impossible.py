@@ -17,6 +17,7 @@ from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.selection.ambiguity import stands_of
 from deltactl.diagnosis.selection.credible_set import credible
 from deltactl.diagnosis.selection.model_choice import Explained
+from deltactl.models.effects import Trait, has
 
 
 def impossible(term: Term) -> bool:
@@ -28,7 +29,7 @@ def impossible(term: Term) -> bool:
     """
     candidate = term.candidate
     main = candidate.kind.main.name
-    if candidate.effect == "lost_steps":
+    if has(candidate.effect, Trait.WHOLE_STEPS):
         return bool(abs(float(candidate.values(term.at)[main])) < VERDICT.least_steps)
     pairs = list(zip(candidate.coordinates, term.at.tolist(), strict=True))
     plain = [at for coordinate, at in pairs if coordinate.how == "plain"]

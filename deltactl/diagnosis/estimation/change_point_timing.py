@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from deltactl.diagnosis.plants.candidate import Term
+from deltactl.models.effects import Port, Trait, has
 
-LATE = "sensor_latency"
-JUMP, TIME = "lost_steps", "time"
+TIME = "time"
 
 
 def seen_s(term: Term) -> float | None:
     """When the readings show a jump that was found by a scan of them; None for other effects."""
     names = [coordinate.parameter for coordinate in term.candidate.coordinates]
-    if term.candidate.effect != JUMP or TIME not in names:
+    if not has(term.candidate.effect, Trait.WHOLE_STEPS) or TIME not in names:
         return None
     return term.candidate.shapes[0].origin[names.index(TIME)]
 
@@ -47,7 +47,7 @@ def shown_later(term: Term, by_s: float) -> Term | None:
 
 def late_of(terms: Sequence[Term]) -> float:
     """How late the readings are by the terms [s]."""
-    late = [t.candidate.values(t.at)[TIME] for t in terms if t.candidate.effect == LATE]
+    late = [t.candidate.values(t.at)[TIME] for t in terms if t.candidate.kind.port is Port.CLOCK]
     return float(np.sum(late))
 
 

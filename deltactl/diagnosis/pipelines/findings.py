@@ -40,6 +40,7 @@ from deltactl.diagnosis.selection.credible_set import Name
 from deltactl.diagnosis.selection.imitation import Beside
 from deltactl.diagnosis.selection.model_choice import Explained
 from deltactl.diagnosis.selection.options import CREDIBLE
+from deltactl.models.effects import Search, found_by
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -235,7 +236,7 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
     own_end += 0.5 * half
     own_begin -= 0.5 * half
     return Finding(
-        effect="stale_reading",
+        effect=found_by(Search.REPEATS).name,
         component=run.channel,
         parameters={
             "times_s": ParameterResult(

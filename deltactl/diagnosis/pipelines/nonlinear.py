@@ -33,6 +33,7 @@ from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.next_run import NextRuns
 from deltactl.diagnosis.score_tests.change_points import without_stale
 from deltactl.diagnosis.selection.model_choice import Explained, explain, final_fit
+from deltactl.models.effects import Search, found_by
 
 
 def diagnose_model(
@@ -159,7 +160,7 @@ class FittedTogether:
 
 
 def _stale(found: Sequence[Finding]) -> list[Finding]:
-    return [one for one in found if one.effect == "stale_reading"]
+    return [one for one in found if one.effect == found_by(Search.REPEATS).name]
 
 
 def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequence[Model]) -> Fit:

@@ -39,6 +39,7 @@ from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.selection.model_posterior import Posterior
 from deltactl.diagnosis.selection.named_first import Selected, select
+from deltactl.models.effects import Trait, has
 
 
 def diagnose_plant(
@@ -194,15 +195,6 @@ def _nothing(selected: Selected) -> Selected:
     )  # fmt: skip
 
 
-SIGNED = frozenset(
-    {
-        "inertia", "effort_gain", "effort_offset", "gear_ratio", "home_offset", "sensor_offset",
-        "sensor_scale", "sensor_crosstalk",
-    }
-)  # fmt: skip
-"""Effects that correct a figure of the robot file, up or down."""
-
-
 def _without_unseen(selected: Selected) -> Selected:
     """The same less every unknown that chance would show as well: the evidence has it for a part of
     what the others leave, and a recording that a test takes for noise shows no new physics.
@@ -224,7 +216,7 @@ def _without_doubtful(selected: Selected) -> Selected:
     doubtful = set()
     for key in selected.best.keys:
         shown = selected.plant.shown(key)
-        if by_key[key].effect in SIGNED and shown:
+        if has(by_key[key].effect, Trait.SIGNED) and shown:
             ((_, low, high),) = sizes(selected, key)[shown[0].name].components
             if low <= shown[0].nothing <= high:
                 doubtful.add(key)

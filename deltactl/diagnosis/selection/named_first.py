@@ -21,9 +21,7 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
 from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior, posterior
 from deltactl.diagnosis.selection.options import SELECTION
-
-GAPS = frozenset({"following_lag", "joint_friction", "gear_backlash"})
-"""Effects that each hold the two directions apart."""
+from deltactl.models.effects import Trait, with_trait
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +106,8 @@ def _gaps_again(chosen: Selected, evidence: Laplace) -> Selected | None:
     look alike. None where the same is found.
     """
     plant, before = chosen.plant, chosen.best
-    gaps = {r.key for r in plant.regressors if r.effect in GAPS}
+    apart = with_trait(Trait.HYSTERESIS, Trait.DRIVE_DELAY)
+    gaps = {r.key for r in plant.regressors if r.effect in apart}
     again = HillClimb(chosen.left_over, before.keys - gaps, among=sorted(gaps)).run()
     best = again.best
     if best.keys == before.keys:

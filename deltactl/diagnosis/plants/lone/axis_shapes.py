@@ -12,6 +12,7 @@ from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Columns, Sizes
 from deltactl.models.between_rows import late, slopes_of
+from deltactl.models.effects import Trait, has
 
 RATIO_SPREAD = {
     "stepper_axis": FILE_SPREADS.stepper_ratio_share,
@@ -65,7 +66,7 @@ class AxisShapes:
 
     @cached_property
     def _known_late_s(self) -> float:
-        lags = [one for one in self._axis.robot.effects if one.effect == "following_lag"]
+        lags = [one for one in self._axis.robot.effects if has(one.effect, Trait.DRIVE_DELAY)]
         return float(sum(float(np.asarray(one.parameters["time"])) for one in lags))
 
     @cached_property

@@ -35,13 +35,9 @@ from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Columns, Shown, Sizes
 from deltactl.diagnosis.plants.spline_terms import less_spanned
+from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import FlatRecording
-
-OF_REVERSALS = ("gear_backlash", "joint_friction")
-"""Effects that are a constant on an axis whose command never turns back."""
-OF_ONE_SPEED = ("following_lag", "gear_backlash", "joint_friction")
-"""Effects that are a constant on an axis that turns at one speed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,21 +220,22 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     def not_testable(self) -> list[NotTestable]:
         """Effects that need a known load, or a zero that means something."""
-        reasons = {
-            "joint_compliance": why_none_yields(self),
-            "home_offset": "the zero of the reading is arbitrary",
-        }
+        yields = with_trait(Trait.UNDER_LOAD)
+        arbitrary = "the zero of the reading is arbitrary"
+        reasons = dict.fromkeys(yields, why_none_yields(self))
+        reasons |= dict.fromkeys(with_trait(Trait.ZERO), arbitrary)
         if self.arrived:
-            reasons["following_lag"] = "rows are further apart than a drive takes to arrive"
+            apart = "rows are further apart than a drive takes to arrive"
+            reasons |= dict.fromkeys(with_trait(Trait.DRIVE_DELAY), apart)
         if not self.turns_back:
             one_way = "the command never turns back: there it is a constant"
-            reasons |= dict.fromkeys(OF_REVERSALS, one_way)
+            reasons |= dict.fromkeys(with_trait(Trait.HYSTERESIS), one_way)
         if self.steady:
             one_speed = "the axis turns at one speed and never back: there it is a constant"
-            reasons |= dict.fromkeys(OF_ONE_SPEED, one_speed)
+            reasons |= dict.fromkeys(with_trait(Trait.DRIVE_DELAY, Trait.HYSTERESIS), one_speed)
         offered = {r.effect for r in self.regressors}
         same = {same.effect for r in self.regressors for same in r.equivalents}
-        offered |= same - {"joint_compliance"}  # which may be meant, but has no size without a load
+        offered |= same - {*yields}  # which may be meant, but has no size without a load
         return [
             NotTestable(effect=effect, component="axis", why=why)
             for effect, why in reasons.items()

@@ -14,10 +14,10 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
+from deltactl.models.effects import Trait, has
 from deltactl.models.effects.lone_axis import forms_of
 from deltactl.models.robot import EffectEntry
 
-PLAYS = ("gear_backlash", "joint_friction")
 START = "start"
 Known = Sequence[EffectEntry]
 Foretold = Callable[[Known], FloatArray]
@@ -35,7 +35,7 @@ def begun(
     chosen: list[Known] = [known] * (int(stretches.max()) + 1)
     places = sorted(np.linspace(-1.0, 1.0, COMMANDED_AXIS.known_starts), key=abs)
     for number, entry in enumerate(known):
-        if entry.effect not in PLAYS or START in entry.parameters:
+        if not has(entry.effect, Trait.HYSTERESIS) or START in entry.parameters:
             continue
         tried = [[_with(one, number, float(start)) for one in chosen] for start in places]
         left = np.stack([observed - foretold_by(one, foretold, stretches) for one in tried])

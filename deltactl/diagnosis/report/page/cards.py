@@ -29,6 +29,7 @@ from deltactl.diagnosis.report.sentences.finding_words import (
 from deltactl.diagnosis.report.sentences.notes import how_sure, notes
 from deltactl.diagnosis.report.sentences.telling_apart import hint
 from deltactl.diagnosis.report.sentences.ways import TERMINAL, Ways
+from deltactl.models.effects import Trait, has
 
 NOT_FROM_ZERO = frozenset(
     {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}
@@ -77,7 +78,7 @@ def _sizes(finding: Finding, diagnosis: Diagnosis) -> str:
 def _bar(
     finding: Finding, name: str, result: ParameterResult, size: Size, diagnosis: Diagnosis
 ) -> str:
-    duration = finding.effect in ("following_lag", "sensor_latency") and name == "time"
+    duration = has(finding.effect, Trait.DELAY) and name == "time"
     if name in NOT_FROM_ZERO and not duration:
         return ""
     return interval_bar(size, 0.0, _smallest(finding, name, result, size, diagnosis))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from deltactl.diagnosis.answer.records import AllowedFor, Diagnosis
 from deltactl.diagnosis.report.phrases import words
 from deltactl.diagnosis.report.phrases.sizes import quantity, scale_of
+from deltactl.models.effects import Trait, has, with_trait
 
 LOOSE = (
     "Beside the findings, small errors of {what} were allowed for, as every machine has them that "
@@ -24,22 +25,20 @@ BESIDE_A_DELAY = (
     " as one time constant and a dead time would have it: look first at where the arms stand at"
     " rest."
 )
-LENGTHS = frozenset({"upper_arm_length", "forearm_length", "base_radius"})
-"""Of which a recording of arm angles shows nothing."""
 
 
 def allowed_line(diagnosis: Diagnosis) -> str:
     """What was allowed for, with the sizes that the recording shows; empty where nothing was."""
     if not diagnosis.loosely_built:
         return ""
-    hidden = {one.effect for one in diagnosis.not_testable} >= LENGTHS
+    hidden = {one.effect for one in diagnosis.not_testable} >= {*with_trait(Trait.LENGTH)}
     text = LOOSE if diagnosis.findings else AGAIN
     said = [text.format(what="home angles and ratios" if hidden else "lengths and angles")]
     if diagnosis.allowed_for:
         said.append(CLEAR.format(sizes=_each(diagnosis.allowed_for)))
     if large := [one for one in diagnosis.allowed_for if one.times_usual > 1.0]:
         said.append(LARGE.format(sizes=_each(large, usual=True)))
-    late = {one.component for one in diagnosis.findings if one.effect == "following_lag"}
+    late = {one.component for one in diagnosis.findings if has(one.effect, Trait.DRIVE_DELAY)}
     if late & {one.component for one in diagnosis.allowed_for}:
         said.append(BESIDE_A_DELAY)
     return " ".join(said)

@@ -15,6 +15,7 @@ from deltactl.diagnosis.report.phrases.left_words import (
 )
 from deltactl.diagnosis.report.phrases.percent import CERTAIN, percent
 from deltactl.diagnosis.report.phrases.rivals import by_usage, rivals
+from deltactl.models.effects import Trait, has
 from deltactl.models.effects.lone_axis import COMPONENT
 
 BEYOND_DOUBT_P = 1e-6
@@ -192,7 +193,7 @@ def late_in_all_s(finding: Finding) -> float | None:
     interval is as long as half the sum.
     """
     sizes = [finding.parameters.get(name) for name in ("dead_time", "time")]
-    if finding.effect != "following_lag" or not all(sizes):
+    if not has(finding.effect, Trait.DRIVE_DELAY) or not all(sizes):
         return None
     parts = [one.components for one in sizes if one is not None]
     if any(len(part) != 1 for part in parts):
@@ -207,7 +208,7 @@ def late_in_all_s(finding: Finding) -> float | None:
 
 def after_its_effort(finding: Finding) -> bool:
     """Whether a delay is that of a motion behind the effort that makes it: a dead time alone."""
-    lone = (finding.effect, finding.component) == ("following_lag", COMPONENT)
+    lone = has(finding.effect, Trait.DRIVE_DELAY) and finding.component == COMPONENT
     return lone and set(finding.parameters) == {"dead_time"}
 
 

@@ -16,24 +16,22 @@ from deltactl.diagnosis.answer.picture import Picture
 from deltactl.diagnosis.answer.records import Finding
 from deltactl.diagnosis.answer.verdict import differs_with_speed
 from deltactl.diagnosis.report.phrases.sizes import quantity
-from deltactl.diagnosis.report.sentences.telling_apart import HYSTERESIS, LONE
+from deltactl.diagnosis.report.sentences.telling_apart import LONE
+from deltactl.models.effects import Trait, card_of, has
 
 ABOUT_HALF = (0.75, 1.25)
 """Of half the play. Below, a zero set within the play is off by less; above, it is off as well."""
-LATE = frozenset({"following_lag", "sensor_latency"})
-OF_BOTH_WAYS = {
-    "gear_backlash": "the play",
-    "joint_friction": "the gap that friction leaves between its two directions",
-}
 MUCH_OF_DELAY = 0.5
 """Of a delay, from which on a loop that rings may well be all that is late."""
 
 
 def beside_play(finding: Finding, findings: Sequence[Finding]) -> Finding | None:
     """The play or friction by which an offset may have come about; None where it is no such one."""
-    if finding.effect != "home_offset" or finding.component != LONE:
+    if not has(finding.effect, Trait.ZERO) or finding.component != LONE:
         return None
-    play = [one for one in findings if one.effect in HYSTERESIS and "width" in one.parameters]
+    play = [
+        one for one in findings if has(one.effect, Trait.HYSTERESIS) and "width" in one.parameters
+    ]
     return next((one for one in play if _off(finding) <= ABOUT_HALF[1] * _half(one)), None)
 
 
@@ -45,17 +43,18 @@ def zero_of_play(finding: Finding, findings: Sequence[Finding]) -> str:
     half = _half(play)
     near = _off(finding) >= ABOUT_HALF[0] * half
     which, much = ("about", "by as much") if near else ("less than", "by up to half of it")
+    gap = card_of(play.effect).words.gap
     shown = quantity(half, play.parameters["width"].unit, digits=3).lstrip("+")
     return (
-        f"That is {which} half of {OF_BOTH_WAYS[play.effect]} (half of it is {shown}): a zero that"
+        f"That is {which} half of {gap} (half of it is {shown}): a zero that"
         f" was set after coming from one side is off {much}."
     )
 
 
 def where_it_moved(finding: Finding, findings: Sequence[Finding], picture: Picture | None) -> str:
     """What a zero amounts to where the axis moved, with a ratio beside it and far from its zero."""
-    ratio = next((one for one in findings if one.effect == "gear_ratio"), None)
-    if finding.effect != "home_offset" or finding.component != LONE or ratio is None:
+    ratio = next((one for one in findings if has(one.effect, Trait.RATIO)), None)
+    if not has(finding.effect, Trait.ZERO) or finding.component != LONE or ratio is None:
         return ""
     told = None if picture is None else picture.covariates.get("position")
     if told is None or abs(middle := float(np.mean(told))) < float(np.ptp(told)):
@@ -73,7 +72,7 @@ def where_it_moved(finding: Finding, findings: Sequence[Finding], picture: Pictu
 
 def wider_in_motion(finding: Finding, findings: Sequence[Finding]) -> str:
     """That a delay found beside play or friction widens the gap in motion; empty beside none."""
-    if finding.effect not in HYSTERESIS or finding.component != LONE:
+    if not has(finding.effect, Trait.HYSTERESIS) or finding.component != LONE:
         return ""
     late_s = sum(map(_late_s, findings))
     if "width" not in finding.parameters or late_s <= 0.0:
@@ -90,8 +89,8 @@ def of_a_ringing_loop(finding: Finding, findings: Sequence[Finding]) -> float:
 
     A loop of second order, damped against the ground, is late at a steady speed by 2 zeta / omega.
     """
-    rings = [one for one in findings if one.effect == "resonance" and one.component == LONE]
-    if finding.effect != "following_lag" or finding.component != LONE or not rings:
+    rings = [one for one in findings if has(one.effect, Trait.RINGING) and one.component == LONE]
+    if not has(finding.effect, Trait.DRIVE_DELAY) or finding.component != LONE or not rings:
         return 0.0
     sizes = {name: one.components[0][0] for name, one in rings[0].parameters.items()}
     frequency_hz, damping = sizes.get("frequency", math.inf), sizes.get("damping", 0.0)
@@ -135,6 +134,6 @@ def _off(home: Finding) -> float:
 
 def _late_s(finding: Finding) -> float:
     """By how much it makes readings late in all [s]."""
-    if finding.effect not in LATE:
+    if not has(finding.effect, Trait.DELAY):
         return 0.0
     return sum(one.components[0][0] for one in finding.parameters.values() if one.unit == "s")

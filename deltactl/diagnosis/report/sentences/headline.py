@@ -12,6 +12,7 @@ from deltactl.diagnosis.report.phrases.left_words import doubtful_floor
 from deltactl.diagnosis.report.phrases.percent import percent
 from deltactl.diagnosis.report.phrases.sizes import quantity
 from deltactl.diagnosis.report.sentences.telling_apart import LONE
+from deltactl.models.effects import Trait, has
 
 MOST_NAMED = 4
 """Unknown errors that the headline names; all have their own title below it."""
@@ -25,8 +26,6 @@ LITTLE_LEFT, HALF_LEFT = 0.1, 0.5
 """Of the mismatch as it is shown (root mean square): nearly all, or most of it, is explained."""
 CHECK_FIRST = "first check that each column and the robot file are the right ones"
 FINE_COURSE = "the fine course of the readings points to"
-BOTH_FRICTIONS = frozenset({"joint_friction", "viscous_friction"})
-"""Of an axis, in one phrase: they are two parts of what its bearings need."""
 SETTLE = "Settle the unit first: "
 IF_RIGHT = "If the unit is right all the same: "
 SO_LITTLE = ", too little to act on"
@@ -137,8 +136,10 @@ def _much_unknown(findings: Sequence[Finding]) -> bool:
 def _named(findings: Sequence[Finding]) -> list[str]:
     """Findings by name, those of one kind at several parts as one where nothing else is open."""
     alike: dict[str, list[Finding]] = {}
-    rubbing = [one for one in findings if one.effect in BOTH_FRICTIONS and _lone_and_certain(one)]
-    both = rubbing if len(rubbing) == len(BOTH_FRICTIONS) else []
+    # Of an axis, in one phrase: they are two parts of what its bearings need.
+    frictions = [one for one in findings if has(one.effect, Trait.BEARING)]
+    rubbing = [one for one in frictions if _lone_and_certain(one)]
+    both = rubbing if len(rubbing) > 1 else []
     for finding in findings:
         if finding in both:
             alike.setdefault("friction", []).append(finding)

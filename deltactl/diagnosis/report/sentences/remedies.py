@@ -20,6 +20,7 @@ from deltactl.diagnosis.report.sentences.notes import changes_its_pace, too_few_
 from deltactl.diagnosis.report.sentences.remedy import remedy, tied
 from deltactl.diagnosis.report.sentences.telling_apart import LONE, beside_friction
 from deltactl.diagnosis.report.sentences.ways import TERMINAL, Ways
+from deltactl.models.effects import Trait, has
 from deltactl.models.effects.lone_axis import forms_of
 from deltactl.models.robot import RobotModel
 
@@ -48,7 +49,6 @@ CORRECT_FIRST = (
     " Make the corrections above first and diagnose a new recording: the table to subtract is the"
     " one that is found then."
 )
-OF_DISTANCE = frozenset({"sensor_offset", "sensor_scale", "sensor_crosstalk"})
 LEAST_FOR_A_TABLE = 0.02
 """Share of the mismatch below which, beside named causes, nobody is asked to enter a table."""
 
@@ -94,7 +94,7 @@ def remedies(
     named = [one for one in diagnosis.findings if claimed(one)]
     if named and fits_worse(diagnosis.fit):
         return [CHANGE_NOTHING]
-    late = [one for one in named if one.effect == "following_lag" and not tied(one)]
+    late = [one for one in named if has(one.effect, Trait.DRIVE_DELAY) and not tied(one)]
     late = late if len(late) > 1 else []
     named = _in_order(named, diagnosis)
     found = (
@@ -119,7 +119,8 @@ def remedies(
         lines.append(RECORD_THE_LOAD)
     if sum(map(_of_distance, diagnosis.findings)) > 1:
         lines.append(TOGETHER)
-    if {"home_offset", "gear_ratio"} <= {one.effect for one in named if one.component == LONE}:
+    of_axis = [one.effect for one in named if one.component == LONE]
+    if all(any(has(one, trait) for one in of_axis) for trait in (Trait.ZERO, Trait.RATIO)):
         lines.append(ALONG)
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
@@ -134,9 +135,9 @@ def _beside(finding: Finding, diagnosis: Diagnosis) -> bool:
     findings = diagnosis.findings
     if beside_play(finding, findings) is not None:
         return True
-    if finding.effect == "following_lag":
+    if has(finding.effect, Trait.DRIVE_DELAY):
         return slowed_by_its_loop(finding, findings)
-    return finding.effect == "effort_offset" and differs_with_speed(finding, findings) > 0
+    return has(finding.effect, Trait.CONSTANT_FORCE) and differs_with_speed(finding, findings) > 0
 
 
 def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
@@ -169,8 +170,8 @@ def _all_late(late: Sequence[Finding], robot: RobotModel | None) -> str:
     *first, last = (quantity(total, "s", digits=3) for total in totals)
     unit = last.partition(" ")[2]
     size = words.listed([*(one.removesuffix(f" {unit}") for one in first), last])
-    machine = machine_of(robot, late[0].component, "following_lag")
-    text = advice(machine, "following_lag.several", "", 0.0) or ""
+    machine = machine_of(robot, late[0].component, late[0].effect)
+    text = advice(machine, late[0].effect, "several", 0.0) or ""
     part = words.parts([one.component for one in late])
     return words.sentence(text.format(part=part, size=size))
 
@@ -179,7 +180,7 @@ def _of_distance(finding: Finding) -> bool:
     """Whether it corrects what a lone sensor reads, by its distance."""
     if finding.component not in MAPPED:
         return False
-    return finding.effect in OF_DISTANCE or finding.depends_on == ["distance"]
+    return has(finding.effect, Trait.BY_DISTANCE) or finding.depends_on == ["distance"]
 
 
 def _needs_no_table(finding: Finding) -> bool:

@@ -21,15 +21,9 @@ from deltactl.diagnosis.report.phrases.sureness import (
 from deltactl.diagnosis.report.sentences.advice import advice, machine_of
 from deltactl.diagnosis.report.sentences.telling_apart import LONE
 from deltactl.diagnosis.report.sentences.ways import TERMINAL, Ways
-from deltactl.models.effects import VOCABULARY
+from deltactl.models.effects import VOCABULARY, Trait, has
 from deltactl.models.robot import DeltaRobot, RobotModel, per_arm
 
-WRITABLE = frozenset({
-    "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
-    "base_radius", "frame_tilt", "inertia", "joint_friction", "viscous_friction", "gear_ratio",
-})  # fmt: skip
-YIELDS = "joint_compliance"
-"""A cause that a look at the same place with another load rules out."""
 _ARM = re.compile(r"(?:arm|motor)([123])")
 
 
@@ -83,7 +77,11 @@ def remedy(
         factor=_factor(largest),
         sign=_Sign(departure),
     )
-    if finding.effect in WRITABLE and finding.component != LONE and (certain or ways.unsure_too):
+    if (
+        has(finding.effect, Trait.ENTERED)
+        and finding.component != LONE
+        and (certain or ways.unsure_too)
+    ):
         says += ways.describe.format(all="" if certain else " --all")
     return Remedy(says, _first_rule_out(finding, certain))
 
@@ -110,7 +108,7 @@ def _first_rule_out(finding: Finding, certain: bool) -> str:
     if others and nameless:
         many = len(others) + len(nameless)
         return f"; but {only}first rule out {many} others that look the same here (below)"
-    if len(likely) == 1 and likely[0].effect == YIELDS and sure_of is not None:
+    if len(likely) == 1 and has(likely[0].effect, Trait.UNDER_LOAD) and sure_of is not None:
         return (
             f"; this is only {percent(sure_of)} sure: if it changes with the load, the cause is"
             f" {others[0]}"

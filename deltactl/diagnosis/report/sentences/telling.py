@@ -23,7 +23,7 @@ from deltactl.diagnosis.report.phrases.left_words import (
 from deltactl.diagnosis.report.phrases.sizes import quantity
 from deltactl.diagnosis.report.phrases.sureness import by_noise, late_in_all_s
 from deltactl.diagnosis.report.sentences.summary import plain_lines
-from deltactl.models.effects import VOCABULARY, Trait, card_of, has
+from deltactl.models.effects import VOCABULARY, Search, Trait, card_of, found_by, has
 from deltactl.models.effects.kind import EffectKind
 
 LEFT = "What is left"
@@ -60,7 +60,7 @@ def sentence(finding: Finding, kinds: Mapping[str, EffectKind] = VOCABULARY) -> 
     part = words.part(finding.component)
     if finding.effect == "unknown":
         return _unknown(finding, part)
-    if finding.effect == "stale_reading":
+    if finding.effect == found_by(Search.REPEATS).name:
         begin, end = finding.where.times_s[0]
         return f"{part} repeats one value from {begin:.2f} s to {end:.2f} s"
     if (late_s := late_in_all_s(finding)) is not None:
