@@ -153,6 +153,14 @@ class ByHand:
 
 
 @dataclass(frozen=True, slots=True)
+class Group:
+    """An effect of one size at all arms: what they are called together, and the commonest first."""
+
+    name: str
+    order: int
+
+
+@dataclass(frozen=True, slots=True)
 class EffectCard:
     """All that is known about an effect.
 
@@ -161,7 +169,7 @@ class EffectCard:
     layers are `servo_drive`, `axis`, `servo_axis`, `slide` and `sensor`, the nearest wins; rows are
     empty, the main parameter's name, `small` (below `small`), `beside` or what an unknown follows.
     left: what a person does where no command makes it better. also_added: a second parameter that
-    adds up as well. group: what all of it together is called, where all arms may have the same.
+    adds up as well. group: of what all arms may have alike.
     build_spread: standard deviation of its size on a machine that was built with care, in SI units.
     runout_rad: the same of a periodic error once a turn of the motor.
     """
@@ -182,7 +190,7 @@ class EffectCard:
     by_hand: ByHand | None = None
     fit: Fit | None = None
     """How a fit moves in it and where it starts; None: in its main parameter, from nothing."""
-    group: str = ""
+    group: Group | None = None
     build_spread: float | None = None
     runout_rad: float | None = None
     table: bool = False

@@ -8,6 +8,7 @@ from deltactl.models.effects.card import (
     Confusion,
     Drawing,
     EffectCard,
+    Group,
     Rule,
     Trait,
     Words,
@@ -129,5 +130,5 @@ CARD = EffectCard(
         # one and five samples at 50 Hz, for lag and dead time each
         shapes=tuple(Shape((0.0, 0.0), (i,), reach) for i in (0, 1) for reach in (0.02, 0.1)),
     ),
-    group="motors",
+    group=Group("motors", 1),
 )

@@ -7,6 +7,7 @@ from deltactl.models.effects.card import (
     Compensated,
     Drawing,
     EffectCard,
+    Group,
     Rule,
     Trait,
     Words,
@@ -52,6 +53,6 @@ CARD = EffectCard(
     rule=Rule.SUM,
     compensated=Compensated.INVERSE,
     by_hand=ByHand("measure the rods from joint to joint", 1),
-    group="arms",
+    group=Group("arms", 5),
     build_spread=0.0005,  # m, between centres of joints glued, printed or drilled on a bench
 )

@@ -7,6 +7,7 @@ from deltactl.models.effects.card import (
     Confusion,
     Drawing,
     EffectCard,
+    Group,
     Rule,
     Trait,
     Words,
@@ -113,6 +114,6 @@ CARD = EffectCard(
             called="a drift of {part} with time",
         ),
     ),
-    group="motors",
+    group=Group("motors", 2),
     build_spread=0.001,  # 1: teeth are counted, belts stretch
 )

@@ -10,6 +10,7 @@ from deltactl.models.effects.card import (
     Confusion,
     Drawing,
     EffectCard,
+    Group,
     Rule,
     Trait,
     Words,
@@ -83,6 +84,6 @@ CARD = EffectCard(
         ),
     ),
     by_hand=ByHand("measure an arm's angle at home with a level", 4),
-    group="motors",
+    group=Group("motors", 0),
     build_spread=0.002,  # rad, 0.1 deg: a stop or a switch that the arm is homed to
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Rule, Trait, Words
+from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Group, Rule, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -44,6 +44,6 @@ CARD = EffectCard(
     rule=Rule.SUM,
     compensated=Compensated.INVERSE,
     by_hand=ByHand("measure the distances between the motor axes on the base plate", 5),
-    group="motors",
+    group=Group("motors", 3),
     build_spread=0.003,  # rad: 1 mm on a base of 325 mm
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Rule, Trait, Words
+from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Group, Rule, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import ARM_NAMES, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -43,6 +43,6 @@ CARD = EffectCard(
     rule=Rule.SUM,
     compensated=Compensated.INVERSE,
     by_hand=ByHand("measure the upper arms from axis to joint", 2),
-    group="arms",
+    group=Group("arms", 4),
     build_spread=0.0005,  # m, between centres of joints glued, printed or drilled on a bench
 )

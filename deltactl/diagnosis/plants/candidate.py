@@ -4,40 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.models.chain import Active
 from deltactl.models.effects import EffectKind
-
-How = Literal["plain", "reciprocal", "log", "sine", "cosine", "frozen"]
-
-
-@dataclass(frozen=True, slots=True)
-class Coordinate:
-    """One number the fit moves. frozen: set by a search, not by the fit."""
-
-    parameter: str
-    how: How = "plain"
-    step: float = 1e-4
-    low: float = -np.inf
-    high: float = np.inf
-    part: int = 0
-    """Component of a vector parameter."""
-
-
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """A point to start from: coordinates at which nothing happens (`origin`), and unit columns.
-
-    Columns of the score are regressors from origin along the linear coordinates, `reach` long.
-    """
-
-    origin: tuple[float, ...]
-    linear: tuple[int, ...] = (0,)
-    reach: float = 1e-4
+from deltactl.models.effects.fit import Coordinate, Shape
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,25 +11,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.models.effects import EffectKind
+from deltactl.models.effects import CARDS, EffectKind
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import Memory, Values
 
-GROUPED = {
-    "home_offset": "motors",
-    "following_lag": "motors",
-    "gear_ratio": "motors",
-    "motor_azimuth": "motors",
-    "upper_arm_length": "arms",
-    "forearm_length": "arms",
-}
-"""Effects that may be the same at all three arms, and what their group is called."""
+
+def _grouped() -> dict[str, str]:
+    """Effects that may be the same at all three arms, and what their group is called."""
+    grouped = [(card.group, name) for name, card in CARDS.items() if card.group is not None]
+    return {name: group.name for group, name in sorted(grouped, key=lambda one: one[0].order)}
 
 
 def groups_of(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """A candidate for each effect of GROUPED that all its components have, moved as one."""
+    """A candidate for each effect that all arms may have alike, moved as one."""
     found = []
-    for effect, name in GROUPED.items():
+    for effect, name in _grouped().items():
         members = [one for one in candidates if one.effect == effect]
         if len(members) < 2:
             continue
@@ -71,7 +67,7 @@ def apart(terms: Sequence[Term], candidates: Sequence[Candidate]) -> tuple[Term,
 def whole_groups(terms: Sequence[Term]) -> list[tuple[int, ...]]:
     """Numbers of the terms that together are a whole group."""
     found = []
-    for effect in GROUPED:
+    for effect in _grouped():
         own = [i for i, term in enumerate(terms) if term.candidate.effect == effect]
         if own and len(own) == len(terms[own[0]].candidate.kind.components):
             found.append(tuple(own))

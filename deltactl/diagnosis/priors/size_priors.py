@@ -18,8 +18,9 @@ from scipy.integrate import trapezoid
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.options import ESTIMATION
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.candidate import Candidate, Coordinate
+from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.priors.options import PENALTIES, SIZE_PRIORS
+from deltactl.models.effects.fit import Coordinate
 
 
 @dataclass(frozen=True, slots=True, eq=False)

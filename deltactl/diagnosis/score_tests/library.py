@@ -15,9 +15,10 @@ from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.estimation.splines import SplineTerm, spline_terms
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.candidate import Candidate, Shape, Term
+from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.score_tests.options import SCORE_TESTS
+from deltactl.models.effects.fit import Shape
 
 PARTS = 8
 """In which the columns are whitened side by side."""

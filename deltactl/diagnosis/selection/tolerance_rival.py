@@ -18,6 +18,7 @@ from deltactl.diagnosis.priors.penalties import Trial
 from deltactl.diagnosis.search.outside_contact import clear_rows, left_near_contact
 from deltactl.diagnosis.search.removal import drop
 from deltactl.diagnosis.search.search import Search
+from deltactl.models.effects import card_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +148,8 @@ class ToleranceRival:
         It must be more than what the effects that are there may leave.
         """
         other = self.other
-        tolerances = effects_of_building(other.prepared.model) - {"transmission_error"}
+        tolerances = effects_of_building(other.prepared.model)
+        tolerances = {one for one in tolerances if card_of(one).build_spread is not None}
         static = [t for t in other.tests.trials(solution) if t.start.candidate.effect in tolerances]
         if not static:
             return solution

@@ -14,15 +14,14 @@ from typing import Any
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.candidate import Candidate, Coordinate, Term
-from deltactl.diagnosis.plants.delta.candidates import EVENTS, candidates_of
+from deltactl.diagnosis.plants.candidate import Candidate, Term
+from deltactl.diagnosis.plants.delta.candidates import candidates_of
 from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.models.effects import VOCABULARY
+from deltactl.models.effects.fit import Coordinate
 from deltactl.models.effects.kind import EXACT, EffectKind
 from deltactl.models.robot import DeltaRobot, EffectEntry
 
-ELSEWHERE = (*EVENTS, "contact", "sensor_latency")
-"""Kinds whose candidates have no row in the table."""
 NARROWEST = 1e-3
 """Of the step of a derivative: what is known more exactly is no more exact in a fit."""
 BESIDE_MEASURED = 2.0
@@ -95,7 +94,7 @@ def beside(measured: Sequence[Nuisance], tolerances: Sequence[Nuisance]) -> list
 
 def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance | None:
     kind = VOCABULARY.get(entry.effect)
-    if entry.found is None or kind is None or entry.effect in ELSEWHERE:
+    if entry.found is None or kind is None:
         return None
     if kind.discrepancy.elsewhere <= EXACT:
         return None

@@ -9,11 +9,11 @@ import numpy as np
 
 from deltactl.diagnosis.observations.begun_in_motion import begun_in_motion
 from deltactl.diagnosis.observations.readings import FloatArray, gather
-from deltactl.diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
+from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.candidates import (
-    EVENTS,
     candidates_of,
     contact,
+    late_readings,
     runout,
     tolerances,
 )
@@ -26,7 +26,8 @@ from deltactl.diagnosis.plants.shared_parameters import groups_of
 from deltactl.foundation.errors import MissingColumns, RecordingError
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.chain.delta import Course, standing
-from deltactl.models.effects import VOCABULARY
+from deltactl.models.effects import VOCABULARY, Port, Trait, has
+from deltactl.models.effects.fit import Coordinate
 from deltactl.models.linkage import forward, jacobian
 from deltactl.models.robot import AXES, DeltaRobot
 from deltactl.recording.tables.flat import FlatRecording
@@ -36,7 +37,6 @@ POSITIONS = tuple(f"pos_{axis}" for axis in AXES)
 ANGLES = tuple(f"theta_{motor}" for motor in (1, 2, 3))
 UNITS = {**dict.fromkeys((*RANGES, *POSITIONS), "m"), **dict.fromkeys(ANGLES, "rad")}
 STATUS = {name: name.replace("range_", "status_") for name in RANGES}
-ONLY_WITH_RANGES = ("sensor_", "stale_", "frame_tilt")
 
 
 class DeltaModel:
@@ -65,7 +65,7 @@ class DeltaModel:
         self.position_m = forward(self.chain.linkage, self.commanded_rad).position_m
         self._refuse_impossible()
         self._jacobian = jacobian(self.chain.linkage, self.commanded_rad, self.position_m)
-        self._late = self._latency()
+        self._late = late_readings()
         half = 0.5 * self._period
         read_late = replace(
             self._late, coordinates=(Coordinate("time", step=2e-3, low=0.0, high=2.0 * half),)
@@ -151,20 +151,13 @@ class DeltaModel:
             parts.append(own_times.shift(self.readings.names, rows))
         return np.nan_to_num(np.concatenate(parts))
 
-    def _latency(self) -> Candidate:
-        """A sensor averages over its period and is read within it: late by half a period."""
-        coordinate = Coordinate("time", step=2e-3, low=0.0, high=2.0)
-        shapes = tuple(Shape((0.0,), (0,), reach) for reach in (0.02, 0.1, 0.2))
-        return Candidate(VOCABULARY["sensor_latency"], "sensors", (coordinate,), shapes, {})
-
     def _candidates(self) -> list[Candidate]:
+        measured = any(name in ANGLES for name in self.readings.names)
         found: list[Candidate] = []
         for name in VOCABULARY:
-            if name in EVENTS or name in ("contact", "sensor_latency"):
+            if has(name, Trait.READING) and not self._timed:
                 continue
-            if name.startswith(ONLY_WITH_RANGES) and not self._timed:
-                continue
-            if name == "encoder_error" and not any(n in ANGLES for n in self.readings.names):
+            if VOCABULARY[name].port is Port.ENCODER and not measured:
                 continue
             found += candidates_of(name, self._travel(), self.readings.span_s)
         if self._timed:

@@ -1,33 +1,18 @@
-"""The numbers of a delta: how its fits start, what its building leaves, and its next runs.
+"""The numbers of a delta: what bounds its fits, and its next runs.
 
-How far a size may go, and the step of its derivative, stand with the effect's row in `candidates`.
+Where the fit of an effect starts, how far it goes and what careful building leaves of it are on its
+card.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class DeltaFitOptions:
     """From where the fit of an effect starts: as far apart as it still finds its way."""
 
-    plays_rad: tuple[float, ...] = (0.0025, 0.006, 0.015)
-    """Widths of play and of friction: from what a good gear has to what one sees by eye, apart by
-    a factor of two and a half."""
-    drags: tuple[float, ...] = (5.0, 10.0, 25.0)
-    """N m s/rad, against which the load pulls the arm through its play."""
-    sticks: float = 1e4
-    """Drag at which the arm stays in the play wherever it was left."""
-    lags_s: tuple[float, ...] = (0.02, 0.1)
-    """One and five samples at 50 Hz, for lag and dead time each."""
-    gear_periods: tuple[int, ...] = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 16, 20, 25, 30, 40, 50)
-    """Errors per turn of the arm that a gear or coupling may have."""
-    ringing_hz: tuple[float, ...] = (0.7, 1.2, 2.0, 3.2, 5.0, 8.0, 12.0, 18.0)
-    """Each 1.6 times the one before: from a cable that swings to what 50 readings a second still
-    show."""
-    ringing_damping: tuple[float, ...] = (0.05, 0.2)
-    """A bolted frame, and one that is held by hand or rubber."""
     warm_up_shares: tuple[float, ...] = (0.06, 0.2, 0.6, 2.0)
     """Time constants of warming, as shares of the recording."""
     soonest_warm_s: float = 8.0
@@ -41,11 +26,6 @@ class DeltaFitOptions:
     """and what takes so many times as long drifts straight on."""
     shortest_period_rad: float = 1e-2
     """Of a periodic error where the arms hardly move."""
-    contact_shares: tuple[float, ...] = (0.02, 0.05, 0.1, 0.2, 0.35)
-    """Heights of a stop, as shares of the heights that the platform was sent to."""
-    grips: tuple[float, ...] = (0.0, 1.5)
-    """A smooth stop, and rubber on steel."""
-
     # Poses that a machine a little off its file may not reach.
     length_off: float = 0.02
     """Share of the forearm,"""
@@ -53,41 +33,6 @@ class DeltaFitOptions:
     """and angle, by which a faulty machine may well be off; moderate faults are half as large."""
     most_fragile: float = 0.2
     """More than this share is not left out: then the file is wrong, or the motion is all there."""
-
-
-@dataclass(frozen=True, slots=True)
-class BuildOptions:
-    """How far a machine built with care may be off everywhere, as standard deviations.
-
-    The fields are called after the effects; each says its unit.
-    """
-
-    home_offset: float = 2e-3
-    """rad, 0.1 deg: a stop or a switch that the arm is homed to."""
-    upper_arm_length: float = 5e-4
-    """m, between the centres of joints that are glued, printed or drilled on a bench."""
-    forearm_length: float = 5e-4
-    """m, the same."""
-    base_radius: float = 1e-3
-    """m, the difference of two radii."""
-    motor_azimuth: float = 3e-3
-    """rad: 1 mm on a base of 325 mm."""
-    frame_tilt: float = 2e-3
-    """rad: 1 mm over half a metre, between sensors and base."""
-    sensor_offset: float = 1.5e-3
-    """m, of a board that is held by two screws, and of what a ranging sensor leaves."""
-    sensor_scale: float = 2e-3
-    """1: 1 mm in half a metre."""
-    gear_ratio: float = 1e-3
-    """1: teeth are counted, belts stretch."""
-
-
-@dataclass(frozen=True, slots=True)
-class RunoutOptions:
-    """Of the gears, beside what building leaves."""
-
-    once_a_motor_turn_rad: float = 1e-3
-    """Usual size of the periodic error of a gear whose input shaft runs a little out of true."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,9 +82,5 @@ class NextRunOptions:
 
 
 DELTA_FITS = DeltaFitOptions()
-BUILD = BuildOptions()
-RUNOUT = RunoutOptions()
 NEXT_RUNS = NextRunOptions()
 """As the engine is used."""
-TOLERANCES: dict[str, float] = asdict(BUILD)
-"""By effect."""

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from functools import partial
 
 from deltactl.diagnosis.plants.delta.candidates import lost_steps
-from deltactl.diagnosis.plants.delta.options import TOLERANCES
 from deltactl.diagnosis.plants.traits import Traits
+from deltactl.models.effects import CARDS
 
 MOTOR, SENSOR = "motor", "range_"
 
@@ -22,11 +22,21 @@ def delta_traits(inputs: Iterable[str], channels: Iterable[str]) -> Traits:
         own_place={location: location.replace(MOTOR, "theta_") for location in inputs},
         sensible=sensible,
         units={location: "rad" if location in motors else "m" for location in inputs},
-        build_effects=frozenset(TOLERANCES),
-        # Play in which the arm stays where it is pushed.
-        exactly={"gear_backlash": "joint_friction"},
-        # Equal dead times everywhere.
-        exactly_together={"following_lag": (len(motors), "sensor_latency", "sensors")},
+        build_effects=frozenset(
+            name for name, card in CARDS.items() if card.build_spread is not None
+        ),
+        exactly={
+            name: one.other
+            for name, card in CARDS.items()
+            for one in card.confusions
+            if one.exactly
+        },
+        exactly_together={
+            name: (len(motors), one.other, one.exactly_together_at)
+            for name, card in CARDS.items()
+            for one in card.confusions
+            if one.exactly_together_at
+        },
     )
 
 
