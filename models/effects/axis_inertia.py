@@ -27,6 +27,7 @@ CARD = EffectCard(
     words=Words(
         noun="a wrong inertia of {part}",
         axis_regime="while the axis speeds up or slows down",
+        sizes={"inertia": "true inertia"},
     ),
     remedies={
         "": "enter the true inertia of {part} in the robot file: {size}",

@@ -45,5 +45,6 @@ CARD = EffectCard(
         ),
         0,
     ),
+    length="radius_m",
     build_spread=0.001,  # m, the difference of two radii
 )

@@ -96,6 +96,7 @@ class Words:
     turn and no gear be. effort: where an effort moves the axis, and no command. several: of several
     parts. further: beyond what the robot file has of it. regime, axis_regime: where it shows.
     axis_part: what the part is called on a single machine. gap: what holds two directions apart.
+    sizes: what its parameters are called here, where they have no name that is right for all.
     """
 
     noun: str = ""
@@ -107,6 +108,7 @@ class Words:
     axis_regime: str = "everywhere"
     axis_part: str = ""
     gap: str = ""
+    sizes: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,6 +173,7 @@ class EffectCard:
     left: what a person does where no command makes it better. also_added: a second parameter that
     adds up as well. group: of what all arms may have alike.
     build_spread: standard deviation of its size on a machine that was built with care, in SI units.
+    length: the field of the robot file's geometry that it changes.
     runout_rad: the same of a periodic error once a turn of the motor.
     """
 
@@ -192,6 +195,7 @@ class EffectCard:
     """How a fit moves in it and where it starts; None: in its main parameter, from nothing."""
     group: Group | None = None
     build_spread: float | None = None
+    length: str = ""
     runout_rad: float | None = None
     table: bool = False
     """An error without a name, which robot files hold and no diagnosis looks for."""

@@ -64,6 +64,7 @@ CARD = EffectCard(
         further="a further delay of {part}",
         regime="while {part} moves and just after it stops",
         axis_regime="in motion and just after it stops",
+        sizes={"time": "time constant"},
     ),
     remedies={
         "": (

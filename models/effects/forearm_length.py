@@ -54,5 +54,6 @@ CARD = EffectCard(
     compensated=Compensated.INVERSE,
     by_hand=ByHand("measure the rods from joint to joint", 1),
     group=Group("arms", 5),
+    length="forearm_m",
     build_spread=0.0005,  # m, between centres of joints glued, printed or drilled on a bench
 )

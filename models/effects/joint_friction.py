@@ -112,6 +112,7 @@ CARD = EffectCard(
         regime="after reversals of {part}",
         axis_regime="in motion and after reversals",
         gap="the gap that friction leaves between its two directions",
+        sizes={"width": "difference between the two directions"},
     ),
     remedies={
         "": (

@@ -49,6 +49,7 @@ CARD = EffectCard(
         noun="steps lost by {part}",
         regime="from one moment on",
         axis_regime="from one moment on",
+        sizes={"time": "at"},
     ),
     remedies={
         "": (

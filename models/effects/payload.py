@@ -41,6 +41,7 @@ CARD = EffectCard(
         noun="a wrong mass at {part}",
         regime="everywhere, in proportion to the load on the joints",
         axis_regime="at all joints, with weight and acceleration of the platform",
+        sizes={"mass": "mass beyond the robot file's"},
     ),
     remedies={
         "": (

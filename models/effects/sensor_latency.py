@@ -42,6 +42,7 @@ CARD = EffectCard(
         noun="readings that come late",
         regime="while the platform moves, on all sensors",
         axis_regime="in motion",
+        sizes={"time": "late by"},
     ),
     remedies={
         "": "allow for readings that come {size} late, or read them faster",

@@ -44,6 +44,7 @@ CARD = EffectCard(
     words=Words(
         noun="old values repeated by {part}",
         regime="in one stretch of time",
+        sizes={"time": "at", "times_s": "at"},
     ),
     remedies={
         "": "look at the cable and supply of {part}: it repeats old values",

@@ -44,6 +44,7 @@ CARD = EffectCard(
     words=Words(
         noun="friction in {part} that falls with speed near standstill",
         axis_regime="in slow motion",
+        sizes={"width": "difference between the two directions"},
     ),
     remedies={
         "": "grease {part}: it sticks at low speed",

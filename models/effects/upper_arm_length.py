@@ -44,5 +44,6 @@ CARD = EffectCard(
     compensated=Compensated.INVERSE,
     by_hand=ByHand("measure the upper arms from axis to joint", 2),
     group=Group("arms", 4),
+    length="upper_arm_m",
     build_spread=0.0005,  # m, between centres of joints glued, printed or drilled on a bench
 )

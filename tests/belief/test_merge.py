@@ -8,9 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from deltactl.models.belief import merged
-from deltactl.models.belief.rules import RULES
 from deltactl.models.chain import Chain, Commands
-from deltactl.models.effects import TABLES, VOCABULARY
 from deltactl.models.robot import DeltaRobot, Drive, EffectEntry, Geometry, Masses
 
 ROBOT = DeltaRobot(
@@ -71,7 +69,3 @@ def test_waves_of_two_periods_both_stay() -> None:
         for period in (0.6, 0.3)
     )
     assert len(merged([once], [twice])) == 2
-
-
-def test_rules_are_about_effects_there_are() -> None:
-    assert set(RULES) <= {*VOCABULARY, *TABLES}

@@ -9,9 +9,9 @@ import numpy as np
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.plants.delta.options import TOLERANCES
 from deltactl.diagnosis.priors.build_tolerances import within_tolerance
 from deltactl.diagnosis.priors.options import PENALTIES
+from deltactl.models.effects import card_of
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -21,7 +21,7 @@ Record = Callable[..., FlatRecording]
 def test_what_is_usual_is_a_wrong_size_within_its_spread(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record(seconds=10.0)])
     own = {c.effect: c for c in model.candidates}
-    most_m = PENALTIES.within * TOLERANCES["forearm_length"]
+    most_m = PENALTIES.within * (card_of("forearm_length").build_spread or 0.0)
     assert within_tolerance(model, Term(own["forearm_length"], np.array([0.99 * most_m])))
     assert not within_tolerance(model, Term(own["forearm_length"], np.array([-1.01 * most_m])))
     backlash = own["gear_backlash"]

@@ -14,9 +14,9 @@ from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import estimate
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.plants.delta.options import TOLERANCES
 from deltactl.diagnosis.priors.file_tolerances import giving_way, pull
 from deltactl.diagnosis.priors.options import PENALTIES
+from deltactl.models.effects import card_of
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -50,7 +50,7 @@ def test_an_offset_is_no_surer_than_the_sensor_is_mounted(
     )
     place = solution.columns_of(0).start
     pulled = pull(fitter, solution, _bread(solution))[place]
-    mounted = PENALTIES.most_careful * TOLERANCES["sensor_offset"]
+    mounted = PENALTIES.most_careful * (card_of("sensor_offset").build_spread or 0.0)
     assert np.isclose(np.abs(pulled), mounted, rtol=1e-6).any()
     plain = _bread(solution)[place, place]
     assert covariance(fitter, solution)[place, place] >= plain + pulled @ pulled

@@ -13,10 +13,10 @@ from deltactl.diagnosis.answer.records import (
     ParameterResult,
     SmallestDetectable,
 )
-from deltactl.diagnosis.report.phrases.words import EFFECTS
 from deltactl.diagnosis.report.sentences.summary import (
     plain_lines,
 )
+from deltactl.models.effects import VOCABULARY
 from deltactl.models.robot import ServoAxis
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
@@ -42,7 +42,7 @@ def test_smallest_of_the_findings_come_first(make: Any) -> None:
 
 
 def test_many_untested_effects_are_counted(make: Any) -> None:
-    hidden = [NotTestable(effect=name, component="motor3", why="") for name in list(EFFECTS)[:9]]
+    hidden = [NotTestable(effect=name, component="motor3", why="") for name in list(VOCABULARY)[:9]]
     text = "\n".join(plain_lines(make("explained", not_testable=hidden)))
     assert "5 more kinds of effect" in text
     text = "\n".join(plain_lines(make("explained", not_testable=hidden[:5])))

@@ -9,14 +9,14 @@ import pytest
 from deltactl.diagnosis.answer.finding import Table
 from deltactl.diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
 from deltactl.diagnosis.report.phrases import words
-from deltactl.diagnosis.report.phrases.words import EFFECTS
-from deltactl.diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
+from deltactl.diagnosis.report.sentences.advice import LAYERS, advice
 from deltactl.diagnosis.report.sentences.beside_others import wider_in_motion, zero_of_play
 from deltactl.diagnosis.report.sentences.headline import headline
 from deltactl.diagnosis.report.sentences.remedies import remedies
 from deltactl.diagnosis.report.sentences.remedy import remedy
 from deltactl.diagnosis.report.sentences.ways import TERMINAL
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.models.effects import CARDS
 from deltactl.models.effects.lone_axis import effort_effects
 from deltactl.models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
 
@@ -25,6 +25,7 @@ SERVO = ServoAxis(kind="servo_axis", name="mount", motion="rotary")
 SLIDE = ServoAxis(kind="servo_axis", name="carriage", motion="linear")
 STEPPER = StepperAxis(kind="stepper_axis", name="table")
 SENSOR = RangeSensor(kind="range_sensor", name="tag")
+EFFECTS = [name for name, card in CARDS.items() if card.words.noun]
 
 
 def found(effect: str, component: str, value: float, unit: str, *others: str) -> Finding:
@@ -40,10 +41,10 @@ def found(effect: str, component: str, value: float, unit: str, *others: str) ->
 
 
 def test_every_effect_has_a_remedy() -> None:
-    assert set(EFFECTS) == {name.split(".")[0] for name in EVERYWHERE}
+    assert set(EFFECTS) == {name for name, card in CARDS.items() if card.remedy((), ("", "size"))}
 
 
-@pytest.mark.parametrize("effect", sorted(EFFECTS.keys() - {"unknown"}))
+@pytest.mark.parametrize("effect", sorted({*EFFECTS} - {"unknown"}))
 def test_each_is_one_plain_sentence(effect: str) -> None:
     one = remedy(found(effect, "motor2", 0.01, "rad"), ROBOT)
     assert one is not None
@@ -153,7 +154,7 @@ def test_nothing_is_told_of_what_has_no_name() -> None:
     assert remedy(found("unknown", "range_x", 0.001, "m"), ROBOT) is None
 
 
-@pytest.mark.parametrize("effect", sorted(EFFECTS.keys() - {"unknown"}))
+@pytest.mark.parametrize("effect", sorted({*EFFECTS} - {"unknown"}))
 @pytest.mark.parametrize("parameter", ["scale", "width", "torque"])
 def test_a_slide_is_told_of_no_gearbox_and_of_a_gain_only_where_a_servo_drives_it(
     effect: str, parameter: str
@@ -186,7 +187,7 @@ def test_an_unknown_has_a_line_that_says_what_tells_more(
     assert words.followed(follows) in line
 
 
-@pytest.mark.parametrize("machine", sorted(ADVICE))
+@pytest.mark.parametrize("machine", sorted(LAYERS))
 def test_every_machine_has_a_line_for_unknowns_and_fills_it(machine: str) -> None:
     for driver in ("position", "position.force", "speed", "direction", "time", "load", "effort"):
         text = advice(machine, "unknown", driver, 0.0)

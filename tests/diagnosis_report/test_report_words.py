@@ -9,7 +9,8 @@ import pytest
 from deltactl.diagnosis.answer.records import ParameterResult
 from deltactl.diagnosis.report.phrases import words
 from deltactl.diagnosis.report.phrases.sizes import sizes
-from deltactl.diagnosis.report.sentences.advice import ADVICE
+from deltactl.diagnosis.report.sentences.advice import LAYERS
+from deltactl.models.effects import card_of
 from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 
@@ -22,8 +23,9 @@ TYPICAL = 0.1
 def said(kind: EffectKind, component: str, *machines: str) -> list[str]:
     """All that a report may say of one effect at one component of these machines."""
     values = {one.name: TYPICAL for one in kind.parameters}
-    keys = (kind.name, f"{kind.name}.small", f"{kind.name}.width")
-    texts = [ADVICE[machine].get(key, "") for machine in machines for key in keys]
+    card = card_of(kind.name)
+    rows = ("", "small", "width")
+    texts = [card.remedy(LAYERS[machine], (row,)) or "" for machine in machines for row in rows]
     return [words.effect(kind.name, component), kind.sentence(component, values), *texts]
 
 

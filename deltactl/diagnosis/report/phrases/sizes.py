@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from deltactl.diagnosis.answer.records import ParameterResult
+from deltactl.models.effects import card_of
 
 NOT_KNOWN = "not known"
 NO_LIMIT = "any size"
@@ -100,16 +101,10 @@ _NAMES: dict[str, str] = {
     "steps": "steps short",
     "size_rms": "size, root mean square",
 }
-_OWN_NAMES: dict[tuple[str, str], str] = {
-    ("sensor_latency", "time"): "late by",
-    ("following_lag", "time"): "time constant",
-    ("payload", "mass"): "mass beyond the robot file's",
-    ("inertia", "inertia"): "true inertia",
-}
+MOMENT = "at"
+"""What a point in time is called, which is no duration."""
 _SLIDING: dict[tuple[str, str], str] = {("angle", "m"): "offset", ("torque", "N"): "force"}
 """By parameter and unit, on an axis that slides."""
-_MOMENTS = {("lost_steps", "time"), ("stale_reading", "time"), ("stale_reading", "times_s")}
-"""Points in time, not durations."""
 _SIGNED = frozenset({"angle", "offset", "length_error", "rotation", "steps", "curvature", "strain"})
 
 
@@ -134,12 +129,9 @@ def departure(value: float, unit: str, parameter: str) -> float:
 
 def shown_name(effect: str, parameter: str) -> str:
     """A parameter's name for people."""
-    if (effect, parameter) in _MOMENTS:
-        return "at"
-    if effect in ("joint_friction", "stribeck_friction") and parameter == "width":
-        return "difference between the two directions"
-    if (effect, parameter) in _OWN_NAMES:
-        return _OWN_NAMES[effect, parameter]
+    own = card_of(effect).words.sizes.get(parameter)
+    if own is not None:
+        return own
     return _NAMES.get(parameter, parameter.replace("_", " "))
 
 
@@ -153,7 +145,7 @@ def sizes(effect: str, parameter: str, result: ParameterResult) -> list[Size]:
         names = [f"{name} {_component(k, len(values))}" for k in range(len(values))]
     found = []
     for k, (value, low, high) in enumerate(values):
-        moment = (effect, parameter) in _MOMENTS
+        moment = name == MOMENT
         scale = Scale(1.0, "s") if moment else scale_of(result.unit, parameter, value)
         low, high = sorted((scale(low), scale(high)))
         found.append(Size(names[k], scale(value), low, high, scale.unit, scale.signed))

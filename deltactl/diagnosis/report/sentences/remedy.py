@@ -21,7 +21,7 @@ from deltactl.diagnosis.report.phrases.sureness import (
 from deltactl.diagnosis.report.sentences.advice import advice, machine_of
 from deltactl.diagnosis.report.sentences.telling_apart import LONE
 from deltactl.diagnosis.report.sentences.ways import TERMINAL, Ways
-from deltactl.models.effects import VOCABULARY, Trait, has
+from deltactl.models.effects import VOCABULARY, Trait, card_of, has
 from deltactl.models.robot import DeltaRobot, RobotModel, per_arm
 
 _ARM = re.compile(r"(?:arm|motor)([123])")
@@ -165,7 +165,7 @@ def _factor(scale: float) -> str:
 
 def _mostly_dead(finding: Finding) -> bool:
     """Whether most of a delay is a dead time, which no gain shortens, and both are known."""
-    if finding.effect != "following_lag" or late_in_all_s(finding) is not None:
+    if not has(finding.effect, Trait.DRIVE_DELAY) or late_in_all_s(finding) is not None:
         return False
     times = _times_s(finding)
     return times.get("dead_time", 0.0) > times.get("time", 0.0)
@@ -181,7 +181,7 @@ def _late(finding: Finding) -> str:
 
     Their sum alone where nothing more is known.
     """
-    if finding.effect != "following_lag":
+    if not has(finding.effect, Trait.DRIVE_DELAY):
         return ""
     if (late_s := late_in_all_s(finding)) is not None:
         return f"{quantity(late_s, 's', digits=3)} in all"
@@ -197,16 +197,11 @@ def _late(finding: Finding) -> str:
 
 def _true(finding: Finding, robot: RobotModel | None, error: float) -> str:
     """The robot file's length with what was found added; empty where it has none."""
-    if not isinstance(robot, DeltaRobot):
+    card, arm = card_of(finding.effect), _ARM.fullmatch(finding.component)
+    if not isinstance(robot, DeltaRobot) or not card.length:
         return ""
-    geometry = robot.geometry
-    arm = _ARM.fullmatch(finding.component)
-    lengths = {
-        "upper_arm_length": per_arm(geometry.upper_arm_m),
-        "forearm_length": per_arm(geometry.forearm_m),
-        "base_radius": geometry.radius_m,
-    }.get(finding.effect)
-    if lengths is None or (arm is None and finding.effect != "base_radius"):
+    if arm is None and card.kind is not None and len(card.kind.components) > 1:
         return ""
+    lengths = per_arm(getattr(robot.geometry, card.length))
     nominal_m = float(lengths[int(arm[1]) - 1 if arm is not None else 0])
     return f"{1e3 * (nominal_m + error):.1f} mm (not {1e3 * nominal_m:.1f} mm)"

@@ -1,0 +1,111 @@
+"""Nothing outside models/effects names an effect, but for what is listed here and may only shrink.
+
+Counted are string literals that are the name of a registered effect. Some only look so: keys of a
+robot file and questions of `deltactl init` that are called `inertia`, `gear_ratio` or
+`effort_gain`.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from benchmarks.structure import ROOT
+from deltactl.models.effects import CARDS
+
+FOLDERS = ("benchmarks", "deltactl", "drivers", "firmware_py", "models")
+CARDS_STAND_IN = Path("models/effects")
+
+ALLOWED = {
+    "benchmarks/costs/chain.py": 4,
+    "benchmarks/proofs/detection_limit.py": 10,
+    "benchmarks/proofs/diagnosis_practice.py": 3,
+    "benchmarks/proofs/ideal_observer.py": 1,
+    "benchmarks/proofs/recording_variations.py": 4,
+    "benchmarks/proofs/run_checks.py": 1,
+    "deltactl/cli/recordings/init.py": 3,
+    "deltactl/diagnosis/plants/lone/axis_regressors.py": 20,
+    "deltactl/diagnosis/plants/lone/forced_axis.py": 23,
+    "deltactl/diagnosis/plants/lone/range_sensor.py": 5,
+    "deltactl/diagnosis/plants/lone/servo_delta.py": 13,
+    "deltactl/diagnosis/selection/equivalents.py": 5,
+    "deltactl/fleet/task.py": 2,
+    "deltactl/proof/cases.py": 2,
+    "deltactl/proof/hidden/build_in.py": 2,
+    "deltactl/proof/hidden/forces.py": 1,
+    "deltactl/proof/hidden/frame.py": 8,
+    "deltactl/proof/hidden/joints.py": 10,
+    "deltactl/proof/hidden/sensing.py": 6,
+    "deltactl/proof/hidden/ties.py": 24,
+    "deltactl/proof/prove/bound.py": 2,
+    "deltactl/proof/prove/one_case.py": 1,
+    "deltactl/reference/examples_table.py": 5,
+    "deltactl/reference/units.py": 2,
+    "deltactl/reproduction/uzunovic_2013/control_hidden.py": 5,
+    "deltactl/web/behind/concealment.py": 6,
+    "firmware_py/clashes.py": 1,
+    "firmware_py/describing/asked_of_all.py": 1,
+    "firmware_py/describing/asked_of_an_axis.py": 2,
+    "firmware_py/describing/measured.py": 1,
+    "firmware_py/describing/robot_text.py": 4,
+    "models/sliding.py": 3,
+    "models/training/calibrated_file.py": 6,
+}
+
+
+def sources(root: Path) -> Iterator[Path]:
+    """Python files, each by its real path alone."""
+    for folder in FOLDERS:
+        for path in sorted((root / folder).rglob("*.py")):
+            inside = path.relative_to(root)
+            linked = any((root / part).is_symlink() for part in inside.parents)
+            if not linked and CARDS_STAND_IN not in inside.parents:
+                yield path
+
+
+def names_in(text: str) -> list[str]:
+    """Names of effects among the literals of a source, docstrings and sentences apart."""
+    literals = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Constant))
+    return [one.value for one in literals if isinstance(one.value, str) and one.value in CARDS]
+
+
+def counted(root: Path) -> dict[str, int]:
+    """Literals by file, of files that have any; `unknown` names no effect."""
+    found = {}
+    for path in sources(root):
+        names = [name for name in names_in(path.read_text(encoding="utf-8")) if name != "unknown"]
+        if names:
+            found[path.relative_to(root).as_posix()] = len(names)
+    return found
+
+
+def wrong(found: dict[str, int], allowed: dict[str, int]) -> list[str]:
+    """A line for each file that names more effects than it may, or fewer than it is listed with."""
+    lines = []
+    for file in sorted({*found, *allowed}):
+        is_, may = found.get(file, 0), allowed.get(file, 0)
+        if is_ > may:
+            lines.append(f"{file}: {is_} names of effects, {may} are allowed: ask the card instead")
+        if is_ < may:
+            lines.append(f"{file}: {is_} names of effects: set its entry of ALLOWED from {may}")
+    return lines
+
+
+def test_effects_are_named_in_their_own_files_only() -> None:
+    assert wrong(counted(ROOT), ALLOWED) == []
+
+
+@pytest.mark.parametrize(("allowed", "says"), [(0, "ask the card"), (2, "set its entry")])
+def test_a_name_more_and_a_name_less_are_seen(tmp_path: Path, allowed: int, says: str) -> None:
+    for folder in FOLDERS:
+        (tmp_path / folder).mkdir()
+    (tmp_path / "drivers" / "a.py").write_text('ODDS = {"home_offset": 0.1, "other": 0.2}\n')
+    (tmp_path / "models" / "effects").mkdir()
+    (tmp_path / "models" / "effects" / "b.py").write_text('NAME = "home_offset"\n')
+    (tmp_path / "deltactl" / "models").symlink_to(tmp_path / "models")
+    (line,) = wrong(counted(tmp_path), {"drivers/a.py": allowed} if allowed else {})
+    assert line.startswith("drivers/a.py: 1 ")
+    assert says in line
