@@ -25,7 +25,7 @@ from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.rules import RuledModel, rule, valid_keys_of
 from deltactl.foundation.strict_yaml import Document, StrictModel
 from deltactl.foundation.yaml_tree import Location
-from deltactl.models.chain.stated import OF_DELTA, wrong_effects, wrong_entries, wrong_values
+from deltactl.models.chain.stated import of_delta, wrong_effects, wrong_entries, wrong_values
 from deltactl.models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.recording.writing.keeping import KeptRecordings
@@ -240,7 +240,7 @@ def robot_in(document: Document) -> RobotFile:
     mistakes = [
         *robot.clashes(),
         *wrong_effects(robot),
-        *wrong_entries(("as_built", "effects"), robot.as_built.effects or (), OF_DELTA),
+        *wrong_entries(("as_built", "effects"), robot.as_built.effects or (), of_delta()),
     ]
     if mistakes:
         raise document.fail_all(mistakes)
@@ -251,9 +251,9 @@ def _also_wrong(data: dict[str, Any]) -> Iterator[tuple[Location, str]]:
     """What can be told of a file with other mistakes, so that all are mended in one round."""
     yield from named_twice(pins_named(data), _i2c_pins(data))
     yield from clashes(valid_keys_of(RobotFile, data))
-    yield from wrong_values(("effects",), data.get("effects"), OF_DELTA)
+    yield from wrong_values(("effects",), data.get("effects"), of_delta())
     if isinstance(built := data.get("as_built"), dict):
-        yield from wrong_values(("as_built", "effects"), built.get("effects"), OF_DELTA)
+        yield from wrong_values(("as_built", "effects"), built.get("effects"), of_delta())
 
 
 def _i2c_pins(data: dict[str, Any]) -> dict[int, str]:

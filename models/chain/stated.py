@@ -26,7 +26,11 @@ Forms = Mapping[str, Sequence[EffectKind]]
 """Effect -> what it may be: of an axis another thing with an effort column than with commands."""
 
 MOTIONS: tuple[Motion, ...] = ("linear", "rotary")
-OF_DELTA: Forms = {name: [kind] for name, kind in {**VOCABULARY, **TABLES}.items()}
+
+
+def of_delta() -> Forms:
+    """What a delta may have."""
+    return {name: [kind] for name, kind in {**VOCABULARY, **TABLES}.items()}
 
 
 def wrong_effects(robot: RobotModel) -> Iterator[tuple[Location, str]]:
@@ -57,7 +61,7 @@ def wrong_entries(
 def forms_of(kind: str, motion: Any = None) -> Forms:
     """What effects a machine of this kind may have; none of an axis whose motion is not known."""
     if kind == "delta":
-        return OF_DELTA
+        return of_delta()
     if kind == "stepper_axis":
         return _together(command_effects("rotary"))
     if kind == "range_sensor":
