@@ -15,6 +15,7 @@ from deltactl.models.effects.card import (
     Confusion,
     EffectCard,
     Rule,
+    StandIn,
     Trait,
     Words,
 )
@@ -66,6 +67,27 @@ def with_trait(*traits: Trait) -> tuple[str, ...]:
     return tuple(name for name, card in CARDS.items() if card.traits & {*traits})
 
 
+def column_of(place: str) -> tuple[str, float]:
+    """The effect that a column of a single machine shows, and its log odds (`EffectCard.log_odds`).
+
+    Raises LookupError where no card has such a column.
+    """
+    for name, card in CARDS.items():
+        if place in card.log_odds:
+            return name, card.log_odds[place]
+    raise LookupError(f"no effect has the column '{place}'")
+
+
+def stand_ins(place: str, effect: str) -> tuple[tuple[str, StandIn], ...]:
+    """Other effects that a column may be instead of the one that it is called after."""
+    return tuple(
+        (one.other if one.other != effect else name, one.stands_in[place])
+        for name, card in CARDS.items()
+        for one in card.confusions
+        if place in one.stands_in
+    )
+
+
 def found_by(search: Search) -> EffectKind:
     """The effect of a delta that a search finds."""
     fits = ((name, CARDS[name].fit) for name in VOCABULARY)
@@ -111,11 +133,13 @@ __all__ = [
     "Values",
     "Words",
     "card_of",
+    "column_of",
     "compensated",
     "confusion",
     "effect_kind",
     "found_by",
     "has",
     "register",
+    "stand_ins",
     "with_trait",
 ]

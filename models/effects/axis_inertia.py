@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import Confusion, Drawing, EffectCard, Trait, Words
+from deltactl.models.effects.card import Confusion, Drawing, EffectCard, StandIn, Trait, Words
 from deltactl.models.effects.effort_flow import effort_flow
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
@@ -24,6 +24,12 @@ EFFECT = EffectKind(
 
 CARD = EffectCard(
     name="inertia",
+    log_odds={
+        # the file's is computed from drawings, but that of a whole machine is mostly near
+        "effort/inertia": -2.0,
+        # by exchange of a motor or an arm
+        "joint": -2.5,
+    },
     words=Words(
         noun="a wrong inertia of {part}",
         axis_regime="while the axis speeds up or slows down",
@@ -37,6 +43,10 @@ CARD = EffectCard(
     confusions=(
         Confusion(
             "effort_gain",
+            stands_in={
+                # with no known force only their ratio shows; a torque constant is known better
+                "effort/inertia": StandIn(-0.7),
+            },
             axis=(
                 "push the axis with a known force (a spring balance, a weight over a pulley) and "
                 "record it as `load`"

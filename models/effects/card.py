@@ -41,6 +41,8 @@ class Trait(Enum):
     """Friction of bearings, said in one phrase where two parts of it are found."""
     UNDER_LOAD = auto()
     """Changes with the load: another load at the same place rules it out."""
+    BEHIND_READING = auto()
+    """Lies behind the place at which a drive reads its position."""
     ZERO = auto()
     """The zero of what is commanded."""
     RATIO = auto()
@@ -126,6 +128,17 @@ class Drawing:
 
 
 @dataclass(frozen=True, slots=True)
+class StandIn:
+    """Log odds of another name of one operator, against the name it goes by.
+
+    only_if_zero: only while this size of the column is (nearly) zero.
+    """
+
+    log_odds: float
+    only_if_zero: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Confusion:
     """Another effect that may look the same, and what separates the two.
 
@@ -133,7 +146,8 @@ class Confusion:
     sentence. by_hand: a measurement where no safe motion helps; those with the lowest `effort` are
     proposed first. called: this other one as an alternative, with {phrase} for its own. exactly: it
     can be the other on every motion, at the same component. exactly_together_at: at all components
-    at once it can be the other at this one.
+    at once it can be the other at this one. stands_in: by column of single machines (`log_odds`),
+    where one of both is that column and the other may be it as well.
     """
 
     other: str
@@ -141,6 +155,7 @@ class Confusion:
     delta: str = ""
     by_hand: str = ""
     effort: int = 0
+    stands_in: Mapping[str, StandIn] = field(default_factory=dict)
     called: str = ""
     exactly: bool = False
     exactly_together_at: str = ""
@@ -166,6 +181,10 @@ class Group:
 class EffectCard:
     """All that is known about an effect.
 
+    log_odds: natural logarithms of the prior odds that a single machine has it, by
+    'machine/column' of the columns that show it there, and of a `joint` of a servo delta. Judged,
+    not counted, so that only their order is sure: -1 is one machine in four, -2 one in eight, -3
+    one in twenty, -4 one in 55, -6 one in 400.
     kind: its operator on a delta; None where it acts on other machines only. listed: where it comes
     among the effects of one port. remedies: what to do, by layer and row, 'layer/row' or 'row':
     layers are `servo_drive`, `axis`, `servo_axis`, `slide` and `sensor`, the nearest wins; rows are
@@ -181,6 +200,7 @@ class EffectCard:
     kind: EffectKind | None = None
     listed: int = 9
     words: Words = Words()
+    log_odds: Mapping[str, float] = field(default_factory=dict)
     remedies: Mapping[str, str] = field(default_factory=dict)
     small: float = 0.0
     drawing: Drawing = Drawing()

@@ -27,6 +27,12 @@ EFFECT = EffectKind(
 
 CARD = EffectCard(
     name="effort_gain",
+    log_odds={
+        # printed on the motor, and measured by its maker
+        "effort/gain": -3.0,
+        # drives are calibrated where they are made
+        "joint": -3.0,
+    },
     words=Words(
         noun="a wrong scale between effort and force or torque of {part}",
         axis_regime="wherever there is effort",

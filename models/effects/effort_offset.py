@@ -6,7 +6,7 @@ it (Janot, Gautier and Brunot 2019, EMPS: equation 1).
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import Confusion, Drawing, EffectCard, Trait, Words
+from deltactl.models.effects.card import Confusion, Drawing, EffectCard, StandIn, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -28,6 +28,12 @@ EFFECT = EffectKind(
 
 CARD = EffectCard(
     name="effort_offset",
+    log_odds={
+        # an amplifier's zero, or a weight that the file leaves out
+        "effort/offset": -2.0,
+        # drives are calibrated where they are made
+        "joint": -3.0,
+    },
     words=Words(
         noun="a constant force or torque on {part}",
         axis_regime="everywhere, as a constant force",
@@ -48,6 +54,10 @@ CARD = EffectCard(
     confusions=(
         Confusion(
             "joint_friction",
+            stands_in={
+                # friction that differs between both ways by as much: rare
+                "effort/offset": StandIn(-2.5),
+            },
             axis=(
                 "pull the resting axis either way with a spring balance: friction that differs by "
                 "direction shows there, an offset of the effort does not"

@@ -10,6 +10,7 @@ from deltactl.models.effects.card import (
     EffectCard,
     Group,
     Rule,
+    StandIn,
     Trait,
     Words,
 )
@@ -57,6 +58,12 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    log_odds={
+        # wears or is set by hand
+        "command/lag": -1.0,
+        # effort and position are mostly read by one clock; what filters make of it is fitted anyway
+        "effort/lag": -4.0,
+    },
     words=Words(
         noun="a drive of {part} that follows late",
         effort="a delay between effort and motion of {part}",
@@ -99,6 +106,12 @@ CARD = EffectCard(
     confusions=(
         Confusion(
             "sensor_latency",
+            stands_in={
+                # a drive lags more often than a reading is late
+                "command/lag": StandIn(-1.0, "time"),
+                # with no drive between effort and position either clock may be off
+                "effort/lag": StandIn(-0.5),
+            },
             exactly_together_at="sensors",  # equal dead times everywhere
             axis=(
                 "move the axis by hand against a switch that is recorded by the same clock: late "
@@ -115,6 +128,10 @@ CARD = EffectCard(
         ),
         Confusion(
             "viscous_friction",
+            stands_in={
+                # drag makes a drive late as its own loop does, and is mostly the smaller
+                "command/lag": StandIn(-1.5, "dead_time"),
+            },
             axis="change the drive's gain (friction lags less behind a stiffer drive){or_effort}",
         ),
         Confusion(

@@ -18,6 +18,7 @@ from deltactl.models.effects.card import (
     Drawing,
     EffectCard,
     Rule,
+    StandIn,
     Trait,
     Words,
 )
@@ -104,6 +105,11 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=2,
+    log_odds={
+        # wears or is set by hand; without a known load, tooth play is what a geared stepper has
+        "pulled/play": -1.0,
+        "stepper/play": -1.0,
+    },
     words=Words(
         noun="free play in the gear or coupling of {part}",
         axis="free play between drive and load of {part}",
@@ -135,12 +141,18 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(motor="gear", axis=("gear",)),
-    traits=frozenset({Trait.HYSTERESIS}),
+    traits=frozenset({Trait.BEHIND_READING, Trait.HYSTERESIS}),
     rule=Rule.SUM,
     compensated=Compensated.AT_REVERSALS,
     confusions=(
         Confusion(
             "joint_friction",
+            stands_in={
+                # tooth play is what a geared stepper has
+                "stepper/play": StandIn(-1.4),
+                # what stiction leaves a servo's loop is a little more frequent
+                "servo/play": StandIn(-0.2),
+            },
             exactly=True,  # where the arm stays in the play where it is pushed
             axis=(
                 "repeat the motion with a weight that always pulls one way (play closes, friction "

@@ -9,6 +9,7 @@ from deltactl.models.effects.card import (
     EffectCard,
     Group,
     Rule,
+    StandIn,
     Trait,
     Words,
 )
@@ -39,6 +40,12 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    log_odds={
+        # teeth are counted, but microsteps and gears are typed into a file
+        "stepper/ratio": -2.0,
+        # a servo closes its loop over what is read: only another encoder sees another ratio
+        "servo/ratio": -3.0,
+    },
     words=Words(
         noun="a wrong gear ratio of {part}",
         axis="a wrong ratio between command and motion of {part}",
@@ -92,6 +99,10 @@ CARD = EffectCard(
     confusions=(
         Confusion(
             "joint_compliance",
+            stands_in={
+                # yielding is commoner, but a file without a weight is mostly of an axis with none
+                "loaded/ratio": StandIn(0.0),
+            },
             axis=(
                 "measure how far it moves between two places, with its load and without: a wrong "
                 "ratio stays, what yields does not{say_what_pulls}"
@@ -99,6 +110,10 @@ CARD = EffectCard(
         ),
         Confusion(
             "sensor_scale",
+            stands_in={
+                # devices that measure are calibrated, though their figures are typed in too
+                "linear/ratio": StandIn(-2.0),
+            },
             axis=(
                 "measure one long move of the axis by other means (gauge blocks, a tape, a second "
                 "encoder)"
@@ -107,6 +122,10 @@ CARD = EffectCard(
         ),
         Confusion(
             "unknown",
+            stands_in={
+                # what it rests on, or its clock, drifts about as often as a ratio is typed wrong
+                "steady/ratio": StandIn(0.0),
+            },
             axis=(
                 "record again at another speed: the error of a wrong ratio grows with the way, a "
                 "drift (of what the axis stands on, of its clock) with the time"

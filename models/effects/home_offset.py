@@ -41,6 +41,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    log_odds={
+        # wears or is set by hand
+        "command/offset": -1.0,
+    },
     words=Words(
         noun="a wrong home angle of {part}",
         axis="a wrong home position of {part}",

@@ -8,6 +8,7 @@ from deltactl.models.effects.card import (
     Drawing,
     EffectCard,
     Rule,
+    StandIn,
     Trait,
     Words,
 )
@@ -58,6 +59,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=5,
+    log_odds={
+        # wears or is set by hand
+        "command/droop": -1.0,
+    },
     words=Words(
         noun="shafts of {part} that yield under load",
         axis="parts of {part} that yield under load",
@@ -77,12 +82,16 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(motor="gear", axis=("shaft",)),
-    traits=frozenset({Trait.UNDER_LOAD}),
+    traits=frozenset({Trait.BEHIND_READING, Trait.UNDER_LOAD}),
     rule=Rule.SERIES,
     compensated=Compensated.INVERSE,
     confusions=(
         Confusion(
             "home_offset",
+            stands_in={
+                # against a zero set by hand, which every axis has
+                "loaded/offset": StandIn(-0.7),
+            },
             axis=(
                 "repeat the motion with a known weight on the axis: a yielding joint sags "
                 "further{say_what_pulls}"

@@ -105,6 +105,15 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=3,
+    log_odds={
+        # wears or is set by hand; without a known load, stiction is what a servo's loop leaves
+        "pulled/friction": -1.0,
+        "pulled/rubbing": -1.0,
+        "servo/play": -1.0,
+        "effort/friction": -1.0,
+        # bearings and grease: by wear and warmth
+        "joint": -1.0,
+    },
     words=Words(
         noun="bearing friction in {part}",
         axis="dry friction in {part}",

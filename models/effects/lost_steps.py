@@ -45,6 +45,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=1,
+    log_odds={
+        # at one moment of all there were
+        "command/jump": -6.0,
+    },
     words=Words(
         noun="steps lost by {part}",
         regime="from one moment on",

@@ -37,6 +37,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=6,
+    log_odds={
+        # changed by hand, and not always in the file
+        "joint": -1.5,
+    },
     words=Words(
         noun="a wrong mass at {part}",
         regime="everywhere, in proportion to the load on the joints",

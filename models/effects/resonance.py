@@ -59,6 +59,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=1,
+    log_odds={
+        # frames ring for longer than a sample in light or tall machines only
+        "command/ringing": -4.0,
+    },
     words=Words(
         noun="ringing of {part} after moves",
         regime="after starts and stops",

@@ -33,6 +33,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=2,
+    log_odds={
+        # needs a cover glass, or a cone that meets more than its target
+        "range/crosstalk": -2.5,
+    },
     words=Words(
         noun="an error of {part} that grows with the distance squared",
         several="errors of {part} that grow with the distance squared",

@@ -47,6 +47,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=3,
+    log_odds={
+        # seen in the first minutes, which few recordings hold
+        "range/drift": -3.0,
+    },
     words=Words(
         noun="a drift of {part}",
         several="drifts of {part}",

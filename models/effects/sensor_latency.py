@@ -38,6 +38,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    log_odds={
+        # ranging takes tens of milliseconds, and few stamps allow for it
+        "range/late": -1.5,
+    },
     words=Words(
         noun="readings that come late",
         regime="while the platform moves, on all sensors",

@@ -36,6 +36,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    log_odds={
+        # wears or is set by hand
+        "range/offset": -1.0,
+    },
     words=Words(
         noun="a constant error of {part}",
         several="constant errors of {part}",

@@ -41,6 +41,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=1,
+    log_odds={
+        # wears or is set by hand
+        "range/scale": -1.0,
+    },
     words=Words(
         noun="a wrong scale of {part}",
         several="wrong scales of {part}",

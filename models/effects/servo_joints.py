@@ -147,6 +147,7 @@ SERVO_EFFECTS = {
 CARDS = (
     EffectCard(
         name=GRAVITY.name,
+        log_odds={"joint": -2.0},  # arms with cables and screws
         words=Words(axis_regime="everywhere, by the cosine of the arm's angle"),
     ),
 )

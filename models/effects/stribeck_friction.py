@@ -41,6 +41,10 @@ EFFECT = EffectKind(
 
 CARD = EffectCard(
     name="stribeck_friction",
+    log_odds={
+        # every greased bearing has it, few recordings stay slow for long enough
+        "effort/stribeck": -3.0,
+    },
     words=Words(
         noun="friction in {part} that falls with speed near standstill",
         axis_regime="in slow motion",

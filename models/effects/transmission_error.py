@@ -8,6 +8,7 @@ from deltactl.models.effects.card import (
     Drawing,
     EffectCard,
     Rule,
+    StandIn,
     Trait,
     Words,
 )
@@ -39,6 +40,11 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=1,
+    log_odds={
+        # errors that a reading shows: gears are made so that it does not
+        "command/gear": -3.0,
+        "command/teeth": -3.0,
+    },
     words=Words(
         noun="a periodic error of the gear or coupling of {part}",
         axis="a periodic error of the gear, screw or belt of {part}",
@@ -69,6 +75,11 @@ CARD = EffectCard(
     confusions=(
         Confusion(
             "encoder_error",
+            stands_in={
+                # encoders are made finer than gears
+                "command/gear": StandIn(-1.0),
+                "command/teeth": StandIn(-1.0),
+            },
             axis=(
                 "read the angle by other means at a few places (a second encoder, or a laser on a "
                 "mirror at the axis): a gear's error moves the axis, an encoder's does not"

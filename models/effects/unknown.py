@@ -6,6 +6,16 @@ from deltactl.models.effects.card import EffectCard, Words
 
 CARD = EffectCard(
     name="unknown",
+    log_odds={
+        # a slip of an axis that counts no steps, at one moment of all there were
+        "slip/jump": -6.0,
+        # warmth has a name on other machines, none on an axis
+        "command/drift": -4.0,
+        # machines have a cable or a spring at the axis by design, and then it is in the file
+        "effort/spring": -4.0,
+        # three joints have three times as many covariates as one axis, which has -5
+        "joint": -6.0,
+    },
     words=Words(
         noun="an unknown error at {part}",
     ),

@@ -48,6 +48,12 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=4,
+    log_odds={
+        # wears or is set by hand
+        "effort/viscous": -1.0,
+        # bearings and grease: by wear and warmth
+        "joint": -1.0,
+    },
     words=Words(
         noun="friction that grows with speed in {part}",
         axis="viscous friction in {part}",

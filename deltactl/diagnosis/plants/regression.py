@@ -13,6 +13,7 @@ from typing import Any, Literal, Protocol
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
+from deltactl.models.effects import column_of, stand_ins
 
 Sizes = Mapping[str, float]
 """Nonlinear sizes by `regressor.size`, in SI units."""
@@ -84,6 +85,19 @@ class Regressor:
     def unknown(self) -> bool:
         """Whether it is a shape that no effect of the vocabulary has."""
         return self.effect == "unknown"
+
+
+def named(place: str, **more: Any) -> Regressor:
+    """The regressor 'machine/column' of the effect on whose card that column is."""
+    effect, log_odds = column_of(place)
+    return Regressor(place.partition("/")[2], effect, log_odds, **more)
+
+
+def instead(place: str, effect: str = "") -> tuple[Equivalent, ...]:
+    """What a column 'machine/column' may be instead, by the cards; effect: what it goes by."""
+    effect = effect or column_of(place)[0]
+    others = stand_ins(place, effect)
+    return tuple(Equivalent(name, one.log_odds, one.only_if_zero) for name, one in others)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

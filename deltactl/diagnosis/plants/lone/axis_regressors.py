@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.lone.odds import ODDS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
-from deltactl.diagnosis.plants.regression import Equivalent, Regressor, Size, Sizes
+from deltactl.diagnosis.plants.regression import Regressor, Size, Sizes, instead, named
+from deltactl.models.effects import column_of
 from deltactl.models.robot import ServoAxis, StepperAxis
 
 OF_REVERSALS = ("friction", "rubbing", "play")
@@ -44,69 +44,41 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     )
     width = _play(axis)
     starts = tuple(Size(name, "flat", 1.0, -1.0, 1.0, 0.05) for name in begins_of(axis))
-    late = (
-        Equivalent("sensor_latency", ODDS.late_sensor_for_lag, only_if_zero="time"),
-        Equivalent("viscous_friction", ODDS.viscous_for_lag, only_if_zero="dead_time"),
-    )
     known_pull = bool(np.ptp(axis.pull[axis.rows]) > 0.0)
     stepper = isinstance(axis.robot, StepperAxis)
     rotary = isinstance(axis.robot, ServoAxis) and axis.robot.motion == "rotary"
     # A weight that the file leaves out bends a rotary servo by nearly the same everywhere, or
     # nearly in proportion to its angle; slides are mostly level.
     may_yield = rotary and not known_pull and not is_said_to_be_free(axis)
-    yields = Equivalent("joint_compliance", ODDS.unknown_load_for_ratio)
-    sags = Equivalent("joint_compliance", ODDS.unknown_load_for_home)
-    of_ratio = [Equivalent("unknown", ODDS.drift_for_ratio)] if axis.steady else []
-    of_ratio += [yields] if may_yield else []
+    drive = "stepper" if stepper else "servo"
+    ratio = column_of(f"{drive}/ratio")[0]
+    of_ratio = [*(instead("steady/ratio", ratio) if axis.steady else ())]
+    of_ratio += instead("loaded/ratio", ratio) if may_yield else ()
     # A rotary servo reads the encoder that it closes its loop over.
-    of_ratio += [] if rotary else [Equivalent("sensor_scale", ODDS.scale_for_ratio)]
+    of_ratio += () if rotary else instead("linear/ratio", ratio)
     found = [
-        Regressor(
-            "ratio",
-            "gear_ratio",
-            ODDS.ratio_of_stepper if stepper else ODDS.ratio_of_servo,
-            equivalents=tuple(of_ratio),
-            apart_from=("offset",),
-        ),
-        Regressor("lag", "following_lag", ODDS.everyday, sizes=lag, equivalents=late),
+        named(f"{drive}/ratio", equivalents=tuple(of_ratio), apart_from=("offset",)),
+        named("command/lag", sizes=lag, equivalents=instead("command/lag")),
     ]
     if axis.robot.zero == "absolute":
-        of_home = (sags,) if may_yield else ()
-        found.append(Regressor("offset", "home_offset", ODDS.everyday, equivalents=of_home))
+        zero = column_of("command/offset")[0]
+        of_home = instead("loaded/offset", zero) if may_yield else ()
+        found.append(named("command/offset", equivalents=of_home))
     if known_pull:
+        friction = _grip(axis, width)
         found += [
-            Regressor("droop", "joint_compliance", ODDS.everyday),
-            Regressor("play", "gear_backlash", ODDS.everyday, sizes=(width, *starts)),
-            Regressor(
-                "friction",
-                "joint_friction",
-                ODDS.everyday,
-                sizes=(width, *starts),
-                saturated=False,
-            ),
-            Regressor(
-                "rubbing",
-                "joint_friction",
-                ODDS.everyday,
-                sizes=(width, _grip(axis, width), *starts),
-                beside=("droop",),
-                alone=False,
-            ),
-        ]
+            named("command/droop"),
+            named("pulled/play", sizes=(width, *starts)),
+            named("pulled/friction", sizes=(width, *starts), saturated=False),
+            named("pulled/rubbing", sizes=(width, friction, *starts), beside=("droop",),
+                  alone=False),
+        ]  # fmt: skip
     else:
-        # Tooth play is what a geared stepper has, stiction what a servo's loop leaves.
-        names = ("gear_backlash", "joint_friction")
-        first, second = names if stepper else names[::-1]
-        odds = ODDS.friction_of_stepper if stepper else ODDS.play_of_servo
-        equivalent = Equivalent(second, odds)
-        found.append(
-            Regressor(
-                "play", first, ODDS.everyday, sizes=(width, *starts), equivalents=(equivalent,)
-            )
-        )
+        either = instead(f"{drive}/play")
+        found.append(named(f"{drive}/play", sizes=(width, *starts), equivalents=either))
     places = (_gear(axis), _teeth(axis), _jump(axis), _ringing(axis))
     found += [one for one in places if one is not None]
-    found.append(Regressor("drift", "unknown", ODDS.slow_drift, follows=("time",), alone=False))
+    found.append(named("command/drift", follows=("time",), alone=False))
     blind = set(OF_TURNS) if axis.steady else set()
     if not axis.turns_back:
         blind |= set(OF_REVERSALS)
@@ -167,9 +139,8 @@ def _gear(axis: RecordedAxis) -> Regressor | None:
     waves = Size("waves", "flat", COMMANDED_AXIS.most_waves, fewest, most, 0.01)
     if most <= 2.0 * fewest:
         return None
-    return Regressor(
-        "gear", "transmission_error", ODDS.gear_error, sizes=(waves,),
-        equivalents=(Equivalent("encoder_error", ODDS.encoder_for_gear),), alone=False,
+    return named(
+        "command/gear", sizes=(waves,), equivalents=instead("command/gear"), alone=False,
         mapped=True, places=most - fewest,
     )  # fmt: skip
 
@@ -180,9 +151,8 @@ def _teeth(axis: RecordedAxis) -> Regressor | None:
     if high < COMMANDED_AXIS.more_than_waves * low:
         return None
     waves = Size("waves", "flat", high, low, high, 0.01)
-    return Regressor(
-        "teeth", "transmission_error", ODDS.gear_error, sizes=(waves,),
-        equivalents=(Equivalent("encoder_error", ODDS.encoder_for_gear),), alone=False,
+    return named(
+        "command/teeth", sizes=(waves,), equivalents=instead("command/teeth"), alone=False,
         mapped=True, saturated=False, places=high - low,
     )  # fmt: skip
 
@@ -218,10 +188,8 @@ def _jump(axis: RecordedAxis) -> Regressor:
                   float(axis.t_s[-1]), 1.0, smooth=False, choices=choices)  # fmt: skip
     places = COMMANDED_AXIS.alarming_chi2 * math.log(max(len(axis.rows), 2))
     if not axis.rad_per_step:
-        return Regressor("jump", "unknown", ODDS.one_moment, sizes=(moment,),
-                         follows=("time",), alone=False, places=places)  # fmt: skip
-    return Regressor("jump", "lost_steps", ODDS.one_moment, sizes=(moment,), alone=False,
-                     places=places)  # fmt: skip
+        return named("slip/jump", sizes=(moment,), follows=("time",), alone=False, places=places)
+    return named("command/jump", sizes=(moment,), alone=False, places=places)
 
 
 def _ringing(axis: RecordedAxis) -> Regressor | None:
@@ -231,8 +199,7 @@ def _ringing(axis: RecordedAxis) -> Regressor | None:
     slowest = COMMANDED_AXIS.slowest_ringing_hz
     frequency = Size("frequency", "flat", fastest, slowest, highest_hz(axis), 0.01)
     damping = Size("damping", "flat", 1.0, *COMMANDED_AXIS.damping, 0.01)
-    return Regressor("ringing", "resonance", ODDS.ringing, sizes=(frequency, damping),
-                     alone=False, saturated=False)  # fmt: skip
+    return named("command/ringing", sizes=(frequency, damping), alone=False, saturated=False)
 
 
 def _rings(axis: RecordedAxis, sizes: Sizes) -> bool:

@@ -26,12 +26,21 @@ from deltactl.diagnosis.observations.readings import (
     gather,
 )
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
-from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS, ODDS
+from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
-from deltactl.diagnosis.plants.regression import Columns, Equivalent, Regressor, Shown, Size, Sizes
+from deltactl.diagnosis.plants.regression import (
+    Columns,
+    Regressor,
+    Shown,
+    Size,
+    Sizes,
+    instead,
+    named,
+)
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.chain.axis import gravity_pull
 from deltactl.models.chain.effort_axis import Driven, EffortChain
+from deltactl.models.effects import Trait, column_of, with_trait
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.column_measures import first_of
 from deltactl.recording.tables.flat import FlatRecording
@@ -183,26 +192,24 @@ class ForcedAxis(LeftOver):
 
     def _regressors(self) -> list[Regressor]:
         top = self.motion.top_speed
-        gain = (Equivalent("effort_gain", ODDS.gain_for_inertia),)
+        telling = self.let_go or self._pulls
+        gain = () if telling else instead("effort/inertia")
         found = [
-            Regressor("friction", "joint_friction", ODDS.everyday, positive=("torque",)),
-            Regressor("viscous", "viscous_friction", ODDS.everyday, positive=("coefficient",)),
-            Regressor("inertia", "inertia", ODDS.stated_inertia,
-                      equivalents=() if self.let_go or self._pulls else gain),
-        ]  # fmt: skip
+            named("effort/friction", positive=("torque",)),
+            named("effort/viscous", positive=("coefficient",)),
+            named("effort/inertia", equivalents=gain),
+        ]
         if not self.let_go:
             slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
             speed = Size("speed", "flat", top, slowest, fastest, 0.002 * top)
-            friction = Equivalent("joint_friction", ODDS.friction_for_bias)
-            sensor = Equivalent("sensor_latency", ODDS.late_sensor_for_late_effort)
+            late = instead("effort/lag")
             found += [
-                Regressor("offset", "effort_offset", ODDS.effort_bias, equivalents=(friction,)),
-                *([Regressor("gain", "effort_gain", ODDS.torque_constant)] if self._pulls else []),
-                Regressor("spring", "unknown", ODDS.spring, follows=("position",)),
-                Regressor("lag", "following_lag", ODDS.late_effort, alone=False,
-                          positive=("dead_time",), equivalents=(sensor,)),
-                Regressor("stribeck", "stribeck_friction", ODDS.stribeck, sizes=(speed,),
-                          beside=("friction",), alone=False, positive=("torque",)),
+                named("effort/offset", equivalents=instead("effort/offset")),
+                *([named("effort/gain")] if self._pulls else []),
+                named("effort/spring", follows=("position",)),
+                named("effort/lag", alone=False, positive=("dead_time",), equivalents=late),
+                named("effort/stribeck", sizes=(speed,), beside=("friction",), alone=False,
+                      positive=("torque",)),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
 
@@ -308,10 +315,10 @@ class ForcedAxis(LeftOver):
         """
         behind = "the position is read at one place: what yields behind it shows in neither column"
         gone = "the effort is zero throughout"
-        reasons = dict.fromkeys(("gear_backlash", "joint_compliance"), behind)
+        reasons = dict.fromkeys(with_trait(Trait.BEHIND_READING), behind)
         if self.let_go:
-            names = ("effort_offset", "effort_gain", "following_lag")
-            reasons |= dict.fromkeys(names, gone)
+            of_effort = ("effort/offset", "effort/gain", "effort/lag")
+            reasons |= {column_of(place)[0]: gone for place in of_effort}
         return [
             NotTestable(effect=name, component="axis", why=why) for name, why in reasons.items()
         ]

@@ -21,9 +21,16 @@ from deltactl.diagnosis.observations.readings import (
     gather,
 )
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
-from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS, ODDS
+from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import LONE, RANGE_SENSOR
-from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
+from deltactl.diagnosis.plants.regression import (
+    Columns,
+    Regressor,
+    Shown,
+    Size,
+    Sizes,
+    named,
+)
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.chain.range_sensor import SensorChain
 from deltactl.models.robot import RangeSensor
@@ -117,19 +124,13 @@ class RangeSensorPlant(LeftOver):
         return max(float(np.sqrt(np.mean(left**2))), 1e-9)
 
     def _regressors(self) -> list[Regressor]:
-        found = [Regressor("offset", "sensor_offset", ODDS.everyday)]
+        found = [named("range/offset")]
         if self.moves:
-            found += [
-                Regressor("scale", "sensor_scale", ODDS.everyday),
-                Regressor("crosstalk", "sensor_crosstalk", ODDS.crosstalk),
-            ]
+            found += [named("range/scale"), named("range/crosstalk")]
         if self.moves_all_the_time and self.in_time:
-            found.append(Regressor("late", "sensor_latency", ODDS.late_range))
+            found.append(named("range/late"))
         if self.in_time:
-            found.append(
-                Regressor("drift", "sensor_drift", ODDS.warm_up_drift, sizes=(self._warming(),),
-                          alone=False)
-            )  # fmt: skip
+            found.append(named("range/drift", sizes=(self._warming(),), alone=False))
         return [*found, *self.unknowns()]
 
     def _warming(self) -> Size:

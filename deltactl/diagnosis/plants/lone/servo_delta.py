@@ -14,23 +14,22 @@ import numpy as np
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.observations.servo_preprocessing import Signals, signals_of
-from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS, JOINT_ODDS, ODDS
+from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
 from deltactl.diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.chain.active import Active, activate
 from deltactl.models.chain.servo_delta import Course, ServoChain
+from deltactl.models.effects import card_of
 from deltactl.models.effects.kind import MOTORS, EffectKind
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 from deltactl.models.robot import DeltaRobot
 from deltactl.recording.tables.flat import FlatRecording
 
 CHANNEL = "disturbance"
-MAIN = {
-    "joint_friction": "torque", "viscous_friction": "coefficient", "gravity_error": "torque",
-    "inertia": "inertia", "payload": "mass", "effort_gain": "scale", "effort_offset": "offset",
-}  # fmt: skip
+INERTIA = "kg m2"
+"""Unit of what the robot file states of rotor and gear."""
 UNKNOWNS = ("position", "velocity", "acceleration", "time")
 
 
@@ -105,7 +104,11 @@ class ServoDelta(KeepsBeside):
     def _regressors(self) -> list[Regressor]:
         found = [
             Regressor(
-                f"{kind.name} {component}", kind.name, JOINT_ODDS[kind.name], component, alone=False
+                f"{kind.name} {component}",
+                kind.name,
+                card_of(kind.name).log_odds["joint"],
+                component,
+                alone=False,
             )
             for kind in SERVO_EFFECTS.values()
             for component in kind.components
@@ -114,7 +117,7 @@ class ServoDelta(KeepsBeside):
             Regressor(
                 f"unknown {motor} {name}",
                 "unknown",
-                ODDS.unknown_of_joint,
+                card_of("unknown").log_odds["joint"],
                 motor,
                 follows=(name,),
                 left_over=True,
@@ -161,18 +164,19 @@ class ServoDelta(KeepsBeside):
 
     def _shape(self, kind: EffectKind, component: str) -> Columns:
         """Torque per unit of an effect: by the chain itself, which is linear in it."""
-        name = MAIN[kind.name]
-        if kind.name == "effort_gain":
+        name = kind.main.name
+        if kind.nothing == 1.0:
             halved = self._torque([activate(kind, component, {name: 0.5})])
             spread = FILE_SPREADS.gain_share
             return Columns((halved - self.nominal)[:, None], np.array([spread]), (name,))
-        nothing = self.chain.rotor_kgm2 if kind.name == "inertia" else 0.0
+        rotates = kind.main.unit == INERTIA
+        nothing = self.chain.rotor_kgm2 if rotates else 0.0
         unit = 1e-3
         moved = self._torque([activate(kind, component, {name: nothing + unit})])
         shape = (moved - self.nominal) / unit
         typical = max(float(np.std(shape[self.rows])), 1e-12)
         spread = self._mismatch / typical
-        if kind.name == "inertia":
+        if rotates:
             rotor = max(self.chain.rotor_kgm2, 1e-12)
             widest = FILE_SPREADS.inertia_share * rotor * SERVO_JOINTS.inertia_of_rotor
             spread = min(spread, widest)
@@ -230,10 +234,11 @@ class ServoDelta(KeepsBeside):
         effect = key.split(" ")[0]
         if effect == "unknown":
             return []
-        unit, name = SERVO_EFFECTS[effect].main.unit, MAIN[effect]
-        if effect == "effort_gain":
+        kind = SERVO_EFFECTS[effect]
+        unit, name = kind.main.unit, kind.main.name
+        if kind.nothing == 1.0:
             return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), nothing=1.0)]
-        if effect == "inertia":
+        if unit == INERTIA:
             rotor = self.chain.rotor_kgm2
             return [Shown(name, unit, lambda v: rotor + v[name], nothing=rotor)]
         return [Shown(name, unit, lambda v: v[name])]
