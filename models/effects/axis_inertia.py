@@ -24,6 +24,11 @@ EFFECT = EffectKind(
 
 CARD = EffectCard(
     name="inertia",
+    on={"effort": EFFECT},
+    says={
+        "": "the moment of inertia of what the axis turns is {inertia}",
+        "slide": "the axis moves a mass of {inertia}",
+    },
     log_odds={
         # the file's is computed from drawings, but that of a whole machine is mostly near
         "effort/inertia": -2.0,

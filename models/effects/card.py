@@ -181,6 +181,10 @@ class Group:
 class EffectCard:
     """All that is known about an effect.
 
+    on: its operators on single machines: of an axis that follows a `command` or is driven by
+    `effort`, and of a `range` sensor. says: its sentence there with its parameters, {size} and
+    {sign:above|below} in braces, and others beside an `effort` and of a `slide`; none where that of
+    the operator is used.
     log_odds: natural logarithms of the prior odds that a single machine has it, by
     'machine/column' of the columns that show it there, and of a `joint` of a servo delta. Judged,
     not counted, so that only their order is sure: -1 is one machine in four, -2 one in eight, -3
@@ -199,6 +203,8 @@ class EffectCard:
     name: str
     kind: EffectKind | None = None
     listed: int = 9
+    on: Mapping[str, EffectKind] = field(default_factory=dict)
+    says: Mapping[str, str] = field(default_factory=dict)
     words: Words = Words()
     log_odds: Mapping[str, float] = field(default_factory=dict)
     remedies: Mapping[str, str] = field(default_factory=dict)

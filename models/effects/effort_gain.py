@@ -27,6 +27,10 @@ EFFECT = EffectKind(
 
 CARD = EffectCard(
     name="effort_gain",
+    on={"effort": EFFECT},
+    says={
+        "": "the drive gives {scale} times the force that the robot file says",
+    },
     log_odds={
         # printed on the motor, and measured by its maker
         "effort/gain": -3.0,

@@ -28,6 +28,13 @@ EFFECT = EffectKind(
 
 CARD = EffectCard(
     name="effort_offset",
+    on={"effort": EFFECT},
+    says={
+        "": (
+            "a constant {offset} of the effort is there whichever way the axis moves: it holds "
+            "against a weight or a slope, or the effort's zero is off"
+        ),
+    },
     log_odds={
         # an amplifier's zero, or a weight that the file leaves out
         "effort/offset": -2.0,

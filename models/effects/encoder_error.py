@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from deltactl.models.effects.card import Drawing, EffectCard, Rule, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Values
-from deltactl.models.effects.periodic import PARAMETERS, PERIODIC, add_periodic, size_in_words
+from deltactl.models.effects.periodic import (
+    PARAMETERS,
+    PERIODIC,
+    SECOND,
+    add_periodic,
+    size_in_words,
+)
 from deltactl.models.effects.port import Port
 
 
@@ -29,6 +37,11 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    on={"command": replace(EFFECT, parameters=(*EFFECT.parameters, *SECOND))},
+    says={
+        "": "the encoder adds a periodic error of {amplitude} every {period}",
+        "slide": "the scale or encoder adds a periodic error of {amplitude} every {period}",
+    },
     words=Words(
         noun="a periodic error of the angle encoder of {part}",
         axis="a periodic error of the encoder of {part}",

@@ -58,6 +58,11 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    on={"command": EFFECT, "effort": EFFECT},
+    says={
+        "": "the axis follows late, with a time constant of {time}",
+        "effort": "the motion comes {dead_time} later than the effort that makes it",
+    },
     log_odds={
         # wears or is set by hand
         "command/lag": -1.0,

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects import axis_play
 from deltactl.models.effects.card import (
     Compensated,
     Confusion,
@@ -105,6 +106,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=2,
+    on={"command": axis_play.BACKLASH},
+    says={
+        "": "between drive and axis there is free play of {width} in all",
+    },
     log_odds={
         # wears or is set by hand; without a known load, tooth play is what a geared stepper has
         "pulled/play": -1.0,

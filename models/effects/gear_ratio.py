@@ -40,6 +40,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    on={"command": EFFECT},
+    says={
+        "": "the axis moves {scale} times as far as commanded",
+    },
     log_odds={
         # teeth are counted, but microsteps and gears are typed into a file
         "stepper/ratio": -2.0,

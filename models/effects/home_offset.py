@@ -41,6 +41,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    on={"command": EFFECT},
+    says={
+        "": "the axis stands {size} {sign:above|below} where it should",
+    },
     log_odds={
         # wears or is set by hand
         "command/offset": -1.0,

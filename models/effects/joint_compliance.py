@@ -59,6 +59,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=5,
+    on={"command": EFFECT},
+    says={
+        "": "the axis yields under load, with a stiffness of {stiffness}",
+    },
     log_odds={
         # wears or is set by hand
         "command/droop": -1.0,

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.models.effects import axis_play, coulomb_friction
 from deltactl.models.effects.card import (
     Compensated,
     Confusion,
@@ -105,6 +106,11 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=3,
+    on={"command": axis_play.FRICTION, "effort": coulomb_friction.EFFECT},
+    says={
+        "": "friction holds the axis back by {width} in all between its two directions",
+        "effort": "dry (Coulomb) friction of {torque} brakes the axis, always against its motion",
+    },
     log_odds={
         # wears or is set by hand; without a known load, stiction is what a servo's loop leaves
         "pulled/friction": -1.0,

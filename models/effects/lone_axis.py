@@ -5,37 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any, Literal
 
-from deltactl.models.effects import (
-    axis_inertia,
-    axis_latency,
-    axis_play,
-    axis_resonance,
-    axis_viscous,
-    coulomb_friction,
-    effort_gain,
-    effort_offset,
-    encoder_error,
-    following_lag,
-    gear_ratio,
-    home_offset,
-    joint_compliance,
-    lost_steps,
-    periodic,
-    sensor_crosstalk,
-    sensor_drift,
-    sensor_offset,
-    sensor_scale,
-    stribeck_friction,
-    transmission_error,
-    viscous_friction,
-)
+from deltactl.models.effects import CARDS, card_of
 from deltactl.models.effects.kind import EffectKind, Parameter
 
 Motion = Literal["linear", "rotary"]
-COMPONENT = "axis"
+COMPONENT, COMMAND = "axis", "command"
 LINEAR_UNIT = {
     "rad": "m", "N m": "N", "kg m2": "kg", "N m s/rad": "N s/m", "N m/rad": "N/m", "rad/s": "m/s",
 }  # fmt: skip
@@ -44,40 +20,16 @@ LINEAR_UNIT = {
 FINEST = 1e-6
 """Shortest period [rad, m]: of a scale's grating, or of a motor's turns behind a high reduction."""
 
-_WAVE = replace(
-    transmission_error.EFFECT,
-    order=4,
-    parameters=(*transmission_error.EFFECT.parameters, *periodic.SECOND),
-)
-"""Behind the play: by where the axis is, as readings of it show a wave."""
-_SCALE = replace(
-    encoder_error.EFFECT, parameters=(*encoder_error.EFFECT.parameters, *periodic.SECOND)
-)
-
-_COMMAND = (
-    following_lag.EFFECT, lost_steps.EFFECT, gear_ratio.EFFECT, _WAVE,
-    axis_play.BACKLASH, axis_play.FRICTION, viscous_friction.EFFECT, joint_compliance.EFFECT,
-    home_offset.EFFECT, axis_resonance.EFFECT, _SCALE, axis_latency.EFFECT,
-)  # fmt: skip
-_EFFORT = (
-    following_lag.EFFECT, effort_gain.EFFECT, effort_offset.EFFECT, coulomb_friction.EFFECT,
-    axis_viscous.EFFECT, stribeck_friction.EFFECT, axis_inertia.EFFECT,
-)  # fmt: skip
-_SENSOR = (
-    sensor_offset.EFFECT, sensor_scale.EFFECT, sensor_crosstalk.EFFECT, sensor_drift.EFFECT,
-    replace(axis_latency.EFFECT),
-)  # fmt: skip
-
 
 def _unit(unit: str, motion: Motion) -> str:
     return LINEAR_UNIT.get(unit, unit) if motion == "linear" else unit
 
 
-def of_axis(
-    kind: EffectKind, motion: Motion, sentences: Mapping[str, str] = MappingProxyType({})
-) -> EffectKind:
-    """A kind on the component `axis`, with the units of its motion; sentences: its own, by name."""
-    own = {**(_SLIDING if motion == "linear" else {}), **sentences}
+def of_axis(kind: EffectKind, motion: Motion, machine: str = COMMAND) -> EffectKind:
+    """A kind on the component `axis`, with the units of its motion and the machine's sentence."""
+    texts = card_of(kind.name).says
+    slides = texts.get("slide", "") if motion == "linear" else ""
+    text = texts.get(machine) or slides or texts.get("", "")
     parameters = tuple(
         replace(p, unit=_unit(p.unit, motion), low=FINEST if p.name == "period" else p.low)
         for p in kind.parameters
@@ -86,62 +38,35 @@ def of_axis(
         kind,
         components=(COMPONENT,),
         parameters=parameters,
-        says=lambda component, values: _sentence(kind.name, parameters, values, own),
+        says=lambda component, values: _sentence(kind, parameters, values, text),
     )
+
+
+def _effects(machine: str, motion: Motion) -> dict[str, EffectKind]:
+    own = ((name, card.on.get(machine)) for name, card in CARDS.items())
+    return {name: of_axis(kind, motion, machine) for name, kind in own if kind is not None}
 
 
 def command_effects(motion: Motion) -> dict[str, EffectKind]:
     """What can be wrong with an axis that follows a command."""
-    return {kind.name: of_axis(kind, motion) for kind in _COMMAND}
+    return _effects(COMMAND, motion)
 
 
 def effort_effects(motion: Motion) -> dict[str, EffectKind]:
     """What can be wrong with an axis that is driven by effort."""
-    return {kind.name: of_axis(kind, motion, _OF_EFFORT) for kind in _EFFORT}
+    return _effects("effort", motion)
 
 
 def sensor_effects() -> dict[str, EffectKind]:
     """What can be wrong with a range sensor by itself."""
-    return {kind.name: of_axis(kind, "linear") for kind in _SENSOR}
+    return _effects("range", "linear")
 
 
 def forms_of(effect: str) -> list[EffectKind]:
     """What an effect can be on a lone machine: friction is a torque beside effort, else a width."""
-    return [kind for kind in (*_COMMAND, *_EFFORT, *_SENSOR) if kind.name == effect]
+    return list(card_of(effect).on.values())
 
 
-_WORDS = {
-    "following_lag": "the axis follows late, with a time constant of {time}",
-    "lost_steps": "the motor lost {steps} at {time} and stayed behind",
-    "gear_ratio": "the axis moves {scale} times as far as commanded",
-    "transmission_error": "the gear adds a periodic error of {amplitude} every {period}",
-    "encoder_error": "the encoder adds a periodic error of {amplitude} every {period}",
-    "gear_backlash": "between drive and axis there is free play of {width} in all",
-    "viscous_friction": "friction of {coefficient} grows with the speed of the axis",
-    "joint_compliance": "the axis yields under load, with a stiffness of {stiffness}",
-    "home_offset": "the axis stands {angle} {side} where it should",
-    "resonance": "the axis rings at {frequency} after moves, with a damping of {damping}",
-    "sensor_latency": "the readings are late by {time}",
-    "effort_gain": "the drive gives {scale} times the force that the robot file says",
-    "effort_offset": "a constant {offset} of the effort is there whichever way the axis moves: it"
-    " holds against a weight or a slope, or the effort's zero is off",
-    "stribeck_friction": "friction is {torque} higher near standstill, falling off within {speed}",
-    "inertia": "the moment of inertia of what the axis turns is {inertia}",
-    "sensor_scale": "the sensor reads {scale} times the distance",
-    "sensor_drift": "the sensor drifts by {offset} with a time constant of {time_constant}",
-}
-_OF_EFFORT = {
-    "following_lag": "the motion comes {dead_time} later than the effort that makes it",
-}
-_SLIDING = {
-    "inertia": "the axis moves a mass of {inertia}",
-    "transmission_error": "the screw or belt adds a periodic error of {amplitude} every {period}",
-    "encoder_error": "the scale or encoder adds a periodic error of {amplitude} every {period}",
-}
-_FRICTION = {
-    "width": "friction holds the axis back by {width} in all between its two directions",
-    "torque": "dry (Coulomb) friction of {torque} brakes the axis, always against its motion",
-}
 FEW_DEGREES = 0.02
 """Below it people who have such angles count seconds of arc."""
 SQUARE_METRE = "m\u00b2"
@@ -172,29 +97,31 @@ def plain(value: float, digits: int = 3) -> str:
     return f"{value:.{max(decimals, 0)}f}"
 
 
+class _Sign(float):
+    """A number whose format is two words: for above nothing, and for the rest."""
+
+    def __format__(self, words: str) -> str:
+        above, below = words.split("|")
+        return above if self > 0.0 else below
+
+
 def _sentence(
-    name: str,
-    parameters: tuple[Parameter, ...],
-    values: Mapping[str, Any],
-    own: Mapping[str, str],
+    kind: EffectKind, parameters: tuple[Parameter, ...], values: Mapping[str, Any], text: str
 ) -> str:
-    shown = {p.name: said(float(values[p.name]), p.unit) for p in parameters if p.name in values}
-    if name == "sensor_crosstalk":
-        return sensor_crosstalk.EFFECT.says("the sensor", values)
-    if name == "sensor_offset":
-        way = "too far" if float(values["offset"]) > 0.0 else "short"
-        return f"the sensor reads {said(abs(float(values['offset'])), 'm')} {way}"
-    if name == "home_offset":
-        angle = float(values["angle"])
-        shown |= {"side": "above" if angle > 0.0 else "below"}
-        shown["angle"] = said(abs(angle), next(p.unit for p in parameters if p.name == "angle"))
-    words = (
-        own.get(name) or _WORDS.get(name) or _FRICTION["width" if "width" in shown else "torque"]
-    )
-    text = words.format(**shown)
-    if name == "following_lag" and name not in own and float(values.get("dead_time", 0.0)):
+    """A card's text with its sizes: {size} is the main one without its sign, {sign:a|b} a or b."""
+    if not text:
+        return kind.says(card_of(kind.name).words.axis_part or COMPONENT, values)
+    shown: dict[str, Any] = {
+        p.name: said(float(values[p.name]), p.unit) for p in parameters if p.name in values
+    }
+    main = parameters[0]
+    if main.name in values:
+        size = float(values[main.name])
+        shown |= {"size": said(abs(size), main.unit), "sign": _Sign(size)}
+    made = text.format(**shown)
+    if "{dead_time}" not in text and float(values.get("dead_time", 0.0)):
         dead = f"a dead time of {shown['dead_time']}"
-        text = f"{text} after {dead}" if float(values["time"]) else f"the axis follows after {dead}"
+        made = f"{made} after {dead}" if float(values["time"]) else f"the axis follows after {dead}"
     if float(values.get("asymmetry", 0.0)):
-        text += f", with an asymmetry of {values['asymmetry']:+.2f}"
-    return text
+        made += f", with an asymmetry of {values['asymmetry']:+.2f}"
+    return made

@@ -45,6 +45,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=1,
+    on={"command": EFFECT},
+    says={
+        "": "the motor lost {steps} at {time} and stayed behind",
+    },
     log_odds={
         # at one moment of all there were
         "command/jump": -6.0,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from deltactl.models.cosine_sine import cosine_and_sine
@@ -55,10 +57,33 @@ EFFECT = EffectKind(
     itself={"damping": (0.0, 0.4)},  # beyond it a spring is still before it has swung back
 )
 
+
+def _on_axis(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.position_m = np.repeat(flow.angles_rad[:, :1], 3, axis=1)
+    _operate(flow, index, values, memory)
+    flow.angles_rad = flow.position_m[:, :1].copy()
+
+
+ON_AXIS = replace(
+    EFFECT,
+    port=Port.ARM,
+    components=("axis",),
+    operate=_on_axis,
+    says=lambda component, v: (
+        f"the axis rings at {v['frequency']:.2f} Hz after moves, with a damping of "
+        f"{v['damping']:.2f}"
+    ),
+    order=5,
+)
+
 CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=1,
+    on={"command": ON_AXIS},
+    says={
+        "": "the axis rings at {frequency} after moves, with a damping of {damping}",
+    },
     log_odds={
         # frames ring for longer than a sample in light or tall machines only
         "command/ringing": -4.0,

@@ -33,6 +33,7 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=2,
+    on={"range": EFFECT},
     log_odds={
         # needs a cover glass, or a cone that meets more than its target
         "range/crosstalk": -2.5,

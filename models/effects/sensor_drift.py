@@ -47,6 +47,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=3,
+    on={"range": EFFECT},
+    says={
+        "": "the sensor drifts by {offset} with a time constant of {time_constant}",
+    },
     log_odds={
         # seen in the first minutes, which few recordings hold
         "range/drift": -3.0,

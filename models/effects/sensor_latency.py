@@ -34,10 +34,29 @@ EFFECT = EffectKind(
     discrepancy=Discrepancy(0.001, 0.003),
 )
 
+
+def _on_axis(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.measured_rad = flow.behind(flow.measured_rad, scalar(values, "time"), 0.0, memory)
+
+
+ON_AXIS = EffectKind(
+    name="sensor_latency",
+    port=Port.ENCODER,
+    components=("axis",),
+    parameters=(Parameter("time", "s", 0.0, 2.0, step=1e-3),),
+    operate=_on_axis,
+    says=lambda component, v: f"the readings are {1e3 * v['time']:.1f} ms late",
+    order=1,
+)
+
 CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    on={"command": ON_AXIS, "range": ON_AXIS},
+    says={
+        "": "the readings are late by {time}",
+    },
     log_odds={
         # ranging takes tens of milliseconds, and few stamps allow for it
         "range/late": -1.5,

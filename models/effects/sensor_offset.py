@@ -36,6 +36,8 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=0,
+    on={"range": EFFECT},
+    says={"": "the sensor reads {size} {sign:too far|short}"},
     log_odds={
         # wears or is set by hand
         "range/offset": -1.0,

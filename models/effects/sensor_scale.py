@@ -41,6 +41,10 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=1,
+    on={"range": EFFECT},
+    says={
+        "": "the sensor reads {scale} times the distance",
+    },
     log_odds={
         # wears or is set by hand
         "range/scale": -1.0,

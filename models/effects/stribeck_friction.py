@@ -41,6 +41,10 @@ EFFECT = EffectKind(
 
 CARD = EffectCard(
     name="stribeck_friction",
+    on={"effort": EFFECT},
+    says={
+        "": "friction is {torque} higher near standstill, falling off within {speed}",
+    },
     log_odds={
         # every greased bearing has it, few recordings stay slow for long enough
         "effort/stribeck": -3.0,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from deltactl.models.effects.card import (
     Compensated,
     Confusion,
@@ -14,7 +16,13 @@ from deltactl.models.effects.card import (
 )
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Values
-from deltactl.models.effects.periodic import PARAMETERS, PERIODIC, add_periodic, size_in_words
+from deltactl.models.effects.periodic import (
+    PARAMETERS,
+    PERIODIC,
+    SECOND,
+    add_periodic,
+    size_in_words,
+)
 from deltactl.models.effects.port import Port
 
 
@@ -40,6 +48,12 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=1,
+    # On an axis behind the play: by where the axis is, as readings of it show a wave.
+    on={"command": replace(EFFECT, order=4, parameters=(*EFFECT.parameters, *SECOND))},
+    says={
+        "": "the gear adds a periodic error of {amplitude} every {period}",
+        "slide": "the screw or belt adds a periodic error of {amplitude} every {period}",
+    },
     log_odds={
         # errors that a reading shows: gears are made so that it does not
         "command/gear": -3.0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Rule, Trait, Words
+from deltactl.models.effects.effort_flow import effort_flow
 from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
@@ -44,10 +45,31 @@ EFFECT = EffectKind(
     penalty=7.0,
 )
 
+
+def _on_axis(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.angles_rad -= scalar(values, "coefficient") * effort_flow(flow).velocity
+
+
+ON_AXIS = EffectKind(
+    name="viscous_friction",
+    port=Port.GEAR,
+    components=("axis",),
+    parameters=(Parameter("coefficient", "N m s/rad", 0.0, 1e6, step=1e-3),),
+    operate=_on_axis,
+    says=lambda component, v: (
+        f"friction of {v['coefficient']:.4g} N m s/rad grows with the speed of the axis"
+    ),
+    order=2,
+)
+
 CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=4,
+    on={"command": EFFECT, "effort": ON_AXIS},
+    says={
+        "": "friction of {coefficient} grows with the speed of the axis",
+    },
     log_odds={
         # wears or is set by hand
         "effort/viscous": -1.0,
