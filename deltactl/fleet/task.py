@@ -9,9 +9,17 @@ from typing import Any
 from deltactl.foundation.errors import DeltactlError
 
 Row = dict[str, Any]
-SAME = {("joint_friction", "width"): "gear_backlash"}
-"""Play and friction both show as a width at reversals; one recording names the one, the next the
-other. Over many they are one quantity; the row keeps what was said beside it."""
+
+
+def _quantity(effect: str, parameter: str) -> str:
+    """The effect that a row counts for. Play and friction both show as a width at reversals; one
+    recording names the one, the next the other. Over many they are one quantity; the row keeps what
+    was said beside it.
+    """
+    from deltactl.models.effects import Trait, has, with_trait
+
+    same = parameter == "width" and has(effect, Trait.HYSTERESIS)
+    return with_trait(Trait.HYSTERESIS)[0] if same else effect
 
 
 def diagnose_one(recording: str, robot: str) -> Row:
@@ -54,7 +62,7 @@ def _sizes(finding: Any) -> list[Row]:
             whole = len(parameter.components) == 1
             rows.append(
                 {
-                    "effect": SAME.get((finding.effect, name), finding.effect),
+                    "effect": _quantity(finding.effect, name),
                     "named": finding.effect,
                     "component": finding.component,
                     "parameter": name if whole else f"{name}[{number}]",
