@@ -1,8 +1,8 @@
 """Nothing outside models/effects names an effect, but for what is listed here and may only shrink.
 
 Counted are string literals that are the name of a registered effect, alone or before a dot. Some
-only look so: keys of a robot file and questions of `deltactl init` that are called `inertia`, `gear_ratio` or
-`effort_gain`.
+only look so: keys of a robot file and questions of `deltactl init` that are called `inertia`,
+`gear_ratio` or `effort_gain`.
 """
 
 from __future__ import annotations

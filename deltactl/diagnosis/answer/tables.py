@@ -82,7 +82,7 @@ def _at_platform(finding: Finding, table: Table, robot: DeltaRobot) -> EffectEnt
         "follows": PLACES[table.follows],
         "direction": tuple(float(part) for part in axis),
     }
-    return _entry(PLATFORM_TABLE.name, *PLATFORM_TABLE.components, table, values)
+    return _entry(PLATFORM_TABLE.name, PLATFORM_TABLE.components[0], table, values)
 
 
 def _entry(effect: str, component: str, table: Table, more: Values) -> EffectEntry | str:
