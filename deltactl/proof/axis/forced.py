@@ -33,8 +33,6 @@ class Moved:
     acceleration: FloatArray
     asked: FloatArray
     """Force that the controller asked for: the effort times the gain of the robot file."""
-    given: FloatArray
-    """What of it the motor would give without limits."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +70,8 @@ class ForcedAxis:
         given = np.interp(t_s + lag.get("dead_time", 0.0), t_s, given)
         if "effort_limit" in sizes:
             # What the limit keeps back is asked for and not given.
-            given = given + (moved.asked - moved.given)
+            limit = sizes["effort_limit"]["limit"]
+            given = given + moved.asked - np.clip(moved.asked, -limit, limit)
         return np.interp(rows_s, t_s, given)
 
     def recorded(self, rows_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -176,7 +175,7 @@ class ForcedAxis:
         # At rest from the beginning: the controller holds what has to be held.
         given = integral = float(outside[0] / gain[0])
         waiting = deque([given] * dead)
-        out: list[tuple[float, float, float, float, float]] = []
+        out: list[tuple[float, float, float, float]] = []
         coulomb, breakaway = friction.coulomb, friction.breakaway
         falls, viscous = friction.stribeck_speed, friction.viscous
         bristle, damper = friction.bristle, friction.damper
@@ -205,12 +204,12 @@ class ForcedAxis:
                 new = (bent + speed * step_s) / grow
                 rub = bristle * new + damper * (new - bent) / step_s + viscous * speed
             rise = (real * limited - hold - rub) / mass
-            out.append((at, speed, rise, asked, given - limited))
+            out.append((at, speed, rise, asked))
             bent = new
             speed += rise * step_s
             at += speed * step_s
         columns = np.array(out).T
-        return Moved(columns[0], columns[1], columns[2], columns[3], columns[3] - columns[4])
+        return Moved(*columns)
 
 
 def neighbour(motion: Motion, rng: np.random.Generator) -> FloatArray:

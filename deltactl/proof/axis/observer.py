@@ -89,16 +89,19 @@ def sized(
 ) -> Values:
     """The effect at such a size that its root mean square is `ratio` times the noise's.
 
-    As near as the largest plausible size allows; three steps of the secant from zero.
+    As near as the largest plausible size allows: secants from zero, damped where they overshoot.
     """
     target = ratio * observer.noise.scatter
     x, healthy = kind.first(scale), observer.signal({}, ideal=True)
-    for _ in range(4):
+    for step in range(8):
         values = kind.values(x, drawn, scale)
         reached = observer.rms(observer.signal({kind.effect: values}, ideal=True) - healthy)
         if reached <= 0.0:
             break
-        x = float(np.clip(x * target / reached, 1e-6 * kind.first(scale), kind.most(scale)))
+        if abs(reached / target - 1.0) < 0.03:
+            break
+        factor = (target / reached) ** (1.0 if step < 2 else 0.6)
+        x = float(np.clip(x * factor, 1e-6 * kind.first(scale), kind.most(scale)))
     if kind.signed and drawn.get("sign", 1.0) < 0.0:
         x = -x
     return kind.values(x, drawn, scale)
@@ -142,7 +145,7 @@ def _shapes(kind: Kind, scale: Scale, truth: Values) -> Iterator[dict[str, float
         if kind.effect not in ("transmission_error", "encoder_error"):
             yield from _shapes(kind, scale, {})
             return
-        periods = [truth["period"]] if "period" in truth else [0.5, 1.0, 2.0, 4.0]
+        periods = [truth["period"]] if "period" in truth else [0.5, 1.0]
         for period in periods:
             length = period if "period" in truth else period * scale.length
             for phase in (0.0, 0.5 * np.pi):
@@ -217,7 +220,9 @@ def bound(observer: Observer, sizes: Sizes) -> dict[str, dict[str, float]]:
     length[length == 0.0] = 1.0
     inverse = np.linalg.pinv((white / length).T @ (white / length), rcond=1e-12)
     found: dict[str, dict[str, float]] = {}
-    for (effect, name), size, deviation in zip(free, length, np.sqrt(np.diag(inverse)), strict=True):
+    for (effect, name), size, deviation in zip(
+        free, length, np.sqrt(np.diag(inverse)), strict=True
+    ):
         if deviation > 0.0:
             found.setdefault(effect, {})[name] = float(deviation / size)
     return found
@@ -233,5 +238,3 @@ def _slope(observer: Observer, sizes: Sizes, effect: str, name: str) -> FloatArr
         ends.append(observer.signal(moved))
     slope: FloatArray = (ends[1] - ends[0]) / (2.0 * step)
     return slope
-
-
