@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from deltactl.proof.axis.catalogue import Scale
 from deltactl.proof.axis.commanded import CommandedAxis, Sizes
@@ -80,7 +81,7 @@ def design(machine: str, rng: np.random.Generator, fine: bool = False,
     counted = machine == "commanded" and bool(rng.random() < 0.4)
     return Design(
         machine=machine, style=style or str(rng.choice(sorted(STYLES))),
-        pace=Pace(seconds, step_s, stroke, stroke_s), rate_hz=rate, mess=_mess(rng, rate),
+        pace=Pace(seconds, step_s, stroke, stroke_s, endless=not linear), rate_hz=rate, mess=_mess(machine, rng, rate),
         noise=noise,
         effort_noise=Noise(force * 10.0 ** float(rng.uniform(-2.5, -1.5 if fine else -0.7)),
                            float(rng.choice([0.0, 0.0, 0.4])), noise.outliers, 0.0),
@@ -98,18 +99,19 @@ def design(machine: str, rng: np.random.Generator, fine: bool = False,
 
 def _microstep(stroke: float, rng: np.random.Generator) -> float:
     """Of a usual motor and a gear whose microsteps are fine for the stroke."""
-    gear = max(round(stroke and 2.0 * np.pi / (stroke * 0.2)), 5)
+    gear = max(round(10.0 * np.pi / stroke), 5)
     return 2.0 * np.pi / (3200.0 * gear * float(rng.choice([1, 2, 5])))
 
 
-def _mess(rng: np.random.Generator, rate_hz: float) -> Mess:
+def _mess(machine: str, rng: np.random.Generator, rate_hz: float) -> Mess:
+    """A held position would be an acceleration that hides all efforts: none of those."""
     tidy = rng.random() < 0.3
     if tidy:
         return Mess()
     return Mess(
         jitter=float(rng.choice([0.0, 0.1, 0.4])), stamp=float(rng.choice([0.0, 0.0, 0.1])),
         drop=float(rng.choice([0.0, 0.01, 0.04])), gaps=int(rng.choice([0, 0, 1, 2])),
-        held=float(rng.choice([0.0, 0.0, 0.01, 0.05])),
+        held=float(rng.choice([0.0, 0.0, 0.0, 0.01])) if machine != "effort" else 0.0,
         clock_s=float(rng.choice([0.0, 0.0, 0.001])) if rate_hz <= 200.0 else 0.0,
     )  # fmt: skip
 
@@ -217,3 +219,25 @@ def force_noise(plan: Design, every: int) -> Noise:
 
 def _slow(rho: float) -> float:
     return (1.0 + rho) / (1.0 - rho)
+
+
+def untidy(run: Run, rng: np.random.Generator) -> float:
+    """Root mean square of what a log adds, with outliers and held rows, as one realisation has it.
+
+    Of a force: of single efforts, or of half the smoothing that the observer uses.
+    """
+    plan, rows = run.design, run.rows
+    if not isinstance(run.axis, ForcedAxis):
+        clean = run.axis.clean({}, rows.true_s)
+        return _rms(plan.noise.read(clean, rng)[rows.shown] - clean)
+    at, _, asked = run.axis.recorded(rows.true_s)
+    used = run.axis.informative(rows.true_s)
+    off = plan.noise.read(at, rng)[rows.shown] - at
+    window = max(observer_of(run).every // 2, 2) * 2 + 1
+    bend = savgol_filter(off, window, 2, deriv=2, delta=1.0 / plan.rate_hz)[used]
+    single = plan.effort_noise.read(asked, rng)[used] - asked[used]
+    return float(np.hypot(plan.inertia * _rms(bend), _rms(single)))
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -6,12 +6,13 @@ faint or gross. The mapping from physics to the contract's size is exact where n
 - `joint_friction` `width`: a bearing of force F on a shaft of stiffness k is behind by F / k either
   way, 2 F / k in all. On a mass, `torque` is the force of steady sliding of the bristles.
 - `gear_backlash` `width`: the dead band between the masses; its spring adds at most a hundredth.
-- `following_lag` `time`, `dead_time`: a position loop of gain 1 / time without feed-forward; a queue.
+- `following_lag` `time`, `dead_time`: a position loop of gain 1 / time that is not fed forward;
+  a queue before it.
 - `stribeck_friction` `torque`, `speed`: break-away over sliding force, and the scale of its fall.
 - `gear_ratio`, `effort_gain` `scale`, `inertia`: true over stated; `inertia` is the true one.
 - `speed_limit`, `effort_limit` `limit`: where the loop's demand is cut.
 - `resonance` `frequency`, `damping`: undamped frequency of a mass on a spring moved at its foot.
-- `transmission_error` and `encoder_error` `amplitude`, `period`: of the first harmonic, at the axis.
+- `transmission_error`, `encoder_error` `amplitude`, `period`: of the first harmonic, at the axis.
 - `lost_steps` `steps`: microsteps by which the motor is behind from `time` on.
 - `home_offset`, `effort_offset`, `sensor_*`: constants of the reading or of the force balance, in
   the contract's signs.
@@ -216,7 +217,7 @@ UNKNOWN_RANGING = (
                          "within": s.length * float(rng.uniform(0.08, 0.2))}),
 )  # fmt: skip
 LIMITS = ("speed_limit", "effort_limit")
-"""Effects that an answer may also call unknown: what follows from a limit has no size of its own."""
+"""Effects that an answer may also call unknown: a limit has no pattern of its own."""
 KINDS = {"commanded": COMMANDED, "effort": FORCED, "range": RANGING}
 UNKNOWN = {"commanded": UNKNOWN_COMMANDED, "effort": UNKNOWN_FORCED, "range": UNKNOWN_RANGING}
 

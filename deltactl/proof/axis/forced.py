@@ -97,8 +97,9 @@ class ForcedAxis:
         scale = sizes.get("effort_gain", {}).get("scale", 1.0)
         if "gain_drifts" in sizes:
             warm = sizes["gain_drifts"]
-            faded: FloatArray = np.exp(-self.motion.t_s / warm["time"])
-            return scale * (1.0 + warm["share"] * (faded - 1.0))
+            faded = np.exp(-self.motion.t_s / warm["time"])
+            gain: FloatArray = scale * (1.0 + warm["share"] * (faded - 1.0))
+            return gain
         return scale
 
     def _outside(self, at: FloatArray, sizes: Sizes) -> FloatArray:
@@ -158,7 +159,7 @@ class ForcedAxis:
         rubs = self._friction(sizes)
         friction = rubs or LuGre(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
         lag = sizes.get("following_lag", {})
-        dead = int(round(lag.get("dead_time", 0.0) / step_s))
+        dead = round(lag.get("dead_time", 0.0) / step_s)
         keep = np.exp(-step_s / lag["time"]) if lag.get("time", 0.0) > 0.0 else 0.0
         limit = sizes.get("effort_limit", {}).get("limit", np.inf)
         mass = sizes.get("inertia", {}).get("inertia", self.inertia)

@@ -41,13 +41,17 @@ class Pace:
     step_s: float
     stroke: float
     stroke_s: float
+    endless: bool = False
+    """Whether it may turn on and on; else a run of one way goes over one stroke in all."""
 
 
 def move(style: str, pace: Pace, rng: np.random.Generator) -> Motion:
     """A motion of a style of `STYLES`; it begins with a short rest, at a place of its own."""
-    t_s = np.arange(int(round(pace.seconds / pace.step_s))) * pace.step_s
+    t_s = np.arange(round(pace.seconds / pace.step_s)) * pace.step_s
     middle = float(rng.uniform(-0.5, 0.5)) * pace.stroke
     shape = STYLES[style](t_s, pace.stroke_s, rng)
+    if style in ONE_WAY and not pace.endless:
+        shape = shape / np.ptp(shape)
     return Motion(style, pace.step_s, t_s, middle + pace.stroke * shape, pace.stroke, pace.stroke_s)
 
 

@@ -40,8 +40,8 @@ class Machine(Protocol):
 class Observer:
     """A machine in its motion, the rows that tell something, and their noise.
 
-    every: rows that are averaged to one (an effort is smoothed before it tells anything); `noise` is
-    of the averages. free_zero: a constant is known to nobody.
+    every: rows averaged to one (an effort is smoothed before it tells anything); `noise` is that
+    of the averages. free_zero: a constant that nobody knows.
     """
 
     machine: Machine
@@ -129,8 +129,9 @@ def alternatives(
     for kind in kinds:
         if kind.effect in sizes:
             continue
-        left = min((_left(observer, signal, ground, base, kind, scale, shape)
-                    for shape in _shapes(kind, scale, sizes.get(effect, {}))), default=own)  # fmt: skip
+        shapes = _shapes(kind, scale, sizes.get(effect, {}))
+        tried = (_left(observer, signal, ground, base, kind, scale, shape) for shape in shapes)
+        left = min(tried, default=own)
         nearest = min(nearest, left)
         if left < min(SAME, OF_IT * own):
             same.append(kind.effect)
@@ -230,11 +231,11 @@ def bound(observer: Observer, sizes: Sizes) -> dict[str, dict[str, float]]:
 
 def _slope(observer: Observer, sizes: Sizes, effect: str, name: str) -> FloatArray:
     value = sizes[effect][name]
-    unit = value - 1.0 if name == "scale" else value
-    step = PART * abs(unit) if unit else 1e-4
-    ends = []
-    for way in (-1.0, 1.0):
-        moved = {**sizes, effect: {**sizes[effect], name: value + way * step}}
-        ends.append(observer.signal(moved))
-    slope: FloatArray = (ends[1] - ends[0]) / (2.0 * step)
+    unit = abs(value - 1.0 if name == "scale" else value)
+    step = PART * unit if unit else 1e-3
+    low, high = (value - step if unit else value), value + step
+    below, above = (
+        observer.signal({**sizes, effect: {**sizes[effect], name: end}}) for end in (low, high)
+    )
+    slope: FloatArray = (above - below) / (high - low)
     return slope

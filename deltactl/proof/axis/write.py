@@ -55,9 +55,8 @@ def table(case: AxisCase, run: Run, rng: np.random.Generator) -> dict[str, Float
     clean = run.axis.clean(once, rows.true_s)
     read = plan.noise.read(clean, rng)[rows.shown]
     if isinstance(run.axis, CommandedAxis):
-        asked = "steps_1" if plan.counted else (
-            "command_1" if plan.names == "theta_1" else "command")  # fmt: skip
-        columns[asked] = run.axis.command(rows.true_s)
+        turns = "command_1" if plan.names == "theta_1" else "command"
+        columns["steps_1" if plan.counted else turns] = run.axis.command(rows.true_s)
         columns["theta_1" if plan.counted else plan.names] = read
         if plan.loaded:
             columns["load"] = np.interp(rows.true_s, run.motion.t_s, run.axis.load)
