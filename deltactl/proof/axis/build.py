@@ -81,7 +81,8 @@ def design(machine: str, rng: np.random.Generator, fine: bool = False,
     counted = machine == "commanded" and bool(rng.random() < 0.4)
     return Design(
         machine=machine, style=style or str(rng.choice(sorted(STYLES))),
-        pace=Pace(seconds, step_s, stroke, stroke_s, endless=not linear), rate_hz=rate, mess=_mess(machine, rng, rate),
+        pace=Pace(seconds, step_s, stroke, stroke_s, endless=not linear),
+        rate_hz=rate, mess=_mess(machine, rng, rate),
         noise=noise,
         effort_noise=Noise(force * 10.0 ** float(rng.uniform(-2.5, -1.5 if fine else -0.7)),
                            float(rng.choice([0.0, 0.0, 0.4])), noise.outliers, 0.0),

@@ -83,7 +83,8 @@ class CommandedAxis:
         if "resonance" in sizes:
             rings = sizes["resonance"]
             at = ringing(at, motion.step_s, rings["frequency"], rings["damping"])
-        return at
+        axis: FloatArray = at
+        return axis
 
     def _rubbed(self, at: FloatArray, sizes: Sizes, ideal: bool) -> FloatArray:
         if "gear_backlash" in sizes:

@@ -118,7 +118,8 @@ class ForcedAxis:
         if "elastic_cable" in sizes:
             taut = np.clip((at - self.motion.position.min()) / self.motion.stroke - 0.5, 0.0, None)
             held = held + sizes["elastic_cable"]["size"] * (2.0 * taut) ** 1.5
-        return held
+        outside: FloatArray = held
+        return outside
 
     def _friction(self, sizes: Sizes) -> LuGre | None:
         """None where nothing rubs."""
@@ -138,7 +139,8 @@ class ForcedAxis:
         if "friction_by_position" not in sizes:
             return 1.0
         share = (at - self.motion.position.min()) / self.motion.stroke
-        return np.clip(share, 0.02, 1.5) ** 2
+        grows: FloatArray = np.clip(share, 0.02, 1.5) ** 2
+        return grows
 
     def _rub(self, sizes: Sizes, moved: Moved, ideal: bool) -> FloatArray:
         friction = self._friction(sizes)

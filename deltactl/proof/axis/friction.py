@@ -30,7 +30,9 @@ class LuGre:
 
     def most(self, speed: FloatArray) -> FloatArray:
         """Dry force of steady sliding at a speed."""
-        return self.coulomb + self.breakaway * np.exp(-((speed / self.stribeck_speed) ** 2))
+        falls: FloatArray = np.exp(-((speed / self.stribeck_speed) ** 2))
+        most: FloatArray = self.coulomb + self.breakaway * falls
+        return most
 
     def along(self, speed: FloatArray, step_s: float, of_place: FloatArray | float) -> FloatArray:
         """Force (n,) that a known motion meets; the bristles bend by an implicit step.

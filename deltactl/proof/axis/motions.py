@@ -80,7 +80,8 @@ def between(
     begin = np.concatenate([[0.0], np.cumsum(takes_s + rests_s)[:-1]])
     number = np.clip(np.searchsorted(begin, t_s, side="right") - 1, 0, len(takes_s) - 1)
     share = step((t_s - begin[number]) / takes_s[number])
-    return targets[number] + (targets[number + 1] - targets[number]) * share
+    path: FloatArray = targets[number] + (targets[number + 1] - targets[number]) * share
+    return path
 
 
 def _moves(t_s: FloatArray, least_s: float) -> int:
@@ -99,7 +100,8 @@ def _chirp(t_s: FloatArray, stroke_s: float, rng: np.random.Generator) -> FloatA
     low, high = 0.15 / stroke_s, 0.6 / stroke_s
     share = t_s / t_s[-1]
     phase = 2.0 * np.pi * t_s[-1] * (low * share + 0.5 * (high - low) * share**2)
-    return 0.5 * np.sin(phase) * (1.0 - 0.5 * share)
+    swept: FloatArray = 0.5 * np.sin(phase) * (1.0 - 0.5 * share)
+    return swept
 
 
 def _multisine(t_s: FloatArray, stroke_s: float, rng: np.random.Generator) -> FloatArray:
@@ -110,7 +112,8 @@ def _multisine(t_s: FloatArray, stroke_s: float, rng: np.random.Generator) -> Fl
         phase = rng.uniform(0.0, 2.0 * np.pi)
         wave += np.sin(2.0 * np.pi * base * harmonic * t_s + phase) / harmonic
     wave *= smooth_step(t_s / (0.5 * stroke_s))
-    return 0.5 * wave / np.abs(wave).max()
+    waves: FloatArray = 0.5 * wave / np.abs(wave).max()
+    return waves
 
 
 def _trapezoid(t_s: FloatArray, stroke_s: float, rng: np.random.Generator) -> FloatArray:
@@ -159,7 +162,9 @@ def _typed(t_s: FloatArray, stroke_s: float, rng: np.random.Generator) -> FloatA
 
 def _tracking(t_s: FloatArray, stroke_s: float, rng: np.random.Generator) -> FloatArray:
     """A constant slow speed, as a telescope's, over two strokes in all."""
-    return 2.0 * (t_s / t_s[-1]) * (1.0 + 0.02 * np.sin(2.0 * np.pi * t_s / t_s[-1]))
+    share: FloatArray = t_s / t_s[-1]
+    followed: FloatArray = 2.0 * share * (1.0 + 0.02 * np.sin(2.0 * np.pi * share))
+    return followed
 
 
 STYLES: dict[str, Callable[[FloatArray, float, np.random.Generator], FloatArray]] = {

@@ -202,7 +202,7 @@ def _possible(kind: Kind, scale: Scale) -> bool:
 
 def _factor(observer: Observer, signal: FloatArray, column: FloatArray) -> float:
     one, other = observer.left(signal), observer.left(column)
-    return float(one @ other / max(other @ other, 1e-300))
+    return float(one @ other) / max(float(other @ other), 1e-300)
 
 
 def bound(observer: Observer, sizes: Sizes) -> dict[str, dict[str, float]]:
@@ -234,8 +234,9 @@ def _slope(observer: Observer, sizes: Sizes, effect: str, name: str) -> FloatArr
     unit = abs(value - 1.0 if name == "scale" else value)
     step = PART * unit if unit else 1e-3
     low, high = (value - step if unit else value), value + step
-    below, above = (
-        observer.signal({**sizes, effect: {**sizes[effect], name: end}}) for end in (low, high)
-    )
-    slope: FloatArray = (above - below) / (high - low)
+
+    def moved(end: float) -> FloatArray:
+        return observer.signal({**sizes, effect: {**sizes[effect], name: end}})
+
+    slope: FloatArray = (moved(high) - moved(low)) / (high - low)
     return slope

@@ -37,7 +37,8 @@ class Noise:
         wild = rng.random(len(clean)) < self.outliers
         size = self.scatter * rng.uniform(8.0, 40.0, len(clean))
         read += np.where(wild, rng.choice([-1.0, 1.0], len(clean)) * size, 0.0)
-        return self.count * np.round(read / self.count) if self.count else read
+        counted: FloatArray = self.count * np.round(read / self.count) if self.count else read
+        return counted
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,7 @@ def _reported(line: Json, answer: Json) -> bool:
     tied = {*line["names"], *line["ties"]}
     own = [finding for finding in answer["findings"] if finding["effect"] in tied]
     if not own:
-        return answer["verdict"] != "nothing_missing"
+        return bool(answer["verdict"] != "nothing_missing")
     if all(set(_others(finding)) & (tied - {finding["effect"]}) for finding in own):
         return True
     return all((finding["probability"] or 0.0) <= SURE for finding in own)
