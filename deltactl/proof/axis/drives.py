@@ -99,6 +99,7 @@ class DeadBand:
         speeds = (np.diff(driven, prepend=driven[0]) / step_s).tolist()
         brake = self.rub * step_s
         for place, moves in zip(driven.tolist(), speeds, strict=True):
+            out.append(at)
             gap = place - at
             if gap > half:
                 push = max(spring * (gap - half) + damper * (moves - speed), 0.0)
@@ -109,5 +110,4 @@ class DeadBand:
             free = speed + push * step_s
             speed = max(free - brake, 0.0) if free > 0.0 else min(free + brake, 0.0)
             at += speed * step_s
-            out.append(at)
         return np.array(out)

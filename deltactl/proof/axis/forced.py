@@ -18,6 +18,8 @@ BRISTLE = 3e-4
 STIFFEST = 0.4
 """Most that the bristles' own oscillation may turn in one step, in radians."""
 
+STABLE = 0.35
+"""Bandwidth times delay of a loop that is tuned with care, in radians."""
 RANGE = 1.5
 """How far the demand of a drive may exceed what its amplifier gives, over the latter."""
 SLOW = 0.03
@@ -172,7 +174,10 @@ class ForcedAxis:
         outside = (self._outside(target, sizes) * np.ones_like(target)).tolist()
         of_place = (self._of_place(target, sizes) * np.ones_like(target)).tolist()
         gain = (self._gain(sizes) * np.ones_like(target)).tolist()
-        inner, outer = self.bandwidth, self.bandwidth / 4.0
+        late_s = step_s * dead + lag.get("time", 0.0)
+        # Whoever tunes the loop tunes it to the delay that it has.
+        inner = min(self.bandwidth, STABLE / late_s) if late_s > 0.0 else self.bandwidth
+        outer = inner / 4.0
         fastest = 2.0 * float(np.abs(ahead).max())
         at, speed, bent = float(target[0]), 0.0, 0.0
         # At rest from the beginning: the controller holds what has to be held.
