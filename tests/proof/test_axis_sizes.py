@@ -8,6 +8,7 @@ models themselves: they predict the generator's readings from the hidden size al
 from __future__ import annotations
 
 import ast
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -131,7 +132,7 @@ def test_what_rings_does_so_at_its_frequency_and_dies_out_as_damped() -> None:
     crossings = np.flatnonzero(np.diff(np.sign(after)) > 0)
     period = np.diff(crossings).mean() * STEP_S
     assert 1.0 / period == pytest.approx(4.0 * np.sqrt(1.0 - 0.05**2), rel=0.01)
-    tops = [after[a:b].max() for a, b in zip(crossings, crossings[1:], strict=False)]
+    tops = [after[a:b].max() for a, b in pairwise(crossings)]
     decay = np.log(tops[0] / tops[4]) / 4.0
     assert decay == pytest.approx(2.0 * np.pi * 0.05, rel=0.03)
 
@@ -239,6 +240,7 @@ def test_a_motor_at_its_limit_gives_no_more_and_falls_behind(motion) -> None:
     held = axis.run({"effort_limit": {"limit": 0.7 * highest}}).moved
     assert np.abs(2.0 * held.acceleration).max() == pytest.approx(0.7 * highest, rel=1e-6)
     assert np.abs(held.asked).max() > 0.9 * highest
-    assert np.abs(held.position - motion.position).max() > 5.0 * np.abs(
-        free.position - motion.position
-    ).max()
+    assert (
+        np.abs(held.position - motion.position).max()
+        > 5.0 * np.abs(free.position - motion.position).max()
+    )

@@ -187,7 +187,7 @@ def scale_of(run: Run) -> Scale:
         length=motion.stroke, time=motion.stroke_s, speed=float(np.quantile(speed, 0.98)),
         period=1.0 / plan.rate_hz, span=float(motion.t_s[-1]), force=force,
         inertia=plan.inertia, step=plan.step_size, load=float(np.sqrt(np.mean(load**2))),
-        highest=highest, away=float(motion.position.max()),
+        highest=highest, fastest=float(speed.max()), away=float(motion.position.max()),
     )  # fmt: skip
 
 

@@ -40,6 +40,8 @@ RATIOS = {
     "tolerance": (5.0, 16.0),
 }  # fmt: skip
 """Root mean square of an effect over that of the noise."""
+RATIOS_MOST = 1.6
+"""How far an effect may exceed its tier's largest, where its size has no straight way there."""
 SEEN = 225.0
 """Chi-square (15 standard deviations) that an effect has when all that is hidden beside it is
 fitted; of the faint tier none is asked."""
@@ -49,6 +51,9 @@ SMALL = 0.7
 """Root mean square of an imperfection of the tolerance tier over the noise."""
 NO_TOLERANCE = (*LIMITS, "lost_steps", "resonance")
 """No machine has a little of these by being built with ordinary care."""
+NEVER_TIED = (*LIMITS, "resonance", "lost_steps", "joint_compliance", "transmission_error",
+              "encoder_error")  # fmt: skip
+"""Effects with a pattern of their own in any motion that shows them."""
 TRIES = 60
 SAME_BY_WORD = {
     ("commanded", "following_lag"): ("viscous_friction",),
@@ -187,6 +192,8 @@ def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> 
     kinds = [kind for kind in KINDS[plan.machine] if not kind.needs or has[kind.needs]]
     if tier == "tolerance":
         kinds = [kind for kind in kinds if kind.effect not in NO_TOLERANCE]
+    if tier == "ambiguous":
+        kinds = [kind for kind in kinds if kind.effect not in NEVER_TIED]
     count = {"pair": 2, "three": 3, "tolerance": 3}.get(tier, 1)
     picked = rng.permutation(len(kinds))[:count].tolist()
     return [kinds[number] for number in picked] if len(picked) == count else None
@@ -216,7 +223,7 @@ def _of_tier(tier: str, hidden: Sequence[Hidden], observer: Observer) -> bool:
     culprits = [one for one in hidden if one.culprit]
     if tier == "faint":
         return all(one.rms < 0.5 * noise for one in culprits)
-    if any(one.chi2 < SEEN for one in culprits):
+    if any(one.chi2 < SEEN or one.rms > RATIOS_MOST * RATIOS[tier][1] * noise for one in culprits):
         return False
     if tier == "gross":
         return culprits[0].rms > 12.0 * noise and not culprits[0].alike.ties

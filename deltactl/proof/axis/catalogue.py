@@ -48,6 +48,8 @@ class Scale:
     load: float = 0.0
     highest: float = 0.0
     """Force peak."""
+    fastest: float = 0.0
+    """Speed peak; `speed` is what is exceeded in one row of fifty."""
     away: float = 1.0
     """Largest distance of a range sensor."""
 
@@ -137,7 +139,7 @@ COMMANDED = (
     Kind("resonance", lambda x, d, s: {"frequency": x**-0.5, "damping": d["damping"]},
          lambda s: (0.25 * s.time) ** 2, lambda s: (0.4 * s.time) ** 2,
          lambda rng, s: {"damping": float(rng.uniform(0.03, 0.25))}),
-    Kind("speed_limit", lambda x, d, s: {"limit": s.speed / (1.0 + x)}, lambda s: 0.2,
+    Kind("speed_limit", lambda x, d, s: {"limit": s.fastest / (1.0 + x)}, lambda s: 0.2,
          lambda s: 0.6),
 )  # fmt: skip
 FORCED = (

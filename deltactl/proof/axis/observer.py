@@ -26,6 +26,8 @@ OF_IT = 0.2
 """No larger share of the effect's own chi-square: of a faint one nearly everything is below 20."""
 REFITS = 10
 """Secants of an alternative that is refitted; each gains a digit or so."""
+HOPELESS = 400.0
+"""Chi-square from which on an alternative that a refit did not halve is no tie."""
 PART = 0.02
 """Change of a size for a derivative, in sizes."""
 
@@ -173,7 +175,7 @@ def _left(
         return observer.chi2(signal)
     x, best = 0.3 * kind.first(scale), observer.chi2(signal)
     wave = "phase" in shape
-    for _ in range(REFITS):
+    for number in range(REFITS):
         column = observer.signal({**base, kind.effect: kind.values(x, shape, scale)}, True) - ground
         columns = [column]
         if wave:
@@ -184,7 +186,9 @@ def _left(
             return best
         if wave or kind.effect == "lost_steps":
             return min(best, observer.chi2(signal, columns))
-        best = min(best, observer.chi2(signal - column))
+        before, best = best, min(best, observer.chi2(signal - column))
+        if best > HOPELESS and best > 0.5 * before and number:
+            return best
         factor = _factor(observer, signal, column)
         if factor <= 0.0 and not kind.signed:
             return best
