@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
+import sys
 from collections import Counter
 
 import numpy as np
 import pytest
 
+pytest.importorskip("mujoco", reason="the command that writes cases needs the extra 'proof'")
+
 from deltactl.models.robot_with_effects import load_with_effects
+from deltactl.proof import generate
 from deltactl.proof.axis.cases import MACHINES, ROUND, draw
 from deltactl.proof.axis.catalogue import COMMANDED, FORCED, KINDS, UNKNOWN, Scale
 from deltactl.proof.axis.commanded import CommandedAxis
@@ -51,6 +56,15 @@ def test_a_seed_is_one_case_and_its_files_are_those_of_the_contract(seed: int, t
     assert robot.kind in kinds[case.design.machine]
     text = (tmp_path / "one" / ROBOT_FILE).read_text()
     assert not any(one.kind.effect in text for one in case.hidden)
+
+
+def test_any_case_can_be_written_to_files(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "argv", ["generate", "--axis", "15", "--out", str(tmp_path)])
+    generate.main()
+    truth = json.loads((tmp_path / "answers.json").read_text())
+    assert truth["case"] == "axis_000015"
+    assert truth["answers"][0]["effect"] in capsys.readouterr().out
+    assert len(read_flat(tmp_path / RECORDING)) == truth["rows"]
 
 
 def test_even_and_odd_seeds_hold_the_same_mixture() -> None:
