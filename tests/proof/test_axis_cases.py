@@ -19,7 +19,7 @@ from deltactl.proof.axis.commanded import CommandedAxis
 from deltactl.proof.axis.forced import ForcedAxis
 from deltactl.proof.axis.motions import Pace, move
 from deltactl.proof.axis.observer import Observer, alternatives, bound, sized
-from deltactl.proof.axis.rows import Mess, Noise, Rows, whitened
+from deltactl.proof.axis.sensing import Mess, Noise, Rows, whitened
 from deltactl.proof.axis.write import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
 from deltactl.recording.tables.flat_files import read_flat
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from deltactl.cli.main import app
 from deltactl.foundation.errors import ConfigError, MissingFile
-from deltactl.proof.prove import axis_campaign, axis_case
+from deltactl.proof.prove import axis_campaign
 from deltactl.proof.prove.axis_campaign import confusion, prove_axes, seeds_of
 from deltactl.proof.prove.axis_score import score_axis
 from deltactl.proof.prove.axis_table import axis_rows, right
@@ -209,7 +209,7 @@ def test_even_and_odd_seeds_stand_side_by_side_with_a_practice_folder(tmp_path, 
     (tmp_path / "practice").mkdir()
     (tmp_path / "practice" / "answers.json").write_text(json.dumps(answers))
     monkeypatch.setattr(
-        axis_case, "diagnose_blind", lambda folder: (None, f"none in {folder.name}")
+        axis_campaign, "diagnose_blind", lambda folder: (None, f"none in {folder.name}")
     )
     proof = prove_axes(3, 6, "all", tmp_path / "out", tmp_path / "practice", Means(0))
     assert ran == [6, 7, 8]
@@ -257,7 +257,7 @@ def test_a_drawn_case_is_diagnosed_blind_and_scored(monkeypatch) -> None:
         seen["files"] = sorted(path.name for path in folder.iterdir())
         return None, "looked at"
 
-    monkeypatch.setattr(axis_case, "diagnose_blind", diagnose_blind)
-    kept = json.loads(json.dumps(axis_case.run_axis(0, 40)))
+    monkeypatch.setattr(axis_campaign, "diagnose_blind", diagnose_blind)
+    kept = json.loads(json.dumps(axis_campaign.run_axis(0, 40)))
     assert seen["files"] == ["holdout.csv.gz", "recording.csv.gz", "robot.yaml"]
     assert score_axis(kept).failure == "looked at"

@@ -23,7 +23,7 @@ from deltactl.proof.axis.drives import DeadBand, PositionLoop, ringing
 from deltactl.proof.axis.forced import ForcedAxis
 from deltactl.proof.axis.friction import LuGre, play, wound_up
 from deltactl.proof.axis.motions import ONE_WAY, STYLES, Pace, move
-from deltactl.proof.axis.ranging import RangeSensor
+from deltactl.proof.axis.sensing import RangeSensor
 
 AXIS = Path(__file__).resolve().parents[2] / "deltactl" / "proof" / "axis"
 MAY_USE = ("deltactl.proof.axis", "deltactl.recording.tables", "deltactl.foundation")

@@ -12,8 +12,7 @@ from deltactl.proof.axis.commanded import CommandedAxis, Sizes
 from deltactl.proof.axis.forced import ForcedAxis, neighbour
 from deltactl.proof.axis.motions import ONE_WAY, STYLES, FloatArray, Motion, Pace, move
 from deltactl.proof.axis.observer import Observer
-from deltactl.proof.axis.ranging import RangeSensor
-from deltactl.proof.axis.rows import Mess, Noise, Rows
+from deltactl.proof.axis.sensing import Mess, Noise, RangeSensor, Rows
 
 RATES_HZ = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 LENGTHS_S = (20.0, 30.0, 60.0, 120.0, 300.0, 900.0, 3600.0)

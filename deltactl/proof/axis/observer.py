@@ -16,7 +16,7 @@ import numpy as np
 from deltactl.proof.axis.catalogue import Kind, Scale
 from deltactl.proof.axis.commanded import Sizes, Values
 from deltactl.proof.axis.motions import FloatArray
-from deltactl.proof.axis.rows import Noise, whitened
+from deltactl.proof.axis.sensing import Noise, whitened
 
 TIE = 20.0
 """Chi-square below which an alternative explains an effect as well: 4.5 standard deviations."""

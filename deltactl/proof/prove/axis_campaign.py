@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import tempfile
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -9,16 +12,62 @@ from pathlib import Path
 from typing import Any, Literal
 
 from deltactl.foundation.errors import ConfigError, MissingFile
-from deltactl.proof.prove.axis_case import ANSWERS, practice_answers, run_axis, run_practice
+from deltactl.proof.axis.cases import draw
+from deltactl.proof.axis.write import write_blind
 from deltactl.proof.prove.axis_score import AxisScore, score_axis
 from deltactl.proof.prove.axis_table import axis_markdown, axis_rows, right, wrong_answers
 from deltactl.proof.prove.matrix import Matrix, picture
+from deltactl.proof.prove.one_case import diagnose_blind
 from deltactl.proof.prove.reliability import diagram
 from deltactl.proof.prove.resumable import Means, Part, claim, run_missing, write_whole
 from deltactl.proof.prove.table import Row
 
 Half = Literal["all", "even", "odd"]
+ANSWERS = "answers.json"
+BOUNDED = ("single", "gross", "faint", "pair", "three")
 ONE_ANSWER = ("none", "single", "faint", "gross", "tolerance", "unknown")
+
+
+def run_axis(seed: int, number: int) -> dict[str, Any]:
+    """Draw the case of seed `number`, diagnose it blind; the truth, the answer and the bound."""
+    begun = time.monotonic()
+    case = draw(number)
+    with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+        write_blind(case, Path(folder))
+        simulated = time.monotonic()
+        answer, failure = diagnose_blind(Path(folder))
+        diagnosed = time.monotonic()
+    return {
+        "seed": number,
+        "truth": case.truth(),
+        "diagnosis": answer,
+        "failure": failure,
+        "bound": case.bound() if case.tier in BOUNDED else None,
+        "simulated_s": simulated - begun,
+        "diagnosed_s": diagnosed - simulated,
+    }
+
+
+def run_practice(folder: str, seed: int, number: int) -> dict[str, Any]:
+    """Diagnose case `number` of a folder that has answers of another generator beside it."""
+    truth = practice_answers(Path(folder))[number]
+    begun = time.monotonic()
+    answer, failure = diagnose_blind(Path(folder) / str(truth["case"]))
+    return {
+        "seed": number,
+        "truth": truth,
+        "diagnosis": answer,
+        "failure": failure,
+        "bound": None,
+        "simulated_s": 0.0,
+        "diagnosed_s": time.monotonic() - begun,
+    }
+
+
+def practice_answers(folder: Path) -> list[dict[str, Any]]:
+    """What is hidden in each case of a practice folder. Raises OSError where there is no file."""
+    found: list[dict[str, Any]] = json.loads((folder / ANSWERS).read_text(encoding="utf-8"))
+    return found
 
 
 @dataclass(frozen=True)

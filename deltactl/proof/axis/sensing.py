@@ -1,4 +1,4 @@
-"""When an axis is read, and what its readings have beside the truth."""
+"""What is read: a range sensor and its errors, when rows are taken, and what noise adds to them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from deltactl.proof.axis.motions import FloatArray
+from deltactl.proof.axis.commanded import Sizes
+from deltactl.proof.axis.friction import play
+from deltactl.proof.axis.motions import FloatArray, Motion
 
 LONG_GAP_PERIODS = 60
 
@@ -97,3 +99,38 @@ def whitened(columns: FloatArray, noise: Noise) -> FloatArray:
     first = columns[:1] / noise.scatter
     later: FloatArray = (columns[1:] - noise.rho * columns[:-1]) / innovation
     return np.concatenate([first, later])
+
+
+@dataclass(frozen=True)
+class RangeSensor:
+    """The motion is the true distance, never below the nearest that it can measure."""
+
+    motion: Motion
+    wander: FloatArray
+    """Temperature over the same time, -1 to 1."""
+
+    def clean(self, sizes: Sizes, rows_s: FloatArray, ideal: bool = False) -> FloatArray:
+        """Noiseless ranges (n,) at the rows' true times."""
+        motion = self.motion
+        seen = motion.position
+        if "hysteresis" in sizes:
+            seen = play(seen, sizes["hysteresis"]["width"], 0.0)
+        late_s = sizes.get("sensor_latency", {}).get("time", 0.0)
+        seen = np.interp(rows_s - late_s, motion.t_s, seen)
+        since_s = rows_s - rows_s[0]
+        read = seen * sizes.get("sensor_scale", {}).get("scale", 1.0)
+        read = read + sizes.get("sensor_offset", {}).get("offset", 0.0)
+        read = read + sizes.get("sensor_crosstalk", {}).get("curvature", 0.0) * seen**2
+        if "sensor_drift" in sizes:
+            drift = sizes["sensor_drift"]
+            read = read - drift["offset"] * np.expm1(-since_s / drift["time_constant"])
+        if "temperature" in sizes:
+            warm = np.interp(rows_s, motion.t_s, self.wander)
+            read = read + sizes["temperature"]["size"] * warm
+        if "stripes" in sizes:
+            stripes = sizes["stripes"]
+            read = read + stripes["size"] * np.sin(2.0 * np.pi * seen / stripes["period"])
+        if "reflection" in sizes:
+            bump = sizes["reflection"]
+            read = read + bump["size"] * np.exp(-(((seen - bump["at"]) / bump["within"]) ** 2))
+        return read
