@@ -76,7 +76,8 @@ def prove(
     deltactl prove --machine axis --cases 0 --practice practice_axes --out practice
     ```
 
-    Each single axis has a seed of its own, from --seed on: even and odd ones stand side by side.
+    Each single axis has a seed of its own, from --seed on; the table shows even and odd ones side
+    by side.
     """
     if machine == "axis":
         if repair or networks or more or ties:

@@ -243,7 +243,7 @@ ALWAYS = (
 
 
 def _by_motion(one: Hidden) -> set[str]:
-    """Alternatives that another motion would tell from the effect."""
+    """Alternatives that another motion would separate from the effect."""
     always = {name for pair in ALWAYS if one.kind.effect in pair for name in pair}
     return {*one.alike.same, *one.alike.ties} - always
 

@@ -1,4 +1,4 @@
-"""What stands between a command and a motor: loops, their limits, dead time, and ringing."""
+"""What is between a command and a motor: loops, their limits, dead time, and ringing."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """One answer about a single axis against its truth: names, honesty, sizes and probabilities.
 
 The truth lists for each hidden effect the `names` that are right (itself, and what is the same
-operator in that recording), its `ties` (what an ideal observer could not tell from it), and under
-`also` what may be named beside. Effects of `axis` and of `motor1` count alike.
+operator in that recording), its `ties` (what an ideal observer could not separate from it), and
+under `also` what may be named beside. Effects of `axis` and of `motor1` count alike.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def _mark_unknown(marks: AxisScore, hidden: list[Json], answer: Json) -> None:
 
 
 def _reported(line: Json, answer: Json) -> bool:
-    """Whether what cannot be told from an effect in this motion is said to be a tie."""
+    """Whether what cannot be separated from an effect in this motion is said to be a tie."""
     tied = {*line["names"], *line["ties"]}
     own = [finding for finding in answer["findings"] if finding["effect"] in tied]
     if not own:
