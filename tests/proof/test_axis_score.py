@@ -77,6 +77,14 @@ def test_the_same_operator_counts_as_right_and_a_needless_name_does_not() -> Non
     assert (offered.within, offered.exact) == (True, False)
 
 
+def test_a_culprit_has_to_come_first_and_imperfections_may_follow() -> None:
+    beside = {"tier": "workshop", "also": ["gear_ratio"]}
+    first = score_axis(result([PLAY], [finding("home_offset"), finding("gear_ratio")], **beside))
+    later = score_axis(result([PLAY], [finding("gear_ratio"), finding("home_offset")], **beside))
+    assert right(first)
+    assert not right(later)
+
+
 def test_two_hidden_effects_are_both_asked_for() -> None:
     one = score_axis(result([PLAY, LATE], [finding("gear_backlash")], tier="pair"))
     both = score_axis(

@@ -43,7 +43,7 @@ class AxisScore:
     within: bool = False
     """Every hidden effect is a finding, tied with one, or among the alternatives."""
     first: bool = False
-    """The first finding is right."""
+    """The first finding is right, or tied with what is."""
     exact: bool = False
     """All within, and nothing needless."""
     needless: list[str] = field(default_factory=list)
@@ -114,13 +114,13 @@ def _mark_names(marks: AxisScore, truth: Json, found: list[Json]) -> None:
     offered = said | {name for finding in found for name in _others(finding)}
     hidden = truth["answers"]
     right = {name for line in hidden for name in line["names"]}
-    allowed = right | {name for line in hidden for name in line["ties"]} | set(truth["also"])
+    right_or_tied = right | {name for line in hidden for name in line["ties"]}
     marks.named = all(said & set(line["names"]) for line in hidden)
     marks.within = all(
         said & {*line["names"], *line["ties"]} or offered & set(line["names"]) for line in hidden
     )
-    marks.first = bool(marks.said) and bool(hidden) and marks.said[0] in right
-    marks.needless = sorted(said - allowed)
+    marks.first = bool(marks.said) and bool(hidden) and marks.said[0] in right_or_tied
+    marks.needless = sorted(said - right_or_tied - set(truth["also"]))
     marks.exact = marks.within and not marks.needless
 
 
