@@ -211,7 +211,7 @@ def _seen(
     signal = observer.parts(sizes, kind.effect)
     others = [observer.parts(sizes, name) for name in sizes if name != kind.effect]
     chi2 = observer.chi2(signal, others)
-    alike = Alternatives([], [], chi2)
+    alike = Alternatives([], [], chi2, chi2)
     if culprit:
         alike = alternatives(observer, KINDS[plan.machine], scale, sizes, kind.effect)
     return Hidden(kind, sizes[kind.effect], observer.rms(signal), chi2, alike, culprit)
@@ -223,7 +223,10 @@ def _of_tier(tier: str, hidden: Sequence[Hidden], observer: Observer) -> bool:
     culprits = [one for one in hidden if one.culprit]
     if tier == "faint":
         return all(one.rms < 0.5 * noise for one in culprits)
-    if any(one.chi2 < SEEN or one.rms > RATIOS_MOST * RATIOS[tier][1] * noise for one in culprits):
+    if any(
+        min(one.chi2, one.alike.own) < SEEN or one.rms > RATIOS_MOST * RATIOS[tier][1] * noise
+        for one in culprits
+    ):
         return False
     if tier == "gross":
         return culprits[0].rms > 12.0 * noise and not culprits[0].alike.ties

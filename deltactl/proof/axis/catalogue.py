@@ -5,7 +5,8 @@ faint or gross. The mapping from physics to the contract's size is exact where n
 
 - `joint_friction` `width`: a bearing of force F on a shaft of stiffness k is behind by F / k either
   way, 2 F / k in all. On a mass, `torque` is the force of steady sliding of the bristles.
-- `gear_backlash` `width`: the dead band between the masses; its spring adds at most a hundredth.
+- `gear_backlash` `width`: lost motion of the load, the dead band and what its bearing winds up the
+  spring at the flanks by, at most a twentieth.
 - `following_lag` `time`, `dead_time`: a position loop of gain 1 / time that is not fed forward;
   a queue before it.
 - `stribeck_friction` `torque`, `speed`: break-away over sliding force, and the scale of its fall.

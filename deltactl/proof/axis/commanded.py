@@ -106,13 +106,21 @@ class CommandedAxis:
         return wound_up(at, width, self.slip * most, self.start)
 
     def _loose(self, at: FloatArray, width: float, ideal: bool) -> FloatArray:
-        """By two masses where the steps are fine enough for a spring that hardly bends."""
-        step_s = self.motion.step_s
+        """By two masses where the steps are fine enough for a stiff spring.
+
+        The bearing holds the load where it was pushed: it stops within a twentieth of the width
+        from the fastest speed. What it winds the spring up by is lost motion like the band itself,
+        so that both together are the width.
+        """
+        step_s, width = self.motion.step_s, abs(width)
         omega = 2.0 * np.pi * STIFFEST_TURNS / step_s
-        rub = 1.5 * float(np.abs(np.diff(self.motion.position, 2)).max()) / step_s**2
-        if ideal or not 0.0 < 2.0 * rub / omega**2 < 0.01 * abs(width):
+        fastest = float(np.abs(np.diff(self.motion.position)).max()) / step_s
+        hardest = float(np.abs(np.diff(self.motion.position, 2)).max()) / step_s**2
+        rub = max(1.5 * hardest, 10.0 * fastest**2 / max(width, 1e-12))
+        wound = 2.0 * rub / omega**2
+        if ideal or wound > 0.05 * width:
             return play(at, width, self.start)
-        band = DeadBand(width, STIFFEST_TURNS / step_s, 0.3, rub)
+        band = DeadBand(width - wound, STIFFEST_TURNS / step_s, 0.7, rub)
         return band.follow(at, step_s, self.start)
 
 

@@ -117,6 +117,8 @@ class Alternatives:
     ties: list[str]
     nearest: float
     """Least chi-square that any of them leaves."""
+    own: float
+    """Chi-square of the effect itself as its word means it."""
 
 
 def alternatives(
@@ -139,7 +141,7 @@ def alternatives(
             same.append(kind.effect)
         elif left < min(TIE, OF_IT * own):
             ties.append(kind.effect)
-    return Alternatives(same, ties, nearest)
+    return Alternatives(same, ties, nearest, own)
 
 
 def _shapes(kind: Kind, scale: Scale, truth: Values) -> Iterator[dict[str, float]]:

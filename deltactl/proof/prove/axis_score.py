@@ -157,7 +157,8 @@ def _contradicted(marks: AxisScore, truth: Json, answer: Json) -> list[str]:
     ]
     high = max(truth["noise_rms_high"], truth.get("noise_rms_short", 0.0))
     left = answer["fit"]["rms_after_m"]
-    if answer["verdict"] in LIKE_TRUE and left > LEFT * high:
+    # Of a healthy machine noise is all that can be left, whatever smoothing the answer has.
+    if hidden and answer["verdict"] in LIKE_TRUE and left > LEFT * high:
         wrong.append(f"{answer['verdict']} with {left / high:.1f} times the noise left")
     if marks.tier == "ambiguous":
         open_ = {one["effect"] for one in answer.get("not_testable", [])}
