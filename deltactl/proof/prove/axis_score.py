@@ -53,7 +53,8 @@ class AxisScore:
     """Something unknown is found, or the verdict says that not all is explained."""
     misnamed: bool = False
     """An unknown is explained by named effects alone, with nothing left open."""
-    right_driver: bool = False
+    right_driver: bool | None = None
+    """Whether an unknown is said to follow what it does; None where the truth does not say."""
     contradictions: list[str] = field(default_factory=list)
     """How the answer contradicts what was hidden, or its own limits."""
     clarity: float = float("nan")
@@ -131,7 +132,8 @@ def _mark_unknown(marks: AxisScore, hidden: list[Json], answer: Json) -> None:
     marks.misnamed = bool(found) and not marks.flagged and not left_open
     follows = {name for finding in found for name in finding.get("depends_on", [])
                if finding["effect"] == "unknown"}  # fmt: skip
-    marks.right_driver = any(follows & set(line.get("depends_on", [])) for line in hidden)
+    drivers = {name for line in hidden for name in line.get("depends_on", [])}
+    marks.right_driver = bool(follows & drivers) if drivers else None
 
 
 def _reported(line: Json, answer: Json) -> bool:

@@ -45,8 +45,8 @@ def axis_rows(scores: Sequence[AxisScore]) -> list[Row]:
               lambda s: s.flagged and not s.misnamed, 0.85),
         share("... misnamed", of("unknown"), lambda s: s.misnamed),
         share("... needless names beside it", of("unknown"), lambda s: bool(s.needless)),
-        share("... right driver", [marks for marks in of("unknown") if marks.seed >= 0],
-              lambda s: s.right_driver),
+        portion("... right driver", [marks.right_driver for marks in of("unknown")
+                                     if marks.right_driver is not None]),
         share("answers that contradict what was hidden", scores,
               lambda s: bool(s.contradictions), 0.0, "most"),
         inside("coverage of 95 % intervals", [hit for marks in named for hit in marks.covered]),
