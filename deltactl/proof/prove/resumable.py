@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.plain_file import write_whole
 from deltactl.proof.prove.workers import Task, workers
 
 PLAN, RESULT = "prove.json", "result.json"
@@ -65,7 +65,7 @@ def run_missing(parts: Sequence[Part], seed: int, out: Path, means: Means) -> No
     with workers(means.count, means.scheduler, means.say) as run:
         for place, result in run([(part.task, seed, number) for part, number in missing]):
             part, number = missing[place]
-            write_whole(part.file(out, number), json.dumps(result, indent=1))
+            write_text(part.file(out, number), json.dumps(result, indent=1))
             done += 1
             means.progress(done, total, part.line(result))
             if time.monotonic() > until:
@@ -88,7 +88,7 @@ def claim(out: Path, plan: dict[str, Any]) -> None:
     out.mkdir(parents=True, exist_ok=True)
     file = out / PLAN
     if not file.exists():
-        write_whole(file, json.dumps(plan))
+        write_text(file, json.dumps(plan))
         return
     before = json.loads(file.read_text(encoding="utf-8"))
     if before != plan:
@@ -96,9 +96,7 @@ def claim(out: Path, plan: dict[str, Any]) -> None:
         raise ConfigError(f"{out}: holds a proof with {held}; use that or a new folder")
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_text(path: Path, text: str) -> None:
     """All or nothing, so that a proof that was cut off can go on."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    part.write_text(text + ("" if text.endswith("\n") else "\n"), encoding="utf-8")
-    os.replace(part, path)
+    write_whole(path, text + ("" if text.endswith("\n") else "\n"))
