@@ -3,7 +3,8 @@
 KIND is an effect of the vocabulary, an oddity beyond it, several with a comma between, `nothing`,
 or `tolerance` (build tolerances everywhere, with `--culprit KIND`). Writes recording.csv.gz,
 holdout.csv.gz, robot.yaml and answers.json. With `--number N` instead of `--kind` it writes case
-N of `deltactl prove --seed S`, with `--more N` one of its second set.
+N of `deltactl prove --seed S`, with `--more N` one of its second set, and with `--axis S` the case
+of seed S of `deltactl prove --machine axis`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.foundation.errors import ConfigError, DeltactlError
+from deltactl.proof.axis import cases as axis_cases
+from deltactl.proof.axis import write as axis_write
 from deltactl.proof.cases import Case, assemble, draw, draw_more
 from deltactl.proof.hidden.build_in import VOCABULARY
 from deltactl.proof.hidden.more_oddities import UNKNOWN
@@ -28,13 +31,19 @@ def main() -> None:
     what.add_argument("--kind")
     what.add_argument("--number", type=int)
     what.add_argument("--more", type=int)
+    what.add_argument("--axis", type=int)
     parser.add_argument("--culprit", default=None)
-    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--seed", type=int, help="of all but --axis")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--strength", type=float, default=1.0, help="1 is moderate, 0.33 faint")
     parser.add_argument("--motion", choices=["survey", *SHAPES], default="survey")
     parser.add_argument("--seconds", type=float, default=None)
     chosen = parser.parse_args()
+    if chosen.axis is not None:
+        print(_single_axis(chosen.axis, chosen.out))
+        return
+    if chosen.seed is None:
+        parser.error("--seed: which one?")
     try:
         case = _case(chosen)
         write_blind(case, chosen.out, chosen.seed)
@@ -42,6 +51,14 @@ def main() -> None:
     except DeltactlError as error:
         parser.exit(2, f"{parser.prog}: {error}\n")
     print(f"{chosen.out}: {', '.join(part.effect for part in case.answers) or 'nothing'}")
+
+
+def _single_axis(seed: int, out: Path) -> str:
+    """Write the case of a seed; returns what is hidden in it."""
+    case = axis_cases.draw(seed)
+    axis_write.write_blind(case, out)
+    axis_write.write_answers(case, out / "answers.json")
+    return f"{out}: {', '.join(one.kind.effect for one in case.hidden) or 'nothing'}"
 
 
 def _case(chosen: argparse.Namespace) -> Case:

@@ -1,0 +1,271 @@
+"""Draw a case by its seed: a machine, what is hidden in it, and two runs of it.
+
+Even seeds are for tuning the diagnosis, odd ones for judging it; seeds 2k and 2k + 1 have the same
+tier and kind of machine, so that both halves of a range hold the same mixture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from deltactl.proof.axis.build import (
+    HOLDOUT_SHARE,
+    Design,
+    Run,
+    design,
+    observer_of,
+    prepare,
+    scale_of,
+    untidy,
+)
+from deltactl.proof.axis.catalogue import KINDS, LIMITS, UNKNOWN, Kind, Scale
+from deltactl.proof.axis.commanded import Sizes, Values
+from deltactl.proof.axis.motions import ONE_WAY
+from deltactl.proof.axis.observer import Alternatives, Observer, alternatives, bound, sized
+
+ROUND = (
+    "none", "single", "unknown", "gross", "faint", "pair", "ambiguous", "single", "none",
+    "unknown", "single", "pair", "tolerance", "gross", "three", "faint", "unknown", "single",
+    "ambiguous", "none",
+)  # fmt: skip
+"""Tiers of twenty successive pairs of seeds."""
+MACHINES = ("commanded", "effort", "range", "commanded", "effort", "effort", "commanded")
+RATIOS = {
+    "single": (1.0, 16.0), "gross": (20.0, 100.0), "faint": (0.08, 0.33), "pair": (1.0, 12.0),
+    "three": (1.5, 12.0), "ambiguous": (1.0, 16.0), "unknown": (2.0, 20.0),
+    "tolerance": (5.0, 16.0),
+}  # fmt: skip
+"""Root mean square of an effect over that of the noise."""
+RATIOS_MOST = 1.6
+"""How far an effect may exceed its tier's largest, where its size has no straight way there."""
+SEEN = 225.0
+"""Chi-square (15 standard deviations) that an effect has when all that is hidden beside it is
+fitted; of the faint tier none is asked."""
+RICHER = 25.0
+"""Chi-square of what the words leave of the physics, from which on an unknown beside is true."""
+SMALL = 0.7
+"""Root mean square of an imperfection of the tolerance tier over the noise."""
+NO_TOLERANCE = (*LIMITS, "lost_steps", "resonance")
+"""No machine has a little of these by being built with ordinary care."""
+NEVER_TIED = (*LIMITS, "resonance", "lost_steps", "joint_compliance", "transmission_error",
+              "encoder_error")  # fmt: skip
+"""Effects with a pattern of their own in any motion that shows them."""
+TRIES = 60
+SAME_BY_WORD = {
+    ("commanded", "following_lag"): ("viscous_friction",),
+    ("effort", "following_lag"): ("sensor_latency",),
+}
+"""A lag of c / k of a shaft with viscous friction; a position that is read late."""
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """One thing that is hidden and what an ideal observer makes of it."""
+
+    kind: Kind
+    values: Values
+    rms: float
+    chi2: float
+    alike: Alternatives
+    culprit: bool = True
+    """False for a small imperfection of the tolerance tier."""
+
+    def truth(self, machine: str) -> dict[str, Any]:
+        """As in the answers of the practice axes, with what an unknown follows."""
+        effect = "unknown" if self.kind.unknown else self.kind.effect
+        names = {effect, *self.alike.same, *SAME_BY_WORD.get((machine, effect), ())}
+        names |= {"unknown"} if effect in LIMITS else set()
+        found: dict[str, Any] = {
+            "effect": effect, "where": "axis", "values": dict(self.values), "rms": self.rms,
+            "chi2": self.chi2, "names": sorted(names), "ties": self.alike.ties,
+        }  # fmt: skip
+        if self.kind.unknown:
+            found |= {"values": {}, "physics": self.kind.effect, "depends_on": self.kind.follows}
+        return found
+
+
+@dataclass
+class AxisCase:
+    """One machine with its two runs."""
+
+    seed: int
+    tier: str
+    design: Design
+    run: Run
+    holdout: Run
+    sizes: Sizes
+    hidden: list[Hidden]
+    also: list[str]
+    observer: Observer = field(repr=False)
+
+    def bound(self) -> dict[str, dict[str, float]]:
+        """Cramer-Rao standard deviations, of the tiers whose every size has a name."""
+        return bound(self.observer, self.sizes)
+
+    def truth(self) -> dict[str, Any]:
+        """In the form of the practice axes' answers."""
+        plan, noise = self.design, self.observer.noise.scatter
+        signal = self.observer.signal(self.sizes) - self.observer.signal({})
+        unit = ("N" if plan.linear else "N m") if plan.machine == "effort" else (
+            "m" if plan.linear else "rad")  # fmt: skip
+        high = max(noise, untidy(self.run, np.random.default_rng([self.seed, 47])))
+        return {
+            "case": f"axis_{self.seed:06d}", "seed": self.seed, "tier": self.tier,
+            "machine": plan.machine, "unit": unit,
+            "answers": [one.truth(plan.machine) for one in self.hidden if one.culprit],
+            "also": self.also, "noise_rms": noise,
+            "noise_rms_high": high,
+            "mismatch_rms": self.observer.rms(signal), "rows": len(self.run.rows.true_s),
+            "about": {
+                "style": plan.style, "rate": plan.rate_hz, "seconds": plan.pace.seconds,
+                "stroke": plan.pace.stroke, "stroke_s": plan.pace.stroke_s,
+                "zero": "absolute" if plan.absolute else "arbitrary", "load": plan.loaded,
+                "rho": plan.noise.rho, "outliers": plan.noise.outliers,
+                "count": plan.noise.count / plan.noise.sigma, "jitter": plan.mess.jitter,
+                "stamp": plan.mess.stamp, "drop": plan.mess.drop, "gaps": plan.mess.gaps,
+                "held": plan.mess.held, "clock": plan.mess.clock_s,
+            },
+        }  # fmt: skip
+
+
+def draw(seed: int) -> AxisCase:
+    """The case of a seed; the same seed gives the same case."""
+    turn = seed // 2
+    tier = ROUND[turn % len(ROUND)]
+    machine = MACHINES[turn % len(MACHINES)]
+    rng = np.random.default_rng([seed, 41])
+    for _ in range(TRIES):
+        case = _try(seed, tier, machine, rng)
+        if case is not None:
+            return case
+    raise ValueError(f"seed {seed}: no {tier} case of kind {machine} came out in {TRIES} tries")
+
+
+def _try(seed: int, tier: str, machine: str, rng: np.random.Generator) -> AxisCase | None:
+    """One attempt; None where what was drawn is not of its tier."""
+    style = None
+    if tier == "ambiguous" and rng.random() < 0.7:
+        style = str(rng.choice(ONE_WAY))
+    plan = design(machine, rng, fine=tier == "gross", style=style)
+    run, holdout = prepare(plan, rng), prepare(plan, rng, HOLDOUT_SHARE)
+    healthy = run.moved({})
+    scale, observer = scale_of(healthy), observer_of(healthy)
+    chosen = _choose(tier, plan, scale, rng)
+    if chosen is None:
+        return None
+    sizes: dict[str, Values] = {}
+    for number, kind in enumerate(chosen):
+        ratio = SMALL * float(rng.uniform(0.5, 1.0))
+        if tier != "tolerance" or number == 0:
+            ratio = float(np.exp(rng.uniform(*np.log(RATIOS[tier]))))
+        drawn = {**kind.extras(rng, scale), "sign": float(rng.choice([-1.0, 1.0]))}
+        sizes[kind.effect] = sized(observer, kind, drawn, scale, ratio)
+    run = run.moved(sizes)
+    observer = observer_of(run)
+    hidden = [
+        _seen(observer, plan, scale, sizes, kind, tier != "tolerance" or number == 0)
+        for number, kind in enumerate(chosen)
+    ]
+    if not _of_tier(tier, hidden, observer):
+        return None
+    return AxisCase(
+        seed, tier, plan, run, holdout.moved(_again(sizes)), sizes, hidden,
+        _also(observer, sizes, hidden, chosen), observer,
+    )  # fmt: skip
+
+
+def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> list[Kind] | None:
+    """What to hide: of the vocabulary, or beyond it."""
+    has = {
+        "zero": plan.absolute, "load": scale.load > 0.0, "steps": plan.counted,
+    }  # fmt: skip
+    if tier == "none":
+        return []
+    if tier == "unknown":
+        kinds = [kind for kind in UNKNOWN[plan.machine]
+                 if kind.effect != "weight_not_given" or _could_weigh(plan)]  # fmt: skip
+        return [kinds[int(rng.integers(len(kinds)))]]
+    kinds = [kind for kind in KINDS[plan.machine] if not kind.needs or has[kind.needs]]
+    if tier == "tolerance":
+        kinds = [kind for kind in kinds if kind.effect not in NO_TOLERANCE]
+    if tier == "ambiguous":
+        kinds = [kind for kind in kinds if kind.effect not in NEVER_TIED]
+    count = {"pair": 2, "three": 3, "tolerance": 3}.get(tier, 1)
+    picked = rng.permutation(len(kinds))[:count].tolist()
+    return [kinds[number] for number in picked] if len(picked) == count else None
+
+
+def _could_weigh(plan: Design) -> bool:
+    """Turns, and its file is silent on what pulls at it."""
+    return not plan.linear and not plan.states_gravity
+
+
+def _seen(
+    observer: Observer, plan: Design, scale: Scale, sizes: Sizes, kind: Kind, culprit: bool
+) -> Hidden:
+    """What an ideal observer makes of one effect among all that is hidden."""
+    signal = observer.parts(sizes, kind.effect)
+    others = [observer.parts(sizes, name) for name in sizes if name != kind.effect]
+    chi2 = observer.chi2(signal, others)
+    alike = Alternatives([], [], chi2, chi2)
+    if culprit:
+        alike = alternatives(observer, KINDS[plan.machine], scale, sizes, kind.effect)
+    return Hidden(kind, sizes[kind.effect], observer.rms(signal), chi2, alike, culprit)
+
+
+def _of_tier(tier: str, hidden: Sequence[Hidden], observer: Observer) -> bool:
+    """Whether what came out is what the tier promises."""
+    noise = observer.noise.scatter
+    culprits = [one for one in hidden if one.culprit]
+    if tier == "faint":
+        return all(one.rms < 0.5 * noise for one in culprits)
+    if any(
+        min(one.chi2, one.alike.own) < SEEN or one.rms > RATIOS_MOST * RATIOS[tier][1] * noise
+        for one in culprits
+    ):
+        return False
+    if tier == "gross":
+        return culprits[0].rms > 12.0 * noise and not culprits[0].alike.ties
+    tied = [one for one in culprits if one.alike.ties]
+    if tier == "ambiguous":
+        # Beyond what is one operator in any motion: the motion itself makes this tie.
+        return bool(_by_motion(culprits[0]))
+    if tier == "unknown":
+        return culprits[0].alike.nearest > SEEN
+    return not tied and not any(_by_motion(one) for one in culprits)
+
+
+ALWAYS = (
+    {"gear_backlash", "joint_friction"}, {"transmission_error", "encoder_error"},
+    {"following_lag", "sensor_latency"},
+)  # fmt: skip
+
+
+def _by_motion(one: Hidden) -> set[str]:
+    """Alternatives that another motion would separate from the effect."""
+    always = {name for pair in ALWAYS if one.kind.effect in pair for name in pair}
+    return {*one.alike.same, *one.alike.ties} - always
+
+
+def _again(sizes: Sizes) -> Sizes:
+    """What another run of the same machine has: what happened once does not repeat."""
+    return {name: values for name, values in sizes.items() if name != "lost_steps"}
+
+
+def _also(
+    observer: Observer, sizes: Sizes, hidden: Sequence[Hidden], chosen: Sequence[Kind]
+) -> list[str]:
+    """What may be named beside without being needless."""
+    names = {name for kind in chosen for name in kind.beside}
+    names |= {one.kind.effect for one in hidden if not one.culprit}
+    if not any(one.kind.unknown for one in hidden):
+        words = observer.signal(sizes, ideal=True)
+        richer = observer.chi2(observer.signal(sizes) - words) > RICHER
+        # Of a faint effect that is seen, it is no false statement that something is there.
+        faint = any(RICHER < one.chi2 < SEEN for one in hidden)
+        names |= {"unknown"} if richer or faint else set()
+    return sorted(names - {one.kind.effect for one in hidden if one.culprit})
