@@ -1,7 +1,7 @@
 """How the page looks: on a desk, on a phone, in the dark and on paper."""
 
-WEBGL = """if (!document.createElement("canvas").getContext("webgl2"))
-  document.documentElement.classList.add("without-webgl");"""
+WEBGL = """<script>if (!document.createElement("canvas").getContext("webgl2"))
+  document.documentElement.classList.add("without-webgl");</script>"""
 """Marks the page of a browser that cannot draw in 3D, where words stand instead."""
 
 STYLE = """

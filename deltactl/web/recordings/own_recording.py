@@ -26,6 +26,9 @@ SEND = f"""async (event) => {{
 """The browser sends the file itself: through the page's connection it would block a stop."""
 
 
+PICK_FILE = "() => document.querySelector('[data-testid=own-file]').click()"
+
+
 class OwnRecording:
     """Opens the browser's dialog, and says what became of the file."""
 
@@ -37,7 +40,7 @@ class OwnRecording:
         place.on("change", self._told, js_handler=SEND)
         button = ui.button("Open a recording of yours", icon="upload_file")
         button.props("no-caps dense outline data-testid=own-recording").classes("px-2")
-        button.on("click", js_handler=f"() => getElement({place.id}).click()")
+        button.on("click", js_handler=PICK_FILE)
         self._line = ui.label().classes("text-sm").props("data-testid=own-says")
 
     def tell(self, text: str) -> None:
