@@ -165,6 +165,7 @@ def protocol_of(door: Door) -> type[asyncio.Protocol]:
     class Protocol(AutoHTTPProtocol):  # type: ignore[misc, valid-type]
         _waits: asyncio.TimerHandle | None = None
         _peer: Key = ()
+        _upgraded = False
 
         def connection_made(self, transport: asyncio.Transport) -> None:
             self._peer = transport.get_extra_info("peername") or ("?",)
@@ -172,13 +173,13 @@ def protocol_of(door: Door) -> type[asyncio.Protocol]:
 
         def data_received(self, data: bytes) -> None:
             super().data_received(data)
-            if self.cycle is not None and not self.cycle.response_complete:
+            if self._upgraded or (self.cycle is not None and not self.cycle.response_complete):
                 self._whole()
             elif self._waits is None:
                 self._waits = self.loop.call_later(door.request_s, self.transport.close)
 
         def handle_websocket_upgrade(self, *event: Any) -> None:
-            self._whole()
+            self._upgraded = True
             super().handle_websocket_upgrade(*event)
 
         def connection_lost(self, exc: Exception | None) -> None:
