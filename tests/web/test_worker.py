@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.foundation.errors import ServiceError
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.writing.writer import RunRecorder
-from deltactl.foundation.errors import ServiceError
 from deltactl.web.behind.belief import Beliefs
 from deltactl.web.behind.link import DaemonLink
 from deltactl.web.behind.site import Site
@@ -81,7 +81,7 @@ def test_a_task_has_a_time_limit_and_then_the_next_has_its_turn(tmp_path: Path) 
     table.write_text("t,q\n" + "".join(f"{k * 0.01},{k % 7}\n" for k in range(400)))
 
     async def both() -> dict[str, object]:
-        with pytest.raises(ServiceError, match="given up after 0.05 s") as short:
+        with pytest.raises(ServiceError, match=r"given up after 0\.05 s") as short:
             await Tasks({"inspect": 0.05}).run("inspect", table)
         assert "--inspect" in str(short.value)
         assert not workers_on(table)
