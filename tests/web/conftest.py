@@ -64,6 +64,14 @@ class Browser:
         self.wait(lambda: self.driver.find_elements(By.CSS_SELECTOR, place), "no upload")
         self.driver.find_element(By.CSS_SELECTOR, place).send_keys(str(path))
 
+    def open_own(self, path: Path) -> None:
+        """Send a recording of one's own."""
+        self.find("own-file").send_keys(str(path))
+
+    def all(self, name: str) -> list[WebElement]:
+        """All elements with this data-testid."""
+        return self.driver.find_elements(By.CSS_SELECTOR, f'[data-testid="{name}"]')
+
     def tab(self, name: str) -> None:
         """Turn to a tab."""
         self.driver.find_element(By.XPATH, f'//div[@role="tab"][.="{name}"]').click()
