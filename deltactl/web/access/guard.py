@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from deltactl.firmware_py.daemon.limits import Allowance
 from deltactl.web.access.door import network_of
+from deltactl.web.access.policy import new_nonce, policy
 from deltactl.web.access.sessions import ASKS, NOBODY_ASKED, Session, Sessions, word_in
 
 Scope = MutableMapping[str, Any]
@@ -50,14 +51,6 @@ HEADERS: Final = (
     (b"cross-origin-opener-policy", b"same-origin"),
     (b"cross-origin-resource-policy", b"same-origin"),
 )
-POLICY: Final = (
-    b"default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; "
-    b"style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
-    b"connect-src 'self'; worker-src 'self' blob:; frame-ancestors 'none'; form-action 'self'; "
-    b"base-uri 'self'"
-)
-"""The browser is told that the page loads nothing from elsewhere. Vue compiles its templates in
-the browser, hence 'unsafe-eval'."""
 
 _log = logging.getLogger(__name__)
 
@@ -111,7 +104,7 @@ class Guard:
         scope["deltactl"] = session
         ASKS.set(lambda: self._session(headers))
         if scope["type"] == "http":
-            await self.app(scope, heard, _with_headers(send, scope["path"]))
+            await self.app(scope, heard, _with_headers(send, policy(new_nonce(scope))))
             return
         peer = _peer(scope)
         self._pages[peer] += 1
@@ -260,13 +253,13 @@ def _again(body: bytes, receive: Receive) -> Receive:
     return again
 
 
-def _with_headers(send: Send, path: str) -> Send:
+def _with_headers(send: Send, rules: bytes) -> Send:
     async def more(message: Message) -> None:
         if message["type"] == "http.response.start":
             own = {name for name, _ in message["headers"]}
             added = [pair for pair in HEADERS if pair[0] not in own]
             if b"content-security-policy" not in own:
-                added.append((b"content-security-policy", POLICY))
+                added.append((b"content-security-policy", rules))
             message = {**message, "headers": [*message["headers"], *added]}
         async with asyncio.timeout(ANSWER_S):
             await send(message)

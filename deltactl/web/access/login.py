@@ -13,6 +13,7 @@ from starlette.responses import HTMLResponse, RedirectResponse, Response
 
 from deltactl.firmware_py.daemon.limits import Allowance
 from deltactl.web.access.door import network_of
+from deltactl.web.access.policy import NONCE
 from deltactl.web.access.sessions import Sessions, cookie, word_in
 from deltactl.web.access.users import Users, right
 
@@ -65,8 +66,8 @@ def add_login(app: FastAPI, users: Users, sessions: Sessions, secure: bool) -> N
     tries, comparing = Tries(), Semaphore(AT_ONCE)
 
     @app.get("/login")
-    def form() -> Response:
-        return HTMLResponse(_form(""))
+    def form(request: Request) -> Response:
+        return HTMLResponse(_form(request, ""))
 
     @app.post("/login")
     async def sign_in(request: Request) -> Response:
@@ -74,14 +75,16 @@ def add_login(app: FastAPI, users: Users, sessions: Sessions, secure: bool) -> N
         name, password = (str(fields.get(key, ""))[:LONGEST] for key in ("name", "password"))
         peer = request.client.host if request.client else "?"
         if users.problem:
-            return HTMLResponse(_form("Nobody can sign in: see the log of this service."), 503)
+            return HTMLResponse(
+                _form(request, "Nobody can sign in: see the log of this service."), 503
+            )
         if not tries.take(name, peer):
-            return HTMLResponse(_form("Too many tries. Wait a minute."), 429)
+            return HTMLResponse(_form(request, "Too many tries. Wait a minute."), 429)
         async with comparing:
             user = await run_in_threadpool(right, users.get(name), password)
         if user is None:
             _log.warning("%s: wrong name or password for %r", peer, name[:40])
-            return HTMLResponse(_form("That name or password is wrong."), 401)
+            return HTMLResponse(_form(request, "That name or password is wrong."), 401)
         tries.was_right(name, peer)
         _log.info("%s signed in from %s as %s", user.name, peer, user.role)
         answer = RedirectResponse("/", 303)
@@ -96,11 +99,11 @@ def add_login(app: FastAPI, users: Users, sessions: Sessions, secure: bool) -> N
         return answer
 
 
-def _form(problem: str) -> str:
+def _form(request: Request, problem: str) -> str:
     said = f'<p role="alert">{html.escape(problem)}</p>' if problem else ""
     return f"""<!doctype html><html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1"><title>deltactl</title>
-<style>body{{font:16px system-ui;display:grid;place-items:center;min-height:90vh;margin:0;
+<style nonce="{request.scope.get(NONCE, "")}">body{{font:16px system-ui;display:grid;place-items:center;min-height:90vh;margin:0;
 background:#f1f5f9}}form{{background:#fff;padding:2rem;border-radius:8px;display:grid;gap:.8rem;
 width:min(20rem,80vw)}}input,button{{font:inherit;padding:.6rem;width:100%;box-sizing:border-box}}
 button{{background:#1d4ed8;color:#fff;border:0;border-radius:4px}}p{{color:#b91c1c;margin:0}}</style>
