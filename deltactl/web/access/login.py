@@ -103,7 +103,8 @@ def _form(request: Request, problem: str) -> str:
     said = f'<p role="alert">{html.escape(problem)}</p>' if problem else ""
     return f"""<!doctype html><html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1"><title>deltactl</title>
-<style nonce="{request.scope.get(NONCE, "")}">body{{font:16px system-ui;display:grid;place-items:center;min-height:90vh;margin:0;
+<style nonce="{request.scope.get(NONCE, "")}">
+body{{font:16px system-ui;display:grid;place-items:center;min-height:90vh;margin:0;
 background:#f1f5f9}}form{{background:#fff;padding:2rem;border-radius:8px;display:grid;gap:.8rem;
 width:min(20rem,80vw)}}input,button{{font:inherit;padding:.6rem;width:100%;box-sizing:border-box}}
 button{{background:#1d4ed8;color:#fff;border:0;border-radius:4px}}p{{color:#b91c1c;margin:0}}</style>
