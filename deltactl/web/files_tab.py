@@ -12,6 +12,7 @@ from deltactl.web.access.texts import MAX_CHARACTERS, kind_of
 from deltactl.web.behind.own_recordings import plain_name
 from deltactl.web.behind.whose_job import of_another_robot
 from deltactl.web.offers import what_next, why_not
+from deltactl.web.scripts import PICK_JOB
 
 if TYPE_CHECKING:
     from deltactl.web.page import RobotPage
@@ -39,7 +40,6 @@ SAID = {
     False: "text-base text-red-800",
 }
 """How a verdict looks: none yet, good, bad."""
-PICK_FILE = "() => document.querySelector('.job-upload input[type=file]').click()"
 
 
 class FilesTab:
@@ -84,8 +84,7 @@ class FilesTab:
         ).props("accept=.yaml,.yml").classes("hidden job-upload")  # fmt: skip
         button = ui.button("Open a file of yours", icon="upload_file").props("no-caps flat dense")
         button.props("data-testid=upload")
-        # In the browser itself, which opens its dialog for nothing but a click.
-        button.on("click", js_handler=PICK_FILE)
+        button.on("click", js_handler=PICK_JOB)
 
     async def check(self) -> bool:
         """A dry run of what the editor holds; nothing moves."""

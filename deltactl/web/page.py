@@ -19,8 +19,9 @@ from deltactl.web.behind.site import Site
 from deltactl.web.files_tab import FilesTab
 from deltactl.web.motion_card import MotionCard
 from deltactl.web.recordings.recordings_tab import RecordingsTab
+from deltactl.web.scripts import TURNED, WEBGL
 from deltactl.web.state_card import StateCard
-from deltactl.web.style import DARK, PAPER, STYLE, WEBGL
+from deltactl.web.style import DARK, PAPER, STYLE
 
 REFRESH_S = 0.08
 ANNOUNCE_S = 3.0
@@ -33,9 +34,6 @@ COLOURS = {
     "stopped": "red-8",
     "fault": "red-8",
 }
-TURNED = """window.scrollTo(0, 0);
-setTimeout(() => window.dispatchEvent(new Event("resize")), 100);"""
-"""A tab begins at its top; and the drawing, which has no size while it is hidden, finds its own."""
 _log = logging.getLogger(__name__)
 LATCHED = ("stopped", "fault")
 

@@ -22,7 +22,7 @@ from deltactl.web.access.door import Door, listen, protocol_of
 from deltactl.web.access.guard import LOCAL, MAX_BODY, UPLOAD, Guard
 from deltactl.web.access.login import add_login
 from deltactl.web.access.pages import BuiltPages, FilesOfPages, judge_messages, nothing_here
-from deltactl.web.access.policy import put_nonces_into_pages
+from deltactl.web.access.policy import put_into_pages
 from deltactl.web.access.sessions import Session, Sessions, operates
 from deltactl.web.access.users import Users
 from deltactl.web.behind.belief import Beliefs
@@ -30,6 +30,7 @@ from deltactl.web.behind.concealment import Concealment
 from deltactl.web.behind.link import DaemonLink
 from deltactl.web.behind.site import Site
 from deltactl.web.page import RobotPage
+from deltactl.web.scripts import KNOWN
 
 TITLE = "deltactl"
 RECONNECT_S = 8.0
@@ -145,7 +146,7 @@ def add_pages(app: FastAPI, site: Site) -> None:
     core.app.config.socket_io_js_transports = ["websocket"]
     core.app.add_exception_handler(404, nothing_here)
     judge_messages()
-    put_nonces_into_pages()
+    put_into_pages(KNOWN)
 
 
 async def _while_operating(request: Request) -> AsyncIterator[bytes]:

@@ -7,17 +7,29 @@ script makes. An element or attribute that a foreign text smuggled in has none, 
 
 from __future__ import annotations
 
+import json
+import logging
 import re
 import secrets
-from collections.abc import MutableMapping
+from collections.abc import MutableMapping, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 from jinja2 import BaseLoader, Environment
 from markupsafe import Markup
-from nicegui import client
+from nicegui import __version__, client
 
 from deltactl.foundation.errors import ServiceError
 
+FOLDER: Final = Path(__file__).parent
+TEMPLATES: Final = FOLDER / "compiled_templates.js"
+"""Written by `python -m tests.web.compile_templates`; its first line names the NiceGUI."""
+STRICT: Final = TEMPLATES.read_text(encoding="utf-8").startswith(f"// NiceGUI {__version__}\n")
+"""Whether the page does without 'unsafe-eval'.
+
+NiceGUI needs that: Vue compiles the templates of NiceGUI's components in the browser, and NiceGUI's
+script evaluates handlers of events and the calls that the server sends. For the version that is
+pinned the templates are compiled beforehand, and `without_eval.js` takes the calls apart."""
 NONCE: Final = "deltactl_nonce"
 """Under this key of the request's scope."""
 TAGS: Final = re.compile(r"<(script|style)(?=[\s>])")
@@ -31,6 +43,7 @@ STYLES: Final = """<script>{
 }</script>
 """
 """Tailwind, Quasar and the editor write their styles when they run."""
+_log = logging.getLogger(__name__)
 
 
 def new_nonce(scope: MutableMapping[str, Any]) -> str:
@@ -41,13 +54,10 @@ def new_nonce(scope: MutableMapping[str, Any]) -> str:
 
 
 def policy(nonce: str) -> bytes:
-    """The header's value.
-
-    'unsafe-eval' is what NiceGUI needs: Vue compiles the templates of NiceGUI's components in the
-    browser, and NiceGUI's script evaluates the calls that the server sends.
-    """
+    """The header's value."""
+    evaluates = "" if STRICT else " 'unsafe-eval'"
     return (
-        f"default-src 'none'; script-src 'self' 'nonce-{nonce}' 'unsafe-eval'; "
+        f"default-src 'none'; script-src 'self' 'nonce-{nonce}'{evaluates}; "
         f"style-src 'self' 'nonce-{nonce}'; img-src 'self' data: blob:; font-src 'self' data:; "
         "connect-src 'self'; worker-src 'self' blob:; manifest-src 'self'; "
         "frame-ancestors 'none'; form-action 'self'; base-uri 'none'; object-src 'none'"
@@ -59,27 +69,47 @@ def with_nonce(html: str, nonce: str) -> Markup:
     return Markup(TAGS.sub(lambda tag: f'{tag.group()} nonce="{nonce}"', html))
 
 
-def put_nonces_into_pages() -> None:
-    """Have NiceGUI's template write the nonce. Raises ServiceError where it is another template."""
+def put_into_pages(known: Sequence[str]) -> None:
+    """Have NiceGUI's template write the nonce, and let the browser run the `known` scripts.
+
+    Raises ServiceError where it is another template.
+    """
+    if not STRICT:
+        _log.warning(
+            "the page's scripts are compiled for another NiceGUI than %s: browsers are allowed"
+            " to evaluate texts; install the version that constraints.txt names", __version__,
+        )  # fmt: skip
     environment = client.templates.env
     if isinstance(environment.loader, _Nonces):
         return
     assert environment.loader is not None
-    environment.loader = _Nonces(environment.loader)
+    environment.loader = _Nonces(environment.loader, _first_scripts(known))
     environment.filters["with_nonce"] = with_nonce
     if environment.cache is not None:
         environment.cache.clear()
     environment.get_template("index.html")
 
 
-class _Nonces(BaseLoader):
-    """Loads templates from another loader."""
+def _first_scripts(known: Sequence[str]) -> str:
+    """What runs before all other scripts."""
+    if not STRICT:
+        return STYLES
+    knows = "".join(f"deltactlScripts.set({json.dumps(one)}, () => ({one}));\n" for one in known)
+    text = (FOLDER / "without_eval.js").read_text(encoding="utf-8")
+    compiled = TEMPLATES.read_text(encoding="utf-8")
+    # Raw: the scripts contain what Jinja would take for its own.
+    return STYLES + "<script>{% raw %}" + text + knows + compiled + "{% endraw %}</script>\n"
 
-    def __init__(self, loader: BaseLoader):
-        self._loader = loader
+
+class _Nonces(BaseLoader):
+    """Loads templates from another loader, with scripts before all others."""
+
+    def __init__(self, loader: BaseLoader, first: str):
+        self._loader, self._first = loader, first
 
     def get_source(self, environment: Environment, template: str) -> tuple[str, str | None, Any]:
         text, path, fresh = self._loader.get_source(environment, template)
+        text = text.replace("<head>", f"<head>\n{self._first}", 1)
         text = TAGS.sub(rf'\g<0> nonce="{{{{ request.scope.{NONCE} }}}}"', text)
         text = text.replace(' style="display: none"', " hidden")
         for name in ("head_html", "body_html"):
@@ -90,5 +120,4 @@ class _Nonces(BaseLoader):
                 )
             after = f"{{{{ {name} | with_nonce(request.scope.{NONCE}) }}}}"
             text = text.replace(before, after)
-        styles = with_nonce(STYLES, f"{{{{ request.scope.{NONCE} }}}}")
-        return text.replace("<head>", f"<head>\n{styles}", 1), path, fresh
+        return text, path, fresh
