@@ -14,7 +14,8 @@ from tests.web.conftest import Browser, WebPage, a_chromium
 SMUGGLED = {
     "a script": "const s = document.createElement('script'); s.textContent = 'window.__t=1';"
     " document.body.append(s)",
-    "a handler": "document.body.insertAdjacentHTML('beforeend', '<img src=q onerror=window.__t=1>')",
+    "a handler": "document.body.insertAdjacentHTML('beforeend', '<img src=q "
+    "onerror=window.__t=1>')",
     "an address": "const a = document.createElement('a'); a.href = 'javascript:window.__t=1';"
     " document.body.append(a); a.click()",
     "a frame": "const f = document.createElement('iframe'); f.srcdoc ="
@@ -27,10 +28,12 @@ SMUGGLED = {
 
 def after(browser: Browser, script: str) -> object:
     """What a script of the page's own would leave, as one that came over its connection."""
+    # Later: while chromedriver's own script runs, the browser lets everything be evaluated.
+    later = with_quotes(f"setTimeout(() => {{ {script} }}, 50)")
     nonced = (
-        "const s = document.createElement('script');"
+        "{ const s = document.createElement('script');"
         "s.nonce = document.querySelector('script[nonce]').nonce;"
-        f"s.textContent = {with_quotes(script)}; document.body.append(s)"
+        f"s.textContent = {later}; document.body.append(s) }}"
     )
     browser.driver.execute_script(nonced)
     time.sleep(0.3)
