@@ -12,6 +12,7 @@ from deltactl.web.access.texts import MAX_CHARACTERS, kind_of
 from deltactl.web.behind.own_recordings import plain_name
 from deltactl.web.behind.whose_job import of_another_robot
 from deltactl.web.offers import what_next, why_not
+from deltactl.web.scripts import PICK_JOB
 
 if TYPE_CHECKING:
     from deltactl.web.page import RobotPage
@@ -31,6 +32,14 @@ MEANT = {
 }
 """Figures that are not their own explanation."""
 SIMULATE = ". To see that robot here, start this page with: deltactl web --simulate --robot {name}"
+
+
+SAID = {
+    None: "text-base",
+    True: "text-base text-green-800",
+    False: "text-base text-red-800",
+}
+"""How a verdict looks: none yet, good, bad."""
 
 
 class FilesTab:
@@ -72,11 +81,10 @@ class FilesTab:
         self._uploader = ui.upload(
             auto_upload=True, max_file_size=MAX_CHARACTERS, on_upload=self._uploaded,
             on_rejected=lambda: ui.notify("a file may have 60 kB", type="negative"),
-        ).props("accept=.yaml,.yml").classes("hidden")  # fmt: skip
+        ).props("accept=.yaml,.yml").classes("hidden job-upload")  # fmt: skip
         button = ui.button("Open a file of yours", icon="upload_file").props("no-caps flat dense")
         button.props("data-testid=upload")
-        # In the browser itself, which opens its dialog for nothing but a click.
-        button.on("click", js_handler=f"() => getElement({self._uploader.id}).pickFiles()")
+        button.on("click", js_handler=PICK_JOB)
 
     async def check(self) -> bool:
         """A dry run of what the editor holds; nothing moves."""
@@ -87,7 +95,7 @@ class FilesTab:
             kind = kind_of(text)
             another = of_another_robot(self._page.site, name, text) if kind == "job" else ""
             if another:
-                self._say(another, "text-red-800")
+                self._say(another, good=False)
                 return False
             draft = self._page.site.draft(text)
             try:
@@ -98,14 +106,14 @@ class FilesTab:
                 self._page.site.forget(draft)
         except DeltactlError as error:
             if self._holds(text):
-                self._say(str(error), "text-red-800")
+                self._say(str(error), good=False)
             return False
         finally:
             self._spinner.set_visibility(False)
         if not self._holds(text):
             return False
         after = ", and may run." if kind == "job" else SIMULATE.format(name=name)
-        self._say(f"{name} is a {kind} file without mistakes{after}", "text-green-800")
+        self._say(f"{name} is a {kind} file without mistakes{after}", good=True)
         self._list(facts)
         return kind == "job"
 
@@ -119,7 +127,7 @@ class FilesTab:
         status = self._page.site.link.seen.status
         if why := why_not("Run", ALLOWED[Request.RUN], status.state if status else ""):
             next_ = what_next(status) if status else ""
-            self._say(f"{why}. On the tab Robot: {next_}", "text-red-800")
+            self._say(f"{why}. On the tab Robot: {next_}", good=False)
             return
         if not await self.check():
             return
@@ -130,9 +138,9 @@ class FilesTab:
 
         number = await self._page.act("run", call)
         if number is None:
-            self._say("not run", "text-red-800")
+            self._say("not run", good=False)
         else:
-            self._say(f"{name} is job {number}: follow it on the tab Robot.", "text-green-800")
+            self._say(f"{name} is job {number}: follow it on the tab Robot.", good=True)
             self._page.show_tab("Robot")
 
     def load(self, name: str, text: str, says: str = "") -> None:
@@ -143,7 +151,7 @@ class FilesTab:
             self._choice.set_options([name, *self._choice.options])
         self._choice.set_value(name)
         self._text.set_value(text)
-        self._say(says, "text-green-800")
+        self._say(says, good=True)
 
     def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
         name = str(event.value)
@@ -163,13 +171,13 @@ class FilesTab:
         try:
             text = raw[: MAX_CHARACTERS + 1].decode("utf-8")
         except UnicodeDecodeError:
-            self._say("that is not a text file in UTF-8", "text-red-800")
+            self._say("that is not a text file in UTF-8", good=False)
             return
         self.load(plain_name(event.file.name, "unnamed.yaml"), text)
 
-    def _say(self, text: str, colour: str = "") -> None:
+    def _say(self, text: str, good: bool | None = None) -> None:
         self._verdict.set_text(text)
-        self._verdict.classes(replace=f"text-base {colour}")
+        self._verdict.classes(replace=SAID[good])
         self._facts.clear()
 
     def _list(self, facts: dict[str, Any]) -> None:

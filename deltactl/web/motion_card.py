@@ -12,6 +12,7 @@ from nicegui import events, ui
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.firmware_py.controller.states import State
 from deltactl.models.linkage.vectors import Vector
+from deltactl.web.attributes import marked
 from deltactl.web.behind.belief import Belief
 from deltactl.web.offers import offer, why_not
 
@@ -108,14 +109,12 @@ class MotionCard:
             with ui.row().classes("gap-2"):
                 for name in "xyz":
                     field = ui.number(name, step=1, format="%.2f").classes("w-20")
-                    self._fields.append(field.props(f"data-testid=goto-{name}"))
+                    self._fields.append(marked(field, f"goto-{name}"))
             self._button("Go there", "goto", self.go)
 
     def _button(self, text: str, mark: str, call: Any) -> None:
-        button = (
-            ui.button(text, on_click=call).props("no-caps outline").props(f"data-testid={mark}")
-        )
-        self._parts.append(button)
+        button = ui.button(text, on_click=call).props("no-caps outline")
+        self._parts.append(marked(button, mark))
 
     async def _key(self, event: events.KeyEventArguments) -> None:
         if event.action.keydown and event.key.name in KEYS and not self._why:

@@ -7,6 +7,7 @@ from typing import Any
 
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.firmware_py.controller.states import State, said
+from deltactl.web.attributes import attribute
 
 GREY = "color=grey-4 text-color=grey-8"
 """Of a button that cannot be pressed: Quasar only makes it a little paler."""
@@ -48,6 +49,6 @@ def offer(button: Any, why: str) -> None:
     """Switch a button on, or off for a reason that its tooltip and screen readers tell."""
     button.set_enabled(not why)
     if why:
-        button.props(f'title="{why}" {GREY}')
+        attribute(button, "title", why).props(GREY)
     else:
         button.props("color=primary", remove="title text-color")

@@ -12,13 +12,16 @@ from nicegui import run, ui
 from deltactl.firmware_py.controller.contract import HomeSeen
 from deltactl.fleet.checks import read_announced
 from deltactl.foundation.errors import DeltactlError
+from deltactl.web.access.sessions import Session, asking, operates
+from deltactl.web.attributes import attribute, tell_problem
 from deltactl.web.behind.link import STALE_S, Seen
 from deltactl.web.behind.site import Site
 from deltactl.web.files_tab import FilesTab
 from deltactl.web.motion_card import MotionCard
 from deltactl.web.recordings.recordings_tab import RecordingsTab
+from deltactl.web.scripts import TURNED, WEBGL
 from deltactl.web.state_card import StateCard
-from deltactl.web.style import DARK, PAPER, STYLE, WEBGL
+from deltactl.web.style import DARK, PAPER, STYLE
 
 REFRESH_S = 0.08
 ANNOUNCE_S = 3.0
@@ -31,25 +34,22 @@ COLOURS = {
     "stopped": "red-8",
     "fault": "red-8",
 }
-TURNED = """window.scrollTo(0, 0);
-setTimeout(() => window.dispatchEvent(new Event("resize")), 100);"""
-"""A tab begins at its top; and the drawing, which has no size while it is hidden, finds its own."""
 _log = logging.getLogger(__name__)
 LATCHED = ("stopped", "fault")
 
 
 class RobotPage:
-    """Built for every browser that opens the page. `may` is 'operator' or 'viewer'."""
+    """Built for every browser that opens the page, for the session that does."""
 
-    def __init__(self, site: Site, may: str, who: str = ""):
-        self.site, self.may, self.who = site, may, who
+    def __init__(self, site: Site, session: Session):
+        self.site = site
         self._serial = -1
         self._shown: tuple[object, ...] = ()
         ui.colors(primary="#1d4ed8")
         ui.dark_mode(None)
         ui.add_css(STYLE + DARK + PAPER)
-        ui.add_head_html(f"<script>{WEBGL}</script>")
-        self._header()
+        ui.add_head_html(WEBGL)
+        self._header(session)
         self._stop_button()
         self._small_name = ui.label("deltactl").classes("w-full lt-sm text-base font-bold px-1")
         self._small_name.props("data-testid=small-name")
@@ -70,8 +70,8 @@ class RobotPage:
 
     @property
     def operates(self) -> bool:
-        """Whether whoever looks may command the robot."""
-        return self.may == "operator"
+        """Whether whoever asks now may command the robot: the session is looked up each time."""
+        return operates()
 
     def blame(self, components: list[str], found_in: str) -> None:
         """Colour the parts that a diagnosis names, and turn to the robot."""
@@ -96,7 +96,7 @@ class RobotPage:
         if not self.operates:
             ui.notify(f"cannot {name}: you are signed in to look, not to operate", type="warning")
             return None
-        _log.info("%s asked for by %s", name, self.who or "somebody on this machine")
+        _log.info("%s asked for by %s", name, _whose())
         try:
             answer = await run.io_bound(call, *arguments)
         except DeltactlError as error:
@@ -120,16 +120,15 @@ class RobotPage:
 
     async def stop(self) -> None:
         """Emergency stop; everybody who sees the page may."""
-        _log.info("stop asked for by %s", self.who or "somebody on this machine")
+        _log.info("stop asked for by %s", _whose())
+        session = asking()
+        by = f" by {session.name}" if session is not None and session.name else ""
         try:
-            await run.io_bound(self.site.link.stop, f"stopped on the page{self._by()}")
+            await run.io_bound(self.site.link.stop, f"stopped on the page{by}")
         except DeltactlError as error:
             tell_problem(f"NOT STOPPED: {error}")
 
-    def _by(self) -> str:
-        return f" by {self.who}" if self.who else ""
-
-    def _header(self) -> None:
+    def _header(self, session: Session) -> None:
         with ui.header().classes("items-center py-1 px-2 gap-2 bg-slate-800 no-wrap"):
             self._name = ui.label("deltactl").classes("text-base font-bold ellipsis gt-xs")
             self._chip = ui.badge("...").classes("text-sm px-2 py-1").props("data-testid=state")
@@ -139,9 +138,9 @@ class RobotPage:
                 ui.tab("Recordings")
             self._tabs.set_value(first)
             ui.space()
-            if self.who:
+            if session.name:
                 with ui.element("form").props('method=post action="/logout"'):
-                    ui.button(f"{self.who} ({self.may})").props(
+                    ui.button(f"{session.name} ({session.role})").props(
                         'type=submit flat dense no-caps color=white aria-label="Sign out"'
                     ).tooltip("sign out")
             ui.element("div").classes("stop-room")
@@ -203,14 +202,16 @@ class RobotPage:
         self._shown = shown
         chip, colour, latched, name = (str(part) for part in shown)
         self._chip.set_text(chip)
-        self._chip.props(f"color={colour}")
+        attribute(self._chip, "color", colour)
         self._name.set_text(name)
         self._small_name.set_text(name)
         self._why.set_text(latched)
         self._latched.set_visibility(bool(latched))
 
 
-def tell_problem(text: str) -> None:
-    """One line in red, until it is closed."""
-    close = {"label": "Close", "color": "white"}
-    ui.notify(text, type="negative", multi_line=True, timeout=12_000, actions=[close])
+def _whose() -> str:
+    """Who asks now, for the log and the reason of a stop."""
+    session = asking()
+    if session is None:
+        return "a session that has ended"
+    return session.name or "somebody on this machine"

@@ -7,29 +7,34 @@ import logging
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
 from fastapi import FastAPI, Request
-from nicegui import ui
+from nicegui import core, ui
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
-from deltactl.foundation.errors import ConfigError, DeltactlError
+from deltactl.foundation.errors import ConfigError, DeltactlError, NotReady
+from deltactl.web.access.door import Door, listen, protocol_of
 from deltactl.web.access.guard import LOCAL, MAX_BODY, UPLOAD, Guard
 from deltactl.web.access.login import add_login
-from deltactl.web.access.sessions import Session, Sessions
-from deltactl.web.access.users import load_users
+from deltactl.web.access.pages import BuiltPages, FilesOfPages, judge_messages, nothing_here
+from deltactl.web.access.policy import put_into_pages
+from deltactl.web.access.sessions import Session, Sessions, operates
+from deltactl.web.access.users import Users
 from deltactl.web.behind.belief import Beliefs
 from deltactl.web.behind.concealment import Concealment
 from deltactl.web.behind.link import DaemonLink
 from deltactl.web.behind.site import Site
 from deltactl.web.page import RobotPage
+from deltactl.web.scripts import KNOWN
 
 TITLE = "deltactl"
 RECONNECT_S = 8.0
+LOOKS = "you are signed in to look, not to operate"
 REPORT_HEADERS = {"Content-Security-Policy": "sandbox allow-scripts allow-downloads"}
 """A report runs its own charts, and is nobody to the page that shows it."""
 
@@ -65,8 +70,10 @@ def serve(where: Where) -> None:
         )
     if (where.certificate is None) != (where.key is None):
         raise ConfigError("--certificate and --key belong together; give both")
-    users = load_users(where.users) if where.users is not None else None
-    sessions = Sessions() if users is not None else None
+    users = Users(where.users) if where.users is not None else None
+    sessions = Sessions(users) if users is not None else None
+    door = Door()
+    sockets = listen(where.host, where.port, door)
     secure = where.certificate is not None
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
     logging.getLogger("deltactl.web.access.guard").setLevel(logging.WARNING)
@@ -76,17 +83,16 @@ def serve(where: Where) -> None:
             add_login(app, users, sessions, secure)
         add_pages(app, site)
         config = uvicorn.Config(
-            Guard(app, sessions, local_only=where.local),
-            host=where.host, port=where.port, log_level="warning", access_log=False,
+            Guard(FilesOfPages(app), sessions, local_only=where.local),
+            http=protocol_of(door), loop="asyncio", log_level="warning", access_log=False,
             server_header=False, proxy_headers=False, timeout_graceful_shutdown=1,
-            limit_concurrency=400, ws_max_size=MAX_BODY, ssl_certfile=where.certificate,
-            ssl_keyfile=where.key,
+            ws_max_size=MAX_BODY, ssl_certfile=where.certificate, ssl_keyfile=where.key,
         )  # fmt: skip
         logging.getLogger("uvicorn.error").addFilter(not_cut_off)
         # Uvicorn ends in good order and then raises the signal again: what stands around this
         # call (a simulated daemon) has to be ended too.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-        uvicorn.Server(config).run()
+        uvicorn.Server(config).run(sockets)
 
 
 def not_cut_off(record: logging.LogRecord) -> bool:
@@ -106,11 +112,14 @@ def add_pages(app: FastAPI, site: Site) -> None:
 
     @app.post(UPLOAD)
     async def recording(request: Request) -> Response:
-        session: Session = request.scope["deltactl"]
-        if session.role != "operator":
-            return PlainTextResponse("you are signed in to look, not to operate", 403)
+        if not operates():
+            return PlainTextResponse(LOOKS, 403)
         try:
-            kept = await site.own.take(request.query_params.get("name", ""), request.stream())
+            kept = await site.own.take(
+                request.query_params.get("name", ""), _while_operating(request)
+            )
+        except NotReady as error:
+            return PlainTextResponse(str(error), 403)
         except DeltactlError as error:
             return PlainTextResponse(str(error), 400)
         return PlainTextResponse(f"{site.own.name_of(kept)} is in the list: press Diagnose")
@@ -122,15 +131,30 @@ def add_pages(app: FastAPI, site: Site) -> None:
             return PlainTextResponse("no such report; open it from the list again", 404)
         return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
 
+    built = BuiltPages()
+
     @ui.page("/", title=TITLE)
     def robot(request: Request) -> None:
         session: Session = request.scope["deltactl"]
-        RobotPage(site, session.role, session.name)
+        built.add(ui.context.client, request.client.host if request.client else "?")
+        RobotPage(site, session)
 
     ui.run_with(
         app, title=TITLE, reconnect_timeout=RECONNECT_S, binding_refresh_interval=None,
         show_welcome_message=False, favicon="🦾",
     )  # fmt: skip
+    core.app.config.socket_io_js_transports = ["websocket"]
+    core.app.add_exception_handler(404, nothing_here)
+    judge_messages()
+    put_into_pages(KNOWN)
+
+
+async def _while_operating(request: Request) -> AsyncIterator[bytes]:
+    """What comes, as long as it comes from an operator. Raises NotReady."""
+    async for piece in request.stream():
+        if not operates():
+            raise NotReady(LOOKS)
+        yield piece
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from nicegui import ui
 
 from deltactl.firmware_py.controller.contract import SensorStatus, Status
 from deltactl.firmware_py.controller.states import ALLOWED, Request
+from deltactl.web.attributes import labelled, marked
 from deltactl.web.behind.belief import Belief
 from deltactl.web.behind.link import Seen
 from deltactl.web.concealing_card import ConcealingCard
@@ -115,7 +116,7 @@ class StateCard:
                         button = ui.button(
                             text, icon=icon, on_click=lambda _, name=method: self._page.ask(name)
                         )
-                        button.props("no-caps dense").classes("px-3").props(f"data-testid={method}")
+                        marked(button.props("no-caps dense").classes("px-3"), method)
                         self._buttons[request] = button
             with ui.row().classes("w-full items-center gap-3 no-wrap") as self._job_row:
                 self._bar = (
@@ -146,7 +147,7 @@ class StateCard:
             ):
                 with ui.row().classes("w-full no-wrap gap-2"):
                     ui.label(name).classes("text-gray-600 w-32 shrink-0")
-                    self._texts[key] = ui.label("-").classes("ellipsis").props(f"data-testid={key}")
+                    self._texts[key] = marked(ui.label("-").classes("ellipsis"), key)
 
     def _draw(self, status: Status, belief: Belief | None) -> None:
         if self.scene is None and belief is not None:
@@ -198,8 +199,8 @@ class StateCard:
                             "Leave out", icon="close",
                             on_click=lambda _, one=number, its=name: self._leave_out(one, its),
                         )  # fmt: skip
-                        leave.props(f'no-caps dense flat aria-label="leave out {place}"')
-                        leave.props(f"data-testid=leave-out-{place}")
+                        labelled(leave.props("no-caps dense flat"), f"leave out {name}")
+                        marked(leave, f"leave-out-{place}")
 
     async def _leave_out(self, number: int, name: str) -> None:
         def call() -> None:

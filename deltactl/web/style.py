@@ -1,9 +1,5 @@
 """How the page looks: on a desk, on a phone, in the dark and on paper."""
 
-WEBGL = """if (!document.createElement("canvas").getContext("webgl2"))
-  document.documentElement.classList.add("without-webgl");"""
-"""Marks the page of a browser that cannot draw in 3D, where words stand instead."""
-
 STYLE = """
 .stop-button { position: fixed; top: 4px; right: 8px; z-index: 9900; min-width: 7rem;
   font-size: 1.15rem; font-weight: 800; height: 42px; box-shadow: 0 0 0 2px white; }

@@ -48,6 +48,10 @@ class Allowance:
         self._tokens -= 1.0
         return True
 
+    def give_back(self) -> None:
+        """Undo one take."""
+        self._tokens = min(self._burst, self._tokens + 1.0)
+
 
 class Lines:
     """Cuts a stream into lines; a line that is too long comes out as None and is skipped."""

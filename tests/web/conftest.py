@@ -64,6 +64,14 @@ class Browser:
         self.wait(lambda: self.driver.find_elements(By.CSS_SELECTOR, place), "no upload")
         self.driver.find_element(By.CSS_SELECTOR, place).send_keys(str(path))
 
+    def open_own(self, path: Path) -> None:
+        """Send a recording of one's own."""
+        self.find("own-file").send_keys(str(path))
+
+    def all(self, name: str) -> list[WebElement]:
+        """All elements with this data-testid."""
+        return self.driver.find_elements(By.CSS_SELECTOR, f'[data-testid="{name}"]')
+
     def tab(self, name: str) -> None:
         """Turn to a tab."""
         self.driver.find_element(By.XPATH, f'//div[@role="tab"][.="{name}"]').click()
@@ -186,6 +194,23 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
     end_page(page)
 
 
+def a_chromium(size: tuple[int, int] = DESK) -> webdriver.Chrome:
+    """Debian's Chromium, without a window. Skips where there is none."""
+    binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if binary is None or driver is None:
+        pytest.skip("needs Debian's packages chromium and chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = binary
+    for word in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
+                 "--enable-unsafe-swiftshader", "--use-angle=swiftshader",
+                 f"--window-size={size[0]},{size[1]}"):  # fmt: skip
+        options.add_argument(word)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    # Its software rendering must not take the processor from the daemon's pulses.
+    low = {"preexec_fn": lambda: os.nice(NICE)}
+    return webdriver.Chrome(options=options, service=Service(driver, popen_kw=low))
+
+
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Open]:
     """Opens pages: `chromium(url, size)`. Skips where there is no Chromium.
@@ -193,22 +218,10 @@ def chromium() -> Iterator[Open]:
     All are closed at the end of a file of tests: each draws the robot all the while, and a dozen
     of them leave no time for its pulses.
     """
-    binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if binary is None or driver is None:
-        pytest.skip("needs Debian's packages chromium and chromium-driver")
     opened: list[webdriver.Chrome] = []
 
     def make(url: str, size: tuple[int, int] = DESK) -> Browser:
-        options = webdriver.ChromeOptions()
-        options.binary_location = binary
-        for word in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
-                     "--enable-unsafe-swiftshader", "--use-angle=swiftshader",
-                     f"--window-size={size[0]},{size[1]}"):  # fmt: skip
-            options.add_argument(word)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        # Its software rendering must not take the processor from the daemon's pulses.
-        low = {"preexec_fn": lambda: os.nice(NICE)}
-        one = webdriver.Chrome(options=options, service=Service(driver, popen_kw=low))
+        one = a_chromium(size)
         opened.append(one)
         one.set_page_load_timeout(60.0)
         one.get(url)

@@ -38,6 +38,9 @@ def client(site: Site, role: str = "operator") -> TestClient:
     add_pages(app, site)
 
     class Known(Sessions):
+        def __init__(self) -> None:
+            """Nobody signs in."""
+
         def of(self, word: str) -> Session | None:
             return Session("ada", role, 0.0) if word else None
 

@@ -23,7 +23,7 @@ from deltactl.foundation.errors import ConfigError
 from deltactl.web.access.guard import MAX_BODY, Guard
 from deltactl.web.access.login import add_login
 from deltactl.web.access.sessions import LASTS_S, Sessions
-from deltactl.web.access.users import add_user, load_users, right
+from deltactl.web.access.users import Users, add_user, load_users, right
 from deltactl.web.serve import Where, not_cut_off, serve
 
 HERE = "http://127.0.0.1:8080"
@@ -39,7 +39,7 @@ def users_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def guarded(sessions: Sessions | None, **more: object) -> Guard:
+def guarded(users: Path | None, lasts_s: float = LASTS_S, **more: object) -> Guard:
     """A small application behind the guard."""
     app = FastAPI()
 
@@ -59,31 +59,28 @@ def guarded(sessions: Sessions | None, **more: object) -> Guard:
             while True:
                 await websocket.send_text(await websocket.receive_text())
 
-    guard = Guard(app, sessions, **more)  # type: ignore[arg-type]
-    if sessions is not None:
-        users = {"ada": USERS["ada"], "hall": USERS["hall"]}
-        add_login(app, users, sessions, secure=False)
-    return guard
+    if users is None:
+        return Guard(app, None, **more)  # type: ignore[arg-type]
+    known = Users(users)
+    sessions = Sessions(known, lasts_s)
+    add_login(app, known, sessions, secure=False)
+    return Guard(app, sessions, **more)  # type: ignore[arg-type]
 
 
-USERS: dict[str, object] = {}
+def browser(guard: Guard, address: str = "127.0.0.1") -> TestClient:
+    return TestClient(guard, base_url=HERE, follow_redirects=False, client=(address, 50_000))
 
 
-@pytest.fixture(autouse=True)
-def _users(users_file: Path) -> None:
-    USERS.update(load_users(users_file))
-
-
-def browser(guard: Guard) -> TestClient:
-    return TestClient(guard, base_url=HERE, follow_redirects=False)
+def sign_in(one: TestClient, name: str, password: str = PASSWORD) -> int:
+    return one.post("/login", data={"name": name, "password": password}).status_code
 
 
 def test_on_this_machine_nobody_signs_in() -> None:
     assert browser(guarded(None)).get("/").text == " operator"
 
 
-def test_on_a_network_somebody_has_to() -> None:
-    one = browser(guarded(Sessions()))
+def test_on_a_network_somebody_has_to(users_file: Path) -> None:
+    one = browser(guarded(users_file))
     assert one.get("/").headers["location"] == "/login"
     assert one.post("/do").status_code == 401
     wrong = one.post("/login", data={"name": "ada", "password": "x"})
@@ -98,8 +95,8 @@ def test_on_a_network_somebody_has_to() -> None:
     assert one.get("/").status_code == 303
 
 
-def test_a_session_ends_by_itself_under_an_open_page() -> None:
-    one = browser(guarded(Sessions(lasts_s=0.6)))
+def test_a_session_ends_by_itself_under_an_open_page(users_file: Path) -> None:
+    one = browser(guarded(users_file, lasts_s=0.6))
     one.post("/login", data={"name": "hall", "password": PASSWORD + "!"})
     assert one.get("/").text == "hall viewer"
     with one.websocket_connect(WS) as socket:
@@ -113,11 +110,120 @@ def test_a_session_ends_by_itself_under_an_open_page() -> None:
     assert LASTS_S <= 12 * 3600
 
 
-def test_guessing_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("deltactl.web.access.login.TRIES_HZ", 1e-6)
-    one = browser(guarded(Sessions()))
-    said = [one.post("/login", data={"name": "ada", "password": "x"}).status_code for _ in range(9)]
-    assert said == [401] * 8 + [429]
+def test_guessing_is_slow_and_keeps_nobody_out_who_is_elsewhere(
+    users_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("deltactl.web.access.login.ADDRESS_HZ", 1e-6)
+    monkeypatch.setattr("deltactl.web.access.login.USER_HZ", 1e-6)
+    guard = guarded(users_file)
+    guesser, owner = browser(guard, "192.0.2.66"), browser(guard, "192.0.2.1")
+    said = [sign_in(guesser, "ada", "x") for _ in range(9)]
+    assert said == [401] * 6 + [429] * 3, "of one user"
+    said = [sign_in(guesser, f"user{number}", "x") for number in range(9)]
+    assert said == [401] * 3 + [429] * 6, "of many names from one address"
+    assert sign_in(guesser, "hall", PASSWORD + "!") == 429
+    assert sign_in(owner, "ada") == 303
+
+
+def test_one_network_of_ipv6_is_one_guesser(
+    users_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("deltactl.web.access.login.ADDRESS_HZ", 1e-6)
+    guard = guarded(users_file)
+    said = [sign_in(browser(guard, f"2001:db8::{number:x}"), f"u{number}", "x")
+            for number in range(13)]  # fmt: skip
+    assert said == [401] * 12 + [429]
+
+
+def test_who_signs_in_rightly_may_do_so_as_often_as_they_like(users_file: Path) -> None:
+    one = browser(guarded(users_file))
+    assert {sign_in(one, "ada") for _ in range(15)} == {303}
+
+
+def test_changed_users_are_in_force_at_the_next_request(tmp_path: Path) -> None:
+    file = tmp_path / "users.yaml"
+    for name, role in (("ada", "operator"), ("eve", "operator"), ("hall", "viewer")):
+        add_user(file, name, role, PASSWORD)  # type: ignore[arg-type]
+    guard = guarded(file)
+    ada, eve, hall = (browser(guard) for _ in range(3))
+    for one, name in ((ada, "ada"), (eve, "eve"), (hall, "hall")):
+        assert sign_in(one, name) == 303
+    with ada.websocket_connect(WS) as open_page:
+        open_page.send_text("x")
+        assert open_page.receive_text() == "x"
+        add_user(file, "ada", "operator", "another password")
+        add_user(file, "eve", "viewer", PASSWORD)
+        add_user(file, "new", "viewer", PASSWORD)
+        open_page.send_text("y")
+        with pytest.raises(WebSocketDisconnect):
+            open_page.receive_text()
+    assert (ada.get("/").status_code, eve.get("/").status_code) == (303, 303), "changed"
+    assert hall.get("/").text == "hall viewer", "unchanged"
+    assert sign_in(ada, "ada") == 401
+    assert sign_in(ada, "ada", "another password") == 303
+    assert sign_in(eve, "eve") == 303
+    assert eve.get("/").text == "eve viewer"
+    assert sign_in(browser(guard), "new") == 303
+
+
+def test_a_removed_user_is_out_and_a_broken_file_keeps_those_who_are_in(tmp_path: Path) -> None:
+    file = tmp_path / "users.yaml"
+    add_user(file, "hall", "viewer", PASSWORD)
+    only_hall = file.read_text()
+    add_user(file, "ada", "operator", PASSWORD)
+    guard = guarded(file)
+    ada, hall = browser(guard), browser(guard)
+    assert (sign_in(ada, "ada"), sign_in(hall, "hall")) == (303, 303)
+    file.write_text(only_hall)
+    assert (ada.get("/").status_code, hall.get("/").status_code) == (303, 200)
+    file.write_text("users: [")
+    assert hall.get("/").status_code == 200
+    assert sign_in(browser(guard), "hall") == 503
+    file.write_text(only_hall)
+    assert sign_in(browser(guard), "hall") == 303
+
+
+def test_nobody_ends_the_sessions_of_others_by_signing_in_often(users_file: Path) -> None:
+    guard = guarded(users_file)
+    ada, hall = browser(guard), browser(guard)
+    sign_in(ada, "ada")
+    for _ in range(25):
+        sign_in(hall, "hall", PASSWORD + "!")
+    assert ada.get("/").text == "ada operator"
+
+
+def test_a_page_is_built_for_a_browser_that_goes_to_it_and_for_nothing_else() -> None:
+    one = browser(guarded(None))
+    goes = {"sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
+    assert one.get("/", headers={**goes, "sec-fetch-site": "cross-site"}).status_code == 200
+    for other in (
+        {"sec-fetch-mode": "no-cors", "sec-fetch-dest": "image"},
+        {"sec-fetch-mode": "cors", "sec-fetch-dest": "empty"},
+        {"sec-fetch-mode": "navigate", "sec-fetch-dest": "iframe"},
+        {**goes, "sec-purpose": "prefetch;prerender"},
+    ):
+        assert one.get("/", headers=other).status_code == 403
+
+
+def test_pages_are_built_so_often_for_one_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("deltactl.web.access.guard.BUILD_HZ", 1e-6)
+    guard = guarded(None)
+    said = [browser(guard).get("/").status_code for _ in range(40)]
+    assert said == [200] * 30 + [429] * 10
+    assert browser(guard, "192.0.2.1").get("/").status_code == 200
+
+
+def test_one_address_cannot_take_all_pages() -> None:
+    guard = guarded(None)
+    greedy, other = browser(guard, "192.0.2.66"), browser(guard, "192.0.2.1")
+    with ExitStack() as pages:
+        for _ in range(30):
+            pages.enter_context(greedy.websocket_connect(WS))
+        with pytest.raises(WebSocketDisconnect), greedy.websocket_connect(WS):
+            pass
+        with other.websocket_connect(WS) as socket:
+            socket.send_text("x")
+            assert socket.receive_text() == "x"
 
 
 @pytest.mark.parametrize(
@@ -190,10 +296,12 @@ def test_who_sends_too_much_hears_why_and_not_a_broken_pipe() -> None:
 
 
 def test_of_fifty_clients_forty_get_a_page_and_ten_a_line() -> None:
-    one = browser(guarded(None))
+    guard = guarded(None)
+    one = browser(guard)
     with ExitStack() as pages:
-        for _ in range(40):
-            pages.enter_context(one.websocket_connect(WS))
+        for number in range(40):
+            other = browser(guard, f"192.0.2.{number}")
+            pages.enter_context(other.websocket_connect(WS))
         for _ in range(10):
             with pytest.raises(WebSocketDisconnect) as refused, one.websocket_connect(WS):
                 pass
@@ -257,10 +365,10 @@ def test_the_file_holds_hashes_and_only_the_service_reads_it(users_file: Path) -
     text = users_file.read_text()
     assert PASSWORD not in text
     assert users_file.stat().st_mode & 0o777 == 0o600
-    users = load_users(users_file)
-    assert right(users, "ada", PASSWORD) is users["ada"]
-    assert right(users, "ada", PASSWORD + "!") is None
-    assert right(users, "nobody", PASSWORD) is None
+    users = Users(users_file)
+    assert right(users.get("ada"), PASSWORD) is users.get("ada")
+    assert right(users.get("ada"), PASSWORD + "!") is None
+    assert right(users.get("nobody"), PASSWORD) is None
     os.chmod(users_file, 0o640)
     with pytest.raises(ConfigError, match="chmod 600"):
         load_users(users_file)

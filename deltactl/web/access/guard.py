@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from collections.abc import Awaitable, Callable, MutableMapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 from urllib.parse import urlsplit
 
 from deltactl.firmware_py.daemon.limits import Allowance
-from deltactl.web.access.sessions import NOBODY_ASKED, Session, Sessions, word_in
+from deltactl.web.access.door import network_of
+from deltactl.web.access.policy import new_nonce, policy
+from deltactl.web.access.sessions import ASKS, NOBODY_ASKED, Session, Sessions, word_in
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]
@@ -24,7 +27,17 @@ UPLOAD: Final = "/recording"
 MAX_UPLOAD: Final = 64 * 1024 * 1024
 MAX_HEARD: Final = 16 * 1024 * 1024
 """Of a body that is too long, before the connection is closed on it."""
-MAX_PAGES: Final = 40
+BODY_S: Final = 20.0
+"""For a whole body; a recording's own pieces are timed where they are kept."""
+ANSWER_S: Final = 60.0
+"""For a browser to take one piece of an answer."""
+MAX_PAGES, MAX_PAGES_EACH = 40, 30
+"""Connected at a time, in all and from one address of a network."""
+PAGE: Final = "/"
+CONNECTIONS: Final = "/_nicegui_ws"
+"""What socket.io answers; only as a WebSocket, whose every message is judged."""
+BUILD_HZ, BUILD_BURST = 1.0, 30
+"""Pages that are built for one address: each costs memory and some 0.1 s."""
 PEERS_KNOWN: Final = 1000
 REQUESTS_HZ, REQUESTS_BURST = 60.0, 600
 """A page is some 80 files; several may be opened at once from behind one address."""
@@ -36,15 +49,8 @@ HEADERS: Final = (
     (b"x-frame-options", b"DENY"),
     (b"referrer-policy", b"same-origin"),
     (b"cross-origin-opener-policy", b"same-origin"),
+    (b"cross-origin-resource-policy", b"same-origin"),
 )
-POLICY: Final = (
-    b"default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; "
-    b"style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
-    b"connect-src 'self'; worker-src 'self' blob:; frame-ancestors 'none'; form-action 'self'; "
-    b"base-uri 'self'"
-)
-"""The browser is told that the page loads nothing from elsewhere. Vue compiles its templates in
-the browser, hence 'unsafe-eval'."""
 
 _log = logging.getLogger(__name__)
 
@@ -58,6 +64,7 @@ class Refusal:
     to_login: bool = False
 
 
+TOO_SLOW: Final = Refusal(408, f"not all of it came within {BODY_S:g} s; send it again")
 TOO_LONG: Final = Refusal(413, f"more than {MAX_BODY // 1024} kB are not taken")
 
 
@@ -70,8 +77,8 @@ class Guard:
     local_only: bool = True
     """Names other than those of this machine are refused (DNS rebinding)."""
     max_pages: int = MAX_PAGES
-    _pages: int = 0
-    _peers: OrderedDict[str, Allowance] = field(default_factory=OrderedDict)
+    _pages: Counter[str] = field(default_factory=Counter)
+    _peers: OrderedDict[tuple[str, bool], Allowance] = field(default_factory=OrderedDict)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request through, or refuse it in one line."""
@@ -86,8 +93,8 @@ class Guard:
         whole = scope["path"] != UPLOAD and scope.get("method") not in ("GET", "HEAD")
         if refusal is None and scope["type"] == "http" and whole:
             body = await _body(receive)
-            heard = _again(body, receive)
-            refusal = TOO_LONG if len(body) > MAX_BODY else None
+            heard = _again(body or b"", receive)
+            refusal = TOO_SLOW if body is None else TOO_LONG if len(body) > MAX_BODY else None
         elif refusal is TOO_LONG:
             await _body(receive)
         if refusal is not None:
@@ -95,15 +102,18 @@ class Guard:
             await _refuse(scope, refusal, send)
             return
         scope["deltactl"] = session
+        ASKS.set(lambda: self._session(headers))
         if scope["type"] == "http":
-            await self.app(scope, heard, _with_headers(send, scope["path"]))
+            await self.app(scope, heard, _with_headers(send, policy(new_nonce(scope))))
             return
-        self._pages += 1
+        peer = _peer(scope)
+        self._pages[peer] += 1
         try:
             watched = _Watched(receive, send, lambda: self._session(headers) is not None)
             await self.app(scope, watched.receive, watched.send)
         finally:
-            self._pages -= 1
+            self._pages[peer] -= 1
+            self._pages += Counter()  # keeps only what is above zero
 
     def _session(self, headers: dict[str, str]) -> Session | None:
         if self.sessions is None:
@@ -113,26 +123,42 @@ class Guard:
     def _refusal(
         self, scope: Scope, headers: dict[str, str], session: Session | None
     ) -> Refusal | None:
-        host = headers.get("host", "")
+        host, path, peer = headers.get("host", ""), scope["path"], _peer(scope)
         if self.local_only and _name(host) not in LOCAL:
             return Refusal(403, f"this page is not called {_name(host)[:60]!r}; use 127.0.0.1")
-        changes = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
-        if changes and not _same_origin(headers, host):
+        talks = scope["type"] == "websocket" or path.startswith(CONNECTIONS)
+        if (talks or scope["method"] not in ("GET", "HEAD")) and not _same_origin(headers, host):
             return Refusal(403, "that came from another site's page, and is not carried out")
-        if not self._allowance(_peer(scope)).take():
+        if talks and scope["type"] != "websocket":
+            return Refusal(400, "this page needs WebSockets; let the proxy before it pass them")
+        if path == PAGE and not talks and not _navigates(headers):
+            return Refusal(403, "a page is built for a browser that goes to it, for nothing else")
+        if not self._allowance(peer, False).take():
             return Refusal(429, "too many requests; wait a moment")
-        if _length(headers) > (MAX_UPLOAD if scope["path"] == UPLOAD else MAX_BODY):
+        if _length(headers) > (MAX_UPLOAD if path == UPLOAD else MAX_BODY):
             return TOO_LONG
-        if session is None and scope["path"] not in OPEN:
-            return Refusal(401, "sign in first", to_login=scope["path"] == "/")
-        full = self._pages >= self.max_pages
-        if full and (scope["type"] == "websocket" or scope["path"] == "/"):
+        if session is None and path not in OPEN:
+            return Refusal(401, "sign in first", to_login=path == PAGE)
+        return self._place(peer, path == PAGE) if talks or path == PAGE else None
+
+    def _place(self, peer: str, builds: bool) -> Refusal | None:
+        """Why there is none for one more page; None where there is."""
+        if self._pages.total() >= self.max_pages:
             return Refusal(503, f"{self.max_pages} pages are open already; close some and reload")
+        if self._pages[peer] >= MAX_PAGES_EACH and peer not in LOCAL:
+            return Refusal(
+                503, f"{MAX_PAGES_EACH} pages are open from {peer} already; close some and reload"
+            )
+        if builds and not self._allowance(peer, True).take():
+            return Refusal(429, "too many pages at once; wait a moment and reload")
         return None
 
-    def _allowance(self, peer: str) -> Allowance:
-        found = self._peers.pop(peer, None) or Allowance(REQUESTS_HZ, REQUESTS_BURST)
-        self._peers[peer] = found
+    def _allowance(self, peer: str, builds: bool) -> Allowance:
+        """What one computer may still ask for: pages to be built, or anything."""
+        key = (network_of(peer), builds)
+        rate_hz, burst = (BUILD_HZ, BUILD_BURST) if builds else (REQUESTS_HZ, REQUESTS_BURST)
+        found = self._peers.pop(key, None) or Allowance(rate_hz, burst)
+        self._peers[key] = found
         while len(self._peers) > PEERS_KNOWN:
             self._peers.popitem(last=False)
         return found
@@ -169,6 +195,14 @@ def _same_origin(headers: dict[str, str], host: str) -> bool:
     return origin is None or urlsplit(origin).netloc.lower() == host.lower()
 
 
+def _navigates(headers: dict[str, str]) -> bool:
+    """Whether a browser goes to the page, as far as it says: no picture, frame or prefetch."""
+    mode = headers.get("sec-fetch-mode", "navigate")
+    place = headers.get("sec-fetch-dest", "document")
+    early = headers.get("sec-purpose", "") + headers.get("purpose", "")
+    return mode == "navigate" and place == "document" and "prefetch" not in early.lower()
+
+
 def _name(host: str) -> str:
     """The name in a Host header, without its port."""
     return (urlsplit(f"//{host}").hostname or "") if host else ""
@@ -184,19 +218,24 @@ def _peer(scope: Scope) -> str:
     return str(client[0]) if client else "?"
 
 
-async def _body(receive: Receive) -> bytes:
-    """What a request carries; of a longer one a little more than may be, and the rest unread.
+async def _body(receive: Receive) -> bytes | None:
+    """What a request carries; None where it takes too long.
 
-    A browser that is still sending hears no answer, so up to `MAX_HEARD` is listened to.
+    Of a longer one comes a little more than may be, and the rest stays unread. A browser that is
+    still sending hears no answer, so up to `MAX_HEARD` is listened to.
     """
     body, heard = b"", 0
-    while heard <= MAX_HEARD:
-        message = await receive()
-        part = message.get("body", b"")
-        heard += len(part)
-        body += part[: MAX_BODY + 1 - len(body)]
-        if message["type"] != "http.request" or not message.get("more_body", False):
-            break
+    try:
+        async with asyncio.timeout(BODY_S):
+            while heard <= MAX_HEARD:
+                message = await receive()
+                part = message.get("body", b"")
+                heard += len(part)
+                body += part[: MAX_BODY + 1 - len(body)]
+                if message["type"] != "http.request" or not message.get("more_body", False):
+                    break
+    except TimeoutError:
+        return None
     return body
 
 
@@ -214,15 +253,16 @@ def _again(body: bytes, receive: Receive) -> Receive:
     return again
 
 
-def _with_headers(send: Send, path: str) -> Send:
+def _with_headers(send: Send, rules: bytes) -> Send:
     async def more(message: Message) -> None:
         if message["type"] == "http.response.start":
             own = {name for name, _ in message["headers"]}
             added = [pair for pair in HEADERS if pair[0] not in own]
             if b"content-security-policy" not in own:
-                added.append((b"content-security-policy", POLICY))
+                added.append((b"content-security-policy", rules))
             message = {**message, "headers": [*message["headers"], *added]}
-        await send(message)
+        async with asyncio.timeout(ANSWER_S):
+            await send(message)
 
     return more
 

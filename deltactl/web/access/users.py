@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import logging
 import os
 import secrets
 from pathlib import Path
@@ -22,6 +23,7 @@ SCRYPT = {"n": 2**14, "r": 8, "p": 5}
 SALT_BYTES, KEY_BYTES = 16, 32
 TOKEN_BYTES = 24
 SHORTEST = 10
+_log = logging.getLogger(__name__)
 
 
 class User(StrictModel):
@@ -41,6 +43,53 @@ class UserFile(StrictModel):
     """The whole file."""
 
     users: Annotated[tuple[User, ...], Field(max_length=100, description="a lab, not a city")] = ()
+
+
+class Users:
+    """The file as it is now: it is looked at for every request, and read again when it changed.
+
+    While it cannot be read nobody signs in, and those who are signed in stay as they were: a
+    mistake in the file must not take the stop button from everybody.
+    """
+
+    def __init__(self, path: Path):
+        """Raises ConfigError for a file that cannot be used."""
+        self._path = path
+        self._seen = _state_of(path)
+        self._by_name = load_users(path)
+        self._problem = ""
+
+    @property
+    def problem(self) -> str:
+        """Why the file cannot be used, in one line; empty when it can."""
+        self._look()
+        return self._problem
+
+    def get(self, name: str) -> User | None:
+        """Somebody by name, as the file says now."""
+        self._look()
+        return self._by_name.get(name)
+
+    def _look(self) -> None:
+        state = _state_of(self._path)
+        if state == self._seen:
+            return
+        self._seen = state
+        try:
+            self._by_name, self._problem = load_users(self._path), ""
+            _log.info("%s has changed, and is in force", self._path)
+        except (ConfigError, OSError) as error:
+            self._problem = str(error)
+            _log.error("nobody can sign in: %s", error)
+
+
+def _state_of(path: Path) -> tuple[int, ...]:
+    """Changes with every way to change a file: written, replaced, or given to others."""
+    try:
+        its = path.stat()
+    except OSError:
+        return ()
+    return its.st_ino, its.st_mtime_ns, its.st_ctime_ns, its.st_size
 
 
 def load_users(path: Path) -> dict[str, User]:
@@ -74,9 +123,8 @@ def new_token() -> str:
     return secrets.token_urlsafe(TOKEN_BYTES)
 
 
-def right(users: dict[str, User], name: str, password: str) -> User | None:
-    """Who that is; None when the name or the password is wrong, in the same time."""
-    user = users.get(name)
+def right(user: User | None, password: str) -> User | None:
+    """The user whose password that is; None when it is wrong or there is none, in the same time."""
     if user is None:
         _hash(password, b"\0" * SALT_BYTES)
         return None

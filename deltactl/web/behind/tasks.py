@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
+import signal
 import sys
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,42 +18,96 @@ Progress = Callable[[str], None]
 LONGEST_LINE = 8 * 2**20
 AT_ONCE = {"diagnose": 1}
 OTHERS_AT_ONCE = 2
+LIMITS_S = {
+    "check_job": 120.0,
+    "check_robot": 60.0,
+    "inspect": 60.0,
+    "compare": 300.0,
+    "run_report": 600.0,
+    "diagnose": 1800.0,
+}
+"""From its start, not counting its turn: some ten times what the largest took that is let in."""
+INSTEAD = {
+    "check_job": "deltactl check FILE",
+    "check_robot": "deltactl check FILE",
+    "inspect": "deltactl diagnose FILE --inspect",
+    "run_report": "deltactl report FILE",
+    "diagnose": "deltactl diagnose FILE",
+}
+"""What takes as long as it takes."""
+OTHERS_WAITING = 20
+"""So many of a kind may wait for their turn."""
 
 
 class Tasks:
     """Runs `deltactl.web.behind.worker` processes; what is too much waits its turn."""
 
-    def __init__(self) -> None:
+    def __init__(self, limits_s: Mapping[str, float] = LIMITS_S) -> None:
+        """limits_s: how long each kind may take [s]; then it is ended, with all it has started."""
+        self._limits_s = limits_s
         self._places: dict[str, asyncio.Semaphore] = {}
+        self._waiting: dict[str, int] = {}
 
     async def run(
         self, kind: str, *files: Path, progress: Progress = lambda _: None
     ) -> dict[str, Any]:
-        """Do one piece of work. Raises ServiceError with the worker's one line."""
+        """Do one piece of work. Raises ServiceError with the worker's one line, or at its limit."""
+        async with self._turn(kind, progress):
+            limit_s = self._limits_s[kind]
+            try:
+                async with asyncio.timeout(limit_s):
+                    return await _run(kind, files, progress)
+            except TimeoutError:
+                raise ServiceError(_given_up(kind, limit_s)) from None
+
+    @asynccontextmanager
+    async def _turn(self, kind: str, progress: Progress) -> AsyncIterator[None]:
+        """Wait for a place. Raises ServiceError where too many wait already."""
         places = self._places.setdefault(kind, asyncio.Semaphore(AT_ONCE.get(kind, OTHERS_AT_ONCE)))
         if places.locked():
+            if self._waiting.get(kind, 0) >= OTHERS_WAITING:
+                raise ServiceError(f"{OTHERS_WAITING} wait for the same already; try again later")
             progress("waiting for its turn")
-        async with places:
-            return await self._run(kind, files, progress)
-
-    async def _run(self, kind: str, files: tuple[Path, ...], progress: Progress) -> dict[str, Any]:
-        process = await asyncio.create_subprocess_exec(
-            sys.executable, "-P", "-m", "deltactl.web.behind.worker", kind, *map(str, files),
-            stdout=asyncio.subprocess.PIPE, stdin=asyncio.subprocess.DEVNULL,
-            limit=LONGEST_LINE,
-        )  # fmt: skip
-        assert process.stdout is not None
+        self._waiting[kind] = self._waiting.get(kind, 0) + 1
         try:
-            async for line in process.stdout:
-                message = json.loads(line)
-                if "progress" in message:
-                    progress(str(message["progress"]))
-                elif "error" in message:
-                    raise ServiceError(str(message["error"]))
-                elif "result" in message:
-                    return dict(message["result"])
-            raise ServiceError(f"the {kind.replace('_', ' ')} ended without an answer")
+            await places.acquire()
         finally:
-            if process.returncode is None:
-                process.kill()
-            await process.wait()
+            self._waiting[kind] -= 1
+        try:
+            yield
+        finally:
+            places.release()
+
+
+async def _run(kind: str, files: tuple[Path, ...], progress: Progress) -> dict[str, Any]:
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-P", "-m", "deltactl.web.behind.worker", kind, *map(str, files),
+        stdout=asyncio.subprocess.PIPE, stdin=asyncio.subprocess.DEVNULL,
+        limit=LONGEST_LINE, start_new_session=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    try:
+        async for line in process.stdout:
+            message = json.loads(line)
+            if "progress" in message:
+                progress(str(message["progress"]))
+            elif "error" in message:
+                raise ServiceError(str(message["error"]))
+            elif "result" in message:
+                return dict(message["result"])
+        raise ServiceError(f"the {_work(kind)} ended without an answer")
+    finally:
+        # Also what the worker has forked, which holds the processor and may outlive it.
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        await process.wait()
+
+
+def _given_up(kind: str, limit_s: float) -> str:
+    long = f"{limit_s / 60:g} min" if limit_s >= 60 else f"{limit_s:g} s"
+    instead = f"; without a limit: {INSTEAD[kind]}" if kind in INSTEAD else ""
+    return f"the {_work(kind)} was given up after {long}{instead}"
+
+
+def _work(kind: str) -> str:
+    return kind.replace("_", " ").replace("diagnose", "diagnosis").replace("compare", "comparison")

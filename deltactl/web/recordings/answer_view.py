@@ -12,6 +12,7 @@ from nicegui import ui
 from deltactl.firmware_py.controller.contract import HomeSeen
 from deltactl.firmware_py.controller.states import ALLOWED, Request
 from deltactl.foundation.errors import NotReady
+from deltactl.web.attributes import attribute
 from deltactl.web.behind.shelf import Listed
 from deltactl.web.behind.whose_job import same_machine
 from deltactl.web.offers import what_next, why_not
@@ -65,7 +66,8 @@ class AnswerView:
 
     def _show(self, answer: dict[str, Any]) -> None:
         text, colour = VERDICTS.get(answer["verdict"], (answer["verdict"], "grey-8"))
-        ui.badge(text).props(f"color={colour}").classes("text-sm").props("data-testid=answer")
+        badge = attribute(ui.badge(text), "color", colour)
+        badge.classes("text-sm").props("data-testid=answer")
         lines, heads = answer["lines"], answer.get("heads", ())
         at_once = answer.get("at_once", len(lines))
         _write(lines[:at_once], heads)

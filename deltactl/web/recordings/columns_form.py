@@ -10,6 +10,7 @@ from nicegui import ui
 
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
+from deltactl.web.attributes import labelled
 from deltactl.web.behind.columns import AS_IT_IS, Chosen, mapping_text
 from deltactl.web.behind.own_recordings import CHOSEN
 from deltactl.web.behind.shelf import Listed
@@ -61,8 +62,8 @@ class ColumnsForm:
             name = ui.select(names, label="is", value=column["name"]).classes("w-36")
             unit = ui.select(_units(units_of.get(column["name"], [])), label="in",
                              value=column["unit"]).classes("w-28")  # fmt: skip
-        name.props(f'dense aria-label="what {column["column"]} is"')
-        unit.props(f'dense aria-label="unit of {column["column"]}"')
+        labelled(name.props("dense"), f"what {column['column']} is")
+        labelled(unit.props("dense"), f"unit of {column['column']}")
 
         def changed() -> None:
             known = _units(units_of.get(str(name.value), []))

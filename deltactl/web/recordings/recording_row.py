@@ -13,6 +13,7 @@ from nicegui import ui
 
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
+from deltactl.web.attributes import labelled
 from deltactl.web.behind.columns import OPTION
 from deltactl.web.behind.shelf import Listed
 from deltactl.web.offers import offer
@@ -43,7 +44,7 @@ class RecordingRow:
             with ui.row().classes("w-full items-center gap-2"):
                 if not listed.parts:
                     self._tick = ui.checkbox(on_change=ticked).props("dense data-testid=tick")
-                    self._tick.props(f'aria-label="choose {listed.title}"')
+                    labelled(self._tick, f"choose {listed.title}")
                 ui.label(listed.title).classes("font-bold grow ellipsis").props(
                     "data-testid=recording"
                 )
