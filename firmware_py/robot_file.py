@@ -113,6 +113,21 @@ class Homing(RuledModel):
     speed_radps: Annotated[
         float, Field(gt=0.0, le=1.0, description="a switch is met at walking pace")
     ] = 0.1
+    switch_tolerance_deg: Annotated[
+        float,
+        Field(
+            ge=0.005,
+            le=1.0,
+            description="a good switch repeats to hundredths of a degree; one that repeats to no"
+            " better than a degree is no reference",
+        ),
+    ] = 0.1
+    """How far apart an arm may meet its switch in two approaches."""
+    search_deg: (
+        Annotated[float, Field(gt=0.0, le=360.0, description="degrees, within one turn")] | None
+    ) = None
+    """How far below its switch an arm may hang when it is homed. It bounds how far an arm rises
+    where the sensors do not see it; by default the way from `angle_deg` to the lower limit."""
     tolerance_m: Disagreement = 0.03
     """How far the sensors may disagree with the home angles before homing is refused."""
     warning_m: Disagreement = 0.01
