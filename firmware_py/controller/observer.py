@@ -100,7 +100,7 @@ class Observer:
 
     def _borne_out(self, loss: StepLoss | None, feedback: Feedback, now_ns: int) -> StepLoss | None:
         """A loss once the feedback corrects it: that tells late readings and liars from arms."""
-        if loss is not None:
+        if loss is not None and loss.motor:
             self._seen = loss, now_ns + ns(BORNE_OUT_S)
         if self._seen is None:
             return None

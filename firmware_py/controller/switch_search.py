@@ -150,7 +150,7 @@ class SwitchSearch:
             self._unsure(motor)
         if contact is Contact.CLOSED:
             self._refuse(
-                f"the switch of arm {motor + 1} is closed {when} and has backed off by"
+                f"the switch of arm {motor + 1} is closed {when}, though the arm backed off by"
                 f" {math.degrees(self._back_off_steps * self._step_rad):.1f} degrees: it is stuck"
                 " closed, its wires touch, it is another arm's, or the arm is above it; check its"
                 " wiring, and let the arms hang below their switches"

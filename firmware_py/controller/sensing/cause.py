@@ -28,10 +28,12 @@ MODEL = 0.1
 """Part of a change that lengths, scales and the slopes' own bend may be wrong by."""
 UNLIKE = 9.0
 """A cause whose misfit is larger than the best's by so much is not the one: three sigma."""
-MORE_FREE = 9.0
-"""What a further free figure must gain, so that a single cause goes first where it will do."""
+UNEQUAL, LEAST_PART = 0.5, 0.2
+"""Arms that let go together move alike to about half, and none hardly at all beside the others."""
 NO_FIT = 25.0
 """A best cause that leaves so much, over two figures, explains nothing."""
+BEYOND_RAD = math.radians(20.0)
+"""An arm may fall so far past `limits.arm_deg`, but no further: its joints would not let it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,29 +48,38 @@ class Cause:
     range_m: float
     """How far the sensor would read wrong."""
     misfit: float
-    """Sum of squares in standard deviations, and `MORE_FREE` for each figure beyond one."""
+    """Sum of squares in standard deviations, over two figures."""
 
 
 def causes(
-    robot: RobotFile, change_m: FloatArray, scatter_m: FloatArray, slopes_m: FloatArray
+    robot: RobotFile,
+    angles_rad: FloatArray,
+    change_m: FloatArray,
+    scatter_m: FloatArray,
+    slopes_m: FloatArray,
 ) -> list[Cause]:
     """The cause that explains a change of the ranges best, and those no worse by much.
 
-    change_m: (3,), what the ranges changed beyond the counts. scatter_m: (3,), its standard
-    deviation by noise. slopes_m: (3, 3), change of each range with a radian of each arm.
+    angles_rad: (3,), where the counts put the arms. change_m: (3,), what the ranges changed
+    beyond the counts. scatter_m: (3,), its standard deviation by noise. slopes_m: (3, 3), change
+    of each range with a radian of each arm. Arms and drives come before sensors that fit as well.
     """
     size_m = float(np.abs(change_m).max())
     sigma_m = np.sqrt(scatter_m**2 + LEAST_M**2 + (MODEL * size_m) ** 2 / 3.0)
-    widest_rad = math.radians(robot.limits.arm_deg[1] - robot.limits.arm_deg[0])
+    low_rad, high_rad = np.deg2rad(robot.limits.arm_deg)
+    low_rad = min(low_rad, float(angles_rad.min())) - BEYOND_RAD
+    high_rad = max(high_rad, float(angles_rad.max())) + BEYOND_RAD
     tried = [
         one
         for one in _tried(change_m, sigma_m, slopes_m)
-        if np.abs(one.angles_rad).max() <= widest_rad
+        if (angles_rad + one.angles_rad >= low_rad).all()
+        and (angles_rad + one.angles_rad <= high_rad).all()
     ]
-    tried.sort(key=lambda one: one.misfit)
-    if tried[0].misfit > NO_FIT:
-        return [Cause("unknown", 0, np.zeros(3), 0.0, tried[0].misfit)]
-    return [one for one in tried if one.misfit <= tried[0].misfit + UNLIKE]
+    best = min(one.misfit for one in tried)
+    if best > NO_FIT:
+        return [Cause("unknown", 0, np.zeros(3), 0.0, best)]
+    found = [one for one in tried if one.misfit <= best + UNLIKE]
+    return sorted(found, key=lambda one: (one.kind == "sensor", one.misfit))
 
 
 def _tried(change_m: FloatArray, sigma_m: FloatArray, slopes_m: FloatArray) -> Iterator[Cause]:
@@ -87,9 +98,10 @@ def _tried(change_m: FloatArray, sigma_m: FloatArray, slopes_m: FloatArray) -> I
         turned = np.linalg.solve(slopes_m, change_m)
     except np.linalg.LinAlgError:
         return
-    if (turned > 0.0).all() or (turned < 0.0).all():
-        worst = int(np.argmax(np.abs(turned)))
-        yield Cause("power", worst, turned, 0.0, 2.0 * MORE_FREE)
+    size, middle = np.abs(turned), float(turned.mean())
+    if abs(np.sign(turned).sum()) == 3 and size.min() >= LEAST_PART * size.max():
+        apart = (turned - middle) / (UNEQUAL * middle)
+        yield Cause("power", int(size.argmax()), turned, 0.0, float(apart @ apart))
 
 
 def in_words(robot: RobotFile, found: Sequence[Cause]) -> str:
@@ -99,19 +111,14 @@ def in_words(robot: RobotFile, found: Sequence[Cause]) -> str:
 
 def _of_one(robot: RobotFile, cause: Cause) -> str:
     if cause.kind == "sensor":
-        return sensor_says(cause.place, cause.range_m)
+        much = "too much" if cause.range_m > 0.0 else "too little"
+        return (
+            f"sensor {AXES[cause.place]} reads {abs(cause.range_m) * 1e3:.0f} mm {much}"
+            " for the steps sent"
+        )
     if cause.kind == "motor":
         degrees = math.degrees(abs(float(cause.angles_rad[cause.place])))
         return f"arm {cause.place + 1} is {degrees:.0f} degrees from where its steps should be"
     if cause.kind == "power":
         return "all arms are away from their steps: the drives have no power"
     return "the sensors contradict the steps and each other: check the sensors, then the motors"
-
-
-def sensor_says(axis: int, range_m: float) -> str:
-    """'sensor x reads 46 mm too much, ...'."""
-    much = "too much" if range_m > 0.0 else "too little"
-    return (
-        f"sensor {AXES[axis]} reads {abs(range_m) * 1e3:.0f} mm {much},"
-        " which the two others and the counts contradict"
-    )

@@ -113,7 +113,8 @@ class OnTheWay:
         seen_rad: FloatArray = self._counts * self._robot.drive.rad_per_step + moved_rad
         if np.abs(excess_m).max() <= self._robot.homing.warning_m:
             return seen_rad, ""
-        found = causes(self._robot, excess_m, np.full(3, SCATTER_M), slopes_m)
+        due_rad = self._counts * self._robot.drive.rad_per_step
+        found = causes(self._robot, due_rad, excess_m, np.full(3, SCATTER_M), slopes_m)
         return seen_rad, in_words(self._robot, found)
 
     def _seen_rad(self) -> FloatArray | None:
