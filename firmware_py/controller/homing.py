@@ -28,6 +28,7 @@ from deltactl.firmware_py.planner.step_gate import StepGate
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, ns, sleep_s
 from deltactl.foundation.errors import DeltactlError, NotReady
+from deltactl.models.robot import AXES
 
 NOWHERE = -(10**9)
 """A count that no arm rises to."""
@@ -57,6 +58,8 @@ class Homer:
         self._ranging = ranging
         self._push = push
         self._highest = highest
+        self.heard_m = np.full(len(AXES), np.nan)
+        """What each sensor said at home [m]; NaN where it said too little."""
 
     def home(self, already_homed: bool = False, accept_unseen_deg: float = 0.0) -> HomeSeen:
         """Bring the arms home and look; one that is homed already drives to its home angles first.
@@ -74,7 +77,7 @@ class Homer:
             search.find()
         simulated = self._machine.simulated
         then = BUILT_OTHERWISE if simulated else BY_HAND
-        heard_m = listen(self._robot, self._ranging, clock)
+        heard_m = self.heard_m = listen(self._robot, self._ranging, clock)
         if search is not None:
             search.confirm()
         return check_plausible(self._robot, heard_m, accept_unseen_deg, then, simulated)
@@ -152,7 +155,7 @@ class Homing:
                 condition.same(turn, "home")
                 self._machine.output.set_counts(home_counts(robot))
                 self.released()
-                self._observer.restart(self._machine.clock.now_ns())
+                self._observer.homed(self._machine.clock.now_ns(), homer.heard_m)
                 condition.enter(State.READY)
         except DeltactlError:
             with condition.lock:

@@ -10,6 +10,7 @@ from deltactl.firmware_py.feedback.feedback import Feedback
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import ns
+from deltactl.models.robot import FloatArray
 
 BORNE_OUT_S = 4.0
 """The feedback takes some seconds to be sure of what the watch sees at once."""
@@ -63,6 +64,12 @@ class Observer:
         if self._watch is not None:
             self._watch.reset(self._machine.output.status().counts, now_ns)
 
+    def homed(self, now_ns: int, ranges_m: FloatArray) -> None:
+        """The counters were set at home, where the sensors said this: (3,), NaN where nothing."""
+        self.collect()
+        if self._watch is not None:
+            self._watch.homed(self._machine.output.status().counts, now_ns, ranges_m)
+
     def reading(self, reading: Reading) -> None:
         """A sample of a ranging sensor, from the ranging loop."""
         self._journal.reading(reading)
@@ -97,6 +104,13 @@ class Observer:
         if self.feedback is None:
             return loss
         return self._borne_out(loss, self.feedback, now_ns)
+
+    def off_at_end(self, now_ns: int) -> StepLoss | None:
+        """Whether arms that have just come to rest are away from their counts, once."""
+        loss = self._watch.off_at_end(now_ns) if self._watch is not None else None
+        if loss is not None and self._watch is not None:
+            self._watch.forgive()
+        return loss
 
     def _borne_out(self, loss: StepLoss | None, feedback: Feedback, now_ns: int) -> StepLoss | None:
         """A loss once the feedback corrects it: that tells late readings and liars from arms."""

@@ -252,6 +252,6 @@ def draw(number: int, folder: Path) -> tuple[str, Outcome]:
 
 
 def _bound_deg(one: Controller, begin_deg: float) -> float:
-    """The limits and the margin; unseen, an arm that began above its switch may rise as far again."""
+    """The limits and the margin; an arm that began above its switch rises as far again unseen."""
     above_deg = max(0.0, one.robot.homing.angle_deg[0] - begin_deg)
     return one.robot.limits.arm_deg[0] - OVER_DEG - above_deg

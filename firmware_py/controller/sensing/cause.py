@@ -20,7 +20,8 @@ from typing import Literal
 import numpy as np
 
 from deltactl.firmware_py.robot_file import RobotFile
-from deltactl.models.robot import AXES, FloatArray
+from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.robot import ARMS, AXES, FloatArray
 
 LEAST_M = 0.0005
 """No range is known better: the sensors count whole millimetres."""
@@ -71,7 +72,11 @@ def causes(
     high_rad = max(high_rad, float(angles_rad.max())) + BEYOND_RAD
     tried = [
         one
-        for one in _tried(change_m, sigma_m, slopes_m)
+        for one in (
+            *_of_one_sensor(change_m / sigma_m, change_m),
+            *_of_one_motor(change_m / sigma_m, slopes_m / sigma_m[:, np.newaxis]),
+            *_of_all_drives(robot, angles_rad, change_m),
+        )
         if (angles_rad + one.angles_rad >= low_rad).all()
         and (angles_rad + one.angles_rad <= high_rad).all()
     ]
@@ -82,26 +87,40 @@ def causes(
     return sorted(found, key=lambda one: (one.kind == "sensor", one.misfit))
 
 
-def _tried(change_m: FloatArray, sigma_m: FloatArray, slopes_m: FloatArray) -> Iterator[Cause]:
-    weighted = change_m / sigma_m
+def _of_one_sensor(weighted: FloatArray, change_m: FloatArray) -> Iterator[Cause]:
     for axis in range(len(AXES)):
         others = np.delete(weighted, axis)
-        misfit = float(others @ others)
-        yield Cause("sensor", axis, np.zeros(3), float(change_m[axis]), misfit)
-    for motor in range(3):
-        column = slopes_m[:, motor] / sigma_m
+        yield Cause("sensor", axis, np.zeros(3), float(change_m[axis]), float(others @ others))
+
+
+def _of_one_motor(weighted: FloatArray, slopes: FloatArray) -> Iterator[Cause]:
+    for motor in range(ARMS):
+        column = slopes[:, motor]
         square = float(column @ column)
         turned_rad = float(column @ weighted) / square if square > 0.0 else 0.0
         left = weighted - column * turned_rad
-        yield Cause("motor", motor, turned_rad * np.eye(3)[motor], 0.0, float(left @ left))
+        yield Cause("motor", motor, turned_rad * np.eye(ARMS)[motor], 0.0, float(left @ left))
+
+
+def _of_all_drives(
+    robot: RobotFile, angles_rad: FloatArray, change_m: FloatArray
+) -> Iterator[Cause]:
+    """Where the ranges put the arms, by the whole geometry: arms that fall go far."""
+    assert robot.sensors is not None
+    inverse = CalibratedInverse(robot)
     try:
-        turned = np.linalg.solve(slopes_m, change_m)
+        moved_m = np.linalg.solve(robot.sensors.axes, change_m)
     except np.linalg.LinAlgError:
         return
-    size, middle = np.abs(turned), float(turned.mean())
-    if abs(np.sign(turned).sum()) == 3 and size.min() >= LEAST_PART * size.max():
-        apart = (turned - middle) / (UNEQUAL * middle)
-        yield Cause("power", int(size.argmax()), turned, 0.0, float(apart @ apart))
+    position_m = inverse.position_m(angles_rad[np.newaxis]) + moved_m
+    turned_rad = inverse.angles_rad_at_once(position_m)[0] - angles_rad
+    if not np.isfinite(turned_rad).all():
+        return
+    size_rad, middle_rad = np.abs(turned_rad), float(turned_rad.mean())
+    together = abs(np.sign(turned_rad).sum()) == ARMS
+    if together and size_rad.min() >= LEAST_PART * size_rad.max():
+        apart = (turned_rad - middle_rad) / (UNEQUAL * middle_rad)
+        yield Cause("power", int(size_rad.argmax()), turned_rad, 0.0, float(apart @ apart))
 
 
 def in_words(robot: RobotFile, found: Sequence[Cause]) -> str:

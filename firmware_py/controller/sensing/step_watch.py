@@ -12,8 +12,10 @@ come back with every lap of a path. Until that is known, more is asked for (`FIR
 Whether a motor, a sensor or the drives' power is the cause is compared in sensing/cause.py.
 `benchmarks/endurance/step_watch.py` prints what is seen, how soon, at which speed.
 
-Limits: what is lost slower than the window before is long is left to the diagnosis, and so is
-a disagreement that was there from the start. With one sensor missing nothing is seen.
+What is lost slower than the window before is long is seen once the arms rest (at_rest.py).
+
+Limits: what creeps by less than that is left to the diagnosis, and so is a disagreement that was
+there from the start. With one sensor missing nothing is seen.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ import numpy as np
 
 from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.drivers.steps.contract import Counts, Ticks
+from deltactl.firmware_py.controller.sensing.at_rest import NOW_S, AtRest
 from deltactl.firmware_py.controller.sensing.cause import causes
 from deltactl.firmware_py.controller.sensing.lateness import late_s
 from deltactl.firmware_py.feedback.residuals import Expectation, Residuals
@@ -34,7 +37,6 @@ from deltactl.foundation.clock import ns
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.robot import AXES, FloatArray
 
-NOW_S = 0.28
 BEFORE_S = (0.45, 3.0)
 """The window compared with, from so long ago to so long ago."""
 LOOK_S = 0.08
@@ -108,7 +110,9 @@ class StepLoss:
     def _or_else(self, of_motor: str) -> str:
         """A motor, and what its loss cannot be told from."""
         wrong = [reads_wrong(*one) for one in self.sensors]
-        return ", or ".join([of_motor, *wrong]) + (" (they look the same here)" if wrong else "")
+        if not wrong:
+            return of_motor
+        return ", or ".join([of_motor.removesuffix("?"), *wrong]) + " (they look the same here)"
 
     def _no_motor(self, when: str) -> str:
         if not self.sensors:
@@ -178,12 +182,20 @@ class StepWatch:
         self._elbows_m = np.broadcast_to(np.asarray(robot.geometry.upper_arm_m), (3,))
         self._blind = robot.sensors is None
         self._readings: deque[Reading] = deque(maxlen=1000)
+        self._at_rest = AtRest(robot)
         self.reset((0, 0, 0), 0)
+
+    def homed(self, counts: Counts, now_ns: int, ranges_m: FloatArray) -> None:
+        """Begin afresh at home, where the sensors said this: (3,), NaN for those that did not."""
+        self.reset(counts, now_ns)
+        self._at_rest.homed(self._expected.excess_m(counts, ranges_m))
 
     def reset(self, counts: Counts, now_ns: int) -> None:
         """Begin afresh: the motors are where the counters say."""
         self._expected.reset(counts, now_ns)
         self._counts = np.array(counts, dtype=np.int64)
+        self._still_ns = now_ns
+        self._at_rest.moved()
         self._rows = Residuals.none()
         self._looked_ns = now_ns
         self._suspected = 0
@@ -195,12 +207,15 @@ class StepWatch:
         self._rows = Residuals.none()
         self._suspected = 0
         self._usual.forgive()
+        self._at_rest.homed(None)
 
     def sent(self, ticks: Ticks) -> None:
         """Edges really sent."""
         if len(ticks):
             self._expected.sent(ticks)
             self._counts = self._counts + ticks.steps.sum(axis=0, dtype=np.int64)
+            self._still_ns = int(ticks.due_ns[-1])
+            self._at_rest.moved()
 
     def reading(self, reading: Reading) -> None:
         """A sample of a sensor."""
@@ -212,15 +227,29 @@ class StepWatch:
         if self._blind or now_ns - self._looked_ns < ns(LOOK_S):
             return None
         self._looked_ns = now_ns
-        new = [self._readings.popleft() for _ in range(len(self._readings))]
-        rows = self._rows.and_then(self._expected.residuals(new))
-        self._rows = rows.since(now_ns - ns(BEFORE_S[1]))
-        self._expected.forget(now_ns)
-        loss = self._compare(now_ns)
+        self._take_readings(now_ns)
+        loss = self._compare(now_ns) or self._crept(now_ns)
         self._suspected = self._suspected + 1 if loss else 0
         if loss is None or self._suspected < LOOKS_IN_A_ROW:
             return None
         return replace(loss, late_s=late_s(self._rows, now_ns))
+
+    def off_at_end(self, now_ns: int) -> StepLoss | None:
+        """Whether arms that have just come to rest are where the counts say, as `AtRest` has it."""
+        if self._blind:
+            return None
+        self._take_readings(now_ns)
+        return self._crept(now_ns)
+
+    def _take_readings(self, now_ns: int) -> None:
+        new = [self._readings.popleft() for _ in range(len(self._readings))]
+        rows = self._rows.and_then(self._expected.residuals(new))
+        self._rows = rows.since(now_ns - ns(BEFORE_S[1]))
+        self._expected.forget(now_ns)
+
+    def _crept(self, now_ns: int) -> StepLoss | None:
+        off = self._at_rest.off(self._rows, self._still_ns, now_ns)
+        return None if off is None else self._named(*off)
 
     def _compare(self, now_ns: int) -> StepLoss | None:
         moved = self._moved(now_ns)
@@ -235,14 +264,12 @@ class StepWatch:
             return None
         if abs(moved_rad[worst]) < NOISE_TIMES * moved.scatter_rad[worst]:
             return None
-        return self._named(moved)
+        return self._named(moved.change_m, moved.range_scatter_m, moved.slopes_m)
 
-    def _named(self, moved: Moved) -> StepLoss:
+    def _named(self, change_m: FloatArray, scatter_m: FloatArray, slopes_m: FloatArray) -> StepLoss:
         """What explains it, by one comparison of all single causes."""
         due_rad = self._counts * self._step_rad
-        found = causes(
-            self._robot, due_rad, moved.change_m, moved.range_scatter_m, moved.slopes_m
-        )
+        found = causes(self._robot, due_rad, change_m, scatter_m, slopes_m)
         sensors = tuple((one.place, one.range_m) for one in found if one.kind == "sensor")
         turned = next((one for one in found if one.kind in ("motor", "power")), None)
         if turned is None:
