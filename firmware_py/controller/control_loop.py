@@ -75,15 +75,12 @@ class ControlLoop:
     def _rest(self, now_ns: int) -> None:
         """See to it that the arms stay where they are; begin what waits."""
         if (loss := self._observer.lost_steps(now_ns)) is not None:
-            self._unhome(f"{loss.moved_at_rest()}; home again")
+            why = f"{loss.moved_at_rest()}; home again"
+            self._condition.turns += 1
+            self._jobs.end_all("refused", why)
+            self._condition.enter(State.UNHOMED, why)
         elif self._jobs.queue:
             self._begin(self._jobs.queue.popleft(), now_ns)
-
-    def _unhome(self, why: str) -> None:
-        """The arms are not where the counts say: nothing that waits runs."""
-        self._condition.turns += 1
-        self._jobs.end_all("refused", why)
-        self._condition.enter(State.UNHOMED, why)
 
     def _begin(self, job_due: QueuedJob, now_ns: int) -> None:
         blind = self._observer.blind()
@@ -129,13 +126,7 @@ class ControlLoop:
         job.advance(now_ns)
         if job.phase is Phase.ENDED:
             self._jobs.running = None
-            off = self._observer.off_at_end(now_ns) if job.stops_on_step_loss else None
             self._take_over(now_ns)
-            if off is not None:
-                job.lost_steps(off)
-                self._jobs.finish_later(job, "fault", off.says())
-                self._unhome(f"{off.says()}; home again")
-                return
             self._jobs.finish_later(job, "cancelled" if job.cancelled else "done", job.why)
             self._condition.enter(State.READY)
 

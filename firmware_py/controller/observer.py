@@ -105,13 +105,6 @@ class Observer:
             return loss
         return self._borne_out(loss, self.feedback, now_ns)
 
-    def off_at_end(self, now_ns: int) -> StepLoss | None:
-        """Whether arms that have just come to rest are away from their counts, once."""
-        loss = self._watch.off_at_end(now_ns) if self._watch is not None else None
-        if loss is not None and self._watch is not None:
-            self._watch.forgive()
-        return loss
-
     def _borne_out(self, loss: StepLoss | None, feedback: Feedback, now_ns: int) -> StepLoss | None:
         """A loss once the feedback corrects it: that tells late readings and liars from arms."""
         if loss is not None and loss.motor:

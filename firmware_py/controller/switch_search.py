@@ -77,7 +77,7 @@ class SwitchSearch:
         self._fast_steps = max(1, round(self._speed_radps * MOVE_S / step_rad))
         back_off_steps = math.ceil(BACK_OFF_RAD / step_rad) + self._fast_steps
         self._back_off_steps = back_off_steps
-        self._again_steps = back_off_steps + self._fast_steps + self._tolerance_steps
+        self._again_steps = back_off_steps + self._fast_steps + 3 * self._tolerance_steps
 
     @property
     def _tolerance_steps(self) -> int:

@@ -4,7 +4,7 @@ the outcome is one of the two that are specified."""
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -235,10 +235,20 @@ SIGHTS = ("three sensors", "a sensor refuses", "no sensors")
 def draw(number: int, folder: Path) -> tuple[str, Outcome]:
     """One draw: a home angle, what the sensors see, and one trouble or two. Says what it was."""
     chance = Random(number)
-    sight, home_deg = chance.choice(SIGHTS), chance.choice((0.0, 10.0, 30.0))
-    robot = switch_robot(folder, home_deg, sight != "no sensors")
+    sight = chance.choice(SIGHTS)
     names = chance.sample(sorted(TROUBLES), chance.choice((1, 1, 2)))
-    made = build_controller(robot, simulated=True, realtime=False, recordings=folder, seed=number)
+    drawn, outcome = home_with(names, sight, chance, folder)
+    return f"{number}: {drawn}", outcome
+
+
+def home_with(
+    names: Sequence[str], sight: str, chance: Random, folder: Path
+) -> tuple[str, Outcome]:
+    """Home by switches with these troubles, each of a random arm. Says what was drawn."""
+    home_deg = chance.choice((0.0, 10.0, 30.0))
+    robot = switch_robot(folder, home_deg, sight != "no sensors")
+    seed = chance.randint(0, 9999)
+    made = build_controller(robot, simulated=True, realtime=False, recordings=folder, seed=seed)
     with closing(made) as one:
         one.power_on()
         if sight == "a sensor refuses":
@@ -248,7 +258,7 @@ def draw(number: int, folder: Path) -> tuple[str, Outcome]:
         single = named[0] if len(named) == 1 else ""
         begin_deg = float(arms_deg(one).min())
         outcome = home_and_judge(one, single, _bound_deg(one, begin_deg))
-    return f"{number}: {home_deg:g} degrees, {sight}, {' and '.join(names)}", outcome
+    return f"{home_deg:g} degrees, {sight}, {' and '.join(names)}", outcome
 
 
 def _bound_deg(one: Controller, begin_deg: float) -> float:

@@ -21,6 +21,8 @@ NOW_S = 0.28
 FIRST_S = 1.0
 """How much of a rest is taken for its beginning."""
 READINGS_NEEDED = 6
+PERIODS = 8
+"""Sensors that range slowly are heard for so many periods."""
 SCATTER_M = 0.0006
 """Of a median of the readings of `NOW_S`: 1.5 mm of noise in 14 readings."""
 
@@ -39,6 +41,7 @@ class AtRest:
     def __init__(self, robot: RobotFile):
         self._tolerance_m = robot.homing.tolerance_m
         self._creep_m = min(robot.homing.warning_m, robot.homing.tolerance_m)
+        self._look_ns = ns(max(NOW_S, PERIODS / robot.ranging.rate_hz))
         self._home_m: FloatArray | None = None
         self._first_m: FloatArray | None = None
 
@@ -54,7 +57,7 @@ class AtRest:
 
     def off(self, rows: Residuals, since_ns: int, now_ns: int) -> Off | None:
         """What has become of a rest that began at `since_ns`, where that is too much."""
-        now = _medians(rows, max(since_ns, now_ns - ns(NOW_S)))
+        now = _medians(rows, max(since_ns, now_ns - self._look_ns))
         if now is None:
             return None
         if self._first_m is not None and _larger(now.change_m - self._first_m, self._creep_m):

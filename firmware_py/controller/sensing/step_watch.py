@@ -227,25 +227,15 @@ class StepWatch:
         if self._blind or now_ns - self._looked_ns < ns(LOOK_S):
             return None
         self._looked_ns = now_ns
-        self._take_readings(now_ns)
+        new = [self._readings.popleft() for _ in range(len(self._readings))]
+        rows = self._rows.and_then(self._expected.residuals(new))
+        self._rows = rows.since(now_ns - ns(BEFORE_S[1]))
+        self._expected.forget(now_ns)
         loss = self._compare(now_ns) or self._crept(now_ns)
         self._suspected = self._suspected + 1 if loss else 0
         if loss is None or self._suspected < LOOKS_IN_A_ROW:
             return None
         return replace(loss, late_s=late_s(self._rows, now_ns))
-
-    def off_at_end(self, now_ns: int) -> StepLoss | None:
-        """Whether arms that have just come to rest are where the counts say, as `AtRest` has it."""
-        if self._blind:
-            return None
-        self._take_readings(now_ns)
-        return self._crept(now_ns)
-
-    def _take_readings(self, now_ns: int) -> None:
-        new = [self._readings.popleft() for _ in range(len(self._readings))]
-        rows = self._rows.and_then(self._expected.residuals(new))
-        self._rows = rows.since(now_ns - ns(BEFORE_S[1]))
-        self._expected.forget(now_ns)
 
     def _crept(self, now_ns: int) -> StepLoss | None:
         off = self._at_rest.off(self._rows, self._still_ns, now_ns)
