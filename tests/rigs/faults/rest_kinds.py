@@ -14,7 +14,6 @@ from random import Random
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.states import State, said
-from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import DeltactlError
 from tests.rigs.faults.edges import after, edge_times_ns
 from tests.rigs.faults.stand import ROBOT_FILE, Stand, wait_for
