@@ -294,10 +294,10 @@ class SwitchSearch:
             past_rad = self._home_rad(motor) - float(angles_rad[motor])
             if past_rad > sight_rad(self._robot) and self._now[motor] is Contact.OPEN:
                 self._refuse(
-                    f"the sensors see arm {motor + 1} {math.degrees(past_rad):.0f} degrees past its"
-                    " switch, which is open: it is stuck open, its wire is broken, or the sensors"
-                    " are off by more than homing.warning_m; check the wiring, homing.switch_pins"
-                    " and 'deltactl sensors'"
+                    f"the switch of arm {motor + 1} is open though the sensors see the arm"
+                    f" {math.degrees(past_rad):.0f} degrees past it: it is stuck open, its wire is"
+                    " broken, or the sensors are off by more than homing.warning_m; check the"
+                    " wiring, homing.switch_pins and 'deltactl sensors'"
                 )
 
     def _not_closed(self, motor: int, risen_deg: float, seen: bool) -> str:

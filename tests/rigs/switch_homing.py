@@ -20,6 +20,7 @@ from deltactl.firmware_py.controller.switch_search import MARGIN_RAD
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.clock import Task, ns
 from deltactl.foundation.errors import NotReady
+from deltactl.models.robot import FloatArray
 
 ACCEPTED_DEG = 360.0
 """Somebody has looked at the arms, where a sensor does not."""
@@ -54,7 +55,7 @@ def switch_of(controller: Controller, motor: int) -> FakeHomeSwitch:
     return one
 
 
-def arms_deg(controller: Controller) -> np.ndarray:
+def arms_deg(controller: Controller) -> FloatArray:
     """Where the simulated arms really are."""
     assert controller.machine.world is not None
     return np.rad2deg(controller.machine.world.truth(controller.clock.now_ns()).angles_rad)
@@ -264,4 +265,4 @@ def home_with(
 def _bound_deg(one: Controller, begin_deg: float) -> float:
     """The limits and the margin; an arm that began above its switch rises as far again unseen."""
     above_deg = max(0.0, one.robot.homing.angle_deg[0] - begin_deg)
-    return one.robot.limits.arm_deg[0] - OVER_DEG - above_deg
+    return float(one.robot.limits.arm_deg[0] - OVER_DEG - above_deg)

@@ -52,7 +52,9 @@ class OnTheWay:
         self._expected = Expectation(robot)
         self._base_rad: FloatArray | None = None
         self._counts = np.zeros(3, dtype=np.int64)
-        self._restart()
+        self._rows = Residuals.none()
+        self._new: dict[tuple[str, int], Reading] = {}
+        self._since_ns = self._looked_ns = 0
 
     def begin(self) -> FloatArray | None:
         """Where the arms are seen [rad], (3,); None where the sensors do not show it.
@@ -95,8 +97,7 @@ class OnTheWay:
         return self._compare()
 
     def _restart(self) -> None:
-        self._rows = Residuals.none()
-        self._new: dict[tuple[str, int], Reading] = {}
+        self._rows, self._new = Residuals.none(), {}
         self._since_ns = self._looked_ns = self._clock.now_ns()
 
     def _compare(self) -> tuple[FloatArray | None, str]:
