@@ -18,7 +18,7 @@ from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.switch_search import MARGIN_RAD
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.foundation.clock import Task, ns
+from deltactl.foundation.clock import Task, ns, sleep_s
 from deltactl.foundation.errors import NotReady
 from deltactl.models.robot import FloatArray
 
@@ -257,6 +257,7 @@ def home_with(
             one.machine.rig.chips[chance.choice("xyz")].faults.raw_status = REFUSING
         named = [TROUBLES[name](one, chance.randrange(3), chance) for name in names]
         single = named[0] if len(named) == 1 else ""
+        sleep_s(one.clock, 0.01)  # until the simulated arms have been worked out anew
         begin_deg = float(arms_deg(one).min())
         outcome = home_and_judge(one, single, _bound_deg(one, begin_deg))
     return f"{home_deg:g} degrees, {sight}, {' and '.join(names)}", outcome
