@@ -113,10 +113,28 @@ class Homing(RuledModel):
     speed_radps: Annotated[
         float, Field(gt=0.0, le=1.0, description="a switch is met at walking pace")
     ] = 0.1
+    switch_tolerance_deg: Annotated[
+        float,
+        Field(
+            ge=0.005,
+            le=1.0,
+            description="a good switch repeats to hundredths of a degree; one that repeats to no"
+            " better than a degree is no reference",
+        ),
+    ] = 0.1
+    """How far apart an arm may meet its switch in two approaches."""
+    search_deg: (
+        Annotated[float, Field(gt=0.0, le=360.0, description="degrees, within one turn")] | None
+    ) = None
+    """How far below its switch an arm may hang when it is homed. It bounds how far an arm rises
+    where the sensors do not see it; by default the way from `angle_deg` to the lower limit."""
     tolerance_m: Disagreement = 0.03
-    """How far the sensors may disagree with the home angles before homing is refused."""
+    """How far the sensors may disagree with the home angles before homing is refused. At rest and
+    at the end of a job: how far ranges and counts may part from what they were at homing."""
     warning_m: Disagreement = 0.01
-    """From this disagreement on, homing asks to look again where the arms were placed."""
+    """From this disagreement on, homing asks to look again where the arms were placed. An arm
+    that rises to its switch stops where the sensors see it past home by more than this explains,
+    and a robot at rest whose ranges drift further apart from its counts is no longer homed."""
 
     @rule("method", "switch_pins")
     def _has_switches(self) -> None:

@@ -55,6 +55,8 @@ EXAMPLES: dict[str, Any] = {
     "Homing.switch_active_high": False,
     "Homing.speed_radps": 0.1,
     "Homing.warning_m": 0.01,
+    "Homing.switch_tolerance_deg": 0.1,
+    "Homing.search_deg": 60,
     "KeptRecordings.max_gib": 8,
     "KeptRecordings.max_age_days": 90,
     "KeptRecordings.keep_free_gib": 1,

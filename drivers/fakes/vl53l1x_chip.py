@@ -66,6 +66,7 @@ class Vl53l1xChip:
         self._period_ns = 0
         self._collection_ns = 0
         self._stream: int | None = None
+        self._shown_m = 0.0
         self._reset()
 
     # The pin and the supply.
@@ -216,7 +217,9 @@ class Vl53l1xChip:
 
     def _publish(self, seen: Seen, error_m: float) -> None:
         status = seen.raw_status if self.faults.raw_status is None else self.faults.raw_status
-        distance_mm = round((seen.distance_m + error_m * seen.scatter) * 1e3)
+        distance_m = seen.distance_m + error_m * seen.scatter
+        self._shown_m = self.faults.shown_m(distance_m, self.samples, self._shown_m)
+        distance_mm = round(self._shown_m * 1e3)
         signal = _fixed(seen.signal_mcps, 128.0)
         results = _RESULTS.pack(
             status & 0x1F,

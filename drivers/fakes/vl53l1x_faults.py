@@ -23,6 +23,18 @@ class ChipFaults:
     """Ranging goes on but the results, stream count included, no longer change."""
     raw_status: int | None = None
     """Status code of every sample."""
+    stuck_m: float | None = None
+    """Every sample is this distance, with a good status and a stream count that goes on."""
+    held: bool = False
+    """Every sample is the one before, in the same way: crosstalk of a dirty glass, say."""
+    offset_m: float = 0.0
+    """Added to every distance: the sensor has slipped on its mount."""
+    scale: float = 1.0
+    """Every distance is multiplied by this."""
+    spike_rate: float = 0.0
+    """This part of the samples, evenly spread, ..."""
+    spike_m: float = 0.3
+    """... is so much too far."""
     sda_stuck: bool = False
     """Holds SDA low: the whole bus times out. A reset (XSHUT low) frees it."""
     extra_boot_ns: int = 0
@@ -43,6 +55,15 @@ class ChipFaults:
     def clear(self) -> None:
         """Turn all knobs off."""
         self.__dict__.update(ChipFaults().__dict__)
+
+    def shown_m(self, distance_m: float, sample: int, before_m: float) -> float:
+        """What a sample of this number shows of a distance; `before_m` is what the last showed."""
+        if self.stuck_m is not None:
+            return self.stuck_m
+        if self.held:
+            return before_m
+        spikes = int(sample * self.spike_rate) - int((sample - 1) * self.spike_rate)
+        return distance_m * self.scale + self.offset_m + spikes * self.spike_m
 
     def transfer_errno(self) -> int | None:
         """The errno with which the next transfer fails, counting it; None when it does not."""

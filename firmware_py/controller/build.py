@@ -6,6 +6,7 @@ import gc
 from functools import partial
 from pathlib import Path
 
+from deltactl.drivers.fakes.home_switch import FakeHomeSwitch
 from deltactl.drivers.fakes.steps import simulated_step_output
 from deltactl.drivers.inputs import home_switches, named_inputs
 from deltactl.drivers.ranging.contract import NoSensors, RangingSensors
@@ -93,7 +94,9 @@ def simulated_machine(robot: RobotFile, realtime: bool, as_built: Path | None = 
         rig=rig,
         switches=robot.switches,
         inputs=steps.bench.wired_inputs(robot.as_built.inputs),
-        home_switches=tuple(partial(world.switch_pressed, motor) for motor in range(MOTORS)),
+        home_switches=tuple(
+            FakeHomeSwitch(partial(world.above_home_rad, motor)) for motor in range(MOTORS)
+        ),
         release=steps.bench.release_drives,
         closers=(steps.bench.close,),
     )

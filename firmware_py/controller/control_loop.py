@@ -73,12 +73,14 @@ class ControlLoop:
             self._rest(now_ns)
 
     def _rest(self, now_ns: int) -> None:
-        """Begin what waits; without a job, see to it that the arms stay where they are."""
-        if self._jobs.queue:
-            self._begin(self._jobs.queue.popleft(), now_ns)
-        elif (loss := self._observer.lost_steps(now_ns)) is not None:
+        """See to it that the arms stay where they are; begin what waits."""
+        if (loss := self._observer.lost_steps(now_ns)) is not None:
+            why = f"{loss.moved_at_rest()}; home again"
             self._condition.turns += 1
-            self._condition.enter(State.UNHOMED, f"{loss.moved_at_rest()}; home again")
+            self._jobs.end_all("refused", why)
+            self._condition.enter(State.UNHOMED, why)
+        elif self._jobs.queue:
+            self._begin(self._jobs.queue.popleft(), now_ns)
 
     def _begin(self, job_due: QueuedJob, now_ns: int) -> None:
         blind = self._observer.blind()

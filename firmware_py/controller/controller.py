@@ -106,6 +106,7 @@ class Controller:
             self.condition.turns += 1
             self.ranging.stop()
             self.machine.output.disable()
+            self._homing.released()
             if self.condition.state not in LATCHED:
                 self.condition.enter(State.OFF)
         if self.machine.world is not None:

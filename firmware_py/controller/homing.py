@@ -1,7 +1,7 @@
 """Homing: which counts the home angles are.
 
 `placed`: the operator has put the arms against their stops. `switch`: each arm in turn rises
-until its switch closes, backs off, and approaches again slowly. Either way the sensors must
+until its switch closes, and approaches it again (switch_search.py). Either way the sensors must
 agree with the home angles before the robot counts as homed (home_check.py).
 """
 
@@ -11,32 +11,27 @@ from collections.abc import Callable
 
 import numpy as np
 
-from deltactl.drivers.steps.contract import MOTORS, OutputState, Ticks
+from deltactl.drivers.steps.contract import MOTORS, Ticks
 from deltactl.firmware_py.controller.condition import Condition
 from deltactl.firmware_py.controller.contract import HomeSeen
 from deltactl.firmware_py.controller.jobs.feeder import LEAD_S
 from deltactl.firmware_py.controller.observer import Observer
 from deltactl.firmware_py.controller.sensing.home_check import BY_HAND, check_plausible
+from deltactl.firmware_py.controller.sensing.on_the_way import OnTheWay, listen
 from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
 from deltactl.firmware_py.controller.states import Request, State
+from deltactl.firmware_py.controller.switch_search import Push, SwitchSearch, wait_until_still
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.planner.approach import approach
 from deltactl.firmware_py.planner.check import home_counts
 from deltactl.firmware_py.planner.step_gate import StepGate
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, ns, sleep_s
-from deltactl.foundation.errors import DeltactlError, NotReady, PulseFault
-from deltactl.models.robot import AXES, FloatArray
+from deltactl.foundation.errors import DeltactlError, NotReady
+from deltactl.models.robot import AXES
 
-LOOK_S = 0.4
-"""How long the sensors are listened to: some 20 rounds at 50 Hz."""
-LEAST_READINGS, LEAST_LOOKS = 5, 8
-"""A sensor that refuses most of its samples is not believed for the rest."""
-MARGIN_S = 0.02
-BACK_OFF_RAD = 0.03
-SLOWER = 5
-"""The second approach to a switch is this many times slower than the first."""
-WIDEST_SEARCH_RAD = 2.5
+NOWHERE = -(10**9)
+"""A count that no arm rises to."""
 BUILT_OTHERWISE = (
     "the simulated arms are against their stops, so the robot is simulated otherwise than its file"
     " describes it: look at as_built"
@@ -51,13 +46,20 @@ class Homer:
         robot: RobotFile,
         machine: Machine,
         ranging: RangingLoop,
-        push: Callable[[Ticks], None],
+        push: Push,
+        highest: list[int],
     ):
-        """`push` hands ticks on, and refuses them once the homing was interrupted."""
+        """`push` hands ticks on, and refuses them once the homing was interrupted.
+
+        highest: see `SwitchSearch`.
+        """
         self._robot = robot
         self._machine = machine
         self._ranging = ranging
         self._push = push
+        self._highest = highest
+        self.heard_m = np.full(len(AXES), np.nan)
+        """What each sensor said at home [m]; NaN where it said too little."""
 
     def home(self, already_homed: bool = False, accept_unseen_deg: float = 0.0) -> HomeSeen:
         """Bring the arms home and look; one that is homed already drives to its home angles first.
@@ -68,12 +70,16 @@ class Homer:
             self._go_home()
         elif self._robot.homing.method == "placed":
             self._place_simulated()
+        clock, search = self._machine.clock, None
         if self._robot.homing.method == "switch":
-            for motor in range(MOTORS):
-                self._seek_switch(motor)
+            seen = OnTheWay(self._robot, self._ranging, clock)
+            search = SwitchSearch(self._robot, self._machine, seen, self._push, self._highest)
+            search.find()
         simulated = self._machine.simulated
         then = BUILT_OTHERWISE if simulated else BY_HAND
-        heard_m = self._listen()
+        heard_m = self.heard_m = listen(self._robot, self._ranging, clock)
+        if search is not None:
+            search.confirm()
         return check_plausible(self._robot, heard_m, accept_unseen_deg, then, simulated)
 
     def _place_simulated(self) -> None:
@@ -103,81 +109,6 @@ class Homer:
             self._push(ticks)
         wait_until_still(self._machine, schedule.duration_ns / NS_PER_S)
 
-    def _listen(self) -> FloatArray:
-        """Median of the good readings of each axis taken from now on [m]; NaN for too few."""
-        clock, period_s = self._machine.clock, 1.0 / self._robot.ranging.rate_hz
-        since_ns = clock.now_ns()
-        heard: dict[str, dict[int, float]] = {axis: {} for axis in AXES}
-        until_ns = since_ns + ns(max(LOOK_S, LEAST_LOOKS * period_s))
-        while clock.now_ns() < until_ns:
-            sleep_s(clock, period_s)
-            for reading in self._ranging.good_readings(since_ns):
-                heard[reading.axis][reading.t_ns] = reading.distance_m
-        enough = [list(one.values()) for one in heard.values()]
-        return np.array(
-            [np.median(one) if len(one) >= LEAST_READINGS else np.nan for one in enough]
-        )
-
-    def _seek_switch(self, motor: int) -> None:
-        """Rise to the switch, back off, rise again slowly. It must be open where it should be."""
-        pressed, speed = self._machine.home_switches[motor], self._robot.homing.speed_radps
-        if pressed():  # an arm that was left at its switch
-            self._walk(motor, +1, BACK_OFF_RAD, speed)
-            self._must_be_open(motor, "before the arm rises")
-        self._rise(motor, speed)
-        self._walk(motor, +1, BACK_OFF_RAD, speed)
-        self._must_be_open(motor, "after the arm has reached it")
-        self._rise(motor, speed / SLOWER)
-
-    def _must_be_open(self, motor: int, when: str) -> None:
-        if self._machine.home_switches[motor]():
-            raise NotReady(
-                f"homing refused: the switch of arm {motor + 1} is closed {when} and has backed off"
-                f" by {np.rad2deg(BACK_OFF_RAD):.1f} degrees: it is stuck closed, its wires touch,"
-                " or the arm stands above it; let the arms hang below their switches"
-            )
-
-    def _rise(self, motor: int, speed_radps: float) -> None:
-        pressed = self._machine.home_switches[motor]
-        chunk_rad = speed_radps * MARGIN_S
-        for _ in range(round(WIDEST_SEARCH_RAD / chunk_rad)):
-            if pressed():
-                return
-            self._walk(motor, -1, chunk_rad, speed_radps)
-        raise NotReady(
-            f"homing refused: the switch of arm {motor + 1} did not close within"
-            f" {np.rad2deg(WIDEST_SEARCH_RAD):.0f} degrees: it is stuck open, or its wire is"
-            " broken; check its wiring and homing.switch_pins"
-        )
-
-    def _walk(self, motor: int, sign: int, angle_rad: float, speed_radps: float) -> None:
-        """Move one arm at constant speed and wait until it is there."""
-        per_step = self._robot.drive.rad_per_step
-        count = max(1, round(angle_rad / per_step))
-        period_ns = round(per_step / speed_radps * NS_PER_S)
-        start_ns = self._machine.clock.now_ns() + period_ns
-        steps = np.zeros((count, MOTORS), dtype=np.int8)
-        steps[:, motor] = sign
-        self._push(Ticks(start_ns + period_ns * np.arange(count, dtype=np.int64), steps))
-        wait_until_still(self._machine, count * period_ns / NS_PER_S)
-
-
-def wait_until_still(machine: Machine, expected_s: float) -> None:
-    """Wait until the output has played its queue.
-
-    Raises PulseFault when it stopped, or took twice as long as `expected_s` and a second.
-    """
-    deadline_ns = machine.clock.now_ns() + round((2.0 * expected_s + 1.0) * NS_PER_S)
-    while True:
-        seen = machine.output.status()
-        if seen.state is OutputState.STOPPED:
-            raise PulseFault(f"the step output stopped: {seen.reason}; see 'deltactl status'")
-        if seen.state is OutputState.READY and seen.queued == 0:
-            return
-        if machine.clock.now_ns() > deadline_ns:
-            raise PulseFault("the step output does not finish its queue; restart the daemon")
-        sleep_s(machine.clock, 0.005)
-
 
 class Homing:
     """The request to home: one at a time, and none that outlives a stop."""
@@ -190,6 +121,11 @@ class Homing:
         self._condition = condition
         self._observer = observer
         self._busy = False
+        self._highest = [NOWHERE] * MOTORS
+
+    def released(self) -> None:
+        """The drives let the arms go: where they have risen to says nothing any more."""
+        self._highest = [NOWHERE] * MOTORS
 
     def home(self, believed: Callable[[], RobotFile], accept_unseen_deg: float) -> HomeSeen:
         """UNHOMED or READY -> READY, blocking.
@@ -213,12 +149,13 @@ class Homing:
                 self._machine.output.push(ticks)
 
         try:
-            homer = Homer(robot, self._machine, self._ranging, push)
+            homer = Homer(robot, self._machine, self._ranging, push, self._highest)
             seen = homer.home(was_ready, accept_unseen_deg)
             with condition.lock:
                 condition.same(turn, "home")
                 self._machine.output.set_counts(home_counts(robot))
-                self._observer.restart(self._machine.clock.now_ns())
+                self.released()
+                self._observer.homed(self._machine.clock.now_ns(), homer.heard_m)
                 condition.enter(State.READY)
         except DeltactlError:
             with condition.lock:

@@ -10,6 +10,7 @@ from deltactl.firmware_py.feedback.feedback import Feedback
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import ns
+from deltactl.models.robot import FloatArray
 
 BORNE_OUT_S = 4.0
 """The feedback takes some seconds to be sure of what the watch sees at once."""
@@ -63,6 +64,12 @@ class Observer:
         if self._watch is not None:
             self._watch.reset(self._machine.output.status().counts, now_ns)
 
+    def homed(self, now_ns: int, ranges_m: FloatArray) -> None:
+        """The counters were set at home, where the sensors said this: (3,), NaN where nothing."""
+        self.collect()
+        if self._watch is not None:
+            self._watch.homed(self._machine.output.status().counts, now_ns, ranges_m)
+
     def reading(self, reading: Reading) -> None:
         """A sample of a ranging sensor, from the ranging loop."""
         self._journal.reading(reading)
@@ -100,7 +107,7 @@ class Observer:
 
     def _borne_out(self, loss: StepLoss | None, feedback: Feedback, now_ns: int) -> StepLoss | None:
         """A loss once the feedback corrects it: that tells late readings and liars from arms."""
-        if loss is not None:
+        if loss is not None and loss.motor:
             self._seen = loss, now_ns + ns(BORNE_OUT_S)
         if self._seen is None:
             return None

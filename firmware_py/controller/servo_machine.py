@@ -8,6 +8,7 @@ from functools import partial
 from deltactl.drivers.current.contract import JOINTS, Plant
 from deltactl.drivers.current.fake import FakeCurrentDrives
 from deltactl.drivers.fakes.bench import fake_bench
+from deltactl.drivers.fakes.home_switch import FakeHomeSwitch
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.servo.as_built import AsBuiltServo
@@ -58,6 +59,8 @@ def servo_machine(robot: RobotFile, clock: Clock, make_plant: PlantMaker = plant
         servo=output,
         drives=drives,
         inputs=bench.wired_inputs(robot.as_built.inputs),
-        home_switches=tuple(partial(world.switch_pressed, motor) for motor in range(JOINTS)),
+        home_switches=tuple(
+            FakeHomeSwitch(partial(world.above_home_rad, motor)) for motor in range(JOINTS)
+        ),
         closers=(bench.close,),
     )

@@ -112,6 +112,15 @@ class Expectation:
         rate_mps = (slope_m * turned_rad).sum(axis=1) / RATE_S
         return Residuals(t_ns[known], axis[known], excess_m[known], slope_m[known], rate_mps[known])
 
+    def excess_m(self, counts: Counts, ranges_m: FloatArray) -> FloatArray | None:
+        """What ranges, (3,), say beyond arms that rest at these counts; None without sensors."""
+        if self._sensors is None:
+            return None
+        commanded_rad = np.array([counts], dtype=np.float64) * self._step_rad
+        expected_m = self._belief.position_m(commanded_rad)[0] @ self._sensors.axes.T
+        excess_m: FloatArray = ranges_m - self._sensors.offsets_m - expected_m
+        return excess_m
+
     def _counts_at(self, t_ns: Int64Array) -> Int64Array:
         rows = np.searchsorted(self._times_ns, t_ns, side="right") - 1
         counts: Int64Array = self._counts[np.maximum(rows, 0)]

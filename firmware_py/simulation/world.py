@@ -137,9 +137,9 @@ class SimulatedRobot:
             with self._lock:
                 self._advance(now_ns)
 
-    def switch_pressed(self, motor: int) -> bool:
-        """Whether the home switch of an arm (0 to 2) is closed: it stands at home or above."""
-        return bool(self.truth(self._now_ns()).angles_rad[motor] <= self._home_rad[motor])
+    def above_home_rad(self, motor: int) -> float:
+        """How far an arm (0 to 2) is above its home angle, where its switch closes [rad]."""
+        return float(self._home_rad[motor]) - self.truth(self._now_ns()).angles_rad[motor]
 
     @staticmethod
     def droop_rad(robot: RobotFile) -> float:

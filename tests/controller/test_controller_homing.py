@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from deltactl.drivers.steps.contract import Ticks
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.controller import Controller
-from deltactl.firmware_py.controller.homing import Homer
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.clock import sleep_s
 from deltactl.foundation.errors import BusDead, NotReady, SensorFault
@@ -94,19 +93,24 @@ def test_a_sensor_that_is_gone_stops_the_robot_and_is_named(
     assert "sensor z" in result.why
 
 
-def test_a_slow_walk_begins_in_time_and_is_waited_for(switched: Controller) -> None:
-    machine, due_in_ns = switched.machine, []
-
-    def push(ticks: Ticks) -> None:
-        due_in_ns.append(int(ticks.due_ns[0]) - machine.clock.now_ns())
-        machine.output.push(ticks)
-
-    homer = Homer(switched.robot, machine, switched.ranging, push)
-    homer._walk(1, +1, 0.1, 0.02)
-    assert due_in_ns[0] > 0
-    status = machine.output.status()
-    assert status.queued == 0
-    assert status.counts == (0, round(0.1 / switched.robot.drive.rad_per_step), 0)
+def test_a_step_that_takes_longer_than_a_look_is_waited_for(tmp_path: Path) -> None:
+    """At a hundredth of the usual speed a step takes 0.4 s, and 2 s in the slow approach."""
+    text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
+    homing = "method: switch\n  switch_pins: [12, 16, 18]\n  speed_radps: 0.001"
+    robot = tmp_path / "slow.yaml"
+    robot.write_text(text.replace("method: placed", homing))
+    made = build_controller(robot, simulated=True, realtime=False, recordings=tmp_path)
+    with closing(made):
+        made.power_on()
+        assert made.machine.bench is not None
+        for motor in (1, 2, 3):
+            made.machine.bench.slip(motor, 500)  # near its switch
+        made.home()
+        status = made.status()
+        assert status.state == "ready"
+        assert made.machine.world is not None
+        truth_rad = made.machine.world.truth(made.clock.now_ns()).angles_rad
+        np.testing.assert_allclose(truth_rad, status.angles_rad, atol=0.0008)
 
 
 def test_sensors_that_are_back_are_started_by_an_acknowledgement(homed: Controller) -> None:

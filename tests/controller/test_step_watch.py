@@ -13,6 +13,7 @@ from deltactl.drivers.fakes.range_noise import RangeNoise
 from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.drivers.steps.contract import Ticks
 from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.sensing.determined import range_slopes_m
 from deltactl.firmware_py.controller.sensing.step_watch import (
     LOOK_S,
     NOW_S,
@@ -188,9 +189,13 @@ def test_what_is_usual_is_learnt_and_slowly_forgotten(monkeypatch: pytest.Monkey
     """6 mm at an elbow: not enough at first, a loss after a quiet minute, usual where it recurs."""
     watch, elbow_m = StepWatch(ROBOT), float(np.max(ROBOT.geometry.upper_arm_m))
     moved_m = [0.0]
-    monkeypatch.setattr(
-        watch, "_moved", lambda _: Moved(np.array([0.0, moved_m[0] / elbow_m, 0.0]), np.zeros(3))
-    )
+    slopes_m = range_slopes_m(ROBOT, np.full(3, 0.5))
+
+    def moved(_: int) -> Moved:
+        angles_rad = np.array([0.0, moved_m[0] / elbow_m, 0.0])
+        return Moved(angles_rad, np.zeros(3), slopes_m @ angles_rad, np.zeros(3), slopes_m)
+
+    monkeypatch.setattr(watch, "_moved", moved)
     looks = iter(range(10_000))
 
     def found(of_m: float, times: int = 1) -> list[bool]:

@@ -237,7 +237,8 @@ class ActiveJob:
     def lost_steps(self, loss: StepLoss) -> None:
         """The sensors see that steps were lost."""
         self.warning = loss.says()
-        self._journal.event(self._machine.clock.now_ns(), "steps_lost", loss.says())
+        kind = "steps_lost" if loss.motor else "sensor"
+        self._journal.event(self._machine.clock.now_ns(), kind, loss.says())
 
     def abort(self) -> None:
         """The pulses have stopped already: nothing more is recorded."""

@@ -1,6 +1,6 @@
 """Sees lost steps while the robot runs: compares where the sensors say it is with the counts.
 
-Of every good range the one expected from the edges really sent is taken off. What is left is
+The range expected from the edges really sent is taken off every good one. What is left is
 the model's error, which changes slowly, the sensors' noise, and steps that were lost. So the
 median over the last `NOW_S` is compared with the median over some seconds before, and the
 difference, through the linkage's derivatives, becomes steps of each motor. A jump shows at
@@ -9,10 +9,13 @@ once, a motor that stands still as soon as its counter has gone on far enough.
 A difference is a loss when it is larger than noise makes it in a week (`LEAST_M`), and twice
 as large as anything in the last minutes: play, wrong lengths, a sensor's scale and latency
 come back with every lap of a path. Until that is known, more is asked for (`FIRST_M`).
+Whether a motor, a sensor or the drives' power is the cause is compared in sensing/cause.py.
 `benchmarks/endurance/step_watch.py` prints what is seen, how soon, at which speed.
 
-Limits: what is lost slower than the window before is long is left to the diagnosis, and so is
-a disagreement that was there from the start. With one sensor missing nothing is seen.
+What is lost slower than the window before is long is seen once the arms rest (at_rest.py).
+
+Limits: what creeps by less than that is left to the diagnosis, and so is a disagreement that was
+there from the start. With one sensor missing nothing is seen.
 """
 
 from __future__ import annotations
@@ -25,14 +28,15 @@ import numpy as np
 
 from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.drivers.steps.contract import Counts, Ticks
+from deltactl.firmware_py.controller.sensing.at_rest import NOW_S, AtRest
+from deltactl.firmware_py.controller.sensing.cause import causes
 from deltactl.firmware_py.controller.sensing.lateness import late_s
 from deltactl.firmware_py.feedback.residuals import Expectation, Residuals
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import ns
 from deltactl.foundation.scatter import MAD_TO_SIGMA
-from deltactl.models.robot import FloatArray
+from deltactl.models.robot import AXES, FloatArray
 
-NOW_S = 0.28
 BEFORE_S = (0.45, 3.0)
 """The window compared with, from so long ago to so long ago."""
 LOOK_S = 0.08
@@ -53,23 +57,41 @@ PATIENCE_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class StepLoss:
-    """Steps of one motor (1 to 3) that were sent but not made (negative: made but not sent)."""
+    """Steps of one motor (1 to 3) that were sent but not made (negative: made but not sent).
+
+    Or what else it may be that the sensors hold against the counts, see sensing/cause.py.
+    """
 
     motor: int
+    """0 where no motor can be the cause."""
     steps: int
     elbow_m: float
     all_three: bool = False
     """All arms are away from their counts at once, which motors seldom do."""
     late_s: float = 0.0
     """Readings so late would look the same; 0 where they would not."""
+    sensors: tuple[tuple[int, float], ...] = ()
+    """Sensors (0 to 2) that would look the same if they read wrong, and by how much [m]."""
 
     def says(self) -> str:
         """One line."""
+        said = self._or_else(self._lost()) if self.motor else self._no_motor("")
         if not self.late_s:
-            return self._lost()
+            return said
         return (
-            f"{self._lost().removesuffix('?')}, or are the readings {self.late_s:.2f} s late, which"
+            f"{said.removesuffix('?')}, or are the readings {self.late_s:.2f} s late, which"
             " the robot file does not know? 'deltactl diagnose' on this recording tells"
+        )
+
+    def moved_at_rest(self) -> str:
+        """One line, of a robot that should be still."""
+        if not self.motor:
+            return self._no_motor("while the robot stood still, ")
+        cause = "drive power lost?" if self.all_three else "pushed, or slipped?"
+        return self._or_else(
+            f"an arm moved while the robot stood still: the sensors see motor{self.motor} about"
+            f" {abs(self.steps)} steps ({abs(self.elbow_m) * 1e3:.0f} mm at the elbow) from its"
+            f" counts ({cause})"
         )
 
     def _lost(self) -> str:
@@ -85,14 +107,30 @@ class StepLoss:
             f" {'behind' if self.steps > 0 else 'ahead of'} its counts"
         )
 
-    def moved_at_rest(self) -> str:
-        """One line, of a robot that should stand still."""
-        cause = "drive power lost?" if self.all_three else "pushed, or slipped?"
+    def _or_else(self, of_motor: str) -> str:
+        """A motor, and what its loss cannot be told from."""
+        wrong = [reads_wrong(*one) for one in self.sensors]
+        if not wrong:
+            return of_motor
+        return ", or ".join([of_motor.removesuffix("?"), *wrong]) + " (they look the same here)"
+
+    def _no_motor(self, when: str) -> str:
+        if not self.sensors:
+            return (
+                f"{when}the sensors contradict the counts and each other as no single cause would:"
+                " look at the sensors ('deltactl sensors'), then at the motors"
+            )
+        named = ", or ".join(reads_wrong(*one) for one in self.sensors)
         return (
-            f"an arm moved while the robot stood still: the sensors see motor{self.motor} about"
-            f" {abs(self.steps)} steps ({abs(self.elbow_m) * 1e3:.0f} mm at the elbow) from its"
-            f" counts ({cause})"
+            f"{when}{named}, which the two other sensors and the counts contradict: look what is in"
+            " front of it and on its glass, and see 'deltactl sensors'"
         )
+
+
+def reads_wrong(axis: int, range_m: float) -> str:
+    """'sensor x reads 46 mm too much'."""
+    much = "too much" if range_m > 0.0 else "too little"
+    return f"sensor {AXES[axis]} reads {abs(range_m) * 1e3:.0f} mm {much}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,6 +141,12 @@ class Moved:
     """How far they turned beyond the edges, (3,)."""
     scatter_rad: FloatArray
     """Standard deviation of that by the readings' noise, (3,): that of a median, in this pose."""
+    change_m: FloatArray
+    """Of each range beyond the edges, (3,), which `angles_rad` would make."""
+    range_scatter_m: FloatArray
+    """Standard deviation of that, (3,)."""
+    slopes_m: FloatArray
+    """Change of each range with a radian of each arm, (3, 3)."""
 
 
 class Usual:
@@ -132,16 +176,26 @@ class StepWatch:
     """Fed with edges and readings (the latter from any thread); `look` judges now and then."""
 
     def __init__(self, robot: RobotFile):
+        self._robot = robot
         self._expected = Expectation(robot)
         self._step_rad = robot.drive.rad_per_step
         self._elbows_m = np.broadcast_to(np.asarray(robot.geometry.upper_arm_m), (3,))
         self._blind = robot.sensors is None
         self._readings: deque[Reading] = deque(maxlen=1000)
+        self._at_rest = AtRest(robot)
         self.reset((0, 0, 0), 0)
+
+    def homed(self, counts: Counts, now_ns: int, ranges_m: FloatArray) -> None:
+        """Begin afresh at home, where the sensors said this: (3,), NaN for those that did not."""
+        self.reset(counts, now_ns)
+        self._at_rest.homed(self._expected.excess_m(counts, ranges_m))
 
     def reset(self, counts: Counts, now_ns: int) -> None:
         """Begin afresh: the motors are where the counters say."""
         self._expected.reset(counts, now_ns)
+        self._counts = np.array(counts, dtype=np.int64)
+        self._still_ns = now_ns
+        self._at_rest.moved()
         self._rows = Residuals.none()
         self._looked_ns = now_ns
         self._suspected = 0
@@ -153,11 +207,15 @@ class StepWatch:
         self._rows = Residuals.none()
         self._suspected = 0
         self._usual.forgive()
+        self._at_rest.homed(None)
 
     def sent(self, ticks: Ticks) -> None:
         """Edges really sent."""
         if len(ticks):
             self._expected.sent(ticks)
+            self._counts = self._counts + ticks.steps.sum(axis=0, dtype=np.int64)
+            self._still_ns = int(ticks.due_ns[-1])
+            self._at_rest.moved()
 
     def reading(self, reading: Reading) -> None:
         """A sample of a sensor."""
@@ -173,11 +231,15 @@ class StepWatch:
         rows = self._rows.and_then(self._expected.residuals(new))
         self._rows = rows.since(now_ns - ns(BEFORE_S[1]))
         self._expected.forget(now_ns)
-        loss = self._compare(now_ns)
+        loss = self._compare(now_ns) or self._crept(now_ns)
         self._suspected = self._suspected + 1 if loss else 0
         if loss is None or self._suspected < LOOKS_IN_A_ROW:
             return None
         return replace(loss, late_s=late_s(self._rows, now_ns))
+
+    def _crept(self, now_ns: int) -> StepLoss | None:
+        off = self._at_rest.off(self._rows, self._still_ns, now_ns)
+        return None if off is None else self._named(*off)
 
     def _compare(self, now_ns: int) -> StepLoss | None:
         moved = self._moved(now_ns)
@@ -192,9 +254,24 @@ class StepWatch:
             return None
         if abs(moved_rad[worst]) < NOISE_TIMES * moved.scatter_rad[worst]:
             return None
-        behind = -float(moved_rad[worst]) / self._step_rad
-        all_three = bool((np.abs(elbows_m) >= self._usual.limit_m()).all())
-        return StepLoss(worst + 1, round(behind), elbow_m, all_three)
+        return self._named(moved.change_m, moved.range_scatter_m, moved.slopes_m)
+
+    def _named(self, change_m: FloatArray, scatter_m: FloatArray, slopes_m: FloatArray) -> StepLoss:
+        """What explains it, by one comparison of all single causes."""
+        due_rad = self._counts * self._step_rad
+        found = causes(self._robot, due_rad, change_m, scatter_m, slopes_m)
+        sensors = tuple((one.place, one.range_m) for one in found if one.kind == "sensor")
+        turned = next((one for one in found if one.kind in ("motor", "power")), None)
+        if turned is None:
+            return StepLoss(0, 0, 0.0, sensors=sensors)
+        angle_rad = float(turned.angles_rad[turned.place])
+        return StepLoss(
+            turned.place + 1,
+            round(-angle_rad / self._step_rad),
+            angle_rad * float(self._elbows_m[turned.place]),
+            turned.kind == "power",
+            sensors=sensors,
+        )
 
     def _moved(self, now_ns: int) -> Moved | None:
         """How far the arms are now from where they were, beyond the edges."""
@@ -217,7 +294,8 @@ class StepWatch:
             inverse = np.linalg.inv(slopes_m)
         except np.linalg.LinAlgError:
             return None
-        return Moved(inverse @ change_m, np.sqrt(inverse**2 @ scatter_m**2))
+        scatter_rad = np.sqrt(inverse**2 @ scatter_m**2)
+        return Moved(inverse @ change_m, scatter_rad, change_m, scatter_m, slopes_m)
 
 
 def _median(values: FloatArray) -> float:

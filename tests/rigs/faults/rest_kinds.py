@@ -14,13 +14,15 @@ from random import Random
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.states import State, said
-from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import DeltactlError
 from tests.rigs.faults.edges import after, edge_times_ns
 from tests.rigs.faults.stand import ROBOT_FILE, Stand, wait_for
 from tests.rigs.faults.verdict import Verdict
+from tests.rigs.switch_homing import SIGHTS, TROUBLES, home_with
 
 SEEN_S = 1.2
+SAGGED_STEPS = 160
+"""3.6 degrees of an arm: 10 mm of a range and more."""
 REFUSING = 4
 """A raw status of the chip that makes every sample refused."""
 RestFault = Callable[[Stand, Random, Verdict], None]
@@ -51,6 +53,27 @@ def push_paused(stand: Stand, chance: Random, verdict: Verdict) -> None:
     time.sleep(1.5)
     stand.bench.slip(chance.randint(1, 3), chance.choice((-1, 1)) * 400)
     _ends_as(stand, verdict, "fault", "lost steps: .* motor[123]")
+
+
+def sag_ready(stand: Stand, chance: Random, verdict: Verdict) -> None:
+    """An arm sags step by step while the robot waits, too slowly to be seen as a push."""
+    _homed(stand)
+    time.sleep(1.5)
+    motor, sign = chance.randint(1, 3), chance.choice((-1, 1))
+    for _ in range(SAGGED_STEPS):
+        stand.bench.slip(motor, sign)
+        time.sleep(0.03)
+    _ends_as(stand, verdict, "unhomed", f"an arm moved .* motor{motor}")
+
+
+def lie_ready(stand: Stand, chance: Random, verdict: Verdict) -> None:
+    """A sensor says another distance while the robot waits, with a good status."""
+    _homed(stand)
+    time.sleep(1.5)
+    axis = chance.choice("xy")
+    stand.rig.chips[axis].faults.offset_m = chance.choice((-1, 1)) * chance.uniform(0.02, 0.2)
+    _ends_as(stand, verdict, "unhomed", f"sensor {axis} reads")
+    stand.rig.chips[axis].faults.clear()
 
 
 def stop_homing(stand: Stand, chance: Random, verdict: Verdict) -> None:
@@ -147,35 +170,17 @@ def no_place_to_record(stand: Stand, chance: Random, verdict: Verdict) -> None:
     stand.ensure_running()
 
 
-def switch_stuck_closed(stand: Stand, chance: Random, verdict: Verdict) -> None:
-    """A home switch does not open again."""
-    _home_by_switches(chance.randrange(3), True, "stuck closed", verdict)
+def switch_trouble(name: str) -> RestFault:
+    """Something is wrong with a switch, its wire or its arm; see tests/rigs/switch_homing.py."""
 
+    def fault(stand: Stand, chance: Random, verdict: Verdict) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            sight = chance.choice(SIGHTS)
+            drawn, outcome = home_with([name], sight, chance, Path(folder))
+            for problem in outcome.problems:
+                verdict.demand(False, f"{drawn}: {problem}")
 
-def switch_stuck_open(stand: Stand, chance: Random, verdict: Verdict) -> None:
-    """A home switch never closes."""
-    _home_by_switches(chance.randrange(3), False, "stuck open", verdict)
-
-
-def _home_by_switches(motor: int, closed: bool, named: str, verdict: Verdict) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        robot_file = Path(folder) / "switched.yaml"
-        text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
-        text = text.replace("method: placed", "method: switch\n  switch_pins: [12, 16, 18]")
-        robot_file.write_text(text)
-        with closing(_virtual(robot_file, Path(folder))) as controller:
-            switches = list(controller.machine.home_switches)
-            switches[motor] = lambda: closed
-            object.__setattr__(controller.machine, "home_switches", tuple(switches))
-            controller.power_on()
-            try:
-                controller.home()
-                verdict.demand(False, "homed with a broken switch")
-            except DeltactlError as error:
-                right = f"arm {motor + 1}" in str(error) and named in str(error)
-                verdict.demand(right, f"culprit not named: {error}")
-            state = controller.status().state
-            verdict.demand(state == "unhomed", f"refused, and {state}")
+    return fault
 
 
 REST_KINDS: dict[str, RestFault] = {
@@ -187,8 +192,9 @@ REST_KINDS: dict[str, RestFault] = {
     "homing with a sensor blind": home_blind,
     "robot file changed": change_file,
     "no place to record": no_place_to_record,
-    "home switch stuck closed": switch_stuck_closed,
-    "home switch stuck open": switch_stuck_open,
+    "arm sags while ready": sag_ready,
+    "sensor lies while ready": lie_ready,
+    **{f"home switch: {name}": switch_trouble(name) for name in TROUBLES},
 }
 
 

@@ -91,6 +91,22 @@ def _any_chip(stand: Stand, chance: Random) -> Vl53l1xChip:
     return stand.rig.chips[chance.choice("xyz")]
 
 
+def lie(**knobs: Any) -> Callable[[Stand, Random], Undo]:
+    """A sensor of the plane says what is not, with a good status.
+
+    Not z: what it says wrong looks like three arms that sink alike, and both are said.
+    """
+
+    def inject(stand: Stand, chance: Random) -> Undo:
+        faults = stand.rig.chips[chance.choice("xy")].faults
+        for name, value in knobs.items():
+            setattr(faults, name, value)
+        return faults.clear
+
+    return inject
+
+
+LIAR = r"^sensor [xy] reads \d+ mm too (much|little), which the two other sensors"
 BLIND_END_S = BLIND_S + 0.2
 RESTARTED = r"sensor [xyz].*held in reset"
 
@@ -170,5 +186,9 @@ SENSOR_KINDS = (
         "blind",
         restart=True,
     ),
+    Kind("sensor lies: stuck", lie(stuck_m=1.0), "fault", 1.0, 1.2, LIAR),
+    Kind("sensor lies: offset", lie(offset_m=0.04), "fault", 1.0, 1.2, LIAR),
+    Kind("sensor lies: scaled", lie(scale=1.15), "fault", 1.0, 1.2, LIAR),
+    Kind("sensor lies: spikes", lie(spike_rate=0.2), within_s=2.0, hold_s=1.0),
     Kind("I2C adapter gone", take_adapter, "fault", 0.2, 0.4, "I2C adapter fails", "I2C adapter"),
 )
