@@ -94,7 +94,7 @@ class Bench:
                 client.power_off()  # drops the simulated arms onto their stops
             client.power_on()
             client.home()
-            client.submit(job)
+            client.submit(job, detach=True)
             while client.status().state != "running":
                 time.sleep(0.1)
         time.sleep(SETTLE_S)

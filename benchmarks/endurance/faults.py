@@ -17,6 +17,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from tests.rigs.faults.campaign import (
+    BESIDE_KINDS,
     KINDS,
     campaign,
     daemon_campaign,
@@ -25,7 +26,6 @@ from tests.rigs.faults.campaign import (
     settled,
     table,
 )
-from tests.rigs.faults.rest_kinds import REST_KINDS
 from tests.rigs.faults.verdict import Verdict
 
 
@@ -34,7 +34,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-n", "--faults", type=int, default=500)
     parser.add_argument("-d", "--daemons", type=int, default=40, help="faults of the daemon")
-    parser.add_argument("-r", "--rest", type=int, default=90, help="faults beside a run")
+    parser.add_argument("-r", "--rest", type=int, default=160, help="faults beside a run")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kind", action="append", help="only kinds whose name holds this")
     options = parser.parse_args()
@@ -42,7 +42,7 @@ def main() -> int:
     kinds = [kind for kind in KINDS if any(part in kind.name for part in wanted)]
     verdicts: list[Verdict] = []
     start_s = time.monotonic()
-    rest = {name: one for name, one in REST_KINDS.items() if any(part in name for part in wanted)}
+    rest = {name: one for name, one in BESIDE_KINDS.items() if any(part in name for part in wanted)}
     parts = (
         campaign(options.faults, options.seed, kinds) if kinds else iter(()),
         rest_campaign(options.rest, options.seed, rest) if rest else iter(()),

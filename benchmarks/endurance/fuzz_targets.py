@@ -83,12 +83,19 @@ class NullController:
             "off", "", "none", True, 0.0, none, None, None, None, None, 0.0, None, (), None, "", 0
         )
 
-    def submit(self, job: Path, record: Path | None = None) -> int:
+    def submit(self, job: Path, record: Path | None = None, claim: object = None) -> int:
         """Reads the job, as a controller does first."""
         load_job(job)
         return 1
 
-    def result(self, number: int) -> JobResult | None:
+    def leave(self, owner: object) -> None:
+        """Nothing is under way."""
+
+    def owes(self, owner: object) -> bool:
+        """Nothing is under way."""
+        return False
+
+    def result(self, job_id: int) -> JobResult | None:
         """No job ever ended."""
         return None
 

@@ -24,14 +24,38 @@ NAMED: tuple[Named, ...] = (
     Named(
         "READY over a stop during homing",
         "firmware_py/controller/homing.py",
-        '                condition.same(turn, "home")\n'
-        "                self._machine.output.set_counts",
+        "                still_wanted()\n                self._machine.output.set_counts",
         "                self._machine.output.set_counts",
     ),
     Named(
         "a queue that outlives a stop",
         "firmware_py/controller/jobs/jobs.py",
-        "        self.queue.clear()\n",
+        "        self._drop(outcome, why)\n        self.held = False\n",
+        "        self.held = False\n",
+    ),
+    Named(
+        "jobs that outlive 'off'",
+        "firmware_py/controller/controller.py",
+        '            self._call_off(rule, "the robot was switched off")\n',
+        "",
+    ),
+    Named(
+        "jobs that outlive their client",
+        "firmware_py/controller/controller.py",
+        "                self.jobs.call_off(rule.ends, "
+        "CLIENT_WENT, lambda one: one.owner is owner)\n",
+        "",
+    ),
+    Named(
+        "a pause that holds nothing that waits",
+        "firmware_py/controller/jobs/jobs.py",
+        "        self.held = True\n",
+        "",
+    ),
+    Named(
+        "outputs on after a cancel in the last moment",
+        "firmware_py/controller/jobs/active_job.py",
+        "        if self.phase is Phase.SETTLE:\n            self._make_safe(now_ns)\n",
         "",
     ),
     Named(

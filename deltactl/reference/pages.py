@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 from pydantic import BaseModel
 
+from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.daemon.protocol import ARGUMENTS, SLOW, Argument
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile
@@ -21,7 +22,7 @@ from deltactl.recording.foreign.mapping import Mapping
 from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.format.channels import CHANNELS
 from deltactl.recording.tables.flat import UNITS
-from deltactl.reference import effect_schemas
+from deltactl.reference import effect_schemas, states_page
 from deltactl.reference.column_words import COLUMN_WORDS, stem_of
 from deltactl.reference.examples import example_of
 from deltactl.reference.fields import NAMES, Key, Section, sections
@@ -40,6 +41,7 @@ def pages() -> dict[str, str]:
         "effects.md": _effects(),
         "columns.md": _columns(),
         "socket.md": _socket(),
+        "states.md": _states(),
     }
 
 
@@ -52,7 +54,8 @@ def _contents() -> str:
         "Reference",
         "- [Job files](jobs.md)\n- [Robot files](robots.md), every kind of machine\n"
         "- [Effects](effects.md): what the diagnosis can name\n- [Columns](columns.md) of tables, "
-        "mappings, and the channels of recordings\n- [Requests](socket.md) of the daemon's socket",
+        "mappings, and the channels of recordings\n- [Requests](socket.md) of the daemon's socket\n"
+        "- [States](states.md): what each request does, and what may still move",
         "Editors check and complete these files with the JSON Schemas in `schemas/`. In VS Code "
         "with the YAML extension, or any editor with yaml-language-server, a first line does it:",
         "```yaml\n# yaml-language-server: $schema=../schemas/robot.json\n```",
@@ -230,11 +233,26 @@ def _socket() -> str:
     )
 
 
+def _states() -> str:
+    parts = [states_page.INTRODUCTION, "\n".join(f"- {one}" for one in states_page.RULES)]
+    names = [f"`{state.value}`" for state in State]
+    parts += ["## Next states", "Empty: refused.", table(("", *names), states_page.overview())]
+    for state in State:
+        parts += [
+            f"## {state.value}",
+            states_page.STATE_WORDS[state],
+            table(states_page.COLUMNS, states_page.rows_of(state)),
+            states_page.refused_in(state),
+        ]
+    return _page("States of the robot", *parts)
+
+
 def _argument_row(name: str, one: Argument) -> tuple[str, ...]:
     words = ARGUMENT_WORDS[name]
     length = " characters" if one.type is str else ""
     return (
-        f"`{name}`", NAMES[one.type], words.unit, f"{one.least:g} to {one.most:g}{length}",
+        f"`{name}`", NAMES[one.type], words.unit,
+        "" if one.type is bool else f"{one.least:g} to {one.most:g}{length}",
         "none" if words.default is None else str(words.default),
         f"`{json.dumps(words.example)}`", words.says,
     )  # fmt: skip

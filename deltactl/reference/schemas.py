@@ -165,4 +165,6 @@ def _argument(name: str, one: Argument) -> Schema:
         said["default"] = words.default
     if one.type is str:
         return {"type": "string", "minLength": int(one.least), "maxLength": int(one.most)} | said
+    if one.type is bool:
+        return {"type": "boolean"} | said
     return {"type": TYPES[one.type], "minimum": one.least, "maximum": one.most} | said

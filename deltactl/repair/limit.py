@@ -17,9 +17,9 @@ from deltactl.drivers.steps.contract import Counts
 from deltactl.firmware_py.paths.path import Space
 from deltactl.firmware_py.planner.plan import Plan
 from deltactl.models.chain import Chain, Commands
-from deltactl.models.effects import effect_kind
+from deltactl.models.effects import Compensated, card_of, effect_kind
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray
-from deltactl.repair.coverage import READINGS, Coverage
+from deltactl.repair.coverage import Coverage
 from deltactl.repair.played import Played, played
 
 SAMPLE_S = 0.005
@@ -61,7 +61,11 @@ def limit_of(
     if plan.first.lap.space is Space.JOINT:
         return None
     path, robot = played(plan, most_s, from_counts), plan.robot
-    believed = tuple(one for one in robot.effects if one.effect not in READINGS)
+    believed = tuple(
+        entry
+        for entry in robot.effects
+        if card_of(entry.effect).compensated is not Compensated.IN_READINGS
+    )
     left = {(one.effect, one.component) for one in covered.left}
     met = tuple(one for one in believed if (one.effect, one.component) not in left)
     at_best_m, reached_m = (_reached_m(robot, effects, path) for effects in (met, believed))

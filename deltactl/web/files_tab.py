@@ -133,8 +133,7 @@ class FilesTab:
             return
 
         def call() -> int:
-            with self._page.site.link.client() as client:
-                return client.submit_text(text, name)
+            return self._page.site.link.submit_text(text, name)
 
         number = await self._page.act("run", call)
         if number is None:

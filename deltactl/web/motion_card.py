@@ -62,7 +62,8 @@ class MotionCard:
         Moves by hand may follow one another; a job comes to its end, or is cancelled, before.
         """
         moves = state == State.RUNNING.value and job in (None, *BY_HAND_JOBS)
-        why = "" if moves else why_not("Moving by hand", (State.READY,), state)
+        fitting = (State.READY, State.PLANNING)
+        why = "" if moves else why_not("Moving by hand", fitting, state)
         if why == self._why:
             return
         self._why = why
@@ -189,7 +190,8 @@ class MotionCard:
     def _under_way(self, status: Status) -> bool:
         """Whether a move is being made or waits, or was sent and no status tells of it yet."""
         unheard = self._sending > 0 or self._page.site.link.seen.serial < self._told_serial
-        return unheard or status.state == "running" or bool(status.queued)
+        engaged = status.state in (State.PLANNING.value, State.RUNNING.value)
+        return unheard or engaged or bool(status.queued)
 
     def _full(self) -> bool:
         status = self._page.site.link.seen.status
@@ -202,8 +204,7 @@ class MotionCard:
 
     async def _send(self, text: str, name: str) -> Any:
         def call() -> int:
-            with self._page.site.link.client() as client:
-                return client.submit_text(text, f"{name}.yaml")
+            return self._page.site.link.submit_text(text, f"{name}.yaml")
 
         self._sending += 1
         try:

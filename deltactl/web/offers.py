@@ -16,7 +16,9 @@ GREY = "color=grey-4 text-color=grey-8"
 NEXT = {
     "off": "Switch the robot on.",
     "unhomed": "Put the arms against their stops, then press Home.",
+    "homing": "Homing: wait, or cancel.",
     "ready": "Ready: choose a job on the tab Jobs, or move by hand.",
+    "planning": "A job is checked, or is about to begin: wait, pause, or cancel.",
     "running": "A job runs.",
     "paused": "Paused: resume, or cancel.",
     "stopped": "Stopped: clear the cause, acknowledge above, then home.",

@@ -28,7 +28,9 @@ ANNOUNCE_S = 3.0
 COLOURS = {
     "off": "grey-7",
     "unhomed": "orange-10",
+    "homing": "orange-10",
     "ready": "green-8",
+    "planning": "teal-8",
     "running": "blue-8",
     "paused": "indigo-6",
     "stopped": "red-8",

@@ -174,7 +174,8 @@ class StateCard:
     def _job(self, status: Status) -> None:
         self._ended.update(status)
         self._job_row.set_visibility(status.job is not None)
-        self._set("job", status.job or "No job.")
+        planned = f"Planning {', '.join(status.planning)}." if status.planning else "No job."
+        self._set("job", status.job or planned)
         self._show_queue(tuple(zip(status.queued_ids, status.queued, strict=False)))
         if status.job is not None:
             progress = round(status.progress, 3)

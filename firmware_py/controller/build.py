@@ -16,7 +16,7 @@ from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.file_in_force import keep_text
 from deltactl.firmware_py.controller.servo_machine import servo_machine
 from deltactl.firmware_py.machine import Machine
-from deltactl.firmware_py.planning.prepared import Prepare, prepare_here
+from deltactl.firmware_py.planning.prepared import Prepare, prepare_for
 from deltactl.firmware_py.robot_file import RobotFile, check_said, robot_in
 from deltactl.firmware_py.simulation.concealed import Concealed, nothing_apart
 from deltactl.firmware_py.simulation.noise import with_seed
@@ -33,7 +33,7 @@ def build_controller(
     simulated: bool,
     realtime: bool,
     recordings: Path,
-    prepare: Prepare = prepare_here,
+    prepare: Prepare = prepare_for,
     seed: int | None = None,
     as_built: Path | None = None,
 ) -> Controller:

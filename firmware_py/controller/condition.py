@@ -5,7 +5,15 @@ from __future__ import annotations
 import threading
 
 from deltactl.firmware_py.controller.jobs.journal import Journal
-from deltactl.firmware_py.controller.states import Request, State, require, said
+from deltactl.firmware_py.controller.states import (
+    TABLE,
+    Event,
+    Request,
+    Rule,
+    State,
+    require,
+    said,
+)
 from deltactl.foundation.clock import Clock
 from deltactl.foundation.errors import NotReady
 
@@ -23,9 +31,26 @@ class Condition:
         self._clock = clock
         self._journal = journal
 
-    def require(self, request: Request) -> None:
-        """Raise NotReady, saying what to do, when the request is not allowed now."""
-        require(request, self.state, self.why, self._simulated)
+    def require(self, request: Request) -> Rule:
+        """The rule of the table; NotReady, saying what to do, when there is none now."""
+        return require(request, self.state, self.why, self._simulated)
+
+    def rule(self, event: Event) -> Rule | None:
+        """What the table says of an event now; None where it says that nothing happens."""
+        return TABLE[event].get(self.state)
+
+    def go(self, event: Event, then: State | None = None, why: str = "") -> None:
+        """Enter the state that follows an event; `then` where the table leaves a choice.
+
+        Raises AssertionError for a change that the table does not know, which ends the process
+        that would make it: nothing else says what may move afterwards.
+        """
+        with self.lock:
+            rule = self.rule(event)
+            after = rule.then[0] if rule is not None and then is None else then
+            if rule is None or after not in rule.then:
+                raise AssertionError(f"no rule for {event} in {self.state}, then {after}")
+            self.enter(after, why)
 
     def same(self, turn: int, what: str) -> None:
         """Raise NotReady when a stop, or whatever else ends a wait, came since that turn."""

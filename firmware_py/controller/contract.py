@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from deltactl.firmware_py.controller.claim import Claim, Owner
+
 
 @dataclass(frozen=True, slots=True)
 class SensorStatus:
@@ -58,6 +60,10 @@ class Status:
     """Its named inputs, and which are on."""
     queued_ids: tuple[int, ...] = ()
     """Numbers of the jobs in `queued`, by which one can be cancelled."""
+    planning: tuple[str, ...] = ()
+    """Jobs that are being read, checked and planned; a name may change when it is read."""
+    planning_ids: tuple[int, ...] = ()
+    """Their numbers, by which one can be cancelled."""
     target_m: tuple[float, float, float] | None = None
     """The newest target whose pulses are queued, at most 0.1 s ahead; None between paths."""
 
@@ -127,7 +133,10 @@ class RobotController(Protocol):
         """Go on from where it was paused."""
 
     def cancel(self, job_id: int | None = None) -> None:
-        """Decelerate on the path and drop that job; without a number, all that run or wait."""
+        """Decelerate on the path and drop that job.
+
+        Without a number, all that run, wait or are planned, and a homing.
+        """
 
     def stop(self, reason: str) -> None:
         """Emergency stop: latched, position no longer trusted."""
@@ -139,7 +148,7 @@ class RobotController(Protocol):
         """A snapshot."""
 
     def result(self, job_id: int) -> JobResult | None:
-        """How a job ended, or None while it is queued or running."""
+        """How a job ended, or None while it is planned, queued or running."""
 
     def progress_count(self) -> int:
         """Grows only when control loop, ranging and pulse output have all moved on (watchdog)."""
@@ -149,7 +158,24 @@ class RobotController(Protocol):
 
 
 class OwnedController(RobotController, Protocol):
-    """A controller in this process, as the daemon has it."""
+    """A controller in this process, as the daemon has it.
+
+    A claim says whose a request is; without one it is of this process, and ends with it.
+    """
+
+    def submit(self, job: Path, record: Path | None = None, claim: Claim | None = None) -> int:
+        """See RobotController."""
+
+    def home(
+        self, accept_unseen_deg: float = 0.0, robot: Path | None = None, claim: Claim | None = None
+    ) -> HomeSeen:
+        """See RobotController."""
+
+    def leave(self, owner: Owner) -> None:
+        """A client has gone: whatever it asked for, and was not detached, is called off."""
+
+    def owes(self, owner: Owner) -> bool:
+        """Whether a job of this client has not ended."""
 
     def fatal(self) -> str:
         """Why only a new process can go on; empty while this one can."""

@@ -10,7 +10,7 @@ from deltactl.firmware_py.controller.jobs.job_queue import QueuedJob
 from deltactl.firmware_py.controller.jobs.jobs import Jobs
 from deltactl.firmware_py.controller.jobs.journal import Journal
 from deltactl.firmware_py.controller.observer import Observer
-from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.controller.states import Happening
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, Task, ns
@@ -69,23 +69,24 @@ class ControlLoop:
             self._emergency.output_stopped(seen)
         elif self._jobs.running is not None:
             self._drive_unless_stopped(self._jobs.running, now_ns)
-        elif self._condition.state is State.READY:
+        elif self._condition.rule(Happening.PUSHED) is not None:
             self._rest(now_ns)
 
     def _rest(self, now_ns: int) -> None:
         """See to it that the arms stay where they are; begin what waits."""
         if (loss := self._observer.lost_steps(now_ns)) is not None:
-            why = f"{loss.moved_at_rest()}; home again"
             self._condition.turns += 1
+            why = f"{loss.moved_at_rest()}; home again"
             self._jobs.end_all("refused", why)
-            self._condition.enter(State.UNHOMED, why)
-        elif self._jobs.queue:
+            self._condition.go(Happening.PUSHED, why=why)
+        elif self._jobs.queue and self._condition.rule(Happening.BEGUN) is not None:
             self._begin(self._jobs.queue.popleft(), now_ns)
 
     def _begin(self, job_due: QueuedJob, now_ns: int) -> None:
         blind = self._observer.blind()
         if blind is not None and job_due.job.on_blind == "stop":
             self._jobs.never_ran(job_due, "refused", blind.says())
+            self._condition.go(Happening.ENDED, self._jobs.state())
             return
         job = ActiveJob(job_due, self.robot, self._machine, self._journal)
         try:
@@ -97,11 +98,12 @@ class ControlLoop:
             stopped = seen.state is OutputState.STOPPED
             why = seen.reason if stopped else str(error)
             self._jobs.finish_later(job, "stopped" if stopped else "refused", why)
+            self._condition.go(Happening.ENDED, self._jobs.state())
             return
         self._jobs.running = job
         # Opening a file may take long on a slow disk; nothing moved meanwhile.
         self._beat_ns = self._clock.now_ns()
-        self._condition.enter(State.RUNNING)
+        self._condition.go(Happening.BEGUN)
 
     def _drive_unless_stopped(self, job: ActiveJob, now_ns: int) -> None:
         try:
@@ -128,7 +130,7 @@ class ControlLoop:
             self._jobs.running = None
             self._take_over(now_ns)
             self._jobs.finish_later(job, "cancelled" if job.cancelled else "done", job.why)
-            self._condition.enter(State.READY)
+            self._condition.go(Happening.ENDED, self._jobs.state())
 
     def _take_over(self, now_ns: int) -> None:
         """Steps that feedback added made up for lost ones: the arms stand where the plan says."""

@@ -10,28 +10,37 @@ from __future__ import annotations
 from pathlib import Path
 
 from deltactl.firmware_py.controller.belief import other_belief
+from deltactl.firmware_py.controller.claim import CLIENT_WENT, Claim, Owner
 from deltactl.firmware_py.controller.condition import Condition
 from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, Status
 from deltactl.firmware_py.controller.control_loop import ControlLoop
 from deltactl.firmware_py.controller.emergency import LATCHED, Emergency
 from deltactl.firmware_py.controller.file_in_force import FileInForce, keep_text
 from deltactl.firmware_py.controller.homing import Homing
-from deltactl.firmware_py.controller.jobs.job_queue import queued
+from deltactl.firmware_py.controller.jobs.job_queue import QueuedJob, queued
 from deltactl.firmware_py.controller.jobs.jobs import Jobs
 from deltactl.firmware_py.controller.jobs.journal import Journal
 from deltactl.firmware_py.controller.observer import Observer
 from deltactl.firmware_py.controller.progress import Progress
 from deltactl.firmware_py.controller.report_status import Running, snapshot
 from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
-from deltactl.firmware_py.controller.states import Request, State
+from deltactl.firmware_py.controller.states import (
+    ENGAGED,
+    Ends,
+    Happening,
+    Request,
+    Rule,
+    State,
+)
 from deltactl.firmware_py.machine import Machine
-from deltactl.firmware_py.planning.prepared import InForce, Prepare, prepare_here
+from deltactl.firmware_py.planning.prepared import InForce, Prepare, prepare_for
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import TaskHandle
 from deltactl.foundation.errors import NotReady
 from deltactl.models.calibrated_inverse import CalibratedInverse
 
-MOVING = frozenset({State.RUNNING, State.PAUSED})
+BEFORE_IT_BEGAN = "cancelled before it began"
+"""Said of a job that never ran, and to whoever waits for its check."""
 
 
 class Controller:
@@ -43,7 +52,7 @@ class Controller:
         robot_file: Path,
         machine: Machine,
         recordings: Path,
-        prepare: Prepare = prepare_here,
+        prepare: Prepare = prepare_for,
     ):
         """`prepare` reads and plans jobs: here, or in a process of its own."""
         self._prepare = prepare
@@ -72,6 +81,8 @@ class Controller:
             lambda text: self.condition.note("sensor", text),
         )
         self._belief = CalibratedInverse(robot)
+        self._offs = 0
+        """How often the drives were released."""
         self._file = FileInForce(robot_file)
         self._started_with = robot_file
         self._recordings = recordings
@@ -93,26 +104,42 @@ class Controller:
                 if self.machine.world is not None:
                     self.machine.world.believed_anew(newer, self.clock.now_ns())
         self.machine.sensors.start()
-        self.machine.output.enable()
+        self._energise(turn, "switch on")
         with self.condition.lock:
             self.condition.same(turn, "switch on")
-            self.condition.enter(State.UNHOMED)
+            self.condition.go(Request.ON)
             self._sense()
 
     def power_off(self) -> None:
-        """-> OFF; the arms may drop. A latched stop or fault stays latched, drives released."""
+        """-> OFF; the arms may drop. A latched stop or fault stays latched, drives released.
+
+        What is planned or waits is dropped, and a homing ends.
+        """
         with self.condition.lock:
-            self.condition.require(Request.OFF)
+            rule = self.condition.require(Request.OFF)
             self.condition.turns += 1
+            self._offs += 1
+            self._call_off(rule, "the robot was switched off")
             self.ranging.stop()
             self.machine.output.disable()
             self._homing.released()
-            if self.condition.state not in LATCHED:
-                self.condition.enter(State.OFF)
+            self.condition.go(Request.OFF, why=self.condition.why)
         if self.machine.world is not None:
             self.machine.world.put_to_stops(self.clock.now_ns())
 
-    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> HomeSeen:
+    def _energise(self, turn: int, what: str) -> None:
+        """Energise the drives, unless something came since that turn, or comes meanwhile."""
+        with self.condition.lock:
+            self.condition.same(turn, what)
+            offs = self._offs
+        self.machine.output.enable()
+        with self.condition.lock:
+            if self._offs != offs:
+                self.machine.output.disable()
+
+    def home(
+        self, accept_unseen_deg: float = 0.0, robot: Path | None = None, claim: Claim | None = None
+    ) -> HomeSeen:
         """UNHOMED or READY -> READY, blocking; returns what was seen.
 
         robot: another file of the same machine, believed from now on. Raises ConfigError for
@@ -126,7 +153,7 @@ class Controller:
                 self._believe(other_belief(self.robot, named.robot(), robot), named)
             return self.robot
 
-        return self._homing.home(believed, accept_unseen_deg)
+        return self._homing.home(believed, accept_unseen_deg, claim or Claim())
 
     def _believe(self, robot: RobotFile, file: FileInForce) -> None:
         """Another robot file is in force from now on; counts mean nothing until homed."""
@@ -138,52 +165,96 @@ class Controller:
         self._observer.believe(robot)
         self.condition.note("robot", f"{file.path} is in force")
 
-    def submit(self, job: Path, record: Path | None = None) -> int:
-        """Check a job against this robot and queue it; returns its number."""
+    def submit(self, job: Path, record: Path | None = None, claim: Claim | None = None) -> int:
+        """Check a job against this robot and queue it; returns its number.
+
+        Raises what is wrong with the job, and NotReady when it was called off meanwhile.
+        """
+        claim = claim or Claim()
         with self.condition.lock:
             self.condition.require(Request.RUN)
             turn = self.condition.turns
-        number = self.jobs.next_number()
+            self.jobs.plan(claim, job.stem)
+            self.condition.go(Request.RUN, self.jobs.state())
+        try:
+            made = self._checked(job, record, claim)
+            with self.condition.lock:
+                claim.must_hold("run")
+                self.condition.require(Request.RUN)
+                self.condition.same(turn, "run")
+                self.jobs.add(made)
+        except BaseException as error:
+            with self.condition.lock:
+                refused = self.jobs.refused(claim, str(error))
+                if refused and self.condition.rule(Happening.ENDED) is not None:
+                    self.condition.go(Happening.ENDED, self.jobs.state())
+            claim.must_hold("run")  # whoever called it off is the reason, not what that led to
+            raise
+        return claim.number
+
+    def _checked(self, job: Path, record: Path | None, claim: Claim) -> QueuedJob:
         file = self._file
         started = None if file.path == self._started_with else self._started_with
-        prepared = self._prepare(job, InForce(self.robot, file.path, file.text, started))
-        made = queued(number, job, record, prepared, file.text, self._recordings)
-        if self.jobs.running is None and not self.jobs.queue:
-            made.check_way_in(self.machine.output.status().counts)
+        in_force = InForce(self.robot, file.path, file.text, started)
+        prepared = self._prepare(job, in_force, claim)
         with self.condition.lock:
-            self.condition.require(Request.RUN)
-            self.condition.same(turn, "run")
-            self.jobs.add(made)
-        return number
+            taken = {one.recording for one in self.jobs.queue}
+        made = queued(claim, job, record, prepared, file.text, self._recordings, taken)
+        if self.jobs.is_next(claim):
+            made.check_way_in(self.machine.output.status().counts)
+        return made
 
     def pause(self) -> None:
-        """Decelerate on the path and hold."""
+        """Decelerate on the path and hold; what has not begun is held."""
         with self.condition.lock:
             self.condition.require(Request.PAUSE)
-            assert self.jobs.running is not None
-            self.jobs.running.pause(self.clock.now_ns())
-            self.condition.enter(State.PAUSED)
+            self.jobs.pause(self.clock.now_ns())
+            self.condition.go(Request.PAUSE, self.jobs.state())
 
     def resume(self) -> None:
         """Go on along the path."""
         with self.condition.lock:
             self.condition.require(Request.RESUME)
-            assert self.jobs.running is not None
-            self.jobs.running.resume(self.clock.now_ns())
-            self.condition.enter(State.RUNNING)
+            self.jobs.resume(self.clock.now_ns())
+            self.condition.go(Request.RESUME, self.jobs.state())
 
     def cancel(self, job_id: int | None = None) -> None:
-        """Decelerate on the path; drop one job, or the one that runs and the queue."""
+        """Drop one job, or all and a homing; one that runs decelerates on the path."""
         with self.condition.lock:
-            dropped, running = self.jobs.waiting(job_id), self.jobs.runs(job_id)
-            if running or not dropped:
-                self.condition.require(Request.CANCEL)
-            if not running and not dropped:
+            rule = self.condition.require(Request.CANCEL)
+            if job_id is None:
+                self._call_off(rule, BEFORE_IT_BEGAN)
+            elif self.jobs.known(job_id):
+                self.jobs.call_off(rule.ends, BEFORE_IT_BEGAN, lambda one: one.number == job_id)
+            else:
                 raise NotReady(f"job {job_id} is neither running nor queued; see 'deltactl status'")
-            self.jobs.drop(dropped)
-            if running and self.jobs.running is not None:
-                self.jobs.running.cancel(self.clock.now_ns())
-                self.condition.enter(State.RUNNING)
+            homing = Ends.HOMING in rule.ends
+            self.condition.go(Request.CANCEL, None if homing else self.jobs.state())
+
+    def leave(self, owner: Owner) -> None:
+        """A client has gone: what it asked for, and was not detached, moves nothing any more."""
+        with self.condition.lock:
+            owner.gone = True
+            rule = self.condition.rule(Happening.GONE)
+            if rule is None:
+                return
+            if Ends.HOMING in rule.ends:
+                if self._homing.call_off(CLIENT_WENT, owner):
+                    self.condition.go(Happening.GONE)
+            elif any(one.owner is owner for one in self.jobs.claims()):
+                self.jobs.call_off(rule.ends, CLIENT_WENT, lambda one: one.owner is owner)
+                self.condition.go(Happening.GONE, self.jobs.state())
+
+    def owes(self, owner: Owner) -> bool:
+        """Whether anything that this client asked for has not ended."""
+        with self.condition.lock:
+            return any(one.owner is owner for one in self.jobs.claims())
+
+    def _call_off(self, rule: Rule, why: str) -> None:
+        """What the table says that an event ends."""
+        if Ends.HOMING in rule.ends:
+            self._homing.call_off(why)
+        self.jobs.call_off(rule.ends, why)
 
     def stop(self, reason: str) -> None:
         """Emergency stop; takes no lock before the pulses have ended."""
@@ -202,11 +273,11 @@ class Controller:
         started = not self.ranging.alive
         if started:
             self.machine.sensors.start()
-        self.machine.output.enable()
+        self._energise(turn, "acknowledge")
         with self.condition.lock:
             self.condition.same(turn, "acknowledge")
             self._emergency.blind_latched = False
-            self.condition.enter(State.UNHOMED)
+            self.condition.go(Request.ACKNOWLEDGE)
             if started:
                 self._sense()
 
@@ -226,6 +297,7 @@ class Controller:
                 self.journal.failed,
                 self._observer.blind() if sensing else None,
                 tuple(one.number for one in self.jobs.queue),
+                tuple((one.number, one.name) for one in self.jobs.planned),
                 self._file.changed(self.robot),
                 self._file.path.name,
                 str(self._file.path.absolute()),
@@ -237,8 +309,9 @@ class Controller:
         return self._emergency.lost
 
     def result(self, job_id: int) -> JobResult | None:
-        """How a job ended; None while it is queued or running."""
-        return self.jobs.result(job_id)
+        """How a job ended; None while it is planned, queued or running. Raises ServiceError."""
+        with self.condition.lock:
+            return self.jobs.result(job_id)
 
     def progress_count(self) -> int:
         """Grows only while both loops go round (in OFF, STOPPED and FAULT: the control loop)."""
@@ -249,8 +322,8 @@ class Controller:
     def close(self) -> None:
         """Stop, finish the recording, give the hardware back."""
         with self.condition.lock:
-            if self.condition.state in MOVING:
-                self._emergency.halt(State.STOPPED, "the controller was closed")
+            if self.condition.state in ENGAGED:
+                self._emergency.halt(Request.STOP, "the controller was closed")
             self.ranging.stop()
             self._control_task.stop()
         self.machine.close()

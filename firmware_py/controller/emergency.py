@@ -7,7 +7,7 @@ from deltactl.firmware_py.controller.condition import Condition
 from deltactl.firmware_py.controller.jobs.jobs import Jobs
 from deltactl.firmware_py.controller.observer import Observer
 from deltactl.firmware_py.controller.sensing.sight import Blindness
-from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.controller.states import Event, Happening, Request, State
 from deltactl.firmware_py.machine import Machine
 from deltactl.foundation.clock import Task
 from deltactl.foundation.errors import NotReady
@@ -45,13 +45,13 @@ class Emergency:
         with self._condition.lock:
             if self._condition.state in LATCHED:
                 self._condition.note("stop", reason)
-            elif self._condition.state is not State.OFF:
-                self.halt(State.STOPPED, reason)
+            else:
+                self.halt(Request.STOP, reason)
 
     def fault(self, why: str) -> None:
         """The control loop found a reason."""
         self._machine.output.stop(why)
-        self.halt(State.FAULT, why)
+        self.halt(Happening.FAULT, why)
 
     def loop_died(self, error: BaseException) -> None:
         """By an error that nobody caught."""
@@ -61,14 +61,14 @@ class Emergency:
             if self._condition.state in LATCHED:
                 self._condition.note("fault", why)
             else:
-                self.halt(State.FAULT, why)
+                self.halt(Happening.FAULT, why)
 
     def output_stopped(self, seen: OutputStatus) -> None:
         """By itself, or because it was asked to."""
         if self._condition.state in LATCHED:
             return
         wanted = self.stop_asked or any(word in seen.reason for word in STOP_REASONS)
-        self.halt(State.STOPPED if wanted else State.FAULT, seen.reason)
+        self.halt(Happening.ESTOP if wanted else Happening.FAULT, seen.reason)
 
     def output_lost(self, seen: OutputStatus) -> None:
         """Nobody watches the drives any more: release them from here; this process is done."""
@@ -80,15 +80,18 @@ class Emergency:
 
         self._machine.clock.start("releasing", task(), self.loop_died)
 
-    def halt(self, state: State, why: str) -> None:
-        """The pulses have ended: so do all jobs, and the state is latched."""
+    def halt(self, event: Event, why: str) -> None:
+        """The pulses have ended: so do homing and all jobs, and the state is latched."""
         self._condition.turns += 1
         self._observer.collect()
         if self._machine.simulated and NO_HEARTBEAT in why:
             why += BUSY
-        self._condition.note("stop" if state is State.STOPPED else "fault", why)
-        self._jobs.end_all("stopped" if state is State.STOPPED else "fault", why)
-        self._condition.enter(state, why)
+        fault = event is Happening.FAULT
+        self._condition.note("fault" if fault else "stop", why)
+        rule = self._condition.rule(event)
+        if rule is not None and rule.ends:
+            self._jobs.end_all("fault" if fault else "stopped", why)
+        self._condition.go(event, why=why)
 
     def must_see(self, blind: Blindness | None) -> None:
         """A blindness that stopped the robot and is still there is a cause that has not gone."""

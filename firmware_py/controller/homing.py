@@ -7,11 +7,12 @@ agree with the home angles before the robot counts as homed (home_check.py).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, Ticks
+from deltactl.firmware_py.controller.claim import Claim, Owner
 from deltactl.firmware_py.controller.condition import Condition
 from deltactl.firmware_py.controller.contract import HomeSeen
 from deltactl.firmware_py.controller.jobs.feeder import LEAD_S
@@ -19,7 +20,12 @@ from deltactl.firmware_py.controller.observer import Observer
 from deltactl.firmware_py.controller.sensing.home_check import BY_HAND, check_plausible
 from deltactl.firmware_py.controller.sensing.on_the_way import OnTheWay, listen
 from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
-from deltactl.firmware_py.controller.states import Request, State
+from deltactl.firmware_py.controller.states import (
+    LAST_OF_HOMING_S,
+    Happening,
+    Request,
+    State,
+)
 from deltactl.firmware_py.controller.switch_search import Push, SwitchSearch, wait_until_still
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.planner.approach import approach
@@ -120,14 +126,28 @@ class Homing:
         self._ranging = ranging
         self._condition = condition
         self._observer = observer
-        self._busy = False
+        self._claim: Claim | None = None
+        """Of the homing that is under way."""
         self._highest = [NOWHERE] * MOTORS
 
     def released(self) -> None:
         """The drives let the arms go: where they have risen to says nothing any more."""
         self._highest = [NOWHERE] * MOTORS
 
-    def home(self, believed: Callable[[], RobotFile], accept_unseen_deg: float) -> HomeSeen:
+    def call_off(self, why: str, owner: Owner | None = None) -> bool:
+        """Push nothing more; with an owner, only where the homing is theirs. Whether it was.
+
+        Comes with the controller's lock held.
+        """
+        claim = self._claim
+        if claim is None or (owner is not None and claim.owner is not owner):
+            return False
+        claim.call_off(why)
+        return True
+
+    def home(
+        self, believed: Callable[[], RobotFile], accept_unseen_deg: float, claim: Claim
+    ) -> HomeSeen:
         """UNHOMED or READY -> READY, blocking.
 
         believed: the robot file that is in force, asked for once homing is known to be allowed.
@@ -136,35 +156,53 @@ class Homing:
         condition = self._condition
         with condition.lock:
             condition.require(Request.HOME)
-            if self._busy:
-                raise NotReady("cannot home: the robot is homing already; wait, or stop it")
+            claim.must_hold("home")
+            if self._claim is not None:
+                raise NotReady("cannot home: another homing is about to end; ask again")
             robot = believed()
             was_ready, turn = condition.state is State.READY, condition.turns
-            self._busy = True
-            condition.enter(State.UNHOMED, "homing")
+            self._claim = claim
+            condition.go(Request.HOME)
+
+        def still_wanted() -> None:
+            claim.must_hold("home")
+            condition.same(turn, "home")
 
         def push(ticks: Ticks) -> None:
-            with condition.lock:
-                condition.same(turn, "home")
-                self._machine.output.push(ticks)
+            for piece in self._in_time(ticks):
+                with condition.lock:
+                    still_wanted()
+                    self._machine.output.push(piece)
 
         try:
             homer = Homer(robot, self._machine, self._ranging, push, self._highest)
             seen = homer.home(was_ready, accept_unseen_deg)
             with condition.lock:
-                condition.same(turn, "home")
+                still_wanted()
                 self._machine.output.set_counts(home_counts(robot))
                 self.released()
                 self._observer.homed(self._machine.clock.now_ns(), homer.heard_m)
-                condition.enter(State.READY)
+                condition.go(Happening.HOMED)
         except DeltactlError:
             with condition.lock:
-                condition.same(turn, "home")  # the stop is the reason, not what it led to
+                still_wanted()  # the stop is the reason, not what it led to
             raise
         finally:
             with condition.lock:
-                self._busy = False
-                if condition.state is State.UNHOMED:
-                    condition.enter(State.UNHOMED)
+                self._claim = None
+                if condition.state is State.OFF:  # it came while drives were energised again
+                    self._machine.output.disable()
+                if condition.state is State.HOMING:
+                    condition.go(Happening.NOT_HOMED)
         condition.note("home", seen.says())
         return seen
+
+    def _in_time(self, ticks: Ticks) -> Iterator[Ticks]:
+        """Pieces of a motion, each when it is due soon: what is pushed is not called back."""
+        ahead_ns, clock = ns(LAST_OF_HOMING_S), self._machine.clock
+        first = 0
+        while first < len(ticks):
+            last = int(np.searchsorted(ticks.due_ns, ticks.due_ns[first] + ahead_ns // 2, "right"))
+            clock.sleep_until_ns(int(ticks.due_ns[last - 1]) - ahead_ns)
+            yield Ticks(ticks.due_ns[first:last], ticks.steps[first:last])
+            first = last

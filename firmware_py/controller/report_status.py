@@ -14,7 +14,7 @@ from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.linkage.counted_pose import counted_pose
 
-TRUSTED = frozenset({State.READY, State.RUNNING, State.PAUSED})
+TRUSTED = frozenset({State.READY, State.PLANNING, State.RUNNING, State.PAUSED})
 """States in which the counters say where the arms are."""
 
 
@@ -31,6 +31,8 @@ class Running:
     """Why nothing more is written of the job that runs."""
     blind: Blindness | None = None
     queued_ids: tuple[int, ...] = ()
+    planned: tuple[tuple[int, str], ...] = ()
+    """Numbers and names of jobs that are being planned."""
     robot_file_changed: str = ""
     robot_file: str = ""
     robot_path: str = ""
@@ -63,6 +65,8 @@ def snapshot(
         seconds_left=job.seconds_left(now_ns) if job else None,
         queued=running.queued,
         queued_ids=running.queued_ids,
+        planning=tuple(name for _, name in running.planned),
+        planning_ids=tuple(number for number, _ in running.planned),
         recording=job.recording if job else None,
         recording_error=running.recording_error,
         late_ns=output.slip_ns,

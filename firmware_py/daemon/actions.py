@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import platform
 import threading
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -15,7 +14,10 @@ from pathlib import Path
 from typing import Final
 
 from deltactl.firmware_py import wire_errors
-from deltactl.firmware_py.controller.contract import RobotController, Status
+from deltactl.firmware_py.controller.claim import Claim, Owner
+from deltactl.firmware_py.controller.contract import OwnedController, Status
+from deltactl.firmware_py.controller.states import ALLOWED, State
+from deltactl.firmware_py.controller.states import Request as Asked
 from deltactl.firmware_py.daemon import protocol
 from deltactl.firmware_py.daemon.address import Peer
 from deltactl.firmware_py.daemon.job_store import JobStore, check_job
@@ -23,11 +25,8 @@ from deltactl.firmware_py.daemon.protocol import SLOW, Message, Request
 from deltactl.foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
 from deltactl.recording.writing.names import confined
 
-NOTED: Final = SLOW | {"pause", "resume", "cancel", "stop"}
+NOTED: Final = SLOW | {"off", "pause", "resume", "cancel", "stop"}
 """These are noted with who asked."""
-
-JOBS_KNOWN: Final = 1000
-"""Of so many jobs, the newest, the result can be asked for."""
 
 Note = Callable[[str], None]
 _log = logging.getLogger(__name__)
@@ -38,7 +37,7 @@ class Actions:
 
     def __init__(
         self,
-        controller: RobotController,
+        controller: OwnedController,
         jobs: JobStore,
         recordings: Path,
         note: Note | None = None,
@@ -48,15 +47,16 @@ class Actions:
         self._robots = jobs.within("robots")
         self._recordings = recordings
         self._note = note or (lambda text: None)
-        self._submitted: deque[int] = deque(maxlen=JOBS_KNOWN)
         self._ending = threading.Event()
+        self._slow: dict[str, Callable[[Request, Claim], Message]] = {
+            "home": self._home,
+            "run": self._run,
+        }
         self._table: dict[str, Callable[[Request], Message]] = {
             "ping": self._ping,
             "version": self._version,
             "on": self._plain(controller.power_on),
             "off": self._plain(controller.power_off),
-            "home": self._home,
-            "run": self._run,
             "pause": self._plain(controller.pause),
             "resume": self._plain(controller.resume),
             "cancel": self._cancel,
@@ -66,8 +66,11 @@ class Actions:
             "result": self._result,
         }
 
-    def perform(self, request: Request, peer: Peer) -> Message:
-        """Carry out one request; returns its answer, whatever happens."""
+    def perform(self, request: Request, peer: Peer, claim: Claim | None = None) -> Message:
+        """Carry out one request; returns its answer, whatever happens.
+
+        `claim`: of a request that moves.
+        """
         try:
             if request.do == "stop":
                 return self._stop(request, peer)
@@ -75,7 +78,13 @@ class Actions:
                 self._write_down(request, peer)
             if request.do in SLOW and self._ending.is_set():
                 raise NotReady(f"cannot {request.do}: the daemon is ending; start it again first")
-            return protocol.success(request.id, **self._table[request.do](request))
+            claim = claim or Claim()
+            claim.must_hold(request.do)
+            if request.do in self._slow:
+                answer = self._slow[request.do](request, claim)
+            else:
+                answer = self._table[request.do](request)
+            return protocol.success(request.id, **answer)
         except DeltactlError as error:
             return self.refuse(request, error)
         except Exception as error:
@@ -85,6 +94,18 @@ class Actions:
     def refuse(self, request: Request, error: BaseException) -> Message:
         """The answer that a request was not carried out."""
         return protocol.refusal(request.id, wire_errors.as_message(error))
+
+    def takes(self, request: Request) -> bool:
+        """Whether the table takes a request in the state of this moment."""
+        return State(self._controller.status().state) in ALLOWED[Asked(request.do)]
+
+    def leave(self, owner: Owner) -> None:
+        """A client has gone."""
+        self._controller.leave(owner)
+
+    def owes(self, owner: Owner) -> bool:
+        """Whether a job of that client has not ended."""
+        return self._controller.owes(owner)
 
     def status(self) -> Status:
         """A snapshot for streams."""
@@ -114,7 +135,7 @@ class Actions:
         self._write_down(request, peer)
         return protocol.success(request.id)
 
-    def _home(self, request: Request) -> Message:
+    def _home(self, request: Request, claim: Claim) -> Message:
         accepted_deg = float(request.arguments.get("accept_unseen_deg", 0.0))
         named, text = request.text("robot"), request.text("robot_text")
         if named is not None and text is not None:
@@ -123,28 +144,25 @@ class Actions:
             name = request.text("name") or "robot.yaml"
             robot = self._robots.keep(text, name)
             with _worded(robot, name):
-                seen = self._controller.home(accepted_deg, robot)
+                seen = self._controller.home(accepted_deg, robot, claim)
         else:
-            seen = self._controller.home(accepted_deg, None if named is None else check_job(named))
+            file = None if named is None else check_job(named)
+            seen = self._controller.home(accepted_deg, file, claim)
         return {"seen": seen.text, "warning": seen.warning}
 
-    def _run(self, request: Request) -> Message:
+    def _run(self, request: Request, claim: Claim) -> Message:
         record = request.text("record")
         target = confined(self._recordings, record) if record else None
         named, text = request.text("job"), request.text("job_text")
         if (named is None) == (text is None):
             raise ConfigError("'run' needs either 'job', a path, or 'job_text' with a 'name'")
         if named is not None:
-            return {"job_id": self._submit(check_job(named), target)}
+            return {"job_id": self._controller.submit(check_job(named), target, claim)}
         name = request.text("name") or "job.yaml"
         path = self._jobs.keep(text or "", name)
+        claim.name = Path(name).stem
         with _worded(path, name):
-            return {"job_id": self._submit(path, target)}
-
-    def _submit(self, job: Path, record: Path | None) -> int:
-        number = self._controller.submit(job, record)
-        self._submitted.append(number)
-        return number
+            return {"job_id": self._controller.submit(path, target, claim)}
 
     def _cancel(self, request: Request) -> Message:
         self._controller.cancel(request.arguments.get("job_id"))
@@ -152,10 +170,8 @@ class Actions:
 
     def _result(self, request: Request) -> Message:
         number = request.arguments.get("job_id")
-        if not isinstance(number, int) or number not in self._submitted:
-            raise ServiceError(
-                f"the daemon knows no job {number}; it was restarted since, or that was long ago"
-            )
+        if number is None:
+            raise ServiceError("the daemon knows no job None; give a 'job_id', as 'run' answered")
         result = self._controller.result(number)
         return {"result": None if result is None else asdict(result)}
 

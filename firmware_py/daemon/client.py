@@ -77,13 +77,15 @@ class Client:
         """Home by another robot file that is no file; `name` stands for it in messages."""
         return _home_seen(self._ask("home", robot_text=text, name=name))
 
-    def submit(self, job: Path, record: Path | None = None) -> int:
+    def submit(self, job: Path, record: Path | None = None, detach: bool = False) -> int:
         """Check and queue a job; its text is sent when the daemon cannot read the file.
 
-        `record` is a name in the daemon's folder of recordings.
+        `record` is a name in the daemon's folder of recordings. The job ends with this
+        connection, unless it is to `detach` from it.
         """
         job = job.absolute()
-        extra = {} if record is None else {"record": str(record)}
+        extra: Message = {} if record is None else {"record": str(record)}
+        extra |= {"detach": True} if detach else {}
         try:
             answer = self._ask("run", job=str(job), **extra)
         except MissingFile as error:
@@ -148,7 +150,7 @@ class Client:
         return _number(self._ask("ping").get("progress"))
 
     def close(self) -> None:
-        """End the connection; the robot goes on."""
+        """End the connection, and with it every job that was not detached."""
         self._line.close()
 
     def _ask(self, do: str, **arguments: object) -> Message:

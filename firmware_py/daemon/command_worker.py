@@ -5,12 +5,13 @@ from __future__ import annotations
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 
+from deltactl.firmware_py.controller.claim import Claim
 from deltactl.firmware_py.daemon.actions import Actions
 from deltactl.firmware_py.daemon.address import Peer
-from deltactl.firmware_py.daemon.protocol import Message, Request
+from deltactl.firmware_py.daemon.protocol import SLOW, Message, Request
 from deltactl.foundation.errors import NotReady
 
 _log = logging.getLogger(__name__)
@@ -20,25 +21,28 @@ _log = logging.getLogger(__name__)
 class Command:
     """A slow request, who asked, whether they are still there, and where the answer goes.
 
-    Neither `reply` nor `is_gone` may block.
+    Neither `reply` nor `is_gone` may block. `claim` is what moves by it, and can be called off.
     """
 
     request: Request
     peer: Peer
+    claim: Claim
     is_gone: Callable[[], bool]
     reply: Callable[[Message], None]
 
 
 class CommandWorker:
-    """Carries out commands in the order they came. A stop drops those that still wait.
+    """Carries out commands in the order they came. Some requests call off those before them.
 
-    Nothing that waits holds its lock, so `drop_waiting` never waits for a command.
+    Nothing that waits holds its lock, so `call_off` never waits for a command.
     """
 
     def __init__(self, actions: Actions, most_waiting: int):
         self._actions = actions
         self._most = most_waiting
         self._waiting: deque[Command] = deque()
+        self._now: Command | None = None
+        """The one that is carried out."""
         self._changed = threading.Condition()
         self._closed = False
         self._thread = threading.Thread(target=self._work, name="commands", daemon=True)
@@ -62,16 +66,24 @@ class CommandWorker:
         if full:
             self._refuse(command, f"{self._most} commands are waiting; try again later")
 
-    def drop_waiting(self, why: str) -> None:
-        """Refuse everything that has not begun: an 'acknowledge' must not follow a later stop."""
+    def call_off(self, why: str, which: Container[str] = SLOW) -> int:
+        """Refuse what came before this and has not begun; what has begun moves nothing any more.
+
+        An 'acknowledge' must not follow a later stop, nor a 'run' a later cancel. Returns how many.
+        """
         with self._changed:
-            dropped, self._waiting = self._waiting, deque()
+            dropped = [one for one in self._waiting if one.request.do in which]
+            self._waiting = deque(one for one in self._waiting if one.request.do not in which)
+            now = self._now if self._now is not None and self._now.request.do in which else None
         for command in dropped:
             self._refuse(command, why)
+        if now is not None:
+            now.claim.call_off(why)
+        return len(dropped) + (now is not None)
 
     def close(self, timeout_s: float) -> None:
         """Finish the command that runs, drop the others."""
-        self.drop_waiting("the daemon is ending; start it again first")
+        self.call_off("the daemon is ending; start it again first")
         with self._changed:
             self._closed = True
             self._changed.notify()
@@ -82,13 +94,17 @@ class CommandWorker:
             if command.is_gone():
                 _log.info("%s dropped: %s has gone", command.request.do, command.peer)
                 continue
-            command.reply(self._actions.perform(command.request, command.peer))
+            answer = self._actions.perform(command.request, command.peer, command.claim)
+            with self._changed:
+                self._now = None
+            command.reply(answer)
 
     def _next(self) -> Command | None:
         with self._changed:
             while not self._waiting and not self._closed:
                 self._changed.wait()
-            return self._waiting.popleft() if self._waiting else None
+            self._now = self._waiting.popleft() if self._waiting else None
+            return self._now
 
     def _refuse(self, command: Command, why: str) -> None:
         error = NotReady(f"cannot {command.request.do}: {why}")

@@ -1,8 +1,8 @@
 """One client: a thread that reads its requests, and one that answers.
 
-The reader carries out nothing but a stop, so a stop waits for nothing. Quick requests are
-carried out by the writer, slow ones by the command worker. A client that hangs, floods or sends
-rubbish costs its own two threads and nobody else's time.
+The reader carries out nothing but a stop and an off, so these wait for nothing. Quick requests
+are carried out by the writer, slow ones by the command worker. A client that hangs, floods or
+sends rubbish costs its own two threads and nobody else's time. What it asked for ends with it.
 """
 
 from __future__ import annotations
@@ -18,12 +18,20 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from deltactl.firmware_py import wire_errors
+from deltactl.firmware_py.controller.claim import Claim, Owner
 from deltactl.firmware_py.daemon import protocol
 from deltactl.firmware_py.daemon.actions import Actions
 from deltactl.firmware_py.daemon.address import Peer
 from deltactl.firmware_py.daemon.command_worker import Command, CommandWorker
 from deltactl.firmware_py.daemon.limits import Allowance, Limits, Lines
-from deltactl.firmware_py.daemon.protocol import SLOW, BadRequest, Message, Request, RequestId
+from deltactl.firmware_py.daemon.protocol import (
+    MOVING,
+    SLOW,
+    BadRequest,
+    Message,
+    Request,
+    RequestId,
+)
 from deltactl.foundation.errors import ServiceError
 
 READ_BYTES = 16_384
@@ -56,6 +64,7 @@ class Connection:
         stop_only: bool = False,
     ):
         self.peer = Peer.of(peer_socket)
+        self.owner = Owner()
         self.stop_only = stop_only
         self._socket = peer_socket
         self._actions, self._worker, self._limits = actions, worker, limits
@@ -102,6 +111,8 @@ class Connection:
                     break
                 if self._over > before:
                     time.sleep(self._limits.slow_down_s)
+        if self._is_gone():
+            self._actions.leave(self.owner)
         self._put(None)
 
     def _receive(self) -> bytes | None:
@@ -119,7 +130,7 @@ class Connection:
         if self._lines.half and quiet_s > self._limits.half_line_s:
             return "the end of a request did not come; a request is one whole line"
         idle_s = self._limits.stop_only_idle_s if self.stop_only else self._limits.idle_s
-        if quiet_s > idle_s and self._watch is None and not self._pending:
+        if quiet_s > idle_s and self._watch is None and not self._waited_for():
             return f"nothing was asked for {idle_s:g} s; the connection is closed"
         return None
 
@@ -132,10 +143,19 @@ class Connection:
             return
         if request.do == "stop":
             self._charge()
-            self._worker.drop_waiting(f"{self.peer} stopped the robot")
+            self._worker.call_off(f"{self.peer} stopped the robot")
             self._put(self._actions.perform(request, self.peer))
         elif self._allowed(request.id):
-            self._pass_on(request)
+            if request.do == "off":
+                self._put(self._switch_off(request))
+            else:
+                self._pass_on(request)
+
+    def _switch_off(self, request: Request) -> Message:
+        """At once, and nothing that came before it goes on, where it is taken."""
+        if self._actions.takes(request):
+            self._worker.call_off(f"{self.peer} switched the robot off")
+        return self._actions.perform(request, self.peer)
 
     def _allowed(self, request_id: RequestId) -> bool:
         """Whether one more request is within the limits; refuses it otherwise."""
@@ -159,7 +179,8 @@ class Connection:
             return
         with self._count:
             self._pending += 1
-        self._worker.put(Command(request, self.peer, self._is_gone, self._answer_slow))
+        claim = Claim(self.owner, bool(request.arguments.get("detach")))
+        self._worker.put(Command(request, self.peer, claim, self._is_gone, self._answer_slow))
 
     # Called by the worker: must not block
 
@@ -202,12 +223,17 @@ class Connection:
                 if not ended:
                     self._stream()
         self.close()
+        self._actions.leave(self.owner)
         self._reader.join()
         self._socket.close()
         self._on_end(self)
 
     def _is_done(self) -> bool:
-        return self._outbox.empty() and not self._pending
+        return self._outbox.empty() and not self._waited_for()
+
+    def _waited_for(self) -> bool:
+        """Whether the client waits for an answer, or for the end of a job."""
+        return bool(self._pending) or self._actions.owes(self.owner)
 
     def _patience_s(self) -> float:
         if self._watch is None:
@@ -217,11 +243,21 @@ class Connection:
     def _answer(self, item: Request | Message) -> Message:
         if isinstance(item, dict):
             return item
+        if item.do == "cancel":
+            return self._cancel(item)
         if item.do != "watch":
             return self._actions.perform(item, self.peer)
         rate_hz = float(item.arguments.get("rate_hz", USUAL_WATCH_HZ))
         self._watch = Watch(item.id, 1.0 / rate_hz, time.monotonic())
         return protocol.success(item.id)
+
+    def _cancel(self, request: Request) -> Message:
+        """Without a number, what came before it and has not begun is called off too."""
+        every = "job_id" not in request.arguments
+        why = f"{self.peer} cancelled"
+        dropped = self._worker.call_off(why, MOVING) if every else 0
+        answer = self._actions.perform(request, self.peer)
+        return protocol.success(request.id) if dropped else answer
 
     def _stream(self) -> None:
         """Send the status when it is due; a late one is not made up for."""

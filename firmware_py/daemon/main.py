@@ -11,7 +11,7 @@ from contextlib import closing
 from pathlib import Path
 
 from deltactl.firmware_py.controller.contract import OwnedController
-from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.controller.states import ENGAGED, State
 from deltactl.firmware_py.daemon.address import daemon_socket
 from deltactl.firmware_py.daemon.listener import Listener
 from deltactl.firmware_py.daemon.notify import Notifier
@@ -27,7 +27,7 @@ SETTLE_S = 5.0
 SETTLE_LOOK_S = 0.1
 SWITCH_S = 0.001
 """How long one thread may keep the interpreter from the control loop (Python's own: 5 ms)."""
-MOVING = (State.RUNNING.value, State.PAUSED.value)
+ENGAGED_WORDS = frozenset(state.value for state in ENGAGED)
 LATCHED = (State.STOPPED.value, State.FAULT.value)
 
 _log = logging.getLogger(__name__)
@@ -124,7 +124,7 @@ def _log_what_latched(controller: OwnedController, before: str) -> str:
 
 def _settle(controller: OwnedController, watchdog: Watchdog, signals: EndSignals) -> None:
     """Decelerate on the path, so that the drives lose no step; a second signal hurries."""
-    if controller.status().state not in MOVING:
+    if controller.status().state not in ENGAGED_WORDS:
         return
     _log.info("decelerating before the end")
     try:
@@ -133,7 +133,7 @@ def _settle(controller: OwnedController, watchdog: Watchdog, signals: EndSignals
         _log.info("not cancelled: %s", error)
     give_up_s = time.monotonic() + SETTLE_S
     asked = signals.count
-    while controller.status().state in MOVING and signals.count == asked:
+    while controller.status().state in ENGAGED_WORDS and signals.count == asked:
         if time.monotonic() > give_up_s:
             _log.warning("the job does not end in %g s; stopping it", SETTLE_S)
             break

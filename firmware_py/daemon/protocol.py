@@ -51,7 +51,13 @@ ARGUMENTS: Final[dict[str, dict[str, Argument]]] = {
         "robot_text": _TEXT,
         "name": _PATH,
     },
-    "run": {"job": _PATH, "job_text": _TEXT, "name": _PATH, "record": _PATH},
+    "run": {
+        "job": _PATH,
+        "job_text": _TEXT,
+        "name": _PATH,
+        "record": _PATH,
+        "detach": Argument(bool, 1),
+    },
     "pause": {},
     "resume": {},
     "cancel": {"job_id": Argument(int, 1e15)},
@@ -64,8 +70,11 @@ ARGUMENTS: Final[dict[str, dict[str, Argument]]] = {
 }
 """What can be asked for, and with which arguments."""
 
-SLOW: Final = frozenset({"on", "off", "home", "run", "acknowledge"})
+SLOW: Final = frozenset({"on", "home", "run", "acknowledge"})
 """These wait for hardware or check a whole path; they are carried out one after another."""
+
+MOVING: Final = frozenset({"home", "run"})
+"""Of these, what a `cancel` calls off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +190,10 @@ def _check(do: str, name: str, value: object, request_id: RequestId) -> None:
         if not isinstance(value, str) or not _is_clean(value, lines=wanted is _TEXT):
             raise BadRequest(f"'{name}' of '{do}' must be a plain text", request_id)
         size: float = len(value)
+    elif wanted.type is bool:
+        if not isinstance(value, bool):
+            raise BadRequest(f"'{name}' of '{do}' must be true or false", request_id)
+        size = value
     else:
         whole = isinstance(value, int) and not isinstance(value, bool)
         if not whole and not (wanted.type is float and isinstance(value, float)):

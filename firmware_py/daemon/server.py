@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 
 from deltactl.firmware_py import wire_errors
-from deltactl.firmware_py.controller.contract import RobotController
+from deltactl.firmware_py.controller.contract import OwnedController
 from deltactl.firmware_py.daemon import protocol
 from deltactl.firmware_py.daemon.actions import Actions, Note
 from deltactl.firmware_py.daemon.address import Peer
@@ -38,7 +38,7 @@ class Server:
 
     def __init__(
         self,
-        controller: RobotController,
+        controller: OwnedController,
         listener: Listener,
         jobs: Path,
         recordings: Path,

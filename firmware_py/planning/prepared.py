@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from deltactl.firmware_py.file_access import FileAccess, without_quoting
 from deltactl.firmware_py.job_file import JobFile, NetworkIk
@@ -52,7 +53,23 @@ class InForce:
         return (self.path,) if self.started is None else (self.path, self.started)
 
 
-Prepare = Callable[[Path, InForce], Prepared]
+class CalledOff(Protocol):
+    """Says when a job that is being prepared is not wanted any more."""
+
+    def when_called_off(self, callback: Callable[[], None]) -> None:
+        """Call it then, from any thread."""
+
+
+class Prepare(Protocol):
+    """Reads, checks and plans a job."""
+
+    def __call__(self, job_file: Path, robot: InForce, asked: CalledOff, /) -> Prepared:
+        """Raises what is wrong with the job, and anything at all once it is called off."""
+
+
+def prepare_for(job_file: Path, robot: InForce, asked: CalledOff) -> Prepared:
+    """In this process, to the end: a job that was called off meanwhile is not run."""
+    return prepare_here(job_file, robot)
 
 
 def prepare_here(job_file: Path, robot: InForce, access: FileAccess | None = None) -> Prepared:

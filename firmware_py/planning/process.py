@@ -14,7 +14,7 @@ from typing import Any
 
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.planning.packed import unpack
-from deltactl.firmware_py.planning.prepared import InForce, Prepared
+from deltactl.firmware_py.planning.prepared import CalledOff, InForce, Prepared
 from deltactl.firmware_py.wire_errors import as_exception
 from deltactl.foundation.errors import ConfigError, ServiceError
 from deltactl.foundation.places import importable
@@ -45,13 +45,18 @@ class PlanningProcess:
         self._next: _Worker | None = _Worker()
         self._closed = False
 
-    def prepare(self, job_file: Path, robot: InForce) -> Prepared:
-        """As `prepare_here`, and bounded: ConfigError when it is too long or takes too long."""
+    def prepare(self, job_file: Path, robot: InForce, asked: CalledOff | None = None) -> Prepared:
+        """As `prepare_here`, and bounded: ConfigError when it is too long or takes too long.
+
+        Called off, its process is ended, and ServiceError raised at once.
+        """
         with self._turn:
             if self._closed:
                 raise ServiceError("the planner is closed; start the daemon again")
             worker, self._next = self._next or _Worker(), None
             try:
+                if asked is not None:
+                    asked.when_called_off(worker.end)
                 answer = worker.ask(self._question(job_file, robot), self._most_s)
                 return self._understood(answer, worker, job_file, robot)
             except subprocess.TimeoutExpired:
@@ -138,10 +143,14 @@ class _Worker:
         """What it wrote, as memory that lives as long as somebody looks at it."""
         return mmap.mmap(self._memory, size, access=mmap.ACCESS_READ)
 
-    def close(self) -> None:
-        """End it; the memory goes when nobody looks at it any more."""
+    def end(self) -> None:
+        """End it; whoever waits for its answer gets none."""
         with contextlib.suppress(ProcessLookupError):
             self._process.kill()
+
+    def close(self) -> None:
+        """End it; the memory goes when nobody looks at it any more."""
+        self.end()
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout):
             if stream is not None:

@@ -80,7 +80,7 @@ def test_the_journal_says_what_was_seen_when_homing(
     controller.power_on()
     said = controller.home()
     assert [text for _, kind, text in events if kind == "home"] == [said.says()]
-    assert [text for _, kind, text in events if kind == "state"] == ["unhomed", "ready"]
+    assert [text for _, kind, text in events if kind == "state"] == ["unhomed", "homing", "ready"]
 
 
 def test_nothing_runs_unhomed(controller: Controller, write_job) -> None:

@@ -132,7 +132,8 @@ def test_from_every_state_that_can_be_reached_a_way_leads_to_ready(tmp_path, wri
             if len(path) < limit:
                 paths.extend(((*path, name), limit) for name in ACTS)
         controller.close()
-    assert {state for (state, *_) in seen} == set(State)
+    passing = {State.HOMING, State.PLANNING}  # they end as their request does, within each step
+    assert {state for (state, *_) in seen} == set(State) - passing
     assert tried >= 15
 
 

@@ -100,7 +100,7 @@ def test_two_homings_at_once_are_one_too_many(controller: Controller, monkeypatc
     refused = []
 
     def home_again() -> None:
-        with pytest.raises(NotReady, match="homing already") as error:
+        with pytest.raises(NotReady, match="the robot is homing") as error:
             controller.home()
         refused.append(error)
 
@@ -113,7 +113,7 @@ def test_two_homings_at_once_are_one_too_many(controller: Controller, monkeypatc
 def test_switching_off_during_homing_ends_it(controller: Controller, monkeypatch) -> None:
     controller.power_on()
     at_the_first_listen(controller, monkeypatch, controller.power_off)
-    with pytest.raises(NotReady, match="cannot home: the robot is off"):
+    with pytest.raises(NotReady, match="cannot home: the robot was switched off"):
         controller.home()
     assert controller.status().state == "off"
     controller.power_on()

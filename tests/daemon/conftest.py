@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 
+from deltactl.firmware_py.controller.claim import CLIENT_WENT, Claim, Owner
 from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, SensorStatus, Status
 from deltactl.firmware_py.controller.states import Request, State, require
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.firmware_py.daemon.limits import Limits
 from deltactl.firmware_py.daemon.listener import Listener
 from deltactl.firmware_py.daemon.server import Server
-from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.errors import ConfigError, NotReady, ServiceError
 
 
 @dataclass
@@ -28,7 +29,9 @@ class MemoryJob:
     path: Path
     record: Path | None
     left_s: float
+    claim: Claim = field(default_factory=Claim)
     outcome: str = ""
+    why: str = ""
 
 
 @dataclass
@@ -61,29 +64,47 @@ class MemoryController:
     def power_off(self) -> None:
         self._request(Request.OFF, State.OFF)
 
-    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> HomeSeen:
-        self._request(Request.HOME, State.UNHOMED)
+    def home(
+        self, accept_unseen_deg: float = 0.0, robot: Path | None = None, claim: Claim | None = None
+    ) -> HomeSeen:
+        self._request(Request.HOME, State.HOMING)
         time.sleep(self.home_s)
         self.let_go.wait(30.0)
         with self.lock:
-            if self.state is State.UNHOMED:
-                self.state = State.READY
+            if self.state is not State.HOMING:
+                raise NotReady("cannot home: called off")
+            self.state = State.READY
         return HomeSeen(f"taken on trust to {accept_unseen_deg:g} degrees", "look")
 
     def fatal(self) -> str:
         return self.lost
 
-    def submit(self, job: Path, record: Path | None = None) -> int:
+    def submit(self, job: Path, record: Path | None = None, claim: Claim | None = None) -> int:
+        claim = claim or Claim()
         require(Request.RUN, self.state, self.why)
         self.let_go.wait(30.0)
+        claim.must_hold("run")
         text = job.read_text()
         if not text.startswith("duration: "):
             raise ConfigError(f"{job}:1: 'duration' is missing")
         with self.lock:
             number = len(self.jobs) + 1
             self.calls.append("run")
-            self.jobs.append(MemoryJob(number, job.stem, job, record, float(text[10:])))
+            self.jobs.append(MemoryJob(number, job.stem, job, record, float(text[10:]), claim))
+            claim.accepted()
         return number
+
+    def leave(self, owner: Owner) -> None:
+        with self.lock:
+            owner.gone = True
+            for one in self.jobs:
+                if one.claim.owner is owner and not one.outcome:
+                    one.outcome, one.why = "cancelled", CLIENT_WENT
+
+    def owes(self, owner: Owner) -> bool:
+        with self.lock:
+            self._go_on()
+            return any(one.claim.owner is owner and not one.outcome for one in self.jobs)
 
     def pause(self) -> None:
         self._request(Request.PAUSE, State.PAUSED)
@@ -131,10 +152,12 @@ class MemoryController:
     def result(self, job_id: int) -> JobResult | None:
         with self.lock:
             self._go_on()
+            if not 0 < job_id <= len(self.jobs):
+                raise ServiceError(f"the daemon knows no job {job_id}")
             job = self.jobs[job_id - 1]
             if not job.outcome:
                 return None
-            return JobResult(job.number, job.name, job.outcome, self.why, None)
+            return JobResult(job.number, job.name, job.outcome, job.why or self.why, None)
 
     def progress_count(self) -> int:
         self._count += not self.frozen

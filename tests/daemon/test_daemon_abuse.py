@@ -218,12 +218,22 @@ def test_a_stop_overtakes_another_clients_slow_check(serve, job):
         slow.power_on()
         slow.home()
         daemon.controller.let_go.clear()
-        running = threading.Thread(target=lambda: slow.submit(job))
+        refused: list[str] = []
+
+        def submit() -> None:
+            try:
+                slow.submit(job)
+            except NotReady as error:
+                refused.append(str(error))
+
+        running = threading.Thread(target=submit)
         running.start()
         quick.stop("now")
         assert quick.status().state == "stopped"
         daemon.controller.let_go.set()  # the check was not over
         running.join()
+    assert len(refused) == 1
+    assert daemon.controller.jobs == []
 
 
 def test_commands_of_a_client_that_has_gone_are_not_begun(serve, wait_until):
@@ -234,7 +244,7 @@ def test_commands_of_a_client_that_has_gone_are_not_begun(serve, wait_until):
         homing = daemon.raw()
         homing.send(b'{"id": 1, "do": "home"}\n')
         gone = daemon.raw()
-        gone.send(b'{"id": 1, "do": "off"}\n')
+        gone.send(b'{"id": 1, "do": "home"}\n')
         time.sleep(0.1)
         gone.close()
         time.sleep(0.1)

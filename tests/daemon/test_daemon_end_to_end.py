@@ -244,7 +244,7 @@ def _in_the_middle_of_a_heart(daemon: Process, wait_until: WaitUntil) -> Path:
     """Start a long job; returns its recording while the arms move along the path."""
     with Client(daemon.socket) as client:
         _ready(client)
-        client.submit(daemon.job(0.1, 20))
+        client.submit(daemon.job(0.1, 20), detach=True)
         wait_until(lambda: client.status().state == "running")
         time.sleep(2.0)  # the last second of a recording may be lost; its path began before that
         status = client.status()

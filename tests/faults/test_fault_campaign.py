@@ -6,6 +6,7 @@ from functools import partial
 
 import pytest
 
+from tests.rigs.faults.called_off_kinds import CALLED_OFF_KINDS
 from tests.rigs.faults.campaign import (
     KINDS,
     campaign,
@@ -29,6 +30,10 @@ ENDING = (
 GOING_ON = ("brown-out to 0x29", "torn data (bits flipped)", "disk full", "client floods")
 
 
+CALLED_OFF = ("off while planning", "client dies in mid-run", "client dies while homing")
+"""The others are tried on a virtual clock, in tests/daemon."""
+
+
 def chosen(names: tuple[str, ...]) -> list:
     return [kind for kind in KINDS if kind.name in names]
 
@@ -48,7 +53,8 @@ def test_faults_in_the_middle_of_a_run(names: tuple[str, ...]) -> None:
 
 
 def test_faults_beside_a_run() -> None:
-    verdicts = list(rest_campaign(len(REST_KINDS), seed=5))
+    kinds = REST_KINDS | {name: CALLED_OFF_KINDS[name] for name in CALLED_OFF}
+    verdicts = list(rest_campaign(len(kinds), seed=5, kinds=kinds))
     for verdict in verdicts:
         settled_one = settled(partial(once_more, verdict.kind), verdict)
         assert (settled_one.kind, settled_one.problems) == (verdict.kind, [])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from deltactl.firmware_py.controller.claim import Claim
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.check import home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
@@ -17,7 +19,13 @@ from deltactl.firmware_py.planning.packed import pack, unpack
 from deltactl.firmware_py.planning.prepared import InForce, Prepared, prepare_here
 from deltactl.firmware_py.planning.process import PlanningProcess
 from deltactl.firmware_py.robot_file import load_robot
-from deltactl.foundation.errors import ConfigError, MissingFile, ServiceError, UnreachablePoint
+from deltactl.foundation.errors import (
+    ConfigError,
+    DeltactlError,
+    MissingFile,
+    ServiceError,
+    UnreachablePoint,
+)
 
 ROBOT_FILE = CONFIG_FOLDER / "zhao-2023.yaml"
 ROBOT = InForce(load_robot(ROBOT_FILE), ROBOT_FILE, ROBOT_FILE.read_text())
@@ -138,6 +146,25 @@ def test_what_takes_too_long_is_ended_and_the_next_job_is_planned(tmp_path: Path
         with pytest.raises(ConfigError, match="planning takes longer than 2 s; split the job"):
             planning.prepare(long, ROBOT)
         planning._most_s = 60.0
+        assert planning.prepare(CONFIG_FOLDER / "circle.yaml", ROBOT).plan.first is not None
+    finally:
+        planning.close()
+
+
+def test_what_is_called_off_is_given_up_at_once(tmp_path: Path) -> None:
+    """By whoever does not want it any more, before it begins and in the middle."""
+    long = tmp_path / "long.yaml"
+    text = (CONFIG_FOLDER / "survey.yaml").read_text()
+    long.write_text("\n".join(_counted(line) for line in text.splitlines()))
+    planning = PlanningProcess(most_s=60.0)
+    try:
+        for delay_s in (0.0, 1.0):
+            claim = Claim()
+            threading.Timer(delay_s, claim.call_off, ["cancelled"]).start()
+            began_s = time.monotonic()
+            with pytest.raises(DeltactlError):
+                planning.prepare(long, ROBOT, claim)
+            assert time.monotonic() - began_s < delay_s + 10.0  # planning would take a minute
         assert planning.prepare(CONFIG_FOLDER / "circle.yaml", ROBOT).plan.first is not None
     finally:
         planning.close()

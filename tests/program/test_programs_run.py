@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from deltactl.firmware_py.controller.claim import Claim, Owner
 from deltactl.firmware_py.controller.controller import Controller
+from deltactl.firmware_py.controller.jobs import active_job
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.program.dry_run import check_job
 from deltactl.foundation.clock import sleep_s
+from deltactl.foundation.errors import MotionError
 from deltactl.foundation.strict_yaml import Document
 from deltactl.recording.reading.reader import read_run
 from tests.program.conftest import Write, finished
@@ -95,6 +98,46 @@ def test_whatever_ends_a_job_lets_go(write: Write, controller: Controller, how: 
     assert bench.outputs() == {"gripper": False}
     outcomes = {"cancel": "cancelled", "off": "done", "alarm": "fault"}
     assert ended.outcome == outcomes.get(how, "stopped")
+
+
+@pytest.mark.parametrize("how", ["cancel", "client", "cancel by number"])
+def test_what_ends_a_job_in_its_last_moment_lets_go(
+    write: Write, controller: Controller, how: str
+) -> None:
+    """All is done, and only the last readings are waited for."""
+    bench = controller.machine.bench
+    assert bench is not None
+    owner = Owner()
+    number = controller.submit(write(UP + GRIP), claim=Claim(owner))
+    while not bench.outputs()["gripper"]:
+        sleep_s(controller.clock, 0.02)
+    assert controller.status().state == "running"
+    ways = {
+        "cancel": controller.cancel,
+        "client": lambda: controller.leave(owner),
+        "cancel by number": lambda: controller.cancel(number),
+    }
+    ways[how]()
+    assert finished(controller, number).outcome == "cancelled"
+    assert bench.outputs() == {"gripper": False}
+
+
+def test_a_job_that_fails_as_it_begins_lets_go(
+    write: Write, controller: Controller, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It has switched an output, and then cannot move: the network's file has gone, say."""
+    bench = controller.machine.bench
+    assert bench is not None
+
+    def fails(*ignored: object) -> None:
+        raise MotionError("the way in is not possible any more")
+
+    monkeypatch.setattr(active_job, "MotionStream", fails)
+    number = controller.submit(write(GRIP + UP))
+    ended = finished(controller, number)
+    assert ended.outcome == "refused"
+    assert bench.outputs() == {"gripper": False}
+    assert controller.status().state == "ready"
 
 
 def test_repeats_of_the_whole_and_of_a_part(write: Write, controller: Controller) -> None:

@@ -1,4 +1,4 @@
-"""Commands that concern jobs: run, check, report, export."""
+"""Commands that concern jobs: run, follow, check, report, export."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ SocketOption = Annotated[Path | None, typer.Option(help="Socket of the daemon.")
 def register(app: typer.Typer) -> None:
     """Add the commands of this file."""
     app.command()(run)
+    app.command()(follow)
     app.command()(check)
     app.command()(verify)
     app.command()(report)
@@ -61,6 +62,14 @@ def run(
             help="Other noise of the simulated sensors; without it each run has the same.", min=0
         ),
     ] = None,
+    detach: Annotated[
+        bool,
+        typer.Option(
+            "--detach",
+            help="Let the daemon go on alone once the job is checked; 'deltactl follow' watches it."
+            " Without it the job ends with this command.",
+        ),
+    ] = False,
     json_out: JsonOption = False,
     socket: SocketOption = None,
     force: ForceOption = False,
@@ -77,6 +86,7 @@ def run(
     deltactl run heart.yaml --robot corrected.yaml
     deltactl run survey.yaml --simulate --record survey.mcap --json
     deltactl run mine.yaml --simulate --seed 2
+    deltactl run survey.yaml --detach
     ```
     """
     with waiting("loading", json_out):
@@ -87,8 +97,27 @@ def run(
     refuse_recorded(record)
     run_job(
         job, robot, simulate or realtime, realtime, record, report, json_out, socket, accept_unseen,
-        seed=seed,
+        seed=seed, detach=detach,
     )  # fmt: skip
+
+
+def follow(
+    job_id: Annotated[
+        int | None, typer.Argument(help="Number of the job; without it the one that runs.", min=1)
+    ] = None,
+    json_out: JsonOption = False,
+    socket: SocketOption = None,
+) -> None:
+    """Watch a job of the daemon to its end, whoever started it; Ctrl-C only ends the watching.
+
+    ```
+    deltactl follow
+    deltactl follow 7 --json
+    ```
+    """
+    from deltactl.cli.robot.follow import follow_job
+
+    follow_job(job_id, json_out, socket)
 
 
 def check(job: JobArgument, robot: RobotOption = None, json_out: JsonOption = False) -> None:

@@ -181,13 +181,14 @@ def _go_through_daemon(
     from dataclasses import asdict
 
     from deltactl.cli.output import print_json, say, warn
-    from deltactl.cli.robot.follow import follow
-    from deltactl.cli.robot.run import POLL_S, refuse_unless_done
+    from deltactl.cli.robot.follow import follow, refuse_unless_done
+    from deltactl.cli.robot.run import POLL_S, dropped_when_interrupted
     from deltactl.firmware_py.daemon.client import Client
 
     with Client(socket) as client:
         robot = client.status().robot_file
-        number = client.submit_text(_text(name, place_m, speed_mmps, robot), f"{name}.yaml")
+        with dropped_when_interrupted():
+            number = client.submit_text(_text(name, place_m, speed_mmps, robot), f"{name}.yaml")
         result = follow(client, number, time.sleep, POLL_S, json_out)
         position_m = client.status().position_m
     if json_out:
@@ -207,9 +208,10 @@ def platform_m(socket: Path | None) -> Place:
 
     with Client(socket) as client:
         status = client.status()
-    if status.state in ("running", "paused"):
+    if status.state in ("planning", "running", "paused"):
+        job = status.job or ", ".join((*status.queued, *status.planning))
         raise NotReady(
-            f"the robot is {status.state}: {status.job}; wait for its end, or 'deltactl cancel'"
+            f"the robot is {status.state}: {job}; wait for its end, or 'deltactl cancel'"
         )
     if status.position_m is None:
         what = f" since the {WHAT[status.state]} ({status.why})" if status.state in WHAT else ""

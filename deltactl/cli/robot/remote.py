@@ -68,6 +68,8 @@ def status_table(status: Status) -> object:
     if status.job is not None:
         left = duration(status.seconds_left)
         rows.append(("job", f"{status.job}, {status.progress:.0%} done, {left} left"))
+    if status.planning:
+        rows.append(("planning", ", ".join(status.planning)))
     if status.queued:
         rows.append(("queue", ", ".join(status.queued)))
     if status.blind_s is not None:

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
 from deltactl.cli.output import NO_ROBOT, errors, print_json, say, tell, waiting, warn
 from deltactl.cli.robot.check import say_covered
-from deltactl.cli.robot.follow import follow, interrupted_between_sleeps
+from deltactl.cli.robot.follow import (
+    follow,
+    interrupted_between_sleeps,
+    refuse_unless_done,
+)
 from deltactl.cli.robot.show import show_tracking, write_report
 from deltactl.firmware_py.controller.contract import JobResult, Status
 from deltactl.firmware_py.daemon.client import Client, daemon_answers
@@ -19,7 +25,6 @@ from deltactl.firmware_py.program.includes import read_whole
 from deltactl.foundation.errors import (
     ConfigError,
     DeltactlError,
-    MotionError,
     RecordingError,
     ServiceError,
 )
@@ -43,11 +48,13 @@ def run_job(
     accept_unseen_deg: float = 0.0,
     one_place: bool = False,
     seed: int | None = None,
+    detach: bool = False,
 ) -> None:
     """Run one job and show what came of it. Raises any DeltactlError.
 
     `one_place`: the job is a single move, without a path along which errors could be shown.
-    `seed`: of the simulated sensors' noise, instead of the robot's own.
+    `seed`: of the simulated sensors' noise, instead of the robot's own. `detach`: the daemon goes
+    on alone with it.
     """
     path = find(str(job), key=JOB_KEY)
     try:
@@ -70,8 +77,15 @@ def run_job(
         refuse_unseen(accept_unseen_deg)
         if seed is not None:
             raise ConfigError("--seed: the noise of a simulated robot; add --simulate")
+        if detach:
+            if report is not None:
+                raise ConfigError("--detach: nobody waits to write --report; use 'deltactl report'")
+            _hand_over(path, record, socket, json_out)
+            return
         result = _through_daemon(path, record, socket, json_out)
     else:
+        if detach:
+            raise ConfigError("--detach: needs a daemon that goes on with the job; none answers")
         if socket is not None and not simulate:
             raise ServiceError(f"no daemon answers at {socket}; start it, or leave --socket out")
         _say_where(simulate, json_out)
@@ -96,17 +110,6 @@ def refuse_unseen(accept_unseen_deg: float) -> None:
         )
 
 
-def refuse_unless_done(result: JobResult) -> None:
-    """Raise MotionError, or RecordingError, when a job did not end as it should."""
-    if result.outcome != "done":
-        why = f": {result.why}" if result.why else ""
-        asked = "no heartbeat" in why and "too busy" not in why
-        why += " (was this computer too busy?)" if asked else ""
-        raise MotionError(f"job '{result.name}' ended as {result.outcome}{why}")
-    if result.recording_error:
-        raise RecordingError(f"the job ran, but not all was recorded: {result.recording_error}")
-
-
 def _say_where(simulate: bool, quiet: bool) -> None:
     if simulate:
         return
@@ -121,10 +124,31 @@ def _say_where(simulate: bool, quiet: bool) -> None:
 
 def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
     with Client(socket) as client:
-        number = client.submit(path.resolve(), record)
+        with dropped_when_interrupted():
+            number = client.submit(path.resolve(), record)
         if not quiet:
             _say_what_it_believes(path, client.status())
         return follow(client, number, time.sleep, POLL_S, quiet)
+
+
+def _hand_over(path: Path, record: Path | None, socket: Path | None, json_out: bool) -> None:
+    with Client(socket) as client, dropped_when_interrupted("; 'deltactl status' says whether"):
+        number = client.submit(path.resolve(), record, detach=True)
+    if json_out:
+        print_json({"job_id": number})
+        return
+    say(f"job {number} goes on alone: 'deltactl follow {number}' watches it, 'deltactl cancel'"
+        " ends it")  # fmt: skip
+
+
+@contextmanager
+def dropped_when_interrupted(unsure: str = "") -> Iterator[None]:
+    """Ctrl-C while the daemon checks a job: it drops the job, as this connection ends."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        warn(f"the daemon drops the job, as nobody waits for it{unsure}")
+        raise
 
 
 def _say_what_it_believes(path: Path, status: Status) -> None:

@@ -14,7 +14,7 @@ SIMPLE: dict[str, str] = {
     "off": "Release the drives. The arms may drop: hold them.",
     "pause": "Decelerate on the path and hold.",
     "resume": "Go on from where the job was paused.",
-    "cancel": "Decelerate on the path, drop the job and the queue.",
+    "cancel": "Decelerate on the path, drop the job, what is planned and the queue.",
     "acknowledge": "Accept an emergency stop or fault whose cause is gone; home afterwards.",
 }
 

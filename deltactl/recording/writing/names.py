@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import itertools
 import re
+from collections.abc import Container
 from pathlib import Path
 
 from deltactl.foundation.errors import RecordingError
@@ -36,13 +37,18 @@ def confined(folder: Path, wanted: str) -> Path:
     return home / name
 
 
-def fresh_path(folder: Path, job_name: str, start: datetime.datetime | None = None) -> Path:
-    """`folder/<job>-<date>T<time>.mcap`, with a number behind when that is taken."""
+def fresh_path(
+    folder: Path,
+    job_name: str,
+    start: datetime.datetime | None = None,
+    taken: Container[Path] = (),
+) -> Path:
+    """`folder/<job>-<date>T<time>.mcap`, with a number behind when that is there or taken."""
     start = start or datetime.datetime.now()
     plain = _NOT_IN_NAMES.sub("-", job_name).strip("-.") or "run"
     stem = f"{plain}-{start:%Y-%m-%dT%H-%M-%S}"
     for number in itertools.count(1):
         path = folder / (f"{stem}.mcap" if number == 1 else f"{stem}-{number}.mcap")
-        if not path.exists():
+        if path not in taken and not path.exists():
             return path
     raise AssertionError("numbers do not end")

@@ -54,14 +54,19 @@ class DaemonLink:
         self._distances: list[deque[float]] = []
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="watch", daemon=True)
+        self._owning: Client | None = None
+        """Whose jobs those of all pages are: they end with this process, not with a request."""
+        self._owning_turn = threading.Lock()
 
     def start(self) -> None:
         """Begin to watch."""
         self._thread.start()
 
     def close(self) -> None:
-        """End watching."""
+        """End watching, and every job that a page has sent."""
         self._ending.set()
+        if self._owning is not None:
+            self._owning.close()
 
     @property
     def seen(self) -> Seen:
@@ -73,6 +78,23 @@ class DaemonLink:
         """A connection of its own for a request. Raises what the daemon answers."""
         with Client(self._socket) as client:
             yield client
+
+    def submit_text(self, text: str, name: str) -> int:
+        """Check and queue a job. Raises what the daemon answers."""
+        return self._owner().submit_text(text, name)
+
+    def _owner(self) -> Client:
+        """The connection that jobs belong to; a new one where the daemon has ended it."""
+        with self._owning_turn:
+            if self._owning is not None:
+                try:
+                    self._owning.progress_count()
+                except DeltactlError:
+                    self._owning.close()
+                    self._owning = None
+            if self._owning is None:
+                self._owning = Client(self._socket)
+            return self._owning
 
     def stop(self, reason: str) -> None:
         """Emergency stop."""

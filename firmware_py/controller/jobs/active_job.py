@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
@@ -24,6 +25,7 @@ from deltactl.firmware_py.program.instructions import Move, SetOutputs, WaitFor
 from deltactl.firmware_py.program.totals import totals
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, VirtualClock, ns
+from deltactl.foundation.errors import NotReady, PulseFault
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.writing.writer import RunRecorder
 
@@ -54,6 +56,7 @@ class ActiveJob:
     """Carries out one queued job, move by move; every call comes from the control loop."""
 
     def __init__(self, queued: QueuedJob, robot: RobotFile, machine: Machine, journal: Journal):
+        self.claim = queued.claim
         self.number = queued.number
         self.name = queued.name
         self.recording: str | None = None
@@ -137,11 +140,16 @@ class ActiveJob:
         self._journal.event(now_ns, "resume", "")
 
     def cancel(self, now_ns: int, why: str = "") -> None:
-        """Decelerate, drop the rest, and put outputs safe once the arms stand."""
-        self.cancelled, self.why = True, why
+        """Decelerate, drop the rest, and put outputs safe once the arms are at rest.
+
+        Where only the last readings are waited for, that is now.
+        """
+        self.cancelled, self.why = True, self.why or why
         if self._moving is not None:
             self._moving.feeder.cancel(now_ns)
         self._journal.event(now_ns, "cancel", why)
+        if self.phase is Phase.SETTLE:
+            self._make_safe(now_ns)
 
     def _go_on(self, now_ns: int) -> None:
         """Do what comes next, until something takes time."""
@@ -212,11 +220,16 @@ class ActiveJob:
         self._journal.event(now_ns, "output", says)
 
     def _settle(self, now_ns: int) -> None:
-        switches = self._machine.switches
-        if self.cancelled and switches.pins:
-            self._switch({name: pin.safe for name, pin in switches.pins.items()}, "safe", now_ns)
+        if self.cancelled:
+            self._make_safe(now_ns)
         self.phase = Phase.SETTLE
         self._settled_ns = now_ns + ns(SETTLE_S)
+
+    def _make_safe(self, now_ns: int) -> None:
+        """However a job ends, but for its own end."""
+        pins = self._machine.switches.pins
+        if pins:
+            self._switch({name: pin.safe for name, pin in pins.items()}, "safe", now_ns)
 
     @property
     def stops_on_step_loss(self) -> bool:
@@ -241,7 +254,9 @@ class ActiveJob:
         self._journal.event(self._machine.clock.now_ns(), kind, loss.says())
 
     def abort(self) -> None:
-        """The pulses have stopped already: nothing more is recorded."""
+        """The pulses have stopped already, or never began: nothing more is recorded."""
+        with suppress(NotReady, PulseFault):  # an output that has stopped is safe by itself
+            self._make_safe(self._machine.clock.now_ns())
         self._end()
 
     @property

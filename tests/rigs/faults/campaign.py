@@ -11,6 +11,7 @@ from random import Random
 import numpy as np
 
 from deltactl.foundation.errors import DeltactlError
+from tests.rigs.faults.called_off_kinds import CALLED_OFF_KINDS
 from tests.rigs.faults.daemon_stand import DAEMON_KINDS, DaemonFault, DaemonStand
 from tests.rigs.faults.judge import try_fault
 from tests.rigs.faults.kind import Kind
@@ -23,6 +24,8 @@ from tests.rigs.faults.system_kinds import SYSTEM_KINDS
 from tests.rigs.faults.verdict import Verdict
 
 KINDS: tuple[Kind, ...] = (*MOTION_KINDS, *SENSOR_KINDS, *SYSTEM_KINDS)
+BESIDE_KINDS: dict[str, RestFault] = REST_KINDS | CALLED_OFF_KINDS
+"""Faults beside a run, requests that are called off among them."""
 RUN_OF = 6
 """A run bears so many faults that do not end it; then its recording is judged."""
 
@@ -42,7 +45,7 @@ def campaign(count: int, seed: int, kinds: Sequence[Kind] = KINDS) -> Iterator[V
 
 
 def rest_campaign(
-    count: int, seed: int, kinds: Mapping[str, RestFault] = REST_KINDS
+    count: int, seed: int, kinds: Mapping[str, RestFault] = BESIDE_KINDS
 ) -> Iterator[Verdict]:
     """`count` faults beside a run, every kind in turn. Yields a verdict for each."""
     chance, turns = Random(seed), itertools.cycle(kinds.items())
@@ -97,8 +100,8 @@ def settled(attempt: Callable[[int], Verdict], first: Verdict | None = None) -> 
 
 def once_more(name: str, number: int) -> Verdict:
     """One more fault of a kind, at another moment for each number."""
-    if name in REST_KINDS:
-        tried = rest_campaign(1, number, {name: REST_KINDS[name]})
+    if name in BESIDE_KINDS:
+        tried = rest_campaign(1, number, {name: BESIDE_KINDS[name]})
     elif name in DAEMON_KINDS:
         tried = daemon_campaign(1, number, {name: DAEMON_KINDS[name]})
     else:

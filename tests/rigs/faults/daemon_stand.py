@@ -65,7 +65,7 @@ class DaemonStand:
             else:
                 client.power_on()
             client.home()
-            client.submit(self.job)
+            client.submit(self.job, detach=True)
             wait_for(lambda: client.status().state == "running", 10.0)
             time.sleep(ON_PATH_S)
             recording = client.status().recording
