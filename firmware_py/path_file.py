@@ -13,7 +13,9 @@ from deltactl.firmware_py.paths.path import MAX_TARGETS
 from deltactl.foundation.rules import RuledModel, rule
 from deltactl.foundation.strict_yaml import StrictModel
 
-Coordinate = Annotated[float, Field(ge=-10.0, le=10.0, description="a robot arm is under 10 m")]
+FARTHEST_M = 10.0
+SPEEDS_MPS = (1e-6, 10.0)
+Coordinate = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M, description="a robot arm is under 10 m")]
 MOST_LEGS = 100_000
 MOST_DWELL_S = 3600.0
 MANY_TURNS = "a thousand turns are hours; use repeats for more"
@@ -127,7 +129,10 @@ class WayLeg(StrictModel):
 
     to_m: Point
     speed_mps: (
-        Annotated[float, Field(ge=1e-6, le=10.0, description="m/s; 1 um/s to 10 m/s")] | None
+        Annotated[
+            float, Field(ge=SPEEDS_MPS[0], le=SPEEDS_MPS[1], description="m/s; 1 um/s to 10 m/s")
+        ]
+        | None
     ) = None
     """On this leg; never above the job's."""
     dwell_s: Dwell = 0.0

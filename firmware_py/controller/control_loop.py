@@ -122,6 +122,9 @@ class ControlLoop:
         if self._stopped_blind(job):
             return
         job.advance(now_ns)
+        if job.asks_pause and self._condition.state is State.RUNNING:
+            self._condition.enter(State.PAUSED, job.asks_pause)
+            job.asks_pause = ""
         if job.phase is Phase.ENDED:
             self._jobs.running = None
             self._take_over(now_ns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,9 @@ from deltactl.recording.tables.table_format import TableFormat, guess_format
 SAME_M = 1e-6
 
 
-def read_points(path: Path, origin_m: Point, spline: bool = False) -> Drawn:
+def read_points(
+    path: Path, origin_m: Point, spline: bool = False, skip: Collection[str] = ()
+) -> Drawn:
     """A CSV of points as legs; without a heading its columns are x, y, z (mm), speed, dwell.
 
     spline: on a smooth curve through them; points that repeat the one before are left out then.
