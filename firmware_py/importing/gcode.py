@@ -192,7 +192,7 @@ class _Reader:
     def _pause(self, number: int, line: str, command: Command) -> None:
         for why in command.paused:
             if command.changes_tool and self._start is None:
-                self._over["M6 before the first place (the tool that is in)"] += 1
+                self._over["M6"] += 1  # the tool that is in
                 continue
             comment = without_comments(line)[1]
             said = f"{why}, line {number}" + (f": {comment}" if comment else "")

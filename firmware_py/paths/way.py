@@ -49,7 +49,8 @@ def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: fl
     """All legs one after another, sampled at most `spacing_m` apart."""
     legs = merged(start_m, legs, MERGED * corner_m)
     corner_m *= 1.0 - MERGED
-    courses = list(courses_of(start_m, legs))
+    courses = courses_of(start_m, legs)  # made as they are needed: a long way has many
+    following: Course | None = next(courses, None)
     parts: list[FloatArray] = [np.asarray(start_m, dtype=np.float64)[None, :]]
     sizes, speeds, of_leg = [1], [math.inf], [0]
     rests, dwells, left_m, count = [0], [0.0], 0.0, 1
@@ -61,8 +62,9 @@ def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: fl
         speeds.append(speed_mps)
         return sizes[-1]
 
-    for number, (leg, course) in enumerate(zip(legs, courses, strict=True)):
-        following = courses[number + 1] if number + 1 < len(legs) else None
+    for number, leg in enumerate(legs):
+        course, following = following, next(courses, None)
+        assert course is not None
         bend = None
         if following is not None and leg.dwell_s == 0.0:
             bend = cut(course, left_m, following, corner_m, spacing_m)
