@@ -255,8 +255,10 @@ class _Reader:
         leg: dict[str, Any] = {}
         if code in ARCS:
             if any(place is None for place in (*begin, *self._at)):
-                raise ValueError("an arc needs a place to begin at: X, Y and Z before it")
-            if self.errors:
+                raise ValueError(
+                    "an arc needs a place to begin at: X, Y and Z before it" + self._too_early()
+                )
+            if self.errors and words.keys() & {*CENTRE, "R"}:
                 return  # it may begin elsewhere than it seems
             leg["centre_m"] = self._centre(begin, words, clockwise=code == ARCS[0])
             leg["clockwise"] = code == ARCS[0]

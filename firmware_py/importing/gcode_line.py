@@ -28,11 +28,11 @@ from deltactl.firmware_py.importing.gcode_tables import (
     SHARED,
     SILENT,
     SPEED_FACTOR,
+    SPINDLE,
     STOPS_WITH_TEXT,
     TEXTS,
     TOOL,
     TURNED,
-    TURNS_ON,
     UNKNOWN_M,
     WITHOUT_MEANING,
     WITHOUT_MEANING_M,
@@ -121,7 +121,7 @@ def _take_m(command: Command, word: Word, means: Meanings) -> None:
         output, is_on = means.switched[text]
         power = _POWER.search(rest)
         command.switched[output] = is_on and (power is None or float(power[1]) != 0.0)
-        command.powered = command.powered or (output if is_on and number in TURNS_ON else "")
+        command.powered = command.powered or (output if is_on and number in SPINDLE else "")
     elif text in means.skipped:
         command.passed.append(text)
     elif number in ENDS:

@@ -97,9 +97,9 @@ PAUSES: dict[float, str] = {
     TOOL: "change of the tool",
 }  # fmt: skip
 """M words at which a hand may be in the machine: the job waits for `resume`."""
-TURNS_ON = frozenset({3.0, 4.0, 7.0, 8.0, 106.0})
-TURNS_OFF = frozenset({5.0, 9.0, 107.0})
-SWITCHES = TURNS_ON | TURNS_OFF | {10.0, 11.0, 126.0, 127.0}
+SPINDLE = frozenset({3.0, 4.0})
+"""M words after which an S on any line is a speed or a power, and S0 is off."""
+SWITCHES = SPINDLE | {5.0, 7.0, 8.0, 9.0, 10.0, 11.0, 106.0, 107.0, 126.0, 127.0}
 """M words that switch something which --code may name as an output; S0 with one is off."""
 SHARED = frozenset({3.0, 4.0, 5.0, TOOL, 7.0, 8.0, 9.0, 19.0, 60.0}) | ENDS
 """M words of spindle, coolant, tool and end: a line with one may move too (NIST IR 6556). Any

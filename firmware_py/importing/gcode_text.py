@@ -19,7 +19,7 @@ _WIDE = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
 _LEADER = "\x00\x02\x03\x04\x11\x12\x13\x14\x1a\x7f \t\r\n\x0b\x0c"
 """What old controllers and serial lines put before and behind a program: NUL, start and end of
 text, XON and XOFF, Ctrl-Z, rub-out."""
-_BREAK = re.compile(r"\r*\n\r*(?!\n)|\r")
+_BREAK = re.compile(r"\r*\n\r+(?!\n)|\r*\n|\r")
 """Only CR and LF end a line: str.splitlines also breaks at bytes that stand in comments."""
 
 

@@ -75,11 +75,11 @@ def wrong_headings(
         below = unit.strip("[]() ").lower()
         given = said[2] or below
         if given and given not in UNITS[kind]:
-            yield f"'{heading}' in {given}: a {kind} is in {', '.join(UNITS[kind])}"
+            yield f"'{heading}' is in {given}; units of {kind} are {', '.join(UNITS[kind])}"
         elif said[2] and below and said[2] != below:
             yield f"'{heading}' is in {said[2]}, and in {below} in the line below; correct one"
         if kind in seen:
-            yield f"'{heading}' and '{seen[kind]}' are both a {kind}; delete or --skip one"
+            yield f"'{seen[kind]}' and '{heading}' both give {kind}; delete one of these columns"
         seen.setdefault(kind, heading)
     if missing := [name for name in "xy" if name not in seen]:
         yield f"has no column {', '.join(missing)}; it has {', '.join(headings)}"

@@ -45,13 +45,12 @@ def test_headings_in_millimetres(tmp_path: Path, heading: str) -> None:
         ("x,y,z,F", "10,5,-300,600", {"speed_mps": 0.01}, "column 'F' read in mm/min"),
         ("x,y,z,speed (m/s)", "10,5,-300,0.02", {"speed_mps": 0.02}, "read in m/s"),
         ("x,y,z,dwell [ms]", "10,5,-300,250", {"dwell_s": 0.25}, "read in ms"),
-        ("x,y,z,colour", "10,5,-300,7", {}, "column 'colour' passed over"),
     ],
 )
 def test_other_units_are_read_and_told(
     tmp_path: Path, heading: str, row: str, leg: dict[str, float], note: str
 ) -> None:
-    first = ",".join("0" for _ in heading.split(","))
+    first = ",".join(["0", "0", "0", "", ""][: heading.count(",") + 1])
     found = drawn(tmp_path, f"{heading}\n{first}\n{row}\n")
     assert found.legs == ({"to_m": (0.01, 0.005, -0.3)} | leg,)
     assert any(note in one for one in found.notes)
