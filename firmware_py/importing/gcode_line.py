@@ -128,12 +128,16 @@ def _take_m(command: Command, word: Word, means: Meanings) -> None:
         if rest:
             raise ValueError(f"{text} with '{rest[:40]}' is not understood; M2 or M30 alone end")
         command.ends = text
-    elif text in means.paused or number in PAUSES or PAUSES_WITH.get(number, "-") in rest.upper():
+    elif text in means.paused or number in PAUSES or _waits_for_a_person(number, rest):
         told = PAUSES.get(number, "wait")
         command.paused.append(f"{text}, {told}" + (f": {rest}" if rest else ""))
         command.changes_tool |= number == TOOL and text not in means.paused
     else:
         _pass_over(command, number, text, rest)
+
+
+def _waits_for_a_person(number: float, rest: str) -> bool:
+    return number in PAUSES_WITH and PAUSES_WITH[number] in rest.upper()
 
 
 def _pass_over(command: Command, number: float, text: str, rest: str) -> None:

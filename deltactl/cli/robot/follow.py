@@ -11,6 +11,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from deltactl.cli.output import errors, warn
 from deltactl.firmware_py.controller.contract import JobResult, RobotController, Status
+from deltactl.firmware_py.controller.states import State
 from deltactl.foundation.clock import Clock, sleep_s
 
 Sleep = Callable[[float], None]
@@ -34,13 +35,18 @@ def follow(
         transient=True,
     ) as progress:
         bar = progress.add_task("starting", total=1.0, left="")
-        drawn_s = 0.0
+        drawn_s, paused = 0.0, ""
         while (result := controller.result(job_id)) is None:
             try:
                 sleep(every_s)
                 if time.monotonic() - drawn_s > SHOW_AFTER_S:
                     drawn_s = time.monotonic()
-                    _draw(progress, bar, controller.status())
+                    status = controller.status()
+                    _draw(progress, bar, status)
+                    why = status.why if status.state == State.PAUSED.value else ""
+                    if why != paused and why:
+                        warn(f"the job pauses ({why}); 'deltactl resume' goes on")
+                    paused = why
             except KeyboardInterrupt:
                 warn("cancelling: the robot decelerates on the path")
                 controller.cancel(job_id)

@@ -169,7 +169,7 @@ def _in_this_process(
                 sleep(duration_s)
                 now = controller.status()
                 if now.state == State.PAUSED.value:  # nobody could say `resume` to this process
-                    warn(f"pause: {now.why}; the simulated robot goes on at once")
+                    warn(f"the job pauses ({now.why}); the simulated robot goes on at once")
                     controller.resume()
 
             return follow(controller, number, resumed, every_s, quiet)
