@@ -84,8 +84,8 @@ def job_data(
 
     if not drawn.between:
         return data | {"path": way(0, len(drawn.legs))}
-    steps = [one if isinstance(one, dict) else {"path": way(*one)} for one in drawn.steps()]
-    return data | {"steps": steps}
+    steps = (one if isinstance(one, dict) else {"path": way(*one)} for one in drawn.steps())
+    return data | {"steps": tuple(steps)}
 
 
 def held(drawn: Drawn, speed_mps: float) -> str:

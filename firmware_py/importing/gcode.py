@@ -161,7 +161,7 @@ class _Reader:
                 self._placed = code == 90.1
             elif code in MOVES:
                 self._modal = code
-            elif code == 80.0:
+            elif code == 80.0 and not set(codes) & set(MOVES):
                 self._modal = None
         if "F" in given:
             if given["F"] <= 0.0:

@@ -17,13 +17,14 @@ TURNED = "ABCUVW"
 """Letters of axes that a delta has not: nothing but 0 can be carried out."""
 
 GROUPS: dict[str, tuple[float, ...]] = {
-    "moves": (*MOVES, 80.0),
+    "moves": MOVES,
     "planes": (17.0, 18.0, 19.0),
     "ways to give coordinates": (90.0, 91.0),
     "ways to give centres": (90.1, 91.1),
     "units": (20.0, 21.0),
 }
-"""Of these a line may have one each (NIST IR 6556, table 4)."""
+"""Of these a line may have one each (NIST IR 6556, table 4); beside a move G80 ends nothing, as
+Vectric's programs have it in their first line."""
 
 SILENT = frozenset({17.0, 40.0, 49.0, 54.0, 80.0, 90.1, 91.1, 94.0})
 """Settings that ask for what holds here anyway: plane XY, no tool, mm a minute, or are read."""
@@ -144,7 +145,7 @@ def _numbers(text: str) -> frozenset[float]:
 WITHOUT_MEANING_M = SWITCHES | _numbers(
     "15-22 24 26 27 31 33 34 42 43 48-53 61-65 67 68 71 73-78 80-86 92 100-111 113-124 128 129 140-145"
     " 149-151 154-156 163-166 190-193 200-205 207-217 219-221 225 230-233 240 250-252 255-257 260 261"
-    " 280-282 293-295 300-309 340 350 351 355 360-364 371 372 400-409 411-415 420-427 430 450 486"
+    " 280-282 293-295 300-309 321-323 340 350 351 355 360-364 371 372 400-409 411-415 420-427 430 450-453 486"
     " 493 500-511 540 550-599 604 605 665 666 672 710 851 852 860-869 871 900 905-919 928 950-957 993"
     " 995 997"
 )

@@ -115,7 +115,7 @@ def test_lines_are_counted_as_editors_do(tmp_path: Path) -> None:
 
 def test_all_mistakes_of_a_file_are_told_at_most_twenty(tmp_path: Path) -> None:
     with pytest.raises(ConfigError) as few:
-        drawn(tmp_path, f"{HEAD}G18\nX1,5\nG2 X9\nM206 X1\nX5\n")
+        drawn(tmp_path, f"{HEAD}G18\nX1,5\nG2 X9\nM206 X1\nG1 X5\n")
     assert [one.split(":")[1] for one in few.value.args] == ["4", "5", "6", "7"]
     with pytest.raises(ConfigError) as many:
         drawn(tmp_path, HEAD + "G18\n" * 300)
