@@ -15,7 +15,9 @@ from deltactl.foundation.strict_yaml import StrictModel
 
 FARTHEST_M = 10.0
 SPEEDS_MPS = (1e-6, 10.0)
-Coordinate = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M, description="a robot arm is under 10 m")]
+Coordinate = Annotated[
+    float, Field(ge=-FARTHEST_M, le=FARTHEST_M, description="a robot arm is under 10 m")
+]
 MOST_LEGS = 100_000
 MOST_DWELL_S = 3600.0
 MANY_TURNS = "a thousand turns are hours; use repeats for more"

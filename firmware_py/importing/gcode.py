@@ -128,7 +128,7 @@ class _Reader:
                 self._words = True
                 return True
         name = said.split(None, 1)[0].upper()
-        if name in MACROS and not name[1:].isdecimal():
+        if name in MACROS:
             self._over[name] += 1
             return True
         return False

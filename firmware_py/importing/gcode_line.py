@@ -41,7 +41,8 @@ from deltactl.firmware_py.importing.gcode_tables import (
 from deltactl.firmware_py.importing.gcode_words import Word, words_of
 
 WAIT = 4.0
-EXTRUDER = 92.0
+EXTRUDER, RETRACTION = 92.0, 10.0
+"""Codes that a printer gives its filament, and other machines their origins."""
 _TAKEN = frozenset({WAIT, *SILENT, *(code for group in GROUPS.values() for code in group)})
 _ARGUMENTS = re.compile(
     r"(?:\s*[A-Za-z](?:[ \t]*[-+]?(?:\d+\.?\d*|\.\d+)(?=[\sA-Za-z]|$)|(?=\s|$)))*\s*", re.ASCII
@@ -110,7 +111,11 @@ def command_of(line: str, means: Meanings) -> Command:
 
 
 def _take_m(command: Command, word: Word, means: Meanings) -> None:
-    if word.value is None or word.value < 0.0 or (word.value % 1.0 and int(word.value) not in TEXTS):
+    if (
+        word.value is None
+        or word.value < 0.0
+        or (word.value % 1.0 and int(word.value) not in TEXTS)
+    ):
         raise ValueError(f"'{word.text}' is no M word")
     number, text, rest = word.value, word.text, word.rest or ""
     if rest and int(number) not in TEXTS and (within := _CODE_WITHIN.search(rest)):
@@ -184,11 +189,11 @@ def _judge(command: Command, means: Meanings) -> None:
 
 
 def _judge_code(command: Command, code: float, text: str) -> None:
-    if code == EXTRUDER and "E" in command.given and not set(command.given) & set(AXES + TURNED):
+    letters = set(command.given)
+    of_filament = code == EXTRUDER and "E" in letters and not letters & set(AXES + TURNED)
+    if of_filament or (code == RETRACTION and not letters & {"L", "P"}):
         command.passed.append(text)
-    elif code == 10.0 and "L" not in command.given and "P" not in command.given:
-        command.passed.append(text)
-    elif code == 10.0:
+    elif code == RETRACTION:
         raise ValueError(f"{text} {REFUSED[EXTRUDER]}")
     elif code in REFUSED:
         raise ValueError(f"{text} {REFUSED[code].format(code)}")

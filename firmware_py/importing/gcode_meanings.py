@@ -34,11 +34,6 @@ class Meanings:
     """What G4's P is; None: as the file lets one see."""
 
 
-def is_code(text: str) -> bool:
-    """Whether it reads as a G or M code."""
-    return _CODE.fullmatch(text) is not None
-
-
 def meanings_of(
     skip: Iterable[str], codes: Iterable[str], outputs: Collection[str] = ()
 ) -> Meanings:
@@ -95,7 +90,8 @@ def _switched(
     if switch[1] not in outputs:
         there = ", ".join(outputs) or "none"
         raise ConfigError(
-            f"--code \"{said}\": '{switch[1]}' is not in 'outputs' of the robot file; it has {there}"
+            f"--code \"{said}\": '{switch[1]}' is not in 'outputs' of the robot file, which has"
+            f" {there}"
         )
     return switch[1], switch[2].lower() == "on"
 

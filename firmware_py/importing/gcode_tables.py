@@ -47,12 +47,13 @@ OWN_WORDS = NO_AXES | {4.0, 27.0, 28.0, 30.0}
 """Codes whose X, Y and Z are no place to go to."""
 
 _MACHINE = (
-    "goes to a place that the machine knows; say --code \"G{0:g}=X Y Z\" with that place in the"
+    'goes to a place that the machine knows; say --code "G{0:g}=X Y Z" with that place in the'
     " file's mm, or --skip G{0:g}"
 )
 _ORIGIN = "moves the origin; give it once, by --origin"
 _OFFSETS = "other origins are not known here; use one (G54), which --origin places"
 _RADIUS = "the tool's radius is not taken off; let the program that made the file do it"
+_TIP = "moves the tool's tip; give one --origin"
 _CYCLE = "is a cycle for drilling; let the program that made the file write its moves"
 _PROBE = "moves until something is touched; no job does that: --skip G{0:g}, or delete the line"
 _CURVE = "curves of this kind are not taken; let the program that made the file write arcs or lines"
@@ -64,7 +65,7 @@ REFUSED: dict[float, str] = {
     19.0: "arcs in YZ cannot be made; arcs lie in XY (G17)",
     27.0: _MACHINE, 28.0: _MACHINE, 30.0: _MACHINE,
     41.0: _RADIUS, 41.1: _RADIUS, 42.0: _RADIUS, 42.1: _RADIUS,
-    43.1: "moves the tool's tip; give one --origin", 43.2: "moves the tool's tip; give one --origin",
+    43.1: _TIP, 43.2: _TIP,
     51.0: "scales the path; let the program that made the file do it",
     52.0: _ORIGIN,
     53.0: "is a place in the machine's own frame; give it in the file's, which --origin places, or"
@@ -143,18 +144,21 @@ def _numbers(text: str) -> frozenset[float]:
 
 
 WITHOUT_MEANING_M = SWITCHES | _numbers(
-    "15-22 24 26 27 31 33 34 42 43 48-53 61-65 67 68 71 73-78 80-86 92 100-111 113-124 128 129 140-145"
-    " 149-151 154-156 163-166 190-193 200-205 207-217 219-221 225 230-233 240 250-252 255-257 260 261"
-    " 280-282 293-295 300-309 321-323 340 350 351 355 360-364 371 372 400-409 411-415 420-427 430 450-453 486"
-    " 493 500-511 540 550-599 604 605 665 666 672 710 851 852 860-869 871 900 905-919 928 950-957 993"
-    " 995 997"
+    "15-22 24 26 27 31 33 34 42 43 48-53 61-65 67 68 71 73-78 80-86 92 100-111 113-124 128 129"
+    " 140-145 149-151 154-156 163-166 190-193 200-205 207-217 219-221 225 230-233 240 250-252"
+    " 255-257 260 261 280-282 293-295 300-309 321-323 340 350 351 355 360-364 371 372 400-409"
+    " 411-415 420-427 430 450-453 486 493 500-511 540 550-599 604 605 665 666 672 710 851 852"
+    " 860-869 871 900 905-919 928 950-957 993 995 997"
 )
 """Heaters, fans, limits, tuning, cards, displays, reports: no part of a path; noted."""
 TEXTS = frozenset({16.0, 115.0, 117.0, 118.0, 486.0}) | _numbers("550-559 587-589 860-869")
 """M words whose text may be anything, also what looks like another code."""
 MACROS = frozenset(
-    "EXCLUDE_OBJECT EXCLUDE_OBJECT_DEFINE EXCLUDE_OBJECT_START EXCLUDE_OBJECT_END SET_PRESSURE_ADVANCE"
-    " SET_VELOCITY_LIMIT SET_PRINT_STATS_INFO TIMELAPSE_TAKE_FRAME SET_FAN_SPEED SET_DISPLAY_TEXT"
-    " TEMPERATURE_WAIT SET_HEATER_TEMPERATURE SET_LED RESPOND M117 BED_MESH_PROFILE".split()
-)
+    {
+        "BED_MESH_PROFILE", "EXCLUDE_OBJECT", "EXCLUDE_OBJECT_DEFINE", "EXCLUDE_OBJECT_END",
+        "EXCLUDE_OBJECT_START", "RESPOND", "SET_DISPLAY_TEXT", "SET_FAN_SPEED",
+        "SET_HEATER_TEMPERATURE", "SET_LED", "SET_PRESSURE_ADVANCE", "SET_PRINT_STATS_INFO",
+        "SET_VELOCITY_LIMIT", "TEMPERATURE_WAIT", "TIMELAPSE_TAKE_FRAME",
+    }
+)  # fmt: skip
 """Commands of Klipper that move nothing; any other is a macro that may."""

@@ -86,7 +86,9 @@ def without_comments(line: str) -> tuple[str, str]:
     Raises ValueError for a bracket without its other one, and for words between nested comments:
     some controllers end a comment at the first closing bracket, and would carry them out.
     """
-    kept, comments, depth, begin, closed = [], [], 0, 0, 0
+    kept: list[str] = []
+    comments: list[str] = []
+    depth = begin = closed = 0
     for at, sign in enumerate(line):
         if sign == ";" and depth == 0:
             kept.append(line[begin:at])
@@ -163,7 +165,7 @@ def _unread(said: str, at: int) -> str:
         return f"{what}: is it a macro of the machine? write its moves out, or delete the line"
     odd = next((sign for sign in rest if not 32 <= ord(sign) < 127 and sign != "\t"), None)
     if odd is not None and rest.index(odd) < 2:
-        return f"{ascii(rest[:_SHOWN])} is not understood: {odd!a} is no character of G-code"
+        return f"{rest[:_SHOWN]!a} is not understood: {odd!a} is no character of G-code"
     if rest.startswith(",") or rest[1:2] == ",":
         return f"{what}: is it a decimal comma? numbers have a decimal point"
     return what

@@ -6,6 +6,7 @@ nobody knows, a line that is neither heading nor row.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -201,7 +202,7 @@ def _drawn(rows: list[_Row], spline: bool, notes: tuple[str, ...]) -> Drawn:
     legs = [(row.line, row.leg()) for row in rows[1:]]
     if spline:
         places = [row.place_m for row in rows]
-        far = [math.dist(*two) > SAME_M for two in zip(places, places[1:], strict=False)]
+        far = [math.dist(*two) > SAME_M for two in itertools.pairwise(places)]
         legs = [
             (line, leg | {"spline": True})
             for (line, leg), moves in zip(legs, far, strict=True)

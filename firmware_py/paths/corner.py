@@ -60,7 +60,7 @@ def cut(
     if isinstance(own, Straight) and isinstance(following, Straight):
         away = min(2.0 * corner_m / math.sin(turn / 2.0), room)
         pieces = intervals(_parabola_m(away, turn), spacing_m)
-        if 0.0 < away and pieces <= 2:
+        if away > 0.0 and pieces <= 2:
             points = _short_parabola(own, following, away, pieces)
             return Cut(own.length_m - away, away, points)
     else:
@@ -78,9 +78,7 @@ def _parabola_m(away: float, turn: float) -> float:
     return away * (1.0 + half_cos**2 * math.asinh(half_sin / half_cos) / half_sin)
 
 
-def _short_parabola(
-    own: Straight, following: Straight, away: float, pieces: int
-) -> FloatArray:
+def _short_parabola(own: Straight, following: Straight, away: float, pieces: int) -> FloatArray:
     """Its ends, and where there are two pieces its middle, which needs no measuring."""
     corner = own.end
     begin, end = corner - away * own.heading(0.0), corner + away * following.heading(0.0)

@@ -122,9 +122,9 @@ def _plain_runs(legs: Sequence[Leg]) -> list[int]:
     for number in range(len(legs) - 2, -1, -1):
         leg, after = legs[number], legs[number + 1]
         plain = leg.centre_m is None and after.centre_m is None
-        if plain and not (leg.smooth or after.smooth or leg.dwell_s):
-            if leg.speed_mps == after.speed_mps:
-                ends[number] = ends[number + 1]
+        plain = plain and not (leg.smooth or after.smooth or leg.dwell_s)
+        if plain and leg.speed_mps == after.speed_mps:
+            ends[number] = ends[number + 1]
     return ends
 
 

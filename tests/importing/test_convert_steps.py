@@ -65,7 +65,7 @@ def test_from_stops_and_outputs_to_a_run(deltactl: Deltactl, tmp_path: Path) -> 
 def test_an_output_that_the_robot_has_not_is_named(deltactl: Deltactl, tmp_path: Path) -> None:
     (tmp_path / "part.nc").write_text(PART)
     words = ("convert", "part.nc", "part.yaml", *OPTIONS, "--code", "M3=spindle on")
-    assert "it has gripper" in " ".join(deltactl(*words, status=2).stderr.split())
+    assert "which has gripper" in " ".join(deltactl(*words, status=2).stderr.split())
 
 
 @pytest.mark.parametrize("far", [2, 5, 6, 8])

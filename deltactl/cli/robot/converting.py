@@ -54,7 +54,9 @@ def convert(
     ] = "0 0 0",
     code: Annotated[
         list[str] | None,
-        typer.Option(help='What a code of G-code means: "M3=OUTPUT on", "G28=X Y Z", G4=s, M6=pause.'),
+        typer.Option(
+            help='What a code of G-code means: "M3=OUTPUT on", "G28=X Y Z", G4=s, M6=pause.'
+        ),
     ] = None,
     skip: Annotated[
         list[str] | None,

@@ -164,7 +164,6 @@ def _in_this_process(
         every_s = POLL_S if realtime else VIRTUAL_POLL_S
         with interrupted_between_sleeps(controller.clock) as sleep:
 
-
             def resumed(duration_s: float) -> None:
                 sleep(duration_s)
                 now = controller.status()
