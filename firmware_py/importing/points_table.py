@@ -21,10 +21,10 @@ from deltactl.firmware_py.importing.point_columns import (
     wrong_headings,
 )
 from deltactl.firmware_py.path_file import MOST_LEGS
-from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.recording.tables.cell import number
 from deltactl.recording.tables.foreign_table import COMMENTS
-from deltactl.recording.tables.table_format import TableFormat, guess_format, split
+from deltactl.recording.tables.table_format import SEPARATORS, TableFormat, guess_format, split
 from deltactl.recording.tables.text_file import read_text
 
 SAME_M = 1e-6
@@ -60,7 +60,7 @@ def read_points(
 
     Raises RecordingError, or ConfigError naming every line that cannot be taken.
     """
-    form = guess_format(path)
+    form = _form(path)
     names = headings_of(form)
     lines = read_text(path, any_encoding=True).split("\n")
     heading = _heading_line(form, lines)
@@ -79,6 +79,26 @@ def read_points(
     notes = [f"column '{name}' passed over" for name in names if name in skip]
     notes += [FLAT] if "z" not in {column.kind for column in columns.values()} else []
     return _drawn(rows, spline, (*reader.notes, *_units_read(columns), *notes))
+
+
+def _form(path: Path) -> TableFormat:
+    """How the table is written; a row that lacks cells must not make it one of other marks."""
+    form = guess_format(path)
+    if _has_places(form):
+        return form
+    for separator in SEPARATORS:
+        try:
+            other = guess_format(path, separator)
+        except RecordingError:
+            continue
+        if other.named and _has_places(other):
+            return other
+    return form
+
+
+def _has_places(form: TableFormat) -> bool:
+    columns = columns_of(headings_of(form), form.units)
+    return {"x", "y"} <= {column.kind for column in columns.values()}
 
 
 def headings_of(form: TableFormat) -> tuple[str, ...]:
