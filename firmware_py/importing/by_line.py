@@ -118,7 +118,9 @@ def ends_reached(robot: RobotFile, points_m: FloatArray) -> NDArray[np.bool_]:
     """Whether each place, shape (n, 3), is one where the arms may be."""
     angles_rad = inverse(Linkage.of(robot.geometry), points_m).angles_rad
     low_rad, high_rad = np.deg2rad(robot.limits.arm_deg)
-    return ((angles_rad >= low_rad) & (angles_rad <= high_rad)).all(axis=1)  # NaN: out of reach
+    within = (angles_rad >= low_rad) & (angles_rad <= high_rad)  # NaN is out of reach
+    reached: NDArray[np.bool_] = within.all(axis=1)
+    return reached
 
 
 def _others(drawn: Drawn, robot: RobotFile) -> list[int]:
