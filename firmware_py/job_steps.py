@@ -54,6 +54,13 @@ class WaitForStep(StrictModel):
     wait_for: Awaited
 
 
+class PauseStep(StrictModel):
+    """Stand until somebody says `resume`: a hand may be in the machine."""
+
+    pause: Annotated[str, Field(min_length=1, max_length=200)]
+    """Why, for whoever is to resume."""
+
+
 class IncludeStep(StrictModel):
     """Another job file, for the same robot: its path or steps, timing and kinematics."""
 
@@ -119,6 +126,7 @@ KINDS: dict[str, type[StrictModel]] = {
     "set": SetStep,
     "wait_s": WaitStep,
     "wait_for": WaitForStep,
+    "pause": PauseStep,
     "include": IncludeStep,
     "job": JobStep,
     "repeat": RepeatStep,
@@ -138,6 +146,7 @@ Step = Annotated[
     | Annotated[SetStep, Tag("set")]
     | Annotated[WaitStep, Tag("wait_s")]
     | Annotated[WaitForStep, Tag("wait_for")]
+    | Annotated[PauseStep, Tag("pause")]
     | Annotated[IncludeStep, Tag("include")]
     | Annotated[JobStep, Tag("job")]
     | Annotated[RepeatStep, Tag("repeat")],

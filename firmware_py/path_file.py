@@ -13,7 +13,13 @@ from deltactl.firmware_py.paths.path import MAX_TARGETS
 from deltactl.foundation.rules import RuledModel, rule
 from deltactl.foundation.strict_yaml import StrictModel
 
-Coordinate = Annotated[float, Field(ge=-10.0, le=10.0, description="a robot arm is under 10 m")]
+FARTHEST_M = 10.0
+SPEEDS_MPS = (1e-6, 10.0)
+Coordinate = Annotated[
+    float, Field(ge=-FARTHEST_M, le=FARTHEST_M, description="a robot arm is under 10 m")
+]
+MOST_LEGS = 100_000
+MOST_DWELL_S = 3600.0
 MANY_TURNS = "a thousand turns are hours; use repeats for more"
 Point = tuple[Coordinate, Coordinate, Coordinate]
 ArmAngle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
@@ -22,7 +28,7 @@ Spacing = Annotated[
     float,
     Field(ge=1e-6, le=0.05, description="1 um is below any step; arms leave the curve beyond 5 cm"),
 ]
-Dwell = Annotated[float, Field(ge=0.0, le=3600.0, description="seconds, at most an hour")]
+Dwell = Annotated[float, Field(ge=0.0, le=MOST_DWELL_S, description="seconds, at most an hour")]
 
 
 def _not_too_many(targets: float) -> None:
@@ -125,7 +131,10 @@ class WayLeg(StrictModel):
 
     to_m: Point
     speed_mps: (
-        Annotated[float, Field(ge=1e-6, le=10.0, description="m/s; 1 um/s to 10 m/s")] | None
+        Annotated[
+            float, Field(ge=SPEEDS_MPS[0], le=SPEEDS_MPS[1], description="m/s; 1 um/s to 10 m/s")
+        ]
+        | None
     ) = None
     """On this leg; never above the job's."""
     dwell_s: Dwell = 0.0
@@ -146,7 +155,7 @@ class Way(RuledModel):
     """Absent, in a job of steps: where the path before this one ended."""
     legs: Annotated[
         tuple[WayLeg, ...],
-        Field(min_length=1, max_length=100_000, description="one job is planned in memory"),
+        Field(min_length=1, max_length=MOST_LEGS, description="one job is planned in memory"),
     ]
     corner_m: Annotated[
         float, Field(ge=0.0, le=0.1, description="metres; more is another path")
@@ -166,8 +175,20 @@ class Way(RuledModel):
         _not_too_many(way.target_count(np.array(self.start_m), legs, self.spacing_m))
 
 
-ROUND_M = 1e-3
-"""An arc's ends may differ so much in radius: coordinates are rounded in files."""
+LEAST_RADIUS_M = 1e-6
+ROUND_PART = 1e-3
+ALWAYS_ROUND_M = 28.3e-6
+MOST_ROUND_M = 0.5e-3
+
+
+def same_radius(first_m: float, last_m: float) -> bool:
+    """Whether the ends of an arc are as far from its centre as rounded coordinates leave them.
+
+    0.1 % of the radius, and 0.0283 mm for any radius, as LinuxCNC has it (interp_internal.hh); and
+    never more than 0.5 mm, as grbl has it (gcode.c).
+    """
+    part_m = ROUND_PART * max(first_m, last_m)
+    return abs(first_m - last_m) <= min(MOST_ROUND_M, max(ALWAYS_ROUND_M, part_m))
 
 
 def _check_leg(number: int, begin: Point, leg: WayLeg) -> None:
@@ -178,7 +199,7 @@ def _check_leg(number: int, begin: Point, leg: WayLeg) -> None:
     if leg.centre_m is None:
         return
     inner, outer = (math.dist(point[:2], leg.centre_m) for point in (begin, leg.to_m))
-    if min(inner, outer) < 1e-6 or abs(inner - outer) > ROUND_M:
+    if min(inner, outer) < LEAST_RADIUS_M or not same_radius(inner, outer):
         raise ValueError(
             f"legs.{number}: centre_m must be equally far from both ends of the arc, and is"
             f" {inner:.6g} m and {outer:.6g} m from them"

@@ -115,6 +115,7 @@ EXAMPLES: dict[str, Any] = {
     },
     "InnerJob.name": "circle",
     "InnerJob.path": _CURVE,
+    "PauseStep.pause": "swap the tray",
     "InnerJob.steps": [{"set": {"gripper": True}}, {"wait_s": 0.2}],
     "InnerJob.timing": _TOGETHER,
     "InnerJob.inverse_kinematics": _GEOMETRY,

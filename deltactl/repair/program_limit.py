@@ -18,6 +18,8 @@ from deltactl.models.robot import AXES, FloatArray
 from deltactl.repair.coverage import coverage
 from deltactl.repair.limit import MOST_S, Limit, limit_of
 
+AT_ONCE = 20_000
+"""Targets looked at together: a few MB."""
 IN_ANGLES = "none to state: the path is given in arm angles, which are commanded as they are"
 BY_SERVO = "none to state: it lies in how closely the servo drives follow, which is not in the file"
 NO_PATH = "none to state: nothing moves"
@@ -54,8 +56,10 @@ def microstep_m(program: Program) -> FloatArray:
     farthest = np.zeros(len(AXES))
     for plan in program.plans():
         lap = plan.first.lap
-        moved = np.abs(jacobian(linkage, lap.angles_rad, lap.position_m)).sum(axis=-1)
-        farthest = np.maximum(farthest, np.nanmax(moved, axis=0, initial=0.0))
+        for first in range(0, len(lap), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            moved = np.abs(jacobian(linkage, lap.angles_rad[some], lap.position_m[some]))
+            farthest = np.fmax(farthest, np.nanmax(moved.sum(axis=-1), axis=0, initial=0.0))
     return farthest * program.robot.drive.rad_per_step
 
 

@@ -126,6 +126,10 @@ class ControlLoop:
         if self._stopped_blind(job):
             return
         job.advance(now_ns)
+        if job.asks_pause and self._condition.rule(Happening.WAITS) is not None:
+            self._jobs.held = True
+            self._condition.go(Happening.WAITS, why=job.asks_pause)
+            job.asks_pause = ""
         if job.phase is Phase.ENDED:
             self._jobs.running = None
             self._take_over(now_ns)

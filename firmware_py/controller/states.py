@@ -51,6 +51,7 @@ class Happening(enum.Enum):
     NOT_HOMED = "the homing fails"
     BEGUN = "the next job begins"
     ENDED = "a job ends, or is refused by its check"
+    WAITS = "a job comes to a pause of its own"
     GONE = "a client goes whose job or homing is under way"
     PUSHED = "an arm moves at rest"
     ESTOP = "the e-stop is pressed"
@@ -154,6 +155,7 @@ TABLE: Final[Mapping[Event, Mapping[State, Rule]]] = {
         _S.RUNNING: Rule((_S.READY, _S.PLANNING, _S.PAUSED, _S.RUNNING), Moves.JOBS),
         _S.PAUSED: Rule((_S.READY, _S.PAUSED)),
     },
+    Happening.WAITS: {_S.RUNNING: Rule((_S.PAUSED,))},
     Happening.GONE: {
         _S.HOMING: _HOMING_ENDS,
         _S.PLANNING: Rule((_S.READY, _S.PLANNING), Moves.JOBS, Ends.WAITING),

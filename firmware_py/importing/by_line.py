@@ -2,71 +2,161 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
 
-from deltactl.firmware_py.importing.drawn import Drawn, Point
+from deltactl.firmware_py.importing.drawn import MOST_MISTAKES, Drawn, Point, job_data
 from deltactl.firmware_py.job_file import JobFile
-from deltactl.firmware_py.path_file import Way, legs_of
+from deltactl.firmware_py.path_file import FARTHEST_M, MOST_DWELL_S, SPEEDS_MPS, Way, legs_of
 from deltactl.firmware_py.paths.way import way
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError, MotionError
-from deltactl.foundation.strict_yaml import Document
+from deltactl.models.linkage import Linkage, inverse
+from deltactl.models.robot import FloatArray
 
 _LEG = re.compile(r"\blegs\.(\d+)")
-_BEGIN = re.compile(r"\bstart_m\.\d+: ")
+_STEP = re.compile(r"\bsteps\.(\d+)\b")
 START = "where the path begins"
+_MOST_LINES = 5
+"""So many other lines are named where more than one move ends out of reach."""
+
+
+def checked_job(
+    source: Path, drawn: Drawn, name: str, robot: str, speed_mps: float, corner_m: float
+) -> JobFile:
+    """The job that job_text writes. Raises ConfigError, naming lines of `source`."""
+    if says := list(itertools.islice(_beyond_bounds(source, drawn), MOST_MISTAKES + 1)):
+        if len(says) > MOST_MISTAKES:
+            says[MOST_MISTAKES] = f"{source}: and more mistakes after these"
+        raise ConfigError(*says)
+    try:
+        return JobFile.model_validate(job_data(drawn, name, robot, speed_mps, corner_m))
+    except ValidationError as error:
+        found = error.errors(include_url=False, include_input=False)[:MOST_MISTAKES]
+        told = [_named(source, drawn, f"{'.'.join(map(str, one['loc']))}: {one['msg']}")
+                for one in found]  # fmt: skip
+        raise ConfigError(*dict.fromkeys(told)) from None
+
+
+def _beyond_bounds(source: Path, drawn: Drawn) -> Iterator[str]:
+    """What no job may have, whatever the robot."""
+    if max(map(abs, drawn.start_m)) > FARTHEST_M:
+        yield f"{source}:{drawn.start_line}: the path begins {_beyond(drawn.start_m)}"
+    least_mps, most_mps = SPEEDS_MPS
+    for number, leg in enumerate(drawn.legs):
+        if max(map(abs, leg["to_m"])) > FARTHEST_M:
+            yield f"{_line(source, drawn, number)}: this move ends {_beyond(leg['to_m'])}"
+        if not least_mps <= (speed := leg.get("speed_mps", most_mps)) <= most_mps:
+            yield (
+                f"{_line(source, drawn, number)}: a speed of {1e3 * speed:.6g} mm/s; 0.001 mm/s to"
+                f" {1e3 * most_mps:g} mm/s can be given: are the units right?"
+            )
+        if leg.get("dwell_s", 0.0) > MOST_DWELL_S:
+            yield (
+                f"{_line(source, drawn, number)}: a wait of {leg['dwell_s']:.6g} s; an hour at most"
+            )
 
 
 @contextmanager
-def told_by_line(source: Path, drawn: Drawn, job: Path, text: str) -> Iterator[None]:
-    """Refusals of the job (its text as it was made) name the line of `source` that is to blame."""
+def told_by_line(source: Path, drawn: Drawn, job: JobFile, robot: RobotFile) -> Iterator[None]:
+    """Refusals of the job's motion name the line of `source` that is to blame."""
     try:
         yield
     except MotionError as error:
         wrong = error.at_point
-        if wrong is not None and wrong.point == 0 and drawn.start_line is not None:
-            raise error.worded(f"{source}:{drawn.start_line}: {START}: {wrong.says()}") from error
-        leg = None if wrong is None or wrong.point is None else _leg_at(job, text, wrong.point)
-        if wrong is None or leg is None:
+        if wrong is None or wrong.point is None:
+            raise
+        first, spec = _path_of(drawn, job, str(error))
+        others = _others(drawn, robot)
+        if wrong.point == 0 and first == 0 and drawn.start_line is not None:
+            said = f"{source}:{drawn.start_line}: {START}: {wrong.says()}"
+            raise error.worded(said + _and_lines(others, drawn.start_line)) from error
+        leg = _leg_at(spec, wrong.point)
+        if leg is None:
             raise
         way_to = "on the way to the end of " if wrong.on_the_way else ""
         raise error.worded(
-            f"{_line(source, drawn, leg)}: {way_to}this move: {wrong.says()}"
+            f"{_line(source, drawn, first + leg)}: {way_to}this move: {wrong.says()}"
+            f"{_and_lines(others, _number(drawn, first + leg))}"
         ) from error
-    except ConfigError as error:
-        raise ConfigError(*(_named(source, drawn, str(one)) for one in error.args)) from error
 
 
-def _leg_at(job: Path, text: str, point: int) -> int | None:
-    """The leg that leads to a point of the path, from 0."""
-    spec = Document(job, text).check(JobFile).path
-    assert isinstance(spec, Way)
-    assert spec.start_m is not None
+def _path_of(drawn: Drawn, job: JobFile, says: str) -> tuple[int, Way | None]:
+    """The path that a refusal is about, and the number of its first leg in the file."""
+    if job.steps is None:
+        return 0, job.path if isinstance(job.path, Way) else None
+    found = _STEP.search(says)
+    steps = list(drawn.steps())
+    if found is None or not isinstance(span := steps[int(found[1])], tuple):
+        return 0, None
+    path = getattr(job.steps[int(found[1])], "path", None)
+    if not isinstance(path, Way):
+        return span[0], None
+    if path.start_m is None:
+        path = path.model_copy(update={"start_m": drawn.legs[span[0] - 1]["to_m"]})
+    return span[0], path
+
+
+def _leg_at(spec: Way | None, point: int) -> int | None:
+    """The leg that leads to a point of a path, from 0."""
+    if spec is None or spec.start_m is None:
+        return None
     path = way(np.array(spec.start_m), legs_of(spec), spec.corner_m, spec.spacing_m)
     if path.leg is None or not 0 <= point < len(path):
         return None
     return int(path.leg[point])
 
 
+def ends_reached(robot: RobotFile, points_m: FloatArray) -> NDArray[np.bool_]:
+    """Whether each place, shape (n, 3), is one where the arms may be."""
+    angles_rad = inverse(Linkage.of(robot.geometry), points_m).angles_rad
+    low_rad, high_rad = np.deg2rad(robot.limits.arm_deg)
+    within = (angles_rad >= low_rad) & (angles_rad <= high_rad)  # NaN is out of reach
+    reached: NDArray[np.bool_] = within.all(axis=1)
+    return reached
+
+
+def _others(drawn: Drawn, robot: RobotFile) -> list[int]:
+    """Lines of all moves that end where the arms may not be."""
+    reached = ends_reached(robot, np.array([leg["to_m"] for leg in drawn.legs]))
+    return list(dict.fromkeys(_number(drawn, leg) for leg in np.flatnonzero(~reached).tolist()))
+
+
+def _and_lines(lines: list[int], told: int) -> str:
+    others = [line for line in lines if line != told]
+    if not others:
+        return ""
+    shown = ", ".join(str(line) for line in others[:_MOST_LINES])
+    more = len(others) - _MOST_LINES
+    moves = "line" if len(others) == 1 else "lines"
+    return f" (so too {moves} {shown}{f' and {more} more' if more > 0 else ''})"
+
+
 def _named(source: Path, drawn: Drawn, says: str) -> str:
-    if _BEGIN.search(says) and drawn.start_line is not None:
-        return f"{source}:{drawn.start_line}: the path begins {_beyond(drawn.start_m)}"
     found = _LEG.search(says)
     if found is None:
-        return says
+        return f"{source}: {says}"
     leg, wrong = int(found[1]), says[found.end() :].lstrip(".: ")
-    if wrong.startswith("to_m") and leg < len(drawn.legs):
-        wrong = f"this move ends {_beyond(drawn.legs[leg]['to_m'])}"
+    if step := _STEP.search(says):
+        span = list(drawn.steps())[int(step[1])]
+        leg += span[0] if isinstance(span, tuple) else 0
     return f"{_line(source, drawn, leg)}: {wrong}"
 
 
 def _beyond(place_m: Point) -> str:
     place = " ".join(f"{1e3 * value:.6g}" for value in place_m)
     return f"at {place} mm, beyond the reach of any arm; are the units right?"
+
+
+def _number(drawn: Drawn, leg: int) -> int:
+    return drawn.lines[leg] if leg < len(drawn.lines) else 0
 
 
 def _line(source: Path, drawn: Drawn, leg: int) -> str:

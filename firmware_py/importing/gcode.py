@@ -1,8 +1,9 @@
 """G-code as legs: G0 to G3 (arcs by I and J, or R), F, G4, units, absolute and relative.
 
-Words of one line act together, whatever their order: settings first, then a wait, then a move.
-Coordinates are taken from an origin in the robot's frame. G0 runs at the job's speed, G1 to G3 at
-F. What means nothing to a delta is passed over and noted; what would change the path is refused.
+Words of one line act together, whatever their order: settings first, then outputs, a wait, a move,
+and a stop last (NIST IR 6556, table 8). Coordinates are taken from an origin in the robot's frame.
+G0 runs at the job's speed, G1 to G3 at F. What means nothing to a delta is passed over and noted;
+what would change the path is refused. All mistakes of a file are told together.
 """
 
 from __future__ import annotations
@@ -12,124 +13,144 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from deltactl.firmware_py.importing.drawn import FLAT, Drawn, Point
+from deltactl.firmware_py.importing.drawn import FLAT, MOST_MISTAKES, Drawn, Point, as_written
 from deltactl.firmware_py.importing.gcode_arcs import centre_by_words
+from deltactl.firmware_py.importing.gcode_line import WAIT, Command, command_of
+from deltactl.firmware_py.importing.gcode_meanings import Meanings
 from deltactl.firmware_py.importing.gcode_tables import (
     ARCS,
     AXES,
-    CALLS,
     CENTRE,
-    ENDS,
-    GROUPS,
+    MACROS,
     MM_M,
     MOVES,
-    OTHER,
-    REFUSED,
-    SILENT,
+    PLACED,
     UNITS,
-    WITHOUT_MEANING,
 )
-from deltactl.firmware_py.importing.gcode_words import Word, words_of
+from deltactl.firmware_py.importing.gcode_text import numbered_lines
+from deltactl.firmware_py.importing.gcode_words import BLANK, without_comments
+from deltactl.firmware_py.path_file import MOST_DWELL_S, MOST_LEGS
 from deltactl.foundation.errors import ConfigError
-from deltactl.foundation.plain_file import TooLong, read_plain
 
-MAX_BYTES = 20_000_000
-MILLISECONDS = "G4 P taken as milliseconds ({}); where the program meant seconds, write S"
+MILLISECONDS = "G4 P taken as milliseconds ({}); where they are seconds: --code G4=s"
+SECONDS = "G4 P taken as seconds, as one has a fraction ({}); where not so: --code G4=ms"
 EARLY = "moves before X, Y and Z are all known left out ({})"
+EARLY_WAIT = "G4 before the first place left out ({})"
+AFTER = "{} behind the end of the program left out"
+_SAME_M = 1e-9
+_MOST_SAID = 150
+NOTHING_SAID = Meanings()
 
 
-def read_gcode(path: Path, origin_m: Point) -> Drawn:
-    """A G-code file as legs. Raises MissingFile, or ConfigError naming the line."""
-    try:
-        text = read_plain(path, MAX_BYTES).decode("utf-8-sig")
-    except (UnicodeDecodeError, TooLong) as error:
-        raise ConfigError(f"{path}: is no G-code ({error or 'too long'})") from error
-    reader, rows = _Reader(origin_m), []
-    for number, line in enumerate(text.splitlines(), 1):
-        try:
-            rows.append((number, words_of(line)))
-        except ValueError as error:
-            raise ConfigError(f"{path}:{number}: '{error}' is not understood") from error
-    if not any(word.letter == "Z" for _, words in rows for word in words):
-        reader.lies_flat()
-    for number, words in rows:
-        try:
-            reader.take(number, words)
-        except ValueError as error:
-            raise ConfigError(f"{path}:{number}: {error}") from error
-        if any(word.letter == "M" and word.value in ENDS for word in words):
+def read_gcode(path: Path, origin_m: Point, means: Meanings = NOTHING_SAID) -> Drawn:
+    """A G-code file as legs. Raises MissingFile, or ConfigError naming each wrong line."""
+    reader = _read(path, origin_m, means, flat=False)
+    if reader.begun or reader.heights or reader.errors:
+        return reader.done()
+    return _read(path, origin_m, means, flat=True).done()
+
+
+def _read(path: Path, origin_m: Point, means: Meanings, flat: bool) -> _Reader:
+    reader = _Reader(path, origin_m, means, flat)
+    for number, line in numbered_lines(path):
+        reader.take(number, line)
+        if reader.full:
             break
-    return reader.done(path)
+    return reader
 
 
 class _Reader:
-    """Carries out lines; what is wrong with one is raised as ValueError."""
+    """Carries out lines, and gathers what is wrong with them."""
 
-    def __init__(self, origin_m: Point):
-        self._origin = origin_m
+    def __init__(self, path: Path, origin_m: Point, means: Meanings, flat: bool):
+        self.errors: list[str] = []
+        self.heights = False
+        """Whether any line gives a height."""
+        self._path, self._origin, self._means = path, origin_m, means
         self._unit_m, self._absolute, self._placed = MM_M, True, False
         self._modal: float | None = MOVES[0]
-        self._at: list[float | None] = [None, None, None]
+        self._at: list[float | None] = [None, None, 0.0 if flat else None]
+        self._lost = False
+        """Whether --skip has left out moves to places that nobody knows."""
         self._feed_mps: float | None = None
         self._start: Point | None = None
         self._start_line: int | None = None
         self._legs: list[dict[str, Any]] = []
         self._lines: list[int] = []
+        self._between: list[tuple[int, dict[str, Any]]] = []
+        self._waits: list[tuple[int, dict[str, Any], str, float]] = []
+        """Of G4 P: line, what holds the wait, its key, and P, whose unit the end of it shows."""
+        self._on: dict[str, bool] = {}
+        self._powered = ""
+        self._ended, self._behind, self._words = "", 0, False
         self._over: Counter[str] = Counter()
-        self._notes: Counter[str] = Counter()
+        self._notes: Counter[str] = Counter({FLAT: 1} if flat else {})
 
-    def lies_flat(self) -> None:
-        """No height is given anywhere: all of it is at the origin's."""
-        self._at[2] = 0.0
-        self._notes[FLAT] += 1
+    @property
+    def begun(self) -> bool:
+        """Whether a place is known."""
+        return self._start is not None
 
-    def take(self, number: int, words: list[Word]) -> None:
-        """The words of one line of the file."""
-        codes = [word.value for word in words if word.letter == "G"]
-        given = self._given(words)
-        self._look_at(codes, given)
-        self._settings(codes, given)
-        if 4.0 in codes:
-            self._dwell(number, given)
-            if any(code in MOVES for code in codes):
-                raise ValueError("G4 and a move on one line; give each a line of its own")
+    @property
+    def full(self) -> bool:
+        """Whether nothing more need be read, as the file is refused."""
+        return len(self.errors) > MOST_MISTAKES or len(self._legs) > MOST_LEGS
+
+    def take(self, number: int, line: str) -> None:
+        """One line of the file."""
+        said = line.strip(BLANK)
+        if not said or said[0] == ";":
             return
-        if {*AXES, *CENTRE, "R"} & set(given):
+        if self._ended:
+            self._behind += 1
+            return
+        try:
+            if not self._outside(number, said):
+                self._carry_out(number, line, command_of(line, self._means))
+                self._words = True
+        except ValueError as error:
+            self.errors.append(f"{self._path}:{number}: {error}")
+
+    def _outside(self, number: int, said: str) -> bool:
+        """Whether a line is about the program as a whole, or a command of Klipper."""
+        if said[0] == "%":
+            if said != "%" and self._words:
+                raise ValueError(f"'{said[:40]}' is not understood")
+            if said != "%":
+                self._over["the text after %"] += 1
+            elif self._words:
+                self._ended = "%"
+            return True
+        if said[0] in "oO:" and not self._words:
+            name = without_comments(said)[0].strip()
+            if name[1:].strip().isdecimal():
+                self._over[f"the number of the program ({name})"] += 1
+                self._words = True
+                return True
+        name = said.split(None, 1)[0].upper()
+        if name in MACROS:
+            self._over[name] += 1
+            return True
+        return False
+
+    def _carry_out(self, number: int, line: str, command: Command) -> None:
+        given, codes = command.given, command.codes
+        self.heights |= "Z" in given
+        self._over.update(command.passed)
+        self._settings(codes, given)
+        self._switch(command)
+        if command.skipped:
+            self._lose(given)
+        elif WAIT in codes:
+            self._dwell(number, given)
+        elif placed := [code for code in codes if code in PLACED]:
+            self._go_to_place(number, placed[0], given)
+        elif given.keys() & {*AXES, *CENTRE, "R"}:
             if self._modal is None:
                 raise ValueError("coordinates after G80, which ends all moves; give G0 to G3")
             self._move(number, self._modal, given)
-
-    def _given(self, words: list[Word]) -> dict[str, float]:
-        """Numbers by letter, G aside; M, T and what goes with them are noted."""
-        given: dict[str, float] = {}
-        for word in words:
-            if word.letter == "M" and word.value in CALLS:
-                raise ValueError(f"{word.text} calls another part of the program; write it out")
-            if word.letter in "MT":
-                self._over[word.text] += 1
-            elif word.letter != "G":
-                if word.letter in given:
-                    raise ValueError(f"two words {word.letter} on one line")
-                given[word.letter] = word.value
-        waits = any(word.letter == "G" and word.value == 4.0 for word in words)
-        known = {*AXES, *CENTRE, *"FKR", *("PSU" if waits else "")}
-        self._over.update(letter for letter in given if letter not in known)
-        return given
-
-    def _look_at(self, codes: list[float], given: dict[str, float]) -> None:
-        for name, group in GROUPS.items():
-            if len([code for code in codes if code in group]) > 1:
-                raise ValueError(f"two of the {name} {_list(group)} on one line")
-        taken = {4.0} | {code for group in GROUPS.values() for code in group}
-        for code in codes:
-            if code == 92.0 and not set(given) & set(AXES):
-                self._over["G92"] += 1  # of an extruder
-            elif code in REFUSED:
-                raise ValueError(f"G{code:g} {REFUSED[code]}")
-            elif code in WITHOUT_MEANING:
-                self._over[f"G{code:g}"] += 1
-            elif code not in taken | SILENT:
-                raise ValueError(f"G{code:g} {OTHER}")
+        self._pause(number, line, command)
+        self._ended = command.ends
 
     def _settings(self, codes: list[float], given: dict[str, float]) -> None:
         for code in codes:
@@ -140,37 +161,119 @@ class _Reader:
                 self._placed = code == 90.1
             elif code in MOVES:
                 self._modal = code
-            elif code == 80.0:
+            elif code == 80.0 and not set(codes) & set(MOVES):
                 self._modal = None
         if "F" in given:
             if given["F"] <= 0.0:
                 raise ValueError("F must be above 0")
             self._feed_mps = given["F"] * self._unit_m / 60.0
 
-    def _dwell(self, number: int, words: dict[str, float]) -> None:
-        seconds = next((words[letter] for letter in "SXU" if letter in words), None)
-        if seconds is None:
-            if "P" not in words:
-                raise ValueError("G4 needs P (milliseconds), or S, X or U (seconds)")
-            seconds = words["P"] / 1000.0
-            self._notes[MILLISECONDS] += 1
-        if seconds < 0.0:
-            raise ValueError("G4 cannot wait for less than nothing")
+    def _switch(self, command: Command) -> None:
+        """Outputs that the line names, and what an S switches of one that runs."""
+        switched = dict(command.switched)
+        self._powered = command.powered or self._powered
+        if "S" in command.given and WAIT not in command.codes and self._powered and not switched:
+            switched = {self._powered: command.given["S"] > 0.0}
+        changed = {name: on for name, on in switched.items() if self._on.get(name) is not on}
+        if changed:
+            self._on |= changed
+            self._step({"set": changed})
+
+    def _step(self, step: dict[str, Any]) -> None:
+        """Something that is done where the arms are by then."""
         if self._start is None:
-            raise ValueError("G4 stands before any move; there is nothing to wait at")
-        if not self._legs:
+            self._between.append((-1, step))
+            return
+        if not self._legs:  # they are to be where the path begins
             self._legs.append({"to_m": self._start})
-            self._lines.append(number)
-        self._legs[-1]["dwell_s"] = round(self._legs[-1].get("dwell_s", 0.0) + seconds, 6)
+            self._lines.append(self._start_line or 1)
+        self._between.append((len(self._legs), step))
+
+    def _pause(self, number: int, line: str, command: Command) -> None:
+        for why in command.paused:
+            if command.changes_tool and self._start is None:
+                self._over["M6"] += 1  # the tool that is in
+                continue
+            comment = without_comments(line)[1]
+            said = f"{why}, line {number}" + (f": {comment}" if comment else "")
+            shown = "".join(sign if sign.isprintable() else " " for sign in said)
+            self._step({"pause": shown[:_MOST_SAID].strip()})
+
+    def _dwell(self, number: int, words: dict[str, float]) -> None:
+        given = [letter for letter in "SXUP" if letter in words]
+        if len(given) != 1:
+            raise ValueError("G4 needs one of P, S, X or U (S, X and U are seconds)")
+        value = words[given[0]]
+        if not 0.0 <= value <= (1e3 if given == ["P"] else 1.0) * MOST_DWELL_S:
+            raise ValueError("G4 waits from nothing to an hour")
+        behind_step = bool(self._between) and self._between[-1][0] == (
+            -1 if self._start is None else len(self._legs)
+        )
+        if value == 0.0:
+            return
+        if behind_step:
+            holder: dict[str, Any] = {}
+            self._between.append((self._between[-1][0], holder))
+            key = "wait_s"
+        elif self._start is None:
+            self._notes[EARLY_WAIT] += 1
+            return
+        else:
+            if not self._legs:
+                self._legs.append({"to_m": self._start})
+                self._lines.append(number)
+            holder, key = self._legs[-1], "dwell_s"
+        if given == ["P"]:
+            holder.setdefault(key, 0.0)
+            self._waits.append((number, holder, key, value))
+        else:
+            holder[key] = round(holder.get(key, 0.0) + value, 6)
+
+    def _lose(self, given: dict[str, float]) -> None:
+        """A move that is left out went to places that nobody knows."""
+        self._lost = True
+        for axis in [letter for letter in AXES if letter in given] or AXES:
+            self._at[AXES.index(axis)] = None
+
+    def _go_to_place(self, number: int, code: float, given: dict[str, float]) -> None:
+        """To the place that --code gives G28, in the axes that the line names, or in all."""
+        place = self._means.places_m[f"G{code:g}"]
+        named = [axis for axis in AXES if axis in given] or list(AXES)
+        self.heights |= "Z" in named
+        for axis in named:
+            self._at[AXES.index(axis)] = place[AXES.index(axis)]
+        self._arrive(number, MOVES[0], {})
 
     def _move(self, number: int, code: float, words: dict[str, float]) -> None:
+        begin = list(self._at)
+        if code not in ARCS and words.keys() & {*CENTRE, "R"}:
+            letter = next(one for one in (*CENTRE, "R") if one in words)
+            raise ValueError(f"{letter} belongs to an arc (G2, G3), and this is G{code:g}")
+        self._go(words)
         if code in ARCS and words.get("K", 0.0) != 0.0:
             raise ValueError(f"G{code:g} with K is an arc in another plane; arcs lie in XY (G17)")
-        begin = list(self._at)
-        self._go(words)
+        leg: dict[str, Any] = {}
+        if code in ARCS:
+            if any(place is None for place in (*begin, *self._at)):
+                raise ValueError(
+                    "an arc needs a place to begin at: X, Y and Z before it" + self._too_early()
+                )
+            if self.errors and words.keys() & {*CENTRE, "R"}:
+                return  # it may begin elsewhere than it seems
+            leg["centre_m"] = self._centre(begin, words, clockwise=code == ARCS[0])
+            leg["clockwise"] = code == ARCS[0]
+        self._arrive(number, code, leg)
+
+    def _arrive(self, number: int, code: float, arc: dict[str, Any]) -> None:
+        """A leg to where the axes are by now."""
         if any(place is None for place in self._at):
-            if code in ARCS:
-                raise ValueError("an arc needs a place to begin at: X, Y and Z before it")
+            if self._start is not None and not self.errors:
+                missing = ", ".join(
+                    axis for axis, place in zip(AXES, self._at, strict=True) if place is None
+                )
+                raise ValueError(
+                    f"{missing} is not known after what --skip left out; give all three in the file"
+                )
             self._notes[EARLY] += code != MOVES[0]
             return  # the first lines of a file name the axes one by one
         here = self._place()
@@ -180,11 +283,8 @@ class _Reader:
         leg: dict[str, Any] = {"to_m": here}
         if code != MOVES[0] and self._feed_mps is not None:
             leg["speed_mps"] = float(f"{self._feed_mps:.6g}")
-        if code in ARCS:
-            leg["centre_m"] = self._centre(begin, words, clockwise=code == ARCS[0])
-            leg["clockwise"] = code == ARCS[0]
-        if math.dist(here, self._last()) > 1e-9 or code in ARCS:
-            self._legs.append(leg)
+        if arc or math.dist(here, self._last()) > _SAME_M:
+            self._legs.append(leg | arc)
             self._lines.append(number)
 
     def _go(self, words: dict[str, float]) -> None:
@@ -192,24 +292,27 @@ class _Reader:
             if letter not in words:
                 continue
             was = self._at[axis]
-            if not self._absolute and was is None:
-                raise ValueError("G91 stands before any absolute place; begin with G90")
-            self._at[axis] = words[letter] * self._unit_m + (
-                0.0 if self._absolute or was is None else was
-            )
+            if self._absolute:
+                self._at[axis] = words[letter] * self._unit_m
+            elif was is not None:
+                self._at[axis] = was + words[letter] * self._unit_m
+            elif not self._lost and not self.errors:
+                raise ValueError("G91 comes before any absolute place; begin with G90")
 
     def _centre(
         self, begin: list[float | None], words: dict[str, float], *, clockwise: bool
-    ) -> tuple[float, float]:
+    ) -> tuple[float, ...]:
         from_m = (begin[0] or 0.0, begin[1] or 0.0)
         to_m = (self._at[0] or 0.0, self._at[1] or 0.0)
         x_m, y_m = centre_by_words(from_m, to_m, words, self._unit_m, clockwise, self._placed)
-        return round(x_m + self._origin[0], 9), round(y_m + self._origin[1], 9)
+        return as_written((round(x_m + self._origin[0], 9), round(y_m + self._origin[1], 9)))
 
     def _place(self) -> Point:
-        x_m, y_m, z_m = (
-            round((place or 0.0) + zero, 9)
-            for place, zero in zip(self._at, self._origin, strict=True)
+        x_m, y_m, z_m = as_written(
+            tuple(
+                round((place or 0.0) + zero, 9)
+                for place, zero in zip(self._at, self._origin, strict=True)
+            )
         )
         return x_m, y_m, z_m
 
@@ -217,19 +320,50 @@ class _Reader:
         assert self._start is not None
         return self._legs[-1]["to_m"] if self._legs else self._start
 
-    def done(self, path: Path) -> Drawn:
-        """Everything that was taken. Raises ConfigError where that is nothing."""
-        if self._start is None:
-            raise ConfigError(f"{path}: holds no moves with X, Y and Z")
-        if not self._legs:
-            raise ConfigError(
-                f"{path}:{self._start_line}: is the only place in it, where the path begins; a path"
-                f" needs a move from there{self._too_early()}"
-            )
+    def done(self) -> Drawn:
+        """Everything that was taken. Raises ConfigError where that is nothing, or any is wrong."""
+        self._refuse()
+        assert self._start is not None
+        self._wait_in_seconds()
         over = [f"{word} passed over ({_times(count)})" for word, count in self._over.items()]
         notes = [note.format(_times(count)) for note, count in self._notes.items() if count]
-        lines = tuple(self._lines)
-        return Drawn(self._start, tuple(self._legs), (*over, *notes), lines, self._start_line)
+        if self._behind:
+            notes.append(AFTER.format("one line" if self._behind == 1 else f"{self._behind} lines"))
+        return Drawn(
+            self._start, tuple(self._legs), (*over, *notes), tuple(self._lines), self._start_line,
+            tuple(self._between),
+        )  # fmt: skip
+
+    def _refuse(self) -> None:
+        if len(self._legs) > MOST_LEGS:
+            raise ConfigError(
+                f"{self._path}:{self._lines[-1]}: is move {MOST_LEGS + 1:,}, and a job has at most"
+                f" {MOST_LEGS:,}; split the file before this line into several jobs"
+            )
+        if len(self.errors) > MOST_MISTAKES:
+            self.errors[MOST_MISTAKES:] = [f"{self._path}: and more mistakes after these"]
+        if self.errors:
+            raise ConfigError(*self.errors)
+        if self._start is None:
+            raise ConfigError(f"{self._path}: holds no moves with X, Y and Z{self._too_early()}")
+        if not self._legs:
+            raise ConfigError(
+                f"{self._path}:{self._start_line}: is the only place in it, where the path begins;"
+                f" a path needs a move from there{self._too_early()}"
+            )
+
+    def _wait_in_seconds(self) -> None:
+        """Only seconds have fractions: controllers that count milliseconds count whole ones."""
+        if not self._waits:
+            return
+        seconds = self._means.p_is_seconds
+        if seconds is None:
+            seconds = any(value != int(value) for *_, value in self._waits)
+            self._notes[SECONDS if seconds else MILLISECONDS] = len(self._waits)
+        for number, holder, key, value in self._waits:
+            holder[key] = round(holder[key] + (value if seconds else value / 1e3), 6)
+            if holder[key] > MOST_DWELL_S:
+                raise ConfigError(f"{self._path}:{number}: G4 waits from nothing to an hour")
 
     def _too_early(self) -> str:
         """Why other moves are no part of the path, if there are any."""
@@ -238,10 +372,6 @@ class _Reader:
             return ""
         early = EARLY.format(_times(count))
         return f" ({early}: begin with a move that has all three, as G0 X0 Y0 Z5)"
-
-
-def _list(codes: tuple[float, ...]) -> str:
-    return ", ".join(f"G{code:g}" for code in codes)
 
 
 def _times(count: int) -> str:

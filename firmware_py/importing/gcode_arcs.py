@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from deltactl.firmware_py.path_file import LEAST_RADIUS_M, same_radius
+
 Place = tuple[float, float]
 ROUND = 1e-3
 """Coordinates are rounded in files: R may be so much too short for a half turn."""
@@ -17,19 +19,31 @@ def centre_by_words(
 
     Raises ValueError with what is wrong.
     """
-    if "R" in words:
-        return _by_radius(begin, end, words["R"], unit_m, clockwise)
     given = {"I", "J"} & set(words)
+    if "R" in words:
+        if given:
+            raise ValueError("an arc has its centre (I, J) or its radius (R), not both")
+        return _by_radius(begin, end, words["R"], unit_m, clockwise)
     if placed:
         if len(given) < 2:
             raise ValueError("an arc under G90.1 needs I and J, the place of its centre")
-        return words["I"] * unit_m, words["J"] * unit_m
-    if not given:
+        centre = words["I"] * unit_m, words["J"] * unit_m
+    elif given:
+        centre = (
+            begin[0] + words.get("I", 0.0) * unit_m,
+            begin[1] + words.get("J", 0.0) * unit_m,
+        )
+    else:
         raise ValueError("an arc needs I and J, from its beginning to its centre, or its radius R")
-    return (
-        begin[0] + words.get("I", 0.0) * unit_m,
-        begin[1] + words.get("J", 0.0) * unit_m,
-    )
+    first_m, last_m = math.dist(begin, centre), math.dist(end, centre)
+    if min(first_m, last_m) < LEAST_RADIUS_M:
+        raise ValueError("an arc's centre (I, J) is one of its ends; it has no radius")
+    if not same_radius(first_m, last_m):
+        raise ValueError(
+            f"an arc's radius is {first_m / unit_m:.6g} where it begins and {last_m / unit_m:.6g}"
+            " where it ends; at most 0.1 % may be between them: is it G90.1 or G91.1, G20 or G21?"
+        )
+    return centre
 
 
 def _by_radius(begin: Place, end: Place, radius: float, unit_m: float, clockwise: bool) -> Place:

@@ -1,4 +1,9 @@
-"""Which words of G-code do what here: what is taken, what changes nothing, what is refused."""
+"""Which words of G-code do what here: what is taken, what changes nothing, what is refused.
+
+Held against NIST RS274NGC (IR 6556), LinuxCNC, grbl 1.1, Marlin 2, RepRapFirmware and Prusa's
+firmware, which give some codes other meanings: where these differ in where the robot goes, or
+whether it waits, the code is refused, or asked about.
+"""
 
 from __future__ import annotations
 
@@ -7,43 +12,153 @@ UNITS = {20.0: INCH_M, 21.0: MM_M}
 MOVES = (0.0, 1.0, 2.0, 3.0)
 ARCS = (2.0, 3.0)
 AXES = "XYZ"
-CENTRE = "IJ"
+CENTRE = "IJK"
+TURNED = "ABCUVW"
+"""Letters of axes that a delta has not: nothing but 0 can be carried out."""
 
 GROUPS: dict[str, tuple[float, ...]] = {
-    "moves": (*MOVES, 80.0),
+    "moves": MOVES,
     "planes": (17.0, 18.0, 19.0),
     "ways to give coordinates": (90.0, 91.0),
     "ways to give centres": (90.1, 91.1),
     "units": (20.0, 21.0),
 }
-"""Of these a line may have one each (NIST IR 6556, table 4)."""
+"""Of these a line may have one each (NIST IR 6556, table 4); beside a move G80 ends nothing, as
+Vectric's programs have it in their first line."""
 
-SILENT = frozenset({17.0, 40.0, 49.0, 54.0, 64.0, 80.0, 90.1, 91.1, 94.0})
+SILENT = frozenset({17.0, 40.0, 49.0, 54.0, 80.0, 90.1, 91.1, 94.0})
 """Settings that ask for what holds here anyway: plane XY, no tool, mm a minute, or are read."""
 
-WITHOUT_MEANING = frozenset({15.0, 43.0, 50.0, 61.0, 61.1, 69.0, 92.1, 92.2, 98.0, 99.0})
-"""Tool lengths, ends of what never began, exact stops: no part of a delta's path; noted."""
+WITHOUT_MEANING = frozenset(
+    {10.0, 11.0, 15.0, 28.1, 30.1, 43.0, 50.0, 61.0, 61.1, 64.0, 69.0, 92.0, 92.1, 92.2, 96.0, 97.0,
+     98.0, 99.0}
+)  # fmt: skip
+"""Filament, tool lengths, ends of what never began, exact stops: no part of a path; noted."""
 
+WORDS_OF: dict[float, str] = {
+    10.0: "S", 40.0: "D", 43.0: "HXYZ", 49.0: "H", 64.0: "PQ", 96.0: "D",
+}  # fmt: skip
+"""Words that a code may carry beside those that any line may."""
+ANYWHERE = frozenset("FSTE")
+"""Feed, spindle or laser, tool, extruder: no place, on whatever line they are."""
+NO_AXES = frozenset({10.0, 28.1, 30.1, 50.0, 92.0, 92.1, 92.2})
+"""Codes with which X, Y and Z would set something that is not kept here."""
+OWN_WORDS = NO_AXES | {4.0, 27.0, 28.0, 30.0}
+"""Codes whose X, Y and Z are no place to go to."""
+
+_MACHINE = (
+    'goes to a place that the machine knows; say --code "G{0:g}=X Y Z" with that place in the'
+    " file's mm, or --skip G{0:g}"
+)
+_ORIGIN = "moves the origin; give it once, by --origin"
+_OFFSETS = "other origins are not known here; use one (G54), which --origin places"
+_RADIUS = "the tool's radius is not taken off; let the program that made the file do it"
+_TIP = "moves the tool's tip; give one --origin"
+_CYCLE = "is a cycle for drilling; let the program that made the file write its moves"
+_PROBE = "moves until something is touched; no job does that: --skip G{0:g}, or delete the line"
+_CURVE = "curves of this kind are not taken; let the program that made the file write arcs or lines"
 REFUSED: dict[float, str] = {
+    7.0: "diameters are not taken; give radii (G8)",
+    12.0: _PROBE.replace("until something is touched", "as the machine says"),
+    16.0: "polar coordinates are not taken; give X and Y (G15)",
     18.0: "arcs in XZ cannot be made; arcs lie in XY (G17)",
     19.0: "arcs in YZ cannot be made; arcs lie in XY (G17)",
-    28.0: "goes to a place that the machine knows; give the place with G0",
-    30.0: "goes to a place that the machine knows; give the place with G0",
-    41.0: "the tool's radius is not taken off; let the program that made the file do it",
-    42.0: "the tool's radius is not taken off; let the program that made the file do it",
-    53.0: "is a place in the machine's own frame; give it in the file's, which --origin places",
-    92.0: "moves the origin; give it once, by --origin",
+    27.0: _MACHINE, 28.0: _MACHINE, 30.0: _MACHINE,
+    41.0: _RADIUS, 41.1: _RADIUS, 42.0: _RADIUS, 42.1: _RADIUS,
+    43.1: _TIP, 43.2: _TIP,
+    51.0: "scales the path; let the program that made the file do it",
+    52.0: _ORIGIN,
+    53.0: "is a place in the machine's own frame; give it in the file's, which --origin places, or"
+    " --skip G53",
+    68.0: "turns the path; let the program that made the file do it",
+    92.0: _ORIGIN, 92.3: _ORIGIN,
     93.0: "F as a time is not taken; let F be a speed (G94)",
     95.0: "F for a turn of the spindle is not taken; let F be a speed (G94)",
-} | {
-    float(code): "other origins are not known here; use one (G54), which --origin places"
-    for code in range(55, 60)
-}
+    5.0: _CURVE, 5.1: _CURVE, 5.2: _CURVE, 5.3: _CURVE, 6.0: _CURVE, 33.0: _CURVE,
+}  # fmt: skip
+REFUSED |= dict.fromkeys((55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3), _OFFSETS)
+REFUSED |= dict.fromkeys((73.0, 76.0, *(float(code) for code in range(81, 90))), _CYCLE)
+REFUSED |= dict.fromkeys((29.0, 29.1, 29.2, 32.0, 34.0, 35.0, 38.2, 38.3, 38.4, 38.5), _PROBE)
 """What would change the path, and what to do instead."""
-
 OTHER = "is not taken; G0 to G4, G17, G20, G21, G90, G91, G90.1, G91.1 are"
 
-ENDS = (2.0, 30.0)
+SKIPPABLE = frozenset(
+    {12.0, 27.0, 28.0, 29.0, 29.1, 29.2, 30.0, 32.0, 34.0, 35.0, 38.2, 38.3, 38.4, 38.5, 53.0}
+)
+"""G codes that --skip may leave out: they go to places that only the machine knows."""
+PLACED = frozenset({27.0, 28.0, 30.0})
+"""G codes for which --code may name a place."""
+
+ENDS = frozenset({2.0, 30.0})
 """M words after which nothing is carried out."""
-CALLS = (97.0, 98.0)
-"""M words that call another part of a program."""
+TOOL = 6.0
+PAUSES: dict[float, str] = {
+    0.0: "stop of the program", 1.0: "optional stop of the program",
+    25.0: "pause of the print", 60.0: "change of the part", 125.0: "park and pause",
+    226.0: "pause of the print", 600.0: "change of the filament", 601.0: "pause of the print",
+    TOOL: "change of the tool",
+}  # fmt: skip
+"""M words at which a hand may be in the machine: the job waits for `resume`."""
+SPINDLE = frozenset({3.0, 4.0})
+"""M words after which an S on any line is a speed or a power, and S0 is off."""
+SWITCHES = SPINDLE | {5.0, 7.0, 8.0, 9.0, 10.0, 11.0, 106.0, 107.0, 126.0, 127.0}
+"""M words that switch something which --code may name as an output; S0 with one is off."""
+SHARED = frozenset({3.0, 4.0, 5.0, TOOL, 7.0, 8.0, 9.0, 19.0, 60.0}) | ENDS
+"""M words of spindle, coolant, tool and end: a line with one may move too (NIST IR 6556). Any
+other takes the words of its line for itself: `M205 X8` is no place."""
+ALONE = frozenset({48.0, 49.0})
+"""Switches of LinuxCNC for the feed; with words, a test of Marlin that moves."""
+PAUSES_WITH = {400.0: "U"}
+"""A wait for the moves before it, which has none to wait for; with this letter, for a person."""
+STOPS_WITH_TEXT = frozenset({0.0, 1.0})
+"""Words in RS-274; a message in Marlin."""
+
+_CALLS = "calls another part of the program, or another file; write it out"
+_SHIFTS = "moves the origin or the tool; give one --origin"
+_ENDS_ALL = "ends everything at once; delete the line, or write M2"
+_AWAITS = "waits for an input; write a job with 'wait_for' (docs/jobs.md), or --skip {0}"
+_RESTORES = "restores settings that were saved; write them out (G90, G20, ...)"
+_BY_ITSELF = "moves the machine as it knows; --skip {0} leaves it out, --code {0}=pause waits there"
+REFUSED_M: dict[float, str] = {
+    23.0: _CALLS, 28.0: "writes what follows to a card; delete the line", 29.0: "ends what M28"
+    " began; delete the line", 32.0: _CALLS, 97.0: _CALLS, 98.0: _CALLS, 99.0: _CALLS,
+    808.0: "repeats what follows; write it out, or use 'repeat' in a job (docs/jobs.md)",
+    206.0: _SHIFTS, 218.0: _SHIFTS, 290.0: _SHIFTS, 428.0: _SHIFTS,
+    112.0: _ENDS_ALL, 410.0: _ENDS_ALL, 524.0: _ENDS_ALL, 999.0: _ENDS_ALL,
+    66.0: _AWAITS, 70.0: _RESTORES, 72.0: _RESTORES,
+    701.0: _BY_ITSELF, 702.0: _BY_ITSELF, 603.0: _BY_ITSELF, 602.0: _BY_ITSELF,
+    810.0: _CALLS,
+}  # fmt: skip
+UNKNOWN_M = "is not known here; if it moves nothing and waits for nothing: --skip {0}"
+SPEED_FACTOR = 220.0
+PROGRESS = 73.0
+"""A percentage in Marlin, with P, R, Q or S; alone it saves settings in LinuxCNC."""
+
+
+def _numbers(text: str) -> frozenset[float]:
+    found: set[float] = set()
+    for part in text.split():
+        first, _, last = part.partition("-")
+        found |= {float(one) for one in range(int(first), int(last or first) + 1)}
+    return frozenset(found)
+
+
+WITHOUT_MEANING_M = SWITCHES | _numbers(
+    "15-22 24 26 27 31 33 34 42 43 48-53 61-65 67 68 71 73-78 80-86 92 100-111 113-124 128 129"
+    " 140-145 149-151 154-156 163-166 190-193 200-205 207-217 219-221 225 230-233 240 250-252"
+    " 255-257 260 261 280-282 293-295 300-309 321-323 340 350 351 355 360-364 371 372 400-409"
+    " 411-415 420-427 430 450-453 486 493 500-511 540 550-599 604 605 665 666 672 710 851 852"
+    " 860-869 871 900 905-919 928 950-957 993 995 997"
+)
+"""Heaters, fans, limits, tuning, cards, displays, reports: no part of a path; noted."""
+TEXTS = frozenset({16.0, 115.0, 117.0, 118.0, 486.0}) | _numbers("550-559 587-589 860-869")
+"""M words whose text may be anything, also what looks like another code."""
+MACROS = frozenset(
+    {
+        "BED_MESH_PROFILE", "EXCLUDE_OBJECT", "EXCLUDE_OBJECT_DEFINE", "EXCLUDE_OBJECT_END",
+        "EXCLUDE_OBJECT_START", "RESPOND", "SET_DISPLAY_TEXT", "SET_FAN_SPEED",
+        "SET_HEATER_TEMPERATURE", "SET_LED", "SET_PRESSURE_ADVANCE", "SET_PRINT_STATS_INFO",
+        "SET_VELOCITY_LIMIT", "TEMPERATURE_WAIT", "TIMELAPSE_TAKE_FRAME",
+    }
+)  # fmt: skip
+"""Commands of Klipper that move nothing; any other is a macro that may."""

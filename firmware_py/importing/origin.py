@@ -6,21 +6,19 @@ import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from deltactl.firmware_py.describing.first_job import heights_m
-from deltactl.firmware_py.importing.drawn import Drawn, Point, job_text
+from deltactl.firmware_py.importing.by_line import ends_reached
+from deltactl.firmware_py.importing.drawn import Drawn, Point, job_data
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.kinematics_of_job import kinematics_of
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.planner.check import make_plan
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import MotionError
-from deltactl.foundation.strict_yaml import Document
-from deltactl.models.linkage import Linkage, inverse
 from deltactl.models.robot import FloatArray
 
 MOST_TRIED = 3
@@ -60,13 +58,14 @@ def _origin_m(
     """As near as can be to what was asked for: at another height, else in the middle as well."""
     robot = load_robot(find(robot_name))
     points_m = np.array([drawn.start_m, *(leg["to_m"] for leg in drawn.legs)])
-    fitting = (one for one in _shifts_m(robot, points_m) if _ends_reached(robot, points_m + one))
+    fitting = (
+        one for one in _shifts_m(robot, points_m) if ends_reached(robot, points_m + one).all()
+    )
     for shift_m in itertools.islice(fitting, MOST_TRIED):
-        text = job_text(_moved(drawn, shift_m), "moved", robot_name, speed_mps, corner_m)
-        path = Path("moved.yaml")
-        job = Document(path, text).check(JobFile)
+        data = job_data(_moved(drawn, shift_m), "moved", robot_name, speed_mps, corner_m)
+        job = JobFile.model_validate(data)
         try:
-            make_plan(job, robot, kinematics_of(job, robot, path))
+            make_plan(job, robot, kinematics_of(job, robot, None))
         except MotionError:
             continue
         x_m, y_m, z_m = (np.array(zero_m) + shift_m).round(6).tolist()
@@ -82,13 +81,6 @@ def _shifts_m(robot: RobotFile, points_m: FloatArray) -> Iterator[FloatArray]:
         yield np.round(goal_m - middle_m, 3)
 
 
-def _ends_reached(robot: RobotFile, points_m: FloatArray) -> bool:
-    """Whether the ends of all moves are where the arms may be."""
-    angles_rad = inverse(Linkage.of(robot.geometry), points_m).angles_rad
-    low_rad, high_rad = np.deg2rad(robot.limits.arm_deg)
-    return bool(((angles_rad >= low_rad) & (angles_rad <= high_rad)).all())  # NaN is out of reach
-
-
 def _moved(drawn: Drawn, shift_m: FloatArray) -> Drawn:
     def leg(one: dict[str, Any]) -> dict[str, Any]:
         moved = one | {"to_m": tuple((np.array(one["to_m"]) + shift_m).tolist())}
@@ -97,4 +89,5 @@ def _moved(drawn: Drawn, shift_m: FloatArray) -> Drawn:
         return moved
 
     x_m, y_m, z_m = (np.array(drawn.start_m) + shift_m).tolist()
-    return replace(drawn, start_m=(x_m, y_m, z_m), legs=tuple(leg(one) for one in drawn.legs))
+    legs = tuple(leg(one) for one in drawn.legs)
+    return replace(drawn, start_m=(x_m, y_m, z_m), legs=legs, between=())

@@ -59,11 +59,32 @@ def cut(
     room = min(own.length_m - left_m, 0.5 * following.length_m)
     if isinstance(own, Straight) and isinstance(following, Straight):
         away = min(2.0 * corner_m / math.sin(turn / 2.0), room)
+        pieces = intervals(_parabola_m(away, turn), spacing_m)
+        if away > 0.0 and pieces <= 2:
+            points = _short_parabola(own, following, away, pieces)
+            return Cut(own.length_m - away, away, points)
     else:
         away = _widest(own, following, corner_m, room)
     if away <= 0.0:
         return None
     return Cut(own.length_m - away, away, _evenly(own, following, away, spacing_m))
+
+
+def _parabola_m(away: float, turn: float) -> float:
+    """How long the parabola is that begins and ends so far from a corner of straight legs [m]."""
+    half_sin, half_cos = math.sin(turn / 2.0), math.cos(turn / 2.0)
+    if half_cos < 1e-9:
+        return away
+    return away * (1.0 + half_cos**2 * math.asinh(half_sin / half_cos) / half_sin)
+
+
+def _short_parabola(own: Straight, following: Straight, away: float, pieces: int) -> FloatArray:
+    """Its ends, and where there are two pieces its middle, which needs no measuring."""
+    corner = own.end
+    begin, end = corner - away * own.heading(0.0), corner + away * following.heading(0.0)
+    if pieces == 1:
+        return np.array([begin, end])
+    return np.array([begin, 0.25 * (begin + end) + 0.5 * corner, end])
 
 
 def _evenly(own: Course, following: Course, away: float, spacing_m: float) -> FloatArray:

@@ -38,6 +38,11 @@ class Straight:
         self.length_m = math.dist(begin, end)
         self._heading = (end - begin) / self.length_m if self.length_m else np.zeros(3)
 
+    @property
+    def end(self) -> FloatArray:
+        """Where it ends, (3,) [m]."""
+        return self._end
+
     def at(self, run_m: FloatArray) -> FloatArray:
         """See Course; the ends are met exactly."""
         part = (run_m / self.length_m if self.length_m else run_m * 0.0)[:, None]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from deltactl.models.robot import FloatArray
 
@@ -24,6 +25,23 @@ def longest(points: FloatArray, within_m: float) -> int:
         else:
             bad = tried
     return good
+
+
+def pairs_in_line(points: FloatArray, within_m: float) -> NDArray[np.bool_]:
+    """Whether each two legs that follow each other between points (n + 1, 3) are one line, (n,).
+
+    What longest would find of the first two; False for the last leg, which has none after it.
+    """
+    found = np.zeros(max(len(points) - 1, 0), dtype=np.bool_)
+    if len(points) < 3:
+        return found
+    whole, first = points[2:] - points[:-2], points[1:-1] - points[:-2]
+    length_m = np.linalg.norm(whole, axis=1)
+    along = whole / np.where(length_m > 0.0, length_m, 1.0)[:, None]
+    run_m = np.einsum("ni,ni->n", first, along)
+    away_m = np.linalg.norm(first - run_m[:, None] * along, axis=1)
+    found[:-1] = (run_m > 0.0) & (run_m < length_m) & (away_m <= within_m)
+    return found
 
 
 def _is_line(points: FloatArray, within_m: float) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 
 from deltactl.firmware_py.paths.corner import STRAIGHT_RAD, cut, turn_rad
 from deltactl.firmware_py.paths.courses import Arc, Course, Straight, spline
-from deltactl.firmware_py.paths.merging import LONGEST_RUN, longest
+from deltactl.firmware_py.paths.merging import LONGEST_RUN, longest, pairs_in_line
 from deltactl.firmware_py.paths.path import Path, Space, intervals, line
 from deltactl.models.robot import FloatArray
 
@@ -49,30 +49,33 @@ def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: fl
     """All legs one after another, sampled at most `spacing_m` apart."""
     legs = merged(start_m, legs, MERGED * corner_m)
     corner_m *= 1.0 - MERGED
-    courses = list(courses_of(start_m, legs))
+    courses = courses_of(start_m, legs)  # made as they are needed: a long way has many
+    following: Course | None = next(courses, None)
     parts: list[FloatArray] = [np.asarray(start_m, dtype=np.float64)[None, :]]
-    speeds: list[FloatArray] = [np.full(1, np.inf)]
-    of_leg = [np.zeros(1, dtype=np.int64)]
-    rests, dwells, left_m = [0], [0.0], 0.0
+    sizes, speeds, of_leg = [1], [math.inf], [0]
+    rests, dwells, left_m, count = [0], [0.0], 0.0, 1
 
-    def add(points: FloatArray, leg: Leg, speed_mps: float) -> None:
+    def add(points: FloatArray, leg: Leg, speed_mps: float) -> int:
         parts.append(points[1:])
-        of_leg.append(np.full(len(points) - 1, leg.number, dtype=np.int64))
-        speeds.append(np.full(len(points) - 1, speed_mps))
+        sizes.append(len(points) - 1)
+        of_leg.append(leg.number)
+        speeds.append(speed_mps)
+        return sizes[-1]
 
-    for number, (leg, course) in enumerate(zip(legs, courses, strict=True)):
-        following = courses[number + 1] if number + 1 < len(legs) else None
+    for number, leg in enumerate(legs):
+        course, following = following, next(courses, None)
+        assert course is not None
         bend = None
         if following is not None and leg.dwell_s == 0.0:
             bend = cut(course, left_m, following, corner_m, spacing_m)
-        add(_sampled(course, left_m, bend.leaves_m if bend else course.length_m, spacing_m),
-            leg, leg.speed_mps)  # fmt: skip
+        until_m = bend.leaves_m if bend else course.length_m
+        count += add(_sampled(course, left_m, until_m, spacing_m), leg, leg.speed_mps)
         left_m = 0.0
         if bend is not None:
-            add(bend.points, leg, min(leg.speed_mps, legs[number + 1].speed_mps))
+            count += add(bend.points, leg, min(leg.speed_mps, legs[number + 1].speed_mps))
             left_m = bend.meets_m
         elif following is None or leg.dwell_s or turn_rad(course, following) > STRAIGHT_RAD:
-            rests.append(sum(map(len, parts)) - 1)
+            rests.append(count - 1)
             dwells.append(leg.dwell_s)
     targets = np.concatenate(parts)
     rest = np.zeros(len(targets), dtype=np.bool_)
@@ -85,8 +88,8 @@ def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: fl
         dwell_s=dwell_s,
         rest=rest,
         way_back=line(targets[-1], targets[0], spacing_m)[1:-1],
-        speed_mps=np.concatenate(speeds),
-        leg=np.concatenate(of_leg),
+        speed_mps=np.repeat(speeds, sizes),
+        leg=np.repeat(np.array(of_leg, dtype=np.int64), sizes),
     )
 
 
@@ -97,27 +100,32 @@ def merged(start_m: FloatArray, legs: Sequence[Leg], within_m: float) -> list[Le
     turn back end a run. So a curve given by many points is not bent at each by their rounding,
     and a corner may reach over more than the last of the points before it.
     """
+    if within_m <= 0.0:
+        return list(legs)
     kept: list[Leg] = []
-    begin, number = start_m, 0
+    places = np.array([start_m, *(leg.to_m for leg in legs)], dtype=np.float64)
+    ends, pairs = _plain_runs(legs), pairs_in_line(places, within_m)
+    number = 0
     while number < len(legs):
-        plain = _plain_run(legs, number) if within_m > 0.0 else 1
-        points = np.array([begin, *(leg.to_m for leg in legs[number : number + plain])])
-        number += longest(points, within_m)
+        run = min(ends[number] - number, LONGEST_RUN)
+        if run > 1 and pairs[number]:
+            number += longest(places[number : number + run + 1], within_m)
+        else:
+            number += 1
         kept.append(legs[number - 1])
-        begin = kept[-1].to_m
     return kept
 
 
-def _plain_run(legs: Sequence[Leg], first: int) -> int:
-    """How many legs from `first` are straight, equally fast, and passed without a rest."""
-    if legs[first].smooth or legs[first].centre_m is not None:
-        return 1
-    for count, leg in enumerate(legs[first : first + LONGEST_RUN]):
-        if leg.smooth or leg.centre_m is not None or leg.speed_mps != legs[first].speed_mps:
-            return count
-        if leg.dwell_s:
-            return count + 1
-    return min(LONGEST_RUN, len(legs) - first)
+def _plain_runs(legs: Sequence[Leg]) -> list[int]:
+    """For each leg, the one behind the last that is straight and as fast, without a rest before."""
+    ends = list(range(1, len(legs) + 1))
+    for number in range(len(legs) - 2, -1, -1):
+        leg, after = legs[number], legs[number + 1]
+        plain = leg.centre_m is None and after.centre_m is None
+        plain = plain and not (leg.smooth or after.smooth or leg.dwell_s)
+        if plain and leg.speed_mps == after.speed_mps:
+            ends[number] = ends[number + 1]
+    return ends
 
 
 def target_count(start_m: FloatArray, legs: Sequence[Leg], spacing_m: float) -> int:
@@ -147,4 +155,7 @@ def _sampled(course: Course, from_m: float, to_m: float, spacing_m: float) -> Fl
     """Points of a stretch of a leg, both ends included; only one where nothing is left of it."""
     if to_m - from_m <= NOTHING * spacing_m and from_m > 0.0:
         return course.at(np.array([from_m]))
-    return course.at(np.linspace(from_m, to_m, intervals(to_m - from_m, spacing_m) + 1))
+    pieces = intervals(to_m - from_m, spacing_m)
+    if pieces == 1:
+        return course.at(np.array([from_m, to_m]))
+    return course.at(np.linspace(from_m, to_m, pieces + 1))

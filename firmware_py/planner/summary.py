@@ -61,6 +61,8 @@ class CheckSummary:
     """How many things a job of steps does, one after another; None for a job of one path."""
     waits_at_most_s: float = 0.0
     """How much longer it takes where inputs come as late as they may."""
+    pauses: int = 0
+    """How often it waits until somebody says `resume`; that time is in no other figure."""
     slower: Slower | None = None
     """Where the speed that the job asks for is never reached: what is, and why."""
 

@@ -29,6 +29,7 @@ from deltactl.firmware_py.program.instructions import (
     Block,
     Instruction,
     Move,
+    Pause,
     Program,
     SetOutputs,
     Wait,
@@ -51,6 +52,8 @@ CLASSES: dict[str, type] = {
         MotorLimits,
     )
 }
+SIMPLE: dict[str, Any] = {one.__name__: one for one in (SetOutputs, Wait, WaitFor, Pause)}
+"""Instructions that are their own values."""
 NO_PATH = {"shape": "joints", "angles_deg": [[0.0, 0.0, 0.0]]}
 """What a plan no longer needs is not sent: the targets are in its laps."""
 
@@ -163,7 +166,7 @@ def _instruction(message: Any, plans: list[Plan]) -> Instruction:
     if kind == "Block":
         inner = tuple(_instruction(one, plans) for one in values["steps"])
         return Block(values["count"], inner)
-    made: Instruction = {"SetOutputs": SetOutputs, "Wait": Wait, "WaitFor": WaitFor}[kind](**values)
+    made: Instruction = SIMPLE[kind](**values)
     return made
 
 

@@ -11,6 +11,7 @@ from deltactl.firmware_py.job_steps import (
     InnerJob,
     JobStep,
     PathStep,
+    PauseStep,
     RepeatStep,
     SetStep,
     Step,
@@ -24,6 +25,7 @@ from deltactl.firmware_py.program.instructions import (
     Instruction,
     Leaf,
     Move,
+    Pause,
     Program,
     SetOutputs,
     Wait,
@@ -95,6 +97,8 @@ class _Builder:
             named = self._robot.inputs.named
             self._check_known([wanted.input], named, "inputs.named", f"{place}.wait_for")
             return WaitFor(wanted.input, wanted.is_on, wanted.within_s)
+        if isinstance(one, PauseStep):
+            return Pause(one.pause)
         if isinstance(one, RepeatStep):
             return Block(one.repeat, self.block(one.steps, job, f"{place}.steps"))
         if isinstance(one, JobStep):

@@ -53,6 +53,13 @@ class WaitFor:
         return f"{self.input} to be {'on' if self.is_on else 'off'}"
 
 
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Stand until somebody says `resume`."""
+
+    why: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
     """Instructions, so many times."""
@@ -70,7 +77,7 @@ class Block:
                     yield one
 
 
-Leaf = Move | SetOutputs | Wait | WaitFor
+Leaf = Move | SetOutputs | Wait | WaitFor | Pause
 Instruction = Leaf | Block
 
 

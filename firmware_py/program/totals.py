@@ -8,7 +8,15 @@ from deltactl.drivers.steps.contract import Counts
 from deltactl.firmware_py.planner.plan import Plan
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.planner.summary import CheckSummary, Range, slower, summarise
-from deltactl.firmware_py.program.instructions import Leaf, Move, Program, Wait, WaitFor, visit
+from deltactl.firmware_py.program.instructions import (
+    Leaf,
+    Move,
+    Pause,
+    Program,
+    Wait,
+    WaitFor,
+    visit,
+)
 from deltactl.foundation.clock import NS_PER_S, ns
 
 
@@ -18,6 +26,7 @@ class Totals:
 
     duration_ns: int = 0
     waits_s: float = 0.0
+    pauses: int = 0
     instructions: int = 0
     streams: dict[tuple[int, Counts], int] = field(default_factory=dict)
     moves: list[tuple[Plan, Counts, int]] = field(default_factory=list)
@@ -32,6 +41,8 @@ class Totals:
             self.duration_ns += times * ns(leaf.seconds)
         elif isinstance(leaf, WaitFor):
             self.waits_s += times * leaf.within_s
+        elif isinstance(leaf, Pause):
+            self.pauses += times
 
     def move_ns(self, plan: Plan, counts: Counts) -> int:
         """How long a move takes, with the way to its beginning."""
@@ -81,6 +92,7 @@ def summarise_program(program: Program, from_counts: Counts) -> CheckSummary:
         box_m=_ranges([one.box_m for one in ones]),
         instructions=found.instructions,
         waits_at_most_s=found.waits_s,
+        pauses=found.pauses,
         slower=slower(plan for plan, _, _ in found.moves),
     )
 
@@ -95,6 +107,7 @@ def _without_moves(program: Program, found: Totals) -> CheckSummary:
         peak_step_rate_hz=(0.0, 0.0, 0.0), approach_step_rate_hz=0.0,
         arm_range_deg=(nowhere,) * 3, smallest_margin=1.0, box_m=(nowhere,) * 3,
         instructions=found.instructions, waits_at_most_s=found.waits_s,
+        pauses=found.pauses,
     )  # fmt: skip
 
 

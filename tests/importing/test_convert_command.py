@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from deltactl.firmware_py.importing.gcode import read_gcode
 from deltactl.firmware_py.importing.points_table import read_points
 from deltactl.firmware_py.job_file import load_job
-from deltactl.foundation.errors import ConfigError, RecordingError
+from deltactl.foundation.errors import ConfigError
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 PART = """\
@@ -88,12 +88,12 @@ def test_an_arc_by_r_is_the_arc_by_its_centre(
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("G0 X0 Y0 Z0\nG5 X1\n", ":2: G5 is not taken"),
+        ("G0 X0 Y0 Z0\nG5 X1\n", ":2: G5 curves of this kind are not taken"),
         ("G0 X0 Y0 Z0\nG2 X1 Y1\n", ":2: an arc needs I and J"),
         ("G0 X0 Y0 Z0\nG2 X20 Y0 R9\n", ":2: R 9 cannot reach: half the distance is 10"),
         ("G0 X0 Y0 Z0\nG2 X0 Y0 R9\n", ":2: an arc by R needs another place"),
-        ("G91\nG1 X1\n", ":2: G91 stands before any absolute place"),
-        ("G4 P1\n", ":1: G4 stands before any move"),
+        ("G91\nG1 X1\n", ":2: G91 comes before any absolute place"),
+        ("G4 P1\n", "holds no moves"),
         ("G0 X0 Y0 Z0\nhello\n", ":2: 'hello' is not understood"),
         ("G21\n", "holds no moves"),
     ],
@@ -183,5 +183,5 @@ def test_what_is_no_number_where_a_speed_should_be_is_refused_with_its_line(
     table = tmp_path / "points.csv"
     table.write_text(f"x,y,z,speed\n0,0,-450,10\n10,0,-450,\n20,5,-450,{word}\n")
     says = rf"points.csv:4: speed must be a number \(got '{word}'\)"
-    with pytest.raises(RecordingError, match=says):
+    with pytest.raises(ConfigError, match=says):
         read_points(table, (0.0, 0.0, 0.0))

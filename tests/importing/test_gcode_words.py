@@ -51,10 +51,8 @@ def test_words_are_those_of_gcodeparser_where_that_can_read_them(command: str, w
         ("N10 g1x10y-.5 (to the right) f100 ; slow", ["G1", "X10", "Y-0.5", "F100"]),
         ("G90 G94 G91.1", ["G90", "G94", "G91.1"]),
         ("X 10 Y +5.", ["X10", "Y5"]),
-        ("G1 X5 *71", ["G1", "X5"]),
-        ("M117 half way", ["M117"]),
+        ("G1 X5 *27", ["G1", "X5"]),
         ("( nothing )", []),
-        ("%", []),
     ],
 )
 def test_a_line_as_it_is_written(line: str, texts: list[str]) -> None:
@@ -62,7 +60,7 @@ def test_a_line_as_it_is_written(line: str, texts: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "line", ["G1 X#3", "G1 X[1+2]", "G1 X1.2.3", "G1 X", "(open G1 X5", "/G1 X5"]
+    "line", ["G1 X#3", "G1 X[1+2]", "G1 X1.2.3", "G1 X5*71", "(open G1 X5", "/G1 X5"]
 )
 def test_what_cannot_be_read_is_not_read_half(line: str) -> None:
     with pytest.raises(ValueError, match=r"."):
@@ -115,7 +113,7 @@ def test_centres_are_offsets_or_places(tmp_path: Path, centre: str) -> None:
         ("G2 X1 Y1 I1 K2", "G2 with K"), ("G93", "G93 F as a time"),
         ("G0 G1 X1", "two of the moves"), ("X1 X2", "two words X"),
         ("G90.1 G2 X1 Y1 I1", "an arc under G90.1 needs"), ("M98 P100", "M98 calls another part"),
-        ("G80\nX1", "coordinates after G80"), ("G1 X1\nG4", "G4 needs P"),
+        ("G80\nX1", "coordinates after G80"), ("G1 X1\nG4", "G4 needs one of P"),
         ("G1 X1 F0", "F must be above 0"),
     ],
 )  # fmt: skip

@@ -45,13 +45,12 @@ def test_headings_in_millimetres(tmp_path: Path, heading: str) -> None:
         ("x,y,z,F", "10,5,-300,600", {"speed_mps": 0.01}, "column 'F' read in mm/min"),
         ("x,y,z,speed (m/s)", "10,5,-300,0.02", {"speed_mps": 0.02}, "read in m/s"),
         ("x,y,z,dwell [ms]", "10,5,-300,250", {"dwell_s": 0.25}, "read in ms"),
-        ("x,y,z,colour", "10,5,-300,7", {}, "column 'colour' passed over"),
     ],
 )
 def test_other_units_are_read_and_told(
     tmp_path: Path, heading: str, row: str, leg: dict[str, float], note: str
 ) -> None:
-    first = ",".join("0" for _ in heading.split(","))
+    first = ",".join(["0", "0", "0", "", ""][: heading.count(",") + 1])
     found = drawn(tmp_path, f"{heading}\n{first}\n{row}\n")
     assert found.legs == ({"to_m": (0.01, 0.005, -0.3)} | leg,)
     assert any(note in one for one in found.notes)
@@ -140,3 +139,52 @@ def test_an_empty_coordinate_is_told_by_line_and_column(
     """As text in its place is; it was a point that somebody had to count to."""
     with pytest.raises(DeltactlError, match=rf"points\.csv:4: {says}"):
         drawn(tmp_path, f"x_mm,y_mm,z_mm\n0,0,-450\n\n10,{cell},-450\n20,0,-450\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "lines"),
+    [
+        ("x,y,z,speed\n1,5,0,\n15,9,0,-5\n15,0,0,0\n0,0,0,nan\n", (3, 4, 5)),
+        ("x,y,z,dwell\n1,5,0,\n1,2,0,-1\n3,4,0,inf\n3,5,0,soon\n", (3, 4, 5)),
+        ("x,y,z\n1,5,0\n1,nan,0\n2,,0\n3,4\n3,4,5,6\n1,2,0x1\n" + "7,8,0\n" * 6, (3, 4, 5, 6, 7)),
+        ("x,y,z\n1,2\n1,2,3\n3,4,5\n", (2,)),
+        ("x;y;z\n1,5;2;3\n1.5;2;3\n2,5;1;1\n", (3,)),
+        ("x,y,z,speeed\n1,2,3,4\n4,5,6,7\n", (1,)),
+        ("x,y,z,speed [furlong]\n1,2,3,4\n4,5,6,7\n", (1,)),
+        ("# points\nx,y,z [deg]\n1,2,3\n4,5,6\n", (2,)),
+        ("x,y,z,X\n1,2,3,4\n4,5,6,7\n", (1,)),
+        ("x,y,z,v,feed\n1,2,3,4,5\n4,5,6,7,8\n", (1,)),
+        ("x [mm],y,z\nm,m,m\n1,2,3\n4,5,6\n", (1,)),
+        ("a,y,q\n1,2,3\n4,5,6\n", (1, 1, 1)),
+        ("1,2,3,4,5,6\n4,5,6,7,8,9\n", (1,)),
+    ],
+)
+def test_what_a_table_says_is_taken_literally_or_refused_with_its_line(
+    tmp_path: Path, text: str, lines: tuple[int, ...]
+) -> None:
+    """A bad speed or a heading nobody knew was dropped, and the leg ran at full speed."""
+    with pytest.raises(ConfigError) as error:
+        drawn(tmp_path, text)
+    assert tuple(int(str(one).split(":")[1]) for one in error.value.args) == lines
+
+
+def test_a_column_is_left_out_by_its_name_alone(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("x,y,z,tool\n0,0,-300,a\n10,0,-300,b\n20,0,-300,4\n")
+    found = read_points(path, NOWHERE, skip=("tool",))
+    assert len(found.legs) == 2
+    assert "column 'tool' passed over" in found.notes
+    with pytest.raises(ConfigError, match="is no column of it"):
+        read_points(path, NOWHERE, skip=("tol",))
+
+
+def test_lines_above_a_table_are_named_and_units_below_its_heading_hold(tmp_path: Path) -> None:
+    found = drawn(tmp_path, "Points of Monday\nx,y,z\ncm,cm,cm\n1,2,-30\n4,5,-30\n")
+    assert found.legs[0]["to_m"] == (0.04, 0.05, -0.3)
+    assert "'Points of Monday' above the table passed over" in found.notes
+
+
+def test_twenty_mistakes_of_a_table_are_told(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as error:
+        drawn(tmp_path, "x,y,z,speed\n1,2,3,\n" + "1,2,3,-1\n" * 100)
+    assert len(error.value.args) == 21

@@ -17,7 +17,7 @@ OPTIONS = ["--robot", "zhao-2023.yaml", "--origin", "0 0 -450"]
     [
         ("G1 X900 F100", "part.nc:4: this move: arm 2 would be at 110"),
         ("G1 X20000", "part.nc:4: this move ends at 20000 0 -450 mm, beyond the reach"),
-        ("G2 X30 Y0 I20", "part.nc:4: centre_m must be equally far from both ends"),
+        ("G2 X30 Y0 I20", "part.nc:4: an arc's radius is 20 where it begins and 10 where it ends"),
     ],
 )
 def test_the_line_of_the_gcode_is_named(

@@ -28,7 +28,9 @@ SLOWED_DOWN_S = 1.2
 """The longest that a job may still move once it is to slow down: a look-ahead of 0.1 s, and the
 ramp of these jobs, 0.98 s."""
 LAST_OF_HOMING_S = 0.12
-BY_THEMSELVES = {Happening.HOMED, Happening.NOT_HOMED, Happening.BEGUN, Happening.ENDED}
+BY_THEMSELVES = {
+    *(Happening.HOMED, Happening.NOT_HOMED, Happening.BEGUN, Happening.ENDED, Happening.WAITS)
+}
 """These follow others and are not asked for; that each is a row of the table is seen by `go`."""
 WHILE_HOMING = (Request.CANCEL, Request.OFF, Request.STOP, Happening.GONE, Happening.FAULT)
 CLIENTS = st.integers(0, 1)

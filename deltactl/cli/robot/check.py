@@ -32,8 +32,12 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     path = find(str(job), key=JOB_KEY)
     robot_file = None if robot is None else find(robot, key=ROBOT_KEY)
     program = program_of(path, None if robot_file is None else load_robot(robot_file))
+    show_check(program, path, coverage_of(path, robot_file), json_out)
+
+
+def show_check(program: Program, path: Path, covered: Coverage, json_out: bool = False) -> None:
+    """Print what a program would do; path: of its job, beside which networks are sought."""
     summary = summarise_program(program, home_counts(program.robot))
-    covered = coverage_of(path, robot_file)
     limit, farthest_m = limit_of_program(program, path), _farthest_m(program)
     moved_m = microstep_m(program)
     if json_out:
@@ -125,6 +129,7 @@ def _steps(summary: CheckSummary) -> list[tuple[str, str]]:
     return [
         ("steps", f"{summary.instructions}"),
         *([("waits for inputs", f"{waits} at most")] if summary.waits_at_most_s else []),
+        *([("pauses", f"{summary.pauses}, until 'deltactl resume'")] if summary.pauses else []),
     ]
 
 

@@ -52,30 +52,48 @@ def convert(
     origin: Annotated[
         str, typer.Option(help="Where the file's 0 0 0 is in the robot's frame, mm.")
     ] = "0 0 0",
+    code: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='What a code of G-code means: "M3=OUTPUT on", "G28=X Y Z", G4=s, M6=pause.'
+        ),
+    ] = None,
+    skip: Annotated[
+        list[str] | None,
+        typer.Option(help="Leave out a code of G-code (G28, M600), or a column of a table."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Turn G-code or a table of points into a job, and check it.
 
     ```
     deltactl convert part.gcode part.yaml --robot zhao-2023.yaml --origin "0 0 -450"
+    deltactl convert slice.gcode slice.yaml --robot zhao-2023.yaml --origin "0 0 -450" --skip G28
     deltactl convert points.csv path.yaml --robot zhao-2023.yaml --corner 1
     deltactl convert points.csv path.yaml --robot zhao-2023.yaml --spline
     ```
     """
     from deltactl.cli.output import say, warn
     from deltactl.cli.overwriting import written_if_right
-    from deltactl.cli.robot.check import check_job
+    from deltactl.cli.robot.check import show_check
     from deltactl.firmware_py.describing.questions import numbers
-    from deltactl.firmware_py.importing.by_line import told_by_line
+    from deltactl.firmware_py.importing.by_line import checked_job, told_by_line
     from deltactl.firmware_py.importing.drawn import TABLES, held, job_text, rounded
     from deltactl.firmware_py.importing.gcode import read_gcode
+    from deltactl.firmware_py.importing.gcode_meanings import meanings_of
     from deltactl.firmware_py.importing.origin import with_an_origin
     from deltactl.firmware_py.importing.points_table import read_points
+    from deltactl.firmware_py.kinematics_of_job import kinematics_of
     from deltactl.firmware_py.named_files import ROBOT_KEY, find, named_beside
+    from deltactl.firmware_py.program.building import make_program
+    from deltactl.firmware_py.program.naming import told_with
+    from deltactl.firmware_py.robot_file import load_robot
     from deltactl.foundation.counting import count
     from deltactl.foundation.errors import ConfigError
+    from deltactl.repair.coverage import coverage
 
-    robot_file = find(robot, key=ROBOT_KEY)
+    code, skip = code or [], skip or []
+    robot_path = find(robot, key=ROBOT_KEY)
     if job.exists() and not force:
         raise ConfigError(f"{job}: exists already; name another file, or add --force")
     x_mm, y_mm, z_mm = numbers({"origin": origin}, "origin", 3)
@@ -83,16 +101,25 @@ def convert(
     table = source.suffix.lower() in TABLES
     if spline and not table:
         raise ConfigError(f"--spline is for tables of points; the curves of {source} are its own")
-    drawn = read_points(source, zero, spline) if table else read_gcode(source, zero)
-    text = job_text(drawn, job.stem, named_beside(robot_file, job), speed / 1e3, corner / 1e3)
+    known = load_robot(robot_path)
+    if table:
+        if code:
+            raise ConfigError(f"--code is for G-code, and {source} is a table of points")
+        drawn = read_points(source, zero, spline, tuple(skip))
+    else:
+        drawn = read_gcode(source, zero, meanings_of(skip, code, known.outputs))
+    how = (job.stem, named_beside(robot_path, job), speed / 1e3, corner / 1e3)
+    made = checked_job(source, drawn, *how)
     for note in filter(None, (*drawn.notes, held(drawn, speed / 1e3))):
         warn(note)
     with (
-        written_if_right(job, text, "no job was written"),
+        written_if_right(job, job_text(drawn, *how), "no job was written"),
         with_an_origin(drawn, robot, zero, speed / 1e3, corner / 1e3),
-        told_by_line(source, drawn, job, text),
+        told_by_line(source, drawn, made, known),
+        told_with(job),
     ):
-        check_job(job, None, False)
+        program = make_program(made, known, lambda one: kinematics_of(one, known, job))
+        show_check(program, job, coverage(made, known, job, robot_path))
     say(f"job: {job}, {count(len(drawn.legs), 'leg')}")
     if said := rounded(drawn, corner):
         say(said)

@@ -13,6 +13,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from deltactl.cli.output import errors, print_json, say, warn
 from deltactl.firmware_py.controller.contract import JobResult, RobotController, Status
+from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.foundation.clock import Clock, sleep_s
 from deltactl.foundation.errors import MotionError, NotReady, RecordingError
@@ -108,13 +109,17 @@ def _bar(quiet: bool) -> Iterator[Callable[[Status], None]]:
         transient=True,
     ) as progress:
         bar = progress.add_task("starting", total=1.0, left="")
-        drawn_s = 0.0
+        drawn_s, paused = 0.0, ""
 
         def draw(status: Status) -> None:
-            nonlocal drawn_s
+            nonlocal drawn_s, paused
             if time.monotonic() - drawn_s > SHOW_AFTER_S:
                 drawn_s = time.monotonic()
                 _draw(progress, bar, status)
+                why = status.why if status.state == State.PAUSED.value else ""
+                if why and why != paused:
+                    warn(f"the job pauses ({why}); 'deltactl resume' goes on")
+                paused = why
 
         yield draw
 

@@ -17,6 +17,7 @@ from deltactl.cli.robot.follow import (
 )
 from deltactl.cli.robot.show import show_tracking, write_report
 from deltactl.firmware_py.controller.contract import JobResult, Status
+from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.daemon.client import Client, daemon_answers
 from deltactl.firmware_py.job_file import load_job
 from deltactl.firmware_py.machine import is_raspberry_pi
@@ -186,7 +187,15 @@ def _in_this_process(
         number = controller.submit(path, record)
         every_s = POLL_S if realtime else VIRTUAL_POLL_S
         with interrupted_between_sleeps(controller.clock) as sleep:
-            return follow(controller, number, sleep, every_s, quiet)
+
+            def resumed(duration_s: float) -> None:
+                sleep(duration_s)
+                now = controller.status()
+                if now.state == State.PAUSED.value:  # nobody could say `resume` to this process
+                    warn(f"the job pauses ({now.why}); the simulated robot goes on at once")
+                    controller.resume()
+
+            return follow(controller, number, resumed, every_s, quiet)
     finally:
         controller.close()
 

@@ -21,7 +21,7 @@ from deltactl.firmware_py.planner.plan import Plan
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.planner.summary import slower
 from deltactl.firmware_py.planner.time_scaling import TimeScaledMotion
-from deltactl.firmware_py.program.instructions import Move, SetOutputs, WaitFor
+from deltactl.firmware_py.program.instructions import Move, Pause, SetOutputs, WaitFor
 from deltactl.firmware_py.program.totals import totals
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, VirtualClock, ns
@@ -83,6 +83,8 @@ class ActiveJob:
         self._moving: Moving | None = None
         self._standing: Standing | None = None
         self._paused = False
+        self.asks_pause = ""
+        """Why the job itself pauses: its control loop enters the state, and takes this away."""
         self._done_ns = self._whole_ns = 0
 
     def begin(self, now_ns: int) -> None:
@@ -128,7 +130,7 @@ class ActiveJob:
             self._moving.feeder.pause(now_ns)
         if self._standing is not None:
             self._standing.pause(now_ns)
-        self._journal.event(now_ns, "pause", "")
+        self._journal.event(now_ns, "pause", self.asks_pause)
 
     def resume(self, now_ns: int) -> None:
         """Go on."""
@@ -161,6 +163,10 @@ class ActiveJob:
             if isinstance(leaf, SetOutputs):
                 self._switch(leaf.on, leaf.says(), now_ns)
                 continue
+            if isinstance(leaf, Pause):
+                self.asks_pause = leaf.why
+                self.pause(now_ns)
+                return
             if isinstance(leaf, WaitFor):
                 self._journal.event(now_ns, "wait", f"for {leaf.says()}")
             standing = Standing(leaf, now_ns, self._machine.inputs)

@@ -1,0 +1,24 @@
+(written anew in the dialect of FlatCAM for boards of KiCad)
+(Type: G-code from Geometry)
+(Units: MM)
+
+G21
+G90
+G94
+
+
+G01 F120.00
+G00 Z2.0000
+
+M03 S10000
+G4 P1.0
+G00 X1.1050 Y2.3300
+G01 Z-0.0700 F60.00
+G01 F120.00
+G01 X1.1550 Y2.4550 F120.00
+G01 X1.2800 Y2.5050
+G01 X7.6300 Y2.5050
+G00 X7.6300 Y2.5050
+G00 Z2.0000
+G00 X0.0000 Y0.0000
+M05
