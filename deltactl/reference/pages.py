@@ -56,9 +56,9 @@ def _contents() -> str:
         "- [Effects](effects.md): what the diagnosis can name\n- [Columns](columns.md) of tables, "
         "mappings, and the channels of recordings\n- [Requests](socket.md) of the daemon's socket\n"
         "- [States](states.md): what each request does, and what may still move",
-        "Editors check and complete these files with the JSON Schemas in `schemas/`. In VS Code "
+        "Editors check and complete these files with the JSON Schemas in `deltactl/schemas/`. In VS Code "
         "with the YAML extension, or any editor with yaml-language-server, a first line does it:",
-        "```yaml\n# yaml-language-server: $schema=../schemas/robot.json\n```",
+        "```yaml\n# yaml-language-server: $schema=../deltactl/schemas/robot.json\n```",
     )
 
 
@@ -66,7 +66,7 @@ def _jobs() -> str:
     return _page(
         "Job files",
         "What is run: `deltactl check JOB.yaml`, `deltactl run JOB.yaml`. Schema: "
-        "`schemas/job.json`. An unknown key is refused.",
+        "`deltactl/schemas/job.json`. An unknown key is refused.",
         *_tables(JobFile),
     )
 
@@ -75,7 +75,7 @@ def _robots() -> str:
     must = ", ".join(f"`{s}.{key}`" for s, keys in SAID_FOR_HARDWARE.items() for key in keys)
     parts = [
         "What a perfect machine would be. `deltactl init` writes one. Schema: "
-        "`schemas/robot.json`. An unknown key is refused.",
+        "`deltactl/schemas/robot.json`. An unknown key is refused.",
         f"On hardware these must be said, and have no default: {must}. A file without them runs "
         "simulated only.",
     ]
@@ -191,7 +191,7 @@ def _columns() -> str:
         table(("column", "unit", "example", ""), _column_rows()),
         "## Mappings",
         "`--columns FILE` or `--set NAME=COLUMN[unit]` bring other names and units to these. "
-        "`deltactl diagnose --inspect FILE` proposes one. Schema: `schemas/mapping.json`. Where "
+        "`deltactl diagnose --inspect FILE` proposes one. Schema: `deltactl/schemas/mapping.json`. Where "
         "`separator` and `decimal` are not given, they are found by looking at the file. Units: "
         f"{units}.",
         *_tables(Mapping),
@@ -224,7 +224,7 @@ def _socket() -> str:
     return _page(
         "Requests of the socket",
         "One JSON object a line, each way; [the service](../service.md) says how. Schema: "
-        "`schemas/request.json`.",
+        "`deltactl/schemas/request.json`.",
         table(("do", "with", "carried out", ""), requests),
         "Arguments may all be left out, but `run` needs a `job` or a `job_text`, and `result` a "
         "`job_id`.",
