@@ -17,7 +17,7 @@ from deltactl.foundation.rules import StrictModel, broken_rules
 from deltactl.foundation.schema_keys import first_parts
 from deltactl.foundation.yaml_tree import MAX_VALUES, Location, Tree, YamlError, key_of
 
-__all__ = ["Document", "StrictModel", "load"]
+__all__ = ["Document", "StrictModel", "load", "text_of"]
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
@@ -50,15 +50,8 @@ class Document:
 
         follow: whether links may lead to it.
         """
-        try:
-            text = read_plain(path, most_bytes, follow).decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            told = "; recordings are for 'deltactl report' and 'diagnose'"
-            hint = told if path.suffix == ".mcap" else ""
-            raise ConfigError(f"{path}: is not a text file in UTF-8{hint}") from error
-        except TooLong:
-            raise ConfigError(f"{path}: is longer than {most_bytes:,} bytes") from None
-        return cls(path, text.replace("\r\n", "\n"), min(MAX_VALUES, most_bytes // BYTES_A_VALUE))
+        text = text_of(path, follow, most_bytes)
+        return cls(path, text, min(MAX_VALUES, most_bytes // BYTES_A_VALUE))
 
     def line_of(self, location: Location) -> int:
         """Line of the deepest part of `location` that is in the file (1 if none is)."""
@@ -131,6 +124,19 @@ class Document:
         if not isinstance(tree.value, dict):
             raise ConfigError(f"{self.path}:1: must be a list of 'key: value' lines")
         return tree
+
+
+def text_of(path: Path, follow: bool = True, most_bytes: int = MAX_BYTES) -> str:
+    """The text of a file. Raises MissingFile when unreadable, ConfigError when no text."""
+    try:
+        text = read_plain(path, most_bytes, follow).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        told = "; recordings are for 'deltactl report' and 'diagnose'"
+        hint = told if path.suffix == ".mcap" else ""
+        raise ConfigError(f"{path}: is not a text file in UTF-8{hint}") from error
+    except TooLong:
+        raise ConfigError(f"{path}: is longer than {most_bytes:,} bytes") from None
+    return text.replace("\r\n", "\n")
 
 
 def load(path: Path, model: type[ModelT]) -> ModelT:

@@ -15,6 +15,7 @@ from typing import Any
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.planning.packed import unpack
 from deltactl.firmware_py.planning.prepared import InForce, Prepared
+from deltactl.firmware_py.planning.robot_read import RobotRead
 from deltactl.firmware_py.wire_errors import as_exception
 from deltactl.foundation.errors import ConfigError, ServiceError
 from deltactl.foundation.places import importable
@@ -24,6 +25,11 @@ MOST_BYTES = 4 * 2**20
 MOST_S = 300.0
 """Mapping a million targets takes a Pi a minute or two."""
 
+
+MOST_READ_S = 1.5
+"""A robot file is read and checked in a few hundredths of a second."""
+START_S = 20.0
+"""A process starts within that, on a Pi that does much else."""
 
 NOTHING_SHOWN = FileAccess(follow=False, quote=False)
 """For the network that is opened here, once more."""
@@ -37,11 +43,13 @@ class PlanningProcess:
         most_s: float = MOST_S,
         most_bytes: int = MOST_BYTES,
         sent: Path | None = None,
+        most_read_s: float = MOST_READ_S,
     ):
         """`sent`: the folder of jobs that clients sent as text, which refusals may quote."""
         self._sent = None if sent is None else sent.absolute()
-        self._most_s, self._most_bytes = most_s, most_bytes
+        self._most_s, self._most_bytes, self._most_read_s = most_s, most_bytes, most_read_s
         self._turn = threading.Lock()
+        self._spare = threading.Lock()
         self._next: _Worker | None = _Worker()
         self._closed = False
 
@@ -50,7 +58,7 @@ class PlanningProcess:
         with self._turn:
             if self._closed:
                 raise ServiceError("the planner is closed; start the daemon again")
-            worker, self._next = self._next or _Worker(), None
+            worker = self._take()
             try:
                 answer = worker.ask(self._question(job_file, robot), self._most_s)
                 return self._understood(answer, worker, job_file, robot)
@@ -58,12 +66,59 @@ class PlanningProcess:
                 raise self._too_long(job_file) from None
             finally:
                 worker.close()
+                self._replace()
+
+    def read_robot(self, path: Path, access: FileAccess) -> RobotRead:
+        """As `read_robot_here`, and bounded; waits for no job that is being planned.
+
+        Raises ConfigError when it takes too long.
+        """
+        if self._closed:
+            raise ServiceError("the planner is closed; start the daemon again")
+        worker = self._take()
+        question = {
+            "robot": str(path),
+            "follow": access.follow,
+            "quote": access.quote,
+            "most_bytes": min(access.most_bytes, self._most_bytes),
+            "most_s": self._most_read_s,
+        }
+        try:
+            answer = worker.ask(question, self._most_read_s + START_S)
+            if answer is None and not worker.out_of_time:
+                raise ServiceError(
+                    f"{path}: the reader ended ({worker.epitaph}); see the log of the daemon"
+                )
+            if answer is None:
+                raise subprocess.TimeoutExpired("reader", self._most_read_s)
+        except subprocess.TimeoutExpired:
+            raise ConfigError(
+                f"{path}: takes longer than {self._most_read_s:g} s to read; is it a robot file?"
+            ) from None
+        finally:
+            worker.close()
+            self._replace()
+        if "kind" in answer:
+            raise as_exception(answer)
+        return RobotRead.of(answer)
+
+    def _take(self) -> _Worker:
+        """The process that waits, or one that starts now."""
+        with self._spare:
+            worker, self._next = self._next, None
+        return worker or _Worker()
+
+    def _replace(self) -> None:
+        """Have one wait for whoever comes next."""
+        with self._spare:
+            if self._next is None and not self._closed:
                 self._next = _Worker()
 
     def close(self) -> None:
         """End the process that waits, or works."""
-        self._closed = True
-        worker = self._next
+        with self._spare:
+            self._closed = True
+            worker, self._next = self._next, None
         if worker is not None:
             worker.close()
 
@@ -126,8 +181,8 @@ class _Worker:
 
     @property
     def out_of_time(self) -> bool:
-        """Whether the kernel ended it for the time it used (SIGXCPU, then SIGKILL)."""
-        return self._process.returncode in (-24, -9)
+        """Whether the kernel ended it for the time it used (SIGXCPU, then SIGKILL; SIGALRM)."""
+        return self._process.returncode in (-24, -9, -14)
 
     @property
     def epitaph(self) -> str:

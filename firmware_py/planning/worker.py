@@ -1,4 +1,5 @@
 """The planner's own process: reads one job, writes its plan into shared memory, and ends.
+Or it reads one robot file.
 
 `python -P -m deltactl.firmware_py.planning.worker DESCRIPTOR`: asked by one line of JSON on
 standard input, answers by one on standard output. It
@@ -8,9 +9,11 @@ the robot.
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import resource
+import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -35,6 +38,8 @@ def main(arguments: list[str]) -> int:
     if not line:
         return 0
     asked = json.loads(line)
+    if "robot" in asked:
+        return _read_robot(asked)
     resource.setrlimit(resource.RLIMIT_CPU, (asked["most_s"], asked["most_s"] + 1))
     try:
         path = Path(asked["robot_path"])
@@ -53,6 +58,22 @@ def main(arguments: list[str]) -> int:
     os.ftruncate(descriptor, len(content))
     os.pwrite(descriptor, content, 0)
     return _say({"bytes": len(content)})
+
+
+def _read_robot(asked: dict[str, Any]) -> int:
+    """A robot file in place of a job; the kernel ends it when its time is over (SIGALRM)."""
+    from deltactl.firmware_py.file_access import FileAccess
+    from deltactl.firmware_py.planning.robot_read import read_robot_here
+    from deltactl.firmware_py.wire_errors import as_message
+    from deltactl.foundation.errors import DeltactlError
+
+    signal.setitimer(signal.ITIMER_REAL, asked["most_s"])
+    gc.disable()
+    access = FileAccess(asked["follow"], asked["quote"], asked["most_bytes"])
+    try:
+        return _say(read_robot_here(Path(asked["robot"]), access).message())
+    except DeltactlError as error:
+        return _say(as_message(error) | {"message": str(error)})
 
 
 def _say(answer: dict[str, Any]) -> int:
