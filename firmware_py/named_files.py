@@ -8,8 +8,9 @@ from pathlib import Path
 from deltactl.foundation.errors import ConfigError, MissingFile
 from deltactl.foundation.places import PACKAGE
 
-CONFIG_FOLDER = PACKAGE / "config"
-TRAINED_FOLDER = PACKAGE / "models" / "trained"
+CONFIG_FOLDER = (PACKAGE / "config").resolve()
+TRAINED_FOLDER = (PACKAGE / "models" / "trained").resolve()
+"""Where they really lie: a working copy reaches both through links, which a daemon does not take."""
 SHOWN = 10
 """So many names of files are listed in a message."""
 JOB_KEY, ROBOT_KEY = "robot", "kind"

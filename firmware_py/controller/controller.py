@@ -204,6 +204,7 @@ class Controller:
 
     def acknowledge(self) -> None:
         """-> UNHOMED. Raises EmergencyStop, DriveAlarm or NotReady while the cause is there."""
+        self._homing.wait_for_end()
         with self.condition.lock:
             self.condition.require(Request.ACKNOWLEDGE)
             self._emergency.must_see(self._observer.blind() if self.ranging.alive else None)

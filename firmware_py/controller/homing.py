@@ -7,6 +7,7 @@ agree with the home angles before the robot counts as homed (home_check.py).
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -33,6 +34,8 @@ LOOK_S = 0.4
 LEAST_READINGS, LEAST_LOOKS = 5, 8
 """A sensor that refuses most of its samples is not believed for the rest."""
 MARGIN_S = 0.02
+ENDS_S = 2.0
+"""Longer than a homing takes to see that it was stopped."""
 BACK_OFF_RAD = 0.03
 SLOWER = 5
 """The second approach to a switch is this many times slower than the first."""
@@ -190,6 +193,12 @@ class Homing:
         self._condition = condition
         self._observer = observer
         self._busy = False
+
+    def wait_for_end(self) -> None:
+        """Return once no homing is under way; one that was stopped ends within a few looks."""
+        give_up_s = time.monotonic() + ENDS_S
+        while self._busy and time.monotonic() < give_up_s:
+            time.sleep(MARGIN_S)
 
     def home(self, believed: Callable[[], RobotFile], accept_unseen_deg: float) -> HomeSeen:
         """UNHOMED or READY -> READY, blocking.
