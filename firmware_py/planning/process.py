@@ -1,4 +1,7 @@
-"""The daemon's side of planning: one waiting process for each job, started before it is needed."""
+"""The daemon's side of planning: a process that waits for each job, started before it is needed.
+
+It plans one job, and ends; what it refuses, and robot files, leave it waiting for the next.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,11 @@ import contextlib
 import json
 import mmap
 import os
+import select
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +33,7 @@ MOST_S = 300.0
 
 MOST_READ_S = 1.5
 """A robot file is read and checked in a few hundredths of a second."""
+PART_BYTES = 65_536
 START_S = 20.0
 """A process starts within that, on a Pi that does much else."""
 
@@ -65,8 +71,7 @@ class PlanningProcess:
             except subprocess.TimeoutExpired:
                 raise self._too_long(job_file) from None
             finally:
-                worker.close()
-                self._replace()
+                self._give_back(worker)
 
     def read_robot(self, path: Path, access: FileAccess) -> RobotRead:
         """As `read_robot_here`, and bounded; waits for no job that is being planned.
@@ -96,8 +101,7 @@ class PlanningProcess:
                 f"{path}: takes longer than {self._most_read_s:g} s to read; is it a robot file?"
             ) from None
         finally:
-            worker.close()
-            self._replace()
+            self._give_back(worker)
         if "kind" in answer:
             raise as_exception(answer)
         return RobotRead.of(answer)
@@ -108,11 +112,14 @@ class PlanningProcess:
             worker, self._next = self._next, None
         return worker or _Worker()
 
-    def _replace(self) -> None:
-        """Have one wait for whoever comes next."""
+    def _give_back(self, worker: _Worker) -> None:
+        """Have one wait for whoever comes next: the same, unless it has ended."""
         with self._spare:
             if self._next is None and not self._closed:
-                self._next = _Worker()
+                self._next = worker if worker.goes_on else _Worker()
+                if self._next is worker:
+                    return
+        worker.close()
 
     def close(self) -> None:
         """End the process that waits, or works."""
@@ -169,15 +176,47 @@ class _Worker:
             pass_fds=(self._memory,),
             env=importable(kept),
         )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._ask, self._say = self._process.stdin.fileno(), self._process.stdout.fileno()
+        os.set_blocking(self._ask, False)
+        os.set_blocking(self._say, False)
+        self.goes_on = False
+        """Whether it waits for another question: it ends with a plan, which is in its memory."""
 
     def ask(self, question: dict[str, Any], limit_s: float) -> dict[str, Any] | None:
         """Its answer, or None when it ended without. Raises TimeoutExpired."""
-        said, _ = self._process.communicate(json.dumps(question).encode() + b"\n", limit_s)
-        try:
-            answer = json.loads(said)
-        except ValueError:
-            return None
+        self.goes_on = False
+        left, said = memoryview(json.dumps(question).encode() + b"\n"), bytearray()
+        poll, give_up_s = select.poll(), time.monotonic() + limit_s
+        poll.register(self._say, select.POLLIN)
+        poll.register(self._ask, select.POLLOUT)
+        while not said.endswith(b"\n"):
+            ready = dict(poll.poll(max(0.0, give_up_s - time.monotonic()) * 1e3))
+            if not ready:
+                raise subprocess.TimeoutExpired("planner", limit_s)
+            if self._ask in ready:
+                left = self._sent(left)
+                if not left:
+                    poll.unregister(self._ask)
+            if self._say in ready:
+                part = os.read(self._say, PART_BYTES)
+                if not part:
+                    self._process.wait()
+                    return None
+                said += part
+        answer = json.loads(said)
+        self.goes_on = "bytes" not in answer
         return answer if isinstance(answer, dict) else None
+
+    def _sent(self, left: memoryview) -> memoryview:
+        """What is left to send; nothing when nobody reads any more, which the answer tells."""
+        try:
+            return left[os.write(self._ask, left[:PART_BYTES]) :]
+        except BlockingIOError:
+            return left
+        except BrokenPipeError:
+            return left[:0]
 
     @property
     def out_of_time(self) -> bool:
