@@ -91,7 +91,7 @@ class Document:
                 # What a section says as a whole may follow from what was left out.
                 errors = [one for one in error.errors() if one["type"] not in OF_WHOLE]
                 if errors:
-                    raise self._refused(model, errors) from None
+                    raise self._refused(model, errors, in_part=True) from None
         try:
             return model.model_validate_json(json.dumps(values))
         except ValidationError as error:
@@ -100,19 +100,25 @@ class Document:
             raise self._refused(model, error.errors(include_url=False), rules) from None
 
     def _refused(
-        self, model: type[BaseModel], errors: Sequence[Any], rules: Iterable[Mistake] = ()
+        self,
+        model: type[BaseModel],
+        errors: Sequence[Any],
+        rules: Iterable[Mistake] = (),
+        in_part: bool = False,
     ) -> ConfigError:
+        """in_part: the errors are those of the first parts of the file."""
         found = mistakes_in(errors, self._tree, MOST_COUNTED)
         found.sort(key=lambda one: self.line_of(one.place))
         said = [one.says(model, self._tree) for one in found[:MOST_MISTAKES]]
         listed = list(dict.fromkeys([*said, *islice(rules, MOST_COUNTED)]))
         listed.sort(key=lambda mistake: self.line_of(mistake[0]))
-        return self._listed(listed[:MOST_MISTAKES], len(found) - len(said) + len(listed))
+        of = len(found) - len(said) + len(listed)
+        return self._listed(listed[:MOST_MISTAKES], of, in_part)
 
-    def _listed(self, mistakes: Sequence[Mistake], of: int) -> ConfigError:
+    def _listed(self, mistakes: Sequence[Mistake], of: int, in_part: bool = False) -> ConfigError:
         lines = [str(self.fail(*mistake)) for mistake in mistakes]
         if (more := of - len(lines)) > 0:
-            many = f"at least {more}" if of >= MOST_COUNTED else str(more)
+            many = f"at least {more}" if in_part or of >= MOST_COUNTED else str(more)
             lines.append(f"{self.path}: and {many} more mistakes")
         return ConfigError(*lines)
 

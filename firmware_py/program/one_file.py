@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +65,8 @@ def _mistakes(
     except ConfigError:
         return  # told already
     data = document.data
-    for name in () if document.is_long else _included(data.get("steps")):
+    names = () if document.is_long else dict.fromkeys(_included(data.get("steps")))
+    for name in islice(names, MOST_LOOKED_INTO):
         try:
             inner = find(name, path, listing=how.follow)
         except MissingFile:
