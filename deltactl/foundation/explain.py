@@ -68,7 +68,8 @@ def mistakes_in(errors: Sequence[Any], in_file: Container[Location], most: int) 
     # A misspelt key is also a missing one: the misspelling is what the user can see.
     ordered = sorted(errors, key=lambda one: one["type"] != "extra_forbidden")
     left = [Found(_place(one["loc"], in_file), one) for one in ordered[: most * ERRORS_EACH]]
-    found, in_mm = [], []
+    found: list[Found] = []
+    in_mm: list[tuple[Location, float]] = []
     while left and len(found) < most:
         worst = _worst(left)
         if is_mm(worst.place, worst.error):

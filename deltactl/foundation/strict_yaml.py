@@ -95,8 +95,9 @@ class Document:
         try:
             return model.model_validate_json(json.dumps(values))
         except ValidationError as error:
-            look = isinstance(values, dict) and not self.is_long
-            rules = broken_rules(model, values) if look else ()
+            rules: Iterable[Mistake] = ()
+            if isinstance(values, dict) and not self.is_long:
+                rules = broken_rules(model, values)
             raise self._refused(model, error.errors(include_url=False), rules) from None
 
     def _refused(

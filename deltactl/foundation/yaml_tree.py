@@ -90,8 +90,10 @@ class Tree:
             line, value = self._lines[id(value)][part], value[part]  # type: ignore[index]
         return line
 
-    def __contains__(self, location: Location) -> bool:
+    def __contains__(self, location: object) -> bool:
         """Whether the text has a value there."""
+        if not isinstance(location, tuple):
+            return False
         value = self.value
         for part in location:
             if not self._has(value, part):
