@@ -129,6 +129,7 @@ class Controller:
         """
         with self.condition.lock:
             self.condition.require(Request.HOME)
+            turn = self.condition.turns
         if robot is None:
             return self._homing.home(lambda: self.robot, accept_unseen_deg)
         # Read before the lock is taken: a wrong file may take a second or two.
@@ -137,6 +138,7 @@ class Controller:
         inverse = CalibratedInverse(other)
 
         def believed() -> RobotFile:
+            self.condition.same(turn, "home")
             self._believe(other, named, inverse)
             return other
 
