@@ -6,12 +6,12 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
 from deltactl.foundation.errors import ConfigError, MissingFile, NetworkError
-from deltactl.foundation.strict_yaml import MAX_BYTES
+from deltactl.foundation.strict_yaml import MAX_BYTES, Document
 
 EVERYBODYS = (CONFIG_FOLDER, TRAINED_FOLDER)
 """Folders of the program: what stands there is no secret."""
@@ -26,6 +26,22 @@ class FileAccess:
     quote: bool = True
     """Whether a refusal may say what stands in it."""
     most_bytes: int = MAX_BYTES
+    _read: dict[Path, Document | ConfigError] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+
+    def document(self, path: Path) -> Document:
+        """A file, read once however often it is asked for. Raises MissingFile, ConfigError."""
+        place = path.absolute()
+        if place not in self._read:
+            try:
+                self._read[place] = Document.read(path, self.follow, self.most_bytes)
+            except ConfigError as error:
+                self._read[place] = error
+        found = self._read[place]
+        if isinstance(found, ConfigError):
+            raise found
+        return found
 
     @property
     def named(self) -> FileAccess:

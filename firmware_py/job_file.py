@@ -109,6 +109,8 @@ def job_in(document: Document) -> JobFile:
     try:
         return document.check(JobFile)
     except ConfigError as error:
+        if document.is_long:
+            raise
         data = document.data
         sections = valid_keys_of(JobFile, data)
         if "path" in data and "steps" in data:

@@ -11,6 +11,7 @@ from deltactl.foundation.places import PACKAGE
 
 CONFIG_FOLDER = (PACKAGE / "config").resolve()
 TRAINED_FOLDER = (PACKAGE / "models" / "trained").resolve()
+"""Where they really lie: a working copy reaches both by links, which a daemon does not follow."""
 SHOWN = 10
 """So many names of files are listed in a message."""
 JOB_KEY, ROBOT_KEY = "robot", "kind"

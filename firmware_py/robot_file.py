@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -181,7 +182,9 @@ class RobotFile(DeltaRobot):
     limits: Limits = Limits()
     homing: Homing = Homing()
     recordings: KeptRecordings = KeptRecordings()
-    networks: dict[str, str] = Field(default_factory=dict)
+    networks: Annotated[
+        dict[str, str], Field(max_length=1000, description="one for each network there is")
+    ] = Field(default_factory=dict)
     """A network that jobs name -> the file to take in its place, trained for this file's effects;
     so that jobs need not be edited when a robot is corrected."""
     as_built: AsBuilt = AsBuilt()
@@ -253,15 +256,16 @@ def robot_in(document: Document) -> RobotFile:
     try:
         robot = document.check(RobotFile)
     except ConfigError as error:
-        others = (str(document.fail(*one)) for one in _also_wrong(document.data))
-        raise ConfigError(*error.args, *others) from None
-    mistakes = [
-        *robot.clashes(),
-        *wrong_effects(robot),
-        *wrong_entries(("as_built", "effects"), robot.as_built.effects or (), of_delta()),
-    ]
-    if mistakes:
-        raise document.fail_all(mistakes)
+        others = () if document.is_long else _also_wrong(document.data)
+        raise ConfigError(*error.args, *document.fail_all(others).args) from None
+    built = robot.as_built.effects or ()
+    mistakes = chain(
+        robot.clashes(),
+        wrong_effects(robot),
+        wrong_entries(("as_built", "effects"), built, of_delta()),
+    )
+    if (first := next(mistakes, None)) is not None:
+        raise document.fail_all(chain((first,), mistakes))
     return robot
 
 

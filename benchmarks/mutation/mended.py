@@ -119,4 +119,28 @@ MENDED: tuple[Named, ...] = (
         ', ("torque", "N"): "force"}',
         "}",
     ),
+    Named(
+        "a limit for a hung controller four times as long",
+        "firmware_py/controller/control_loop.py",
+        "silent_ns > ns(self.robot.steps.heartbeat_s)",
+        "silent_ns > 4 * ns(self.robot.steps.heartbeat_s)",
+    ),
+    Named(
+        "20 s of silence from the pulse process",
+        "drivers/steps/process_host.py",
+        "SILENCE_NS = 2_000_000_000",
+        "SILENCE_NS = 20_000_000_000",
+    ),
+    Named(
+        "a status that waits for the robot file",
+        "firmware_py/controller/file_in_force.py",
+        "looking.join(GLANCE_S)",
+        "looking.join()",
+    ),
+    Named(
+        "no pause without file descriptors, and a line in the log each time",
+        "firmware_py/daemon/server.py",
+        "if not self._without_files:",
+        "if True:",
+    ),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Container, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -31,47 +32,72 @@ LEAST_MM = 10.0
 """Lengths in metres, and speeds in m/s, from here on are rather mm."""
 MOST_IN_MM = 4
 """So many of them are written out in m."""
+ERRORS_EACH = 10
+"""So many errors are looked at for each mistake: the members of a union say one each."""
+LONGEST_KEY = 60
+"""No key of a schema is that long, and the search for a name near a long one takes long."""
+Mistake = tuple[Location, str]
 EVIDENT, SIMILAR = 0.8, 0.5
 """How alike a misspelt key and the one meant are, beyond doubt and for want of another."""
 _RATIO = re.compile(r"\s*(\d+(?:\.\d+)?)\s*[:/]\s*([1-9]\d*)\s*")
 _WITH_UNIT = re.compile(r"\s*([-+]?[.\d]+(?:[eE][-+]?\d+)?)\s*([a-z/]+)\s*")
 
 
-def explain_all(
-    model: type[BaseModel], error: ValidationError, in_file: Container[Location]
-) -> list[tuple[Location, str]]:
-    """Where each mistake stands and what to say about it; `in_file` holds all places of the file.
+@dataclass(frozen=True, slots=True)
+class Found:
+    """One mistake: where it is, and the error of pydantic that says most of it."""
+
+    place: Location
+    error: Any
+    in_mm: tuple[tuple[Location, float], ...] = ()
+    """All the lengths in mm of a file, which are one mistake, in metres."""
+
+    def says(self, model: type[BaseModel], in_file: Container[Location]) -> Mistake:
+        """What to say about it, and of which place."""
+        return _metres(self.in_mm) if self.in_mm else _explained(model, self.error, in_file)
+
+
+def mistakes_in(errors: Sequence[Any], in_file: Container[Location], most: int) -> list[Found]:
+    """The mistakes behind the errors of pydantic, about `most` at most; `in_file` holds all places
+    of the file.
 
     What follows from another mistake is left out: the key that is missing where one is misspelt,
-    and what the other members of a union say of the same value.
+    and what the other members of a union say of the same value. Takes time in proportion to the
+    errors and to `most` squared, so a file with a mistake in every row holds nobody up.
     """
-    left = error.errors(include_url=False)
-    mistakes, in_mm = [], []
-    while left:
-        found = _worst(left, in_file)
-        place = _place(found["loc"], in_file)
-        if is_mm(place, found):
-            in_mm.append((place, found["input"] / 1e3))
+    # A misspelt key is also a missing one: the misspelling is what the user can see.
+    ordered = sorted(errors, key=lambda one: one["type"] != "extra_forbidden")
+    left = [Found(_place(one["loc"], in_file), one) for one in ordered[: most * ERRORS_EACH]]
+    found: list[Found] = []
+    in_mm: list[tuple[Location, float]] = []
+    while left and len(found) < most:
+        worst = _worst(left)
+        if is_mm(worst.place, worst.error):
+            in_mm.append((worst.place, worst.error["input"] / 1e3))
         else:
-            mistakes.append(_explained(model, found, in_file))
-        left = [one for one in left if one is not found and not _same(found, one, in_file)]
-        if found["type"] == "extra_forbidden":
-            left = _without_the_meant(found["loc"], left)
-    return [*mistakes, *_metres(in_mm)]
+            found.append(worst)
+        left = [one for one in left if one is not worst and not _same(worst, one)]
+        if worst.error["type"] == "extra_forbidden":
+            left = _without_the_meant(worst.error["loc"], left)
+    if in_mm:
+        in_mm.sort(key=lambda one: [str(part) for part in one[0]])
+        found.append(Found(in_mm[0][0], None, tuple(in_mm)))
+    return found
 
 
 def explain(
     model: type[BaseModel], error: ValidationError, in_file: Container[Location]
-) -> tuple[Location, str]:
+) -> Mistake:
     """The worst of the mistakes alone."""
-    return explain_all(model, error, in_file)[0]
+    worst = mistakes_in(error.errors(include_url=False), in_file, 1)[0]
+    return worst.says(model, in_file)
 
 
-def _same(found: Any, other: Any, in_file: Container[Location]) -> bool:
+def _same(found: Found, other: Found) -> bool:
     """Whether another error is about the same value; keys that are missing are their own."""
-    if _lacks_a_key(found) or _lacks_a_key(other):
-        return bool(other["loc"] == found["loc"])
-    place, beside = _place(found["loc"], in_file), _place(other["loc"], in_file)
+    if _lacks_a_key(found.error) or _lacks_a_key(other.error):
+        return bool(other.error["loc"] == found.error["loc"])
+    place, beside = found.place, other.place
     return bool(beside) and (beside == place[: len(beside)] or place == beside[: len(place)])
 
 
@@ -79,15 +105,26 @@ def _lacks_a_key(error: Any) -> bool:
     return bool(error["type"] == "missing" and isinstance(error["loc"][-1], str))
 
 
-def _without_the_meant(misspelt: Location, errors: list[Any]) -> list[Any]:
+def _without_the_meant(misspelt: Location, left: list[Found]) -> list[Found]:
     """The errors less that of the one missing key beside a misspelt one that was meant by it."""
     missing = [
-        one for one in errors if one["type"] == "missing" and one["loc"][:-1] == misspelt[:-1]
+        one
+        for one in left
+        if one.error["type"] == "missing" and one.error["loc"][:-1] == misspelt[:-1]
     ]
-    names = [str(one["loc"][-1]) for one in missing]
-    close = difflib.get_close_matches(str(misspelt[-1]), names, n=1, cutoff=0.5)
-    meant = [one for one in missing if str(one["loc"][-1]) in close]
-    return [one for one in errors if one not in (meant or missing[:1])]
+    if not missing:
+        return left
+    names = [str(one.error["loc"][-1]) for one in missing]
+    close = _nearest(str(misspelt[-1]), names, SIMILAR)
+    meant = [id(one) for one in missing if str(one.error["loc"][-1]) == close] or [id(missing[0])]
+    return [one for one in left if id(one) not in meant]
+
+
+def _nearest(key: str, names: list[str], least: float) -> str | None:
+    """The name most like a key; None for want of one, and for a key that is longer than names."""
+    if len(key) > LONGEST_KEY:
+        return None
+    return next(iter(difflib.get_close_matches(key, names, n=1, cutoff=least)), None)
 
 
 def _explained(
@@ -133,11 +170,8 @@ def is_mm(place: Location, found: Any) -> bool:
     return bool(beyond and number and key.endswith(("_m", "_mps")))
 
 
-def _metres(in_mm: Sequence[tuple[Location, float]]) -> list[tuple[Location, str]]:
+def _metres(in_mm: Sequence[tuple[Location, float]]) -> Mistake:
     """One line for all of them, at the first: whoever writes one in mm writes them all so."""
-    if not in_mm:
-        return []
-    in_mm = sorted(in_mm, key=lambda one: [str(part) for part in one[0]])
     place, first = in_mm[0]
     units = [
         unit
@@ -150,18 +184,15 @@ def _metres(in_mm: Sequence[tuple[Location, float]]) -> list[tuple[Location, str
     if len(in_mm) > MOST_IN_MM:
         others.append(f"{len(in_mm) - MOST_IN_MM} more likewise")
     also = f" (and {', '.join(others)})" if others else ""
-    return [(place, f"this is in {' or '.join(units)}, not in mm: write {first:.6g}{also}")]
+    return place, f"this is in {' or '.join(units)}, not in mm: write {first:.6g}{also}"
 
 
-def _worst(errors: Sequence[Any], in_file: Container[Location]) -> Any:
-    """The one error to report first."""
-    # A misspelt key is also a missing one: the misspelling is what the user can see.
-    found = sorted(errors, key=lambda one: one["type"] != "extra_forbidden")
-    place = _place(found[0]["loc"], in_file)
+def _worst(left: Sequence[Found]) -> Found:
+    """The one to report first."""
     # Of the errors that the members of a union give for one value, the innermost says most.
-    places = [(_place(one["loc"], in_file), one) for one in found]
-    same = [(where, one) for where, one in places if where[: len(place)] == place]
-    return max(same, key=lambda each: (len(each[0]), not each[1]["type"].endswith("_type")))[1]
+    place = left[0].place
+    same = [one for one in left if one.place[: len(place)] == place]
+    return max(same, key=lambda one: (len(one.place), not one.error["type"].endswith("_type")))
 
 
 def _place(loc: Location, in_file: Container[Location]) -> Location:
@@ -219,9 +250,8 @@ def _meant(model: type[BaseModel], loc: Location, place: Location) -> str:
     """What an unknown key may be: another name in its section, or a key of another section."""
     key, valid = str(place[-1]), valid_keys(model, loc[:-1])
     for least in (EVIDENT, SIMILAR):
-        close = difflib.get_close_matches(key, valid, n=1, cutoff=least)
-        if close:
-            return f"; did you mean '{close[0]}'?"
+        if close := _nearest(key, valid, least):
+            return f"; did you mean '{close}'?"
         sections = tuple(str(part) for part in place[:-1] if isinstance(part, str))
         if least == EVIDENT and (belongs := where_known(model, key, sections)):
             return f" here; it belongs {belongs}"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import islice
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -63,6 +65,28 @@ def where_known(model: type[BaseModel], key: str, section: tuple[str, ...]) -> s
     if () in nearest:
         return "at the top level of the file, without indentation"
     return " or ".join(f"in '{'.'.join(place)}'" for place in list(nearest)[:MOST_PLACES])
+
+
+def first_parts(value: Any, most: int, model: type[BaseModel]) -> Any:
+    """Values of a file with at most `most` entries of each list and section.
+
+    Keys that the schema knows, in whatever section, are kept beyond that.
+    """
+    return _first_parts(value, most, _keys_anywhere(model))
+
+
+def _first_parts(value: Any, most: int, kept: frozenset[str]) -> Any:
+    if isinstance(value, list):
+        return [_first_parts(one, most, kept) for one in value[:most]]
+    if not isinstance(value, dict):
+        return value
+    first = set(islice(value, most)) | (kept & value.keys())
+    return {key: _first_parts(inner, most, kept) for key, inner in value.items() if key in first}
+
+
+@cache
+def _keys_anywhere(model: type[BaseModel]) -> frozenset[str]:
+    return frozenset(name for _, owner in _sections(model) for name in owner.model_fields)
 
 
 def _sections(model: type[BaseModel]) -> Iterator[tuple[tuple[str, ...], type[BaseModel]]]:

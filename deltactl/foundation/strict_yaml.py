@@ -3,36 +3,46 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from deltactl.foundation.errors import ConfigError
-from deltactl.foundation.explain import explain_all
+from deltactl.foundation.explain import Mistake, mistakes_in
 from deltactl.foundation.plain_file import TooLong, read_plain
 from deltactl.foundation.rules import StrictModel, broken_rules
-from deltactl.foundation.yaml_tree import Location, Tree, YamlError
+from deltactl.foundation.schema_keys import first_parts
+from deltactl.foundation.yaml_tree import MAX_VALUES, Location, Tree, YamlError, key_of
 
-__all__ = ["Document", "StrictModel", "load"]
+__all__ = ["Document", "StrictModel", "load", "text_of"]
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
+BYTES_A_VALUE = 8
+"""A file may have so many values for its bound in bytes: more is no job, and takes long to read."""
 MOST_MISTAKES = 20
+"""So many are listed, and names near theirs searched for."""
+MOST_COUNTED = 100
+LONG = 20_000
+"""Values of a file from which on it is read in parts first."""
+FIRST_PARTS = (50, 2000)
+"""Entries of each list and section that are tried before the whole."""
+OF_WHOLE = ("value_error", "assertion_error")
 MAX_BYTES = 20_000_000
 """Several times the largest job (100,000 joint poses); a wrong file must not fill the memory."""
 
 
 class Document:
-    """A parsed YAML file that remembers on which line every key stands."""
+    """A parsed YAML file that remembers the line of every key."""
 
-    def __init__(self, path: Path, text: str):
+    def __init__(self, path: Path, text: str, most_values: int = MAX_VALUES):
         self.path = path
         self.text = text
-        self.lines: dict[Location, int] = {}
-        self.data = self._parse(text)
+        self._tree = self._parse(text, most_values)
+        self.data: dict[str, Any] = self._tree.value
 
     @classmethod
     def read(cls, path: Path, follow: bool = True, most_bytes: int = MAX_BYTES) -> Document:
@@ -40,67 +50,100 @@ class Document:
 
         follow: whether links may lead to it.
         """
-        try:
-            text = read_plain(path, most_bytes, follow).decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            told = "; recordings are for 'deltactl report' and 'diagnose'"
-            hint = told if path.suffix == ".mcap" else ""
-            raise ConfigError(f"{path}: is not a text file in UTF-8{hint}") from error
-        except TooLong:
-            raise ConfigError(f"{path}: is longer than {most_bytes:,} bytes") from None
-        return cls(path, text.replace("\r\n", "\n"))
+        text = text_of(path, follow, most_bytes)
+        return cls(path, text, min(MAX_VALUES, most_bytes // BYTES_A_VALUE))
 
     def line_of(self, location: Location) -> int:
-        """Line of the deepest part of `location` that stands in the file (1 if none does)."""
-        for end in range(len(location), 0, -1):
-            if location[:end] in self.lines:
-                return self.lines[location[:end]]
-        return 1
+        """Line of the deepest part of `location` that is in the file (1 if none is)."""
+        return self._tree.line_of(location)
 
     def fail(self, location: Location, message: str) -> ConfigError:
         """A ConfigError that names file, line and key."""
-        key = ".".join(str(part) for part in location)
+        key = key_of(location)
         return ConfigError(
             f"{self.path}:{self.line_of(location)}: {key + ': ' if key else ''}{message}"
         )
 
-    def fail_all(self, mistakes: Iterable[tuple[Location, str]]) -> ConfigError:
-        """One ConfigError for several mistakes; at most MOST_MISTAKES of them are listed."""
-        lines = [str(self.fail(*mistake)) for mistake in mistakes]
-        more = len(lines) - MOST_MISTAKES
-        if more > 0:
-            lines[MOST_MISTAKES:] = [f"{self.path}: and {more} more mistakes"]
-        return ConfigError(*lines)
+    def fail_all(self, mistakes: Iterable[Mistake]) -> ConfigError:
+        """One ConfigError for several mistakes; at most MOST_MISTAKES of them are listed.
+
+        No more than MOST_COUNTED are asked for.
+        """
+        found = list(islice(mistakes, MOST_COUNTED))
+        return self._listed(found[:MOST_MISTAKES], len(found))
+
+    @property
+    def is_long(self) -> bool:
+        """Whether looking through everything again would hold somebody up."""
+        return self._tree.values > LONG
 
     def check(self, model: type[ModelT], data: object | None = None) -> ModelT:
-        """Turn the document (or `data`, a part of it) into `model`. Raises ConfigError."""
+        """Turn the document (or `data`, a part of it) into `model`. Raises ConfigError.
+
+        The first parts of the lists and sections of a long file are tried first: a mistake that is
+        made in every row is found there, and not a million times.
+        """
         values = self.data if data is None else data
+        for most in FIRST_PARTS if self.is_long else ():
+            try:
+                model.model_validate_json(json.dumps(first_parts(values, most, model)))
+            except ValidationError as error:
+                # What a section says as a whole may follow from what was left out.
+                errors = [one for one in error.errors() if one["type"] not in OF_WHOLE]
+                if errors:
+                    raise self._refused(model, errors, in_part=True) from None
         try:
             return model.model_validate_json(json.dumps(values))
         except ValidationError as error:
-            found = explain_all(model, error, self.lines)
-            if isinstance(values, dict):
-                found = list(dict.fromkeys([*found, *broken_rules(model, values)]))
-            found.sort(key=lambda mistake: self.line_of(mistake[0]))
-            raise self.fail_all(found) from None
+            rules: Iterable[Mistake] = ()
+            if isinstance(values, dict) and not self.is_long:
+                rules = broken_rules(model, values)
+            raise self._refused(model, error.errors(include_url=False), rules) from None
 
-    def _parse(self, text: str) -> dict[str, Any]:
+    def _refused(
+        self,
+        model: type[BaseModel],
+        errors: Sequence[Any],
+        rules: Iterable[Mistake] = (),
+        in_part: bool = False,
+    ) -> ConfigError:
+        """in_part: the errors are those of the first parts of the file."""
+        found = mistakes_in(errors, self._tree, MOST_COUNTED)
+        found.sort(key=lambda one: self.line_of(one.place))
+        said = [one.says(model, self._tree) for one in found[:MOST_MISTAKES]]
+        listed = list(dict.fromkeys([*said, *islice(rules, MOST_COUNTED)]))
+        listed.sort(key=lambda mistake: self.line_of(mistake[0]))
+        of = len(found) - len(said) + len(listed)
+        return self._listed(listed[:MOST_MISTAKES], of, in_part)
+
+    def _listed(self, mistakes: Sequence[Mistake], of: int, in_part: bool = False) -> ConfigError:
+        lines = [str(self.fail(*mistake)) for mistake in mistakes]
+        if (more := of - len(lines)) > 0:
+            many = f"at least {more}" if in_part or of >= MOST_COUNTED else str(more)
+            lines.append(f"{self.path}: and {many} more mistakes")
+        return ConfigError(*lines)
+
+    def _parse(self, text: str, most_values: int) -> Tree:
         try:
-            tree = Tree(text)
+            tree = Tree(text, most_values)
         except YamlError as error:
             raise ConfigError(f"{self.path}:{error.line}: {error}") from error
         if not isinstance(tree.value, dict):
             raise ConfigError(f"{self.path}:1: must be a list of 'key: value' lines")
-        self.lines = tree.lines
-        self._refuse_infinite(tree.value, ())
-        return tree.value
+        return tree
 
-    def _refuse_infinite(self, value: Any, location: Location) -> None:
-        if isinstance(value, float) and not math.isfinite(value):
-            raise self.fail(location, f"must be a finite number, not {value}")
-        inner = enumerate(value) if isinstance(value, list) else ()
-        for key, child in value.items() if isinstance(value, dict) else inner:
-            self._refuse_infinite(child, (*location, key))
+
+def text_of(path: Path, follow: bool = True, most_bytes: int = MAX_BYTES) -> str:
+    """The text of a file. Raises MissingFile when unreadable, ConfigError when no text."""
+    try:
+        text = read_plain(path, most_bytes, follow).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        told = "; recordings are for 'deltactl report' and 'diagnose'"
+        hint = told if path.suffix == ".mcap" else ""
+        raise ConfigError(f"{path}: is not a text file in UTF-8{hint}") from error
+    except TooLong:
+        raise ConfigError(f"{path}: is longer than {most_bytes:,} bytes") from None
+    return text.replace("\r\n", "\n")
 
 
 def load(path: Path, model: type[ModelT]) -> ModelT:

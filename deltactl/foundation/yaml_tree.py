@@ -8,8 +8,11 @@ make 8 and 90 of them; 5e-5 is a number, where YAML 1.1 wants a dot.
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Iterator
+from array import array
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import yaml
@@ -19,10 +22,16 @@ from deltactl.foundation.printable import is_printable
 Location = tuple[str | int, ...]
 
 MAX_DEPTH = 20
+MAX_VALUES = 1_000_000
+"""Ten for each of the 100,000 legs or poses that a job may have."""
+SHOWN_CHARACTERS = 100
+"""So much of a key is shown."""
 
 # The parser in C, where PyYAML was built with it, is about ten times faster.
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
+_OF_NUMBERS = frozenset("0123456789+-.")
+"""With which a number begins."""
 _DIGITS = r"[0-9]+(?:_[0-9]+)*"
 _POWER = r"[eE][-+]?[0-9]+"
 _INT = re.compile(r"[-+]?(?:0|[1-9][0-9]*(?:_[0-9]+)*)")
@@ -30,6 +39,8 @@ _HEX = re.compile(r"0x[0-9a-fA-F]+")
 _FLOAT = re.compile(
     rf"[-+]?(?:(?:{_DIGITS}\.(?:{_DIGITS})?|\.{_DIGITS})(?:{_POWER})?|{_DIGITS}{_POWER})"
 )
+# Refused before the parser sees them: it compares each with all before it.
+_TAG_DIRECTIVE = re.compile(r"^\ufeff?%TAG\b", re.MULTILINE)
 WORDS: dict[str, bool | float | None] = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
     **dict.fromkeys(("true", "True", "TRUE", "yes", "Yes", "on", "On"), True),
@@ -50,59 +61,123 @@ class YamlError(Exception):
 
 
 class Tree:
-    """The values of a YAML text and their lines. Raises YamlError."""
+    """The values of a YAML text and their lines. Raises YamlError.
 
-    def __init__(self, text: str):
-        self.lines: dict[Location, int] = {}
-        self._events = _events(text)
-        self.value = self._document()
+    Its time and memory are proportional to the text, and what is refused is refused where it is
+    met: a text of 4 MB takes a second or two, whatever it holds.
+    """
+
+    def __init__(self, text: str, most_values: int = MAX_VALUES):
+        self._lines: dict[int, dict[str, int] | array[int]] = {}
+        """Of each mapping and sequence, by its identity: the line of each of its parts."""
+        self._most = self._left = most_values
+        self._here: list[str | int] = []
+        """Where the value is that is read now."""
+        with _events(text) as self._next:
+            self.value = self._document()
+
+    @property
+    def values(self) -> int:
+        """How many there are, lists and mappings included."""
+        return self._most - self._left
+
+    def line_of(self, location: Location) -> int:
+        """Line of the deepest part of `location` that is in the text (1 if none is)."""
+        line, value = 1, self.value
+        for part in location:
+            if not self._has(value, part):
+                break
+            line, value = self._lines[id(value)][part], value[part]  # type: ignore[index]
+        return line
+
+    def __contains__(self, location: object) -> bool:
+        """Whether the text has a value there."""
+        if not isinstance(location, tuple):
+            return False
+        value = self.value
+        for part in location:
+            if not self._has(value, part):
+                return False
+            value = value[part]
+        return bool(location)
+
+    @staticmethod
+    def _has(value: Any, part: str | int) -> bool:
+        if isinstance(value, list):
+            return isinstance(part, int) and 0 <= part < len(value)
+        return isinstance(value, dict) and part in value
 
     def _document(self) -> Any:
         self._next()  # start of stream
         if isinstance(self._next(), yaml.StreamEndEvent):
             return None
-        value = self._value(self._next(), ())
+        value = self._value(self._next())
         self._next()  # end of document
         if not isinstance(following := self._next(), yaml.StreamEndEvent):
             raise YamlError(_line(following), "a second document begins here ('---'); remove it")
         return value
 
-    def _value(self, event: Any, location: Location) -> Any:
-        _refuse_extras(event)
-        if len(location) > MAX_DEPTH:
+    def _value(self, event: Any) -> Any:
+        self._left -= 1
+        if self._left < 0:
+            raise YamlError(_line(event), f"holds more than {self._most:,} values; split the file")
+        if event.anchor is not None or event.tag is not None:
+            _refuse_extras(event)
+        if type(event) is yaml.ScalarEvent:
+            value = _scalar(event)
+            if type(value) is float and not math.isfinite(value):
+                key = f"{key_of(self._here)}: " if self._here else ""
+                raise YamlError(_line(event), f"{key}must be a finite number, not {value}")
+            return value
+        if len(self._here) > MAX_DEPTH:
             raise YamlError(_line(event), f"nested more than {MAX_DEPTH} deep")
-        if isinstance(event, yaml.MappingStartEvent):
-            return self._mapping(location)
-        if isinstance(event, yaml.SequenceStartEvent):
-            return self._sequence(location)
-        return _scalar(event)
+        return self._mapping() if isinstance(event, yaml.MappingStartEvent) else self._sequence()
 
-    def _mapping(self, location: Location) -> dict[str, Any]:
+    def _mapping(self) -> dict[str, Any]:
         result: dict[str, Any] = {}
-        while not isinstance(event := self._next(), yaml.MappingEndEvent):
+        lines: dict[str, int] = {}
+        self._lines[id(result)] = lines
+        self._here.append("")
+        while type(event := self._next()) is not yaml.MappingEndEvent:
             key = _key(event)
             if key in result:
-                raise YamlError(_line(event), f"'{key}' stands here twice; remove one")
-            self.lines[(*location, key)] = _line(event)
-            result[key] = self._value(self._next(), (*location, key))
+                raise YamlError(_line(event), f"'{_shortened(key)}' stands here twice; remove one")
+            lines[key] = event.start_mark.line + 1
+            self._here[-1] = key
+            result[key] = self._value(self._next())
+        self._here.pop()
         return result
 
-    def _sequence(self, location: Location) -> list[Any]:
+    def _sequence(self) -> list[Any]:
         result: list[Any] = []
-        while not isinstance(event := self._next(), yaml.SequenceEndEvent):
-            place = (*location, len(result))
-            self.lines[place] = _line(event)
-            result.append(self._value(event, place))
+        lines = self._lines[id(result)] = array("L")
+        self._here.append(0)
+        while type(event := self._next()) is not yaml.SequenceEndEvent:
+            lines.append(event.start_mark.line + 1)
+            self._here[-1] = len(result)
+            result.append(self._value(event))
+        self._here.pop()
         return result
 
-    def _next(self) -> Any:
-        return next(self._events)
+
+def key_of(location: Sequence[str | int]) -> str:
+    """A location as messages name it: `limits.arm_deg.0`; long keys are cut."""
+    return ".".join(_shortened(str(part)) for part in location)
 
 
-def _events(text: str) -> Iterator[Any]:
+def _shortened(text: str) -> str:
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[: SHOWN_CHARACTERS - 3]}..."
+
+
+@contextmanager
+def _events(text: str) -> Iterator[Callable[[], Any]]:
+    """What gives one event of the text after another; its errors become YamlErrors."""
     _refuse_half_characters(text, 1)
+    if directive := _TAG_DIRECTIVE.search(text):
+        line = text.count("\n", 0, directive.start()) + 1
+        raise YamlError(line, "tags (!) are not taken; remove '%TAG'")
     try:
-        yield from yaml.parse(text, Loader=_LOADER)
+        yield yaml.parse(text, Loader=_LOADER).__next__
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         problem = _one_line(error.problem or error.context)
@@ -113,40 +188,47 @@ def _events(text: str) -> Iterator[Any]:
 
 def _refuse_extras(event: Any) -> None:
     if event.anchor is not None:
-        name = f"'{event.anchor}'"
+        name = f"'{_shortened(event.anchor)}'"
         raise YamlError(
             _line(event), f"anchors and aliases (& and *) are not taken; write {name} out"
         )
     if event.tag is not None:
-        raise YamlError(_line(event), f"tags (!) are not taken; remove '{event.tag}'")
+        raise YamlError(_line(event), f"tags (!) are not taken; remove '{_shortened(event.tag)}'")
 
 
 def _key(event: Any) -> str:
     if not isinstance(event, yaml.ScalarEvent):
         raise YamlError(_line(event), "a key must be a plain word")
-    _refuse_extras(event)
+    if event.anchor is not None or event.tag is not None:
+        _refuse_extras(event)
     if not event.value or not event.value.isprintable():
-        raise YamlError(_line(event), f"a key must be a plain word, not {event.value!a}")
+        shown = _shortened(event.value)
+        raise YamlError(_line(event), f"a key must be a plain word, not {shown!a}")
     return str(event.value)
 
 
 def _scalar(event: Any) -> str | int | float | bool | None:
-    _refuse_half_characters(event.value, _line(event))
-    if not is_printable(event.value, layout=True):
-        raise YamlError(_line(event), f"holds characters that cannot be seen: {event.value[:60]!a}")
-    is_plain = event.implicit[0]
-    return _plain(event.value, _line(event)) if is_plain else str(event.value)
+    text: str = event.value
+    if not (text.isascii() and text.isprintable()):
+        _refuse_half_characters(text, _line(event))
+        if not is_printable(text, layout=True):
+            raise YamlError(_line(event), f"holds characters that cannot be seen: {text[:60]!a}")
+    return _plain(text, event) if event.implicit[0] else text
 
 
-def _plain(text: str, line: int) -> str | int | float | bool | None:
+def _plain(text: str, event: Any) -> str | int | float | bool | None:
     if text in WORDS:
         return WORDS[text]
-    if _HEX.fullmatch(text) or _INT.fullmatch(text):
-        if len(text) > 30:
-            raise YamlError(line, f"a number of {len(text)} digits; nothing here is that large")
-        return int(text, 0)
+    if text[0] not in _OF_NUMBERS:
+        return text
     if _FLOAT.fullmatch(text):
         return float(text)
+    if _INT.fullmatch(text) or _HEX.fullmatch(text):
+        if len(text) > 30:
+            raise YamlError(
+                _line(event), f"a number of {len(text)} digits; nothing here is that large"
+            )
+        return int(text, 0)
     return text
 
 

@@ -56,8 +56,9 @@ def _contents() -> str:
         "- [Effects](effects.md): what the diagnosis can name\n- [Columns](columns.md) of tables, "
         "mappings, and the channels of recordings\n- [Requests](socket.md) of the daemon's socket\n"
         "- [States](states.md): what each request does, and what may still move",
-        "Editors check and complete these files with the JSON Schemas in `deltactl/schemas/`. In VS Code "
-        "with the YAML extension, or any editor with yaml-language-server, a first line does it:",
+        "Editors check and complete these files with the JSON Schemas in `deltactl/schemas/`. In "
+        "VS Code with the YAML extension, or any editor with yaml-language-server, a first line "
+        "does it:",
         "```yaml\n# yaml-language-server: $schema=../deltactl/schemas/robot.json\n```",
     )
 
@@ -191,8 +192,9 @@ def _columns() -> str:
         table(("column", "unit", "example", ""), _column_rows()),
         "## Mappings",
         "`--columns FILE` or `--set NAME=COLUMN[unit]` bring other names and units to these. "
-        "`deltactl diagnose --inspect FILE` proposes one. Schema: `deltactl/schemas/mapping.json`. Where "
-        "`separator` and `decimal` are not given, they are found by looking at the file. Units: "
+        "`deltactl diagnose --inspect FILE` proposes one. Schema: `deltactl/schemas/mapping.json`. "
+        "Where `separator` and `decimal` are not given, they are found by looking at the file. "
+        "Units: "
         f"{units}.",
         *_tables(Mapping),
         "## Channels of a recording (MCAP)",

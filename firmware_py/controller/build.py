@@ -15,16 +15,17 @@ from deltactl.drivers.steps.contract import MOTORS
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.file_in_force import keep_text
 from deltactl.firmware_py.controller.servo_machine import servo_machine
+from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.planning.prepared import Prepare, prepare_for
-from deltactl.firmware_py.robot_file import RobotFile, check_said, robot_in
+from deltactl.firmware_py.planning.robot_read import ReadRobot, read_robot_here
+from deltactl.firmware_py.robot_file import RobotFile, check_said
 from deltactl.firmware_py.simulation.concealed import Concealed, nothing_apart
 from deltactl.firmware_py.simulation.noise import with_seed
 from deltactl.firmware_py.simulation.sensors import simulated_sensors
 from deltactl.firmware_py.simulation.world import SimulatedRobot
 from deltactl.foundation.clock import Clock, RealClock, VirtualClock
 from deltactl.foundation.errors import ConfigError
-from deltactl.foundation.strict_yaml import Document
 
 
 def build_controller(
@@ -34,6 +35,7 @@ def build_controller(
     realtime: bool,
     recordings: Path,
     prepare: Prepare = prepare_for,
+    read: ReadRobot = read_robot_here,
     seed: int | None = None,
     as_built: Path | None = None,
 ) -> Controller:
@@ -41,20 +43,20 @@ def build_controller(
 
     as_built: a file apart that says what the simulated robot is really like (`Concealed`).
 
-    prepare: who reads and plans jobs.
+    prepare: who reads and plans jobs; read: who reads robot files from now on.
 
     Raises ConfigError, or HardwareError when pins, bus or pulse process cannot be had.
     """
-    document = Document.read(robot_file)
-    robot = robot_in(document)
+    found = read_robot_here(robot_file, FileAccess())
+    robot = found.robot
     if realtime or not simulated:
-        keep_text(document.text)  # before its lines are claimed
+        keep_text(found.text)  # before its lines are claimed
         _load_ahead()
     if simulated:
         machine = simulated_machine(with_seed(robot, seed), realtime, as_built)
     else:
         machine = real_machine(robot)
-    return Controller(robot, robot_file, machine, recordings, prepare)
+    return Controller(robot, robot_file, machine, recordings, prepare, read, found)
 
 
 def _load_ahead() -> None:

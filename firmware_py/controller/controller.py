@@ -15,7 +15,7 @@ from deltactl.firmware_py.controller.condition import Condition
 from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, Status
 from deltactl.firmware_py.controller.control_loop import ControlLoop
 from deltactl.firmware_py.controller.emergency import LATCHED, Emergency
-from deltactl.firmware_py.controller.file_in_force import FileInForce, keep_text
+from deltactl.firmware_py.controller.file_in_force import NAMED, FileInForce, keep_text
 from deltactl.firmware_py.controller.homing import Homing
 from deltactl.firmware_py.controller.jobs.job_queue import QueuedJob, queued
 from deltactl.firmware_py.controller.jobs.jobs import Jobs
@@ -34,6 +34,7 @@ from deltactl.firmware_py.controller.states import (
 )
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.planning.prepared import InForce, Prepare, prepare_for
+from deltactl.firmware_py.planning.robot_read import ReadRobot, RobotRead, read_robot_here
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import TaskHandle
 from deltactl.foundation.errors import NotReady
@@ -53,9 +54,14 @@ class Controller:
         machine: Machine,
         recordings: Path,
         prepare: Prepare = prepare_for,
+        read: ReadRobot = read_robot_here,
+        found: RobotRead | None = None,
     ):
-        """`prepare` reads and plans jobs: here, or in a process of its own."""
-        self._prepare = prepare
+        """`prepare` reads and plans jobs, `read` robot files: here, or in a process of their own.
+
+        found: what the robot file says, where it was read already.
+        """
+        self._prepare, self._read = prepare, read
         self.robot = robot
         self.machine = machine
         self.clock = machine.clock
@@ -83,7 +89,7 @@ class Controller:
         self._belief = CalibratedInverse(robot)
         self._offs = 0
         """How often the drives were released."""
-        self._file = FileInForce(robot_file)
+        self._file = FileInForce(robot_file, read, found=found)
         self._started_with = robot_file
         self._recordings = recordings
         self._homing = Homing(machine, self.ranging, self.condition, self._observer)
@@ -97,12 +103,15 @@ class Controller:
         """
         with self.condition.lock:
             self.condition.require(Request.ON)
+        newer = self._file.newer(self.robot)
+        inverse = None if newer is None else CalibratedInverse(newer.robot)
+        with self.condition.lock:
+            self.condition.require(Request.ON)
             turn = self.condition.turns
-            newer = self._file.newer(self.robot)
-            if newer is not None:
-                self._believe(newer, self._file.again())
+            if newer is not None and inverse is not None:
+                self._believe(newer.robot, newer, inverse)
                 if self.machine.world is not None:
-                    self.machine.world.believed_anew(newer, self.clock.now_ns())
+                    self.machine.world.believed_anew(newer.robot, self.clock.now_ns())
         self.machine.sensors.start()
         self._energise(turn, "switch on")
         with self.condition.lock:
@@ -142,26 +151,35 @@ class Controller:
     ) -> HomeSeen:
         """UNHOMED or READY -> READY, blocking; returns what was seen.
 
-        robot: another file of the same machine, believed from now on. Raises ConfigError for
+        robot: another file of the same machine, in force from now on. Raises ConfigError for
         one of another, NotReady when the sensors disagree, when they do not determine the arms to
         `accept_unseen_deg`, and when a stop or another request came meanwhile.
         """
+        claim = claim or Claim()
+        with self.condition.lock:
+            self.condition.require(Request.HOME)
+            turn = self.condition.turns
+        if robot is None:
+            return self._homing.home(lambda: self.robot, accept_unseen_deg, claim)
+        # Read before the lock is taken: a wrong file may take a second or two.
+        named = FileInForce(robot, self._read, NAMED)
+        other = other_belief(self.robot, named.robot, robot)
+        inverse = CalibratedInverse(other)
 
         def believed() -> RobotFile:
-            if robot is not None:
-                named = FileInForce.named(robot)
-                self._believe(other_belief(self.robot, named.robot(), robot), named)
-            return self.robot
+            self.condition.same(turn, "home")
+            self._believe(other, named, inverse)
+            return other
 
-        return self._homing.home(believed, accept_unseen_deg, claim or Claim())
+        return self._homing.home(believed, accept_unseen_deg, claim)
 
-    def _believe(self, robot: RobotFile, file: FileInForce) -> None:
+    def _believe(self, robot: RobotFile, file: FileInForce, inverse: CalibratedInverse) -> None:
         """Another robot file is in force from now on; counts mean nothing until homed."""
         if self.jobs.queue:
             raise NotReady("cannot take another robot file: jobs wait; cancel them first")
         keep_text(file.text)
         self.robot, self._file, self._loop.robot = robot, file, robot
-        self._belief = CalibratedInverse(robot)
+        self._belief = inverse
         self._observer.believe(robot)
         self.condition.note("robot", f"{file.path} is in force")
 
@@ -262,6 +280,7 @@ class Controller:
 
     def acknowledge(self) -> None:
         """-> UNHOMED. Raises EmergencyStop, DriveAlarm or NotReady while the cause is there."""
+        self._homing.wait_for_end()
         with self.condition.lock:
             self.condition.require(Request.ACKNOWLEDGE)
             self._emergency.must_see(self._observer.blind() if self.ranging.alive else None)
@@ -283,6 +302,7 @@ class Controller:
 
     def status(self) -> Status:
         """A snapshot."""
+        changed = self._file.changed(self.robot)
         with self.condition.lock:
             waiting = tuple(one.name for one in self.jobs.queue)
             sensing = self.ranging.started
@@ -298,7 +318,7 @@ class Controller:
                 self._observer.blind() if sensing else None,
                 tuple(one.number for one in self.jobs.queue),
                 tuple((one.number, one.name) for one in self.jobs.planned),
-                self._file.changed(self.robot),
+                changed,
                 self._file.path.name,
                 str(self._file.path.absolute()),
             )

@@ -8,14 +8,21 @@ from __future__ import annotations
 
 import logging
 import os
+import threading
 from pathlib import Path
 
 from deltactl.firmware_py.controller.belief import needs_restart
 from deltactl.firmware_py.file_access import FileAccess, without_quoting
-from deltactl.firmware_py.robot_file import RobotFile, robot_in
+from deltactl.firmware_py.planning.robot_read import ReadRobot, RobotRead, read_robot_here
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
-from deltactl.foundation.strict_yaml import Document
+from deltactl.foundation.strict_yaml import text_of
+
+GLANCE_S = 0.1
+"""So long a status waits for what is said of a file that was written to just now."""
+NAMED = FileAccess(follow=False, quote=False)
+"""Of a file that a client named: no link leads to it, and no refusal says what stands in it."""
 
 KEPT = "robot-in-force.yaml"
 """In the daemon's own folder."""
@@ -45,67 +52,83 @@ def keep_text(text: str) -> None:
 
 
 class FileInForce:
-    """Its text, kept; and whether the file on the disk says something else by now."""
+    """Its text and robot, kept; and whether the file on the disk says something else by now.
 
-    def __init__(self, path: Path, access: FileAccess | None = None):
-        """access: with which it is opened, now and later. Raises MissingFile, ConfigError."""
+    No call but the first and `newer` waits for a file to be read.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        read: ReadRobot = read_robot_here,
+        access: FileAccess | None = None,
+        found: RobotRead | None = None,
+    ):
+        """read: who reads and checks it, now and later; access: with which it is opened;
+        found: what it says, where it was read already. Raises MissingFile, ConfigError.
+        """
         self.path = path
-        self._access = access or FileAccess()
+        self._read, self._access = read, access or FileAccess()
         self._stamp = self._stamp_now()
-        self._document = self._read()
-        self.text = self._document.text
-        self._same = True
-
-    @classmethod
-    def named(cls, path: Path) -> FileInForce:
-        """One that a client named: no link leads to it, and no refusal says what stands in it."""
-        return cls(path, FileAccess(follow=False, quote=False))
-
-    def again(self) -> FileInForce:
-        """The same file, as it is by now."""
-        return FileInForce(self.path, self._access)
-
-    def robot(self) -> RobotFile:
-        """The robot of the text that was read. Raises ConfigError."""
-        with without_quoting(self.path, self._access):
-            return robot_in(self._document)
+        found = found or read(path, self._access)
+        self.text, self.robot = found.text, found.robot
+        self._says = ""
+        self._looking: threading.Thread | None = None
+        self._turn = threading.Lock()
 
     def changed(self, believed: RobotFile) -> str:
-        """In words with what to do, or empty. Reads the file again only when it was written to."""
-        if not self._differs():
-            return ""
-        says = f"{self.path} has changed since it was read"
+        """In words with what to do, or empty. Reads the file again only when it was written to.
+
+        The reading goes on beside whoever asks; until it has ended, that is what is said.
+        """
+        stamp = self._stamp_now()
+        with self._turn:
+            if self._looking is None and stamp != self._stamp:
+                self._stamp = stamp
+                self._looking = threading.Thread(
+                    target=self._look, args=(believed,), name="robot-file", daemon=True
+                )
+                self._looking.start()
+            looking = self._looking
+        if looking is not None:
+            looking.join(GLANCE_S)
+        with self._turn:
+            if self._looking is None:
+                return self._says
+        return f"{self.path} was written to, and is being read"
+
+    def newer(self, believed: RobotFile) -> FileInForce | None:
+        """What the file says by now, where the robot may be switched on with it."""
         try:
-            section = needs_restart(believed, self.again().robot())
+            if self._is_same():
+                return None
+            new = FileInForce(self.path, self._read, self._access)
+        except DeltactlError:
+            return None
+        return None if needs_restart(believed, new.robot) else new
+
+    def _look(self, believed: RobotFile) -> None:
+        says = f"{self.path} has changed since it was read, and cannot be used"
+        try:
+            says = self._difference(believed)
         except DeltactlError as error:
-            return f"{says}, and cannot be used: {error}"
+            says = f"{says}: {error}"
+        finally:
+            with self._turn:
+                self._says, self._looking = says, None
+
+    def _difference(self, believed: RobotFile) -> str:
+        if self._is_same():
+            return ""
+        section = needs_restart(believed, self._read(self.path, self._access).robot)
+        says = f"{self.path} has changed since it was read"
         if section:
             return f"{says} ({section}, too); restart the daemon to use it"
         return f"{says}; 'deltactl off' and 'deltactl on' to use it"
 
-    def newer(self, believed: RobotFile) -> RobotFile | None:
-        """What the file says by now, where the robot may be switched on with it."""
-        if not self._differs():
-            return None
-        try:
-            new = self.again().robot()
-        except DeltactlError:
-            return None
-        return None if needs_restart(believed, new) else new
-
-    def _differs(self) -> bool:
-        stamp = self._stamp_now()
-        if stamp != self._stamp:
-            self._stamp = stamp
-            try:
-                self._same = self._read().text == self.text
-            except DeltactlError:
-                self._same = False
-        return not self._same
-
-    def _read(self) -> Document:
+    def _is_same(self) -> bool:
         with without_quoting(self.path, self._access):
-            return Document.read(self.path, self._access.follow)
+            return text_of(self.path, self._access.follow, self._access.most_bytes) == self.text
 
     def _stamp_now(self) -> tuple[int, int, int]:
         try:

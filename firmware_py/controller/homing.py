@@ -7,6 +7,7 @@ agree with the home angles before the robot counts as homed (home_check.py).
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -36,6 +37,9 @@ from deltactl.foundation.clock import NS_PER_S, ns, sleep_s
 from deltactl.foundation.errors import DeltactlError, NotReady
 from deltactl.models.robot import AXES
 
+ENDS_S = 2.0
+"""Longer than a homing takes to see that it was stopped."""
+LOOK_AGAIN_S = 0.02
 NOWHERE = -(10**9)
 """A count that no arm rises to."""
 BUILT_OTHERWISE = (
@@ -144,6 +148,12 @@ class Homing:
             return False
         claim.call_off(why)
         return True
+
+    def wait_for_end(self) -> None:
+        """Return once no homing is under way; one that was stopped ends within a few looks."""
+        give_up_s = time.monotonic() + ENDS_S
+        while self._claim is not None and time.monotonic() < give_up_s:
+            time.sleep(LOOK_AGAIN_S)
 
     def home(
         self, believed: Callable[[], RobotFile], accept_unseen_deg: float, claim: Claim

@@ -1,4 +1,8 @@
-"""The command worker: slow commands of all clients, one after another, on one thread."""
+"""The command worker: slow commands of all clients, one after another.
+
+An `acknowledge` has a thread of its own, so that it waits for no job that is planned and no file
+that is read; whatever comes after it waits for it.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,8 @@ from deltactl.firmware_py.daemon.actions import Actions
 from deltactl.firmware_py.daemon.address import Peer
 from deltactl.firmware_py.daemon.protocol import SLOW, Message, Request
 from deltactl.foundation.errors import NotReady
+
+AT_ONCE = frozenset({"acknowledge"})
 
 _log = logging.getLogger(__name__)
 
@@ -43,26 +49,34 @@ class CommandWorker:
         self._waiting: deque[Command] = deque()
         self._now: Command | None = None
         """The one that is carried out."""
+        self._first: deque[Command] = deque()
+        """Those that do not wait for the one that is carried out."""
+        self._busy_first = False
         self._changed = threading.Condition()
         self._closed = False
-        self._thread = threading.Thread(target=self._work, name="commands", daemon=True)
+        self._threads = [
+            threading.Thread(target=self._work, args=(take,), name=name, daemon=True)
+            for name, take in (("commands", self._next), ("acknowledge", self._next_first))
+        ]
 
     def start(self) -> None:
         """Begin to work."""
-        self._thread.start()
+        for thread in self._threads:
+            thread.start()
 
     @property
     def alive(self) -> bool:
         """Whether commands are still carried out."""
-        return self._thread.is_alive()
+        return all(thread.is_alive() for thread in self._threads)
 
     def put(self, command: Command) -> None:
         """Queue a command, or refuse it when too many wait."""
         with self._changed:
-            full = len(self._waiting) >= self._most
+            waiting = self._first if command.request.do in AT_ONCE else self._waiting
+            full = len(waiting) >= self._most
             if not full:
-                self._waiting.append(command)
-                self._changed.notify()
+                waiting.append(command)
+                self._changed.notify_all()
         if full:
             self._refuse(command, f"{self._most} commands are waiting; try again later")
 
@@ -72,8 +86,12 @@ class CommandWorker:
         An 'acknowledge' must not follow a later stop, nor a 'run' a later cancel. Returns how many.
         """
         with self._changed:
-            dropped = [one for one in self._waiting if one.request.do in which]
-            self._waiting = deque(one for one in self._waiting if one.request.do not in which)
+            queues = (self._first, self._waiting)
+            dropped = [one for queue in queues for one in queue if one.request.do in which]
+            for queue in queues:
+                kept = [one for one in queue if one.request.do not in which]
+                queue.clear()
+                queue.extend(kept)
             now = self._now if self._now is not None and self._now.request.do in which else None
         for command in dropped:
             self._refuse(command, why)
@@ -86,11 +104,12 @@ class CommandWorker:
         self.call_off("the daemon is ending; start it again first")
         with self._changed:
             self._closed = True
-            self._changed.notify()
-        self._thread.join(timeout_s)
+            self._changed.notify_all()
+        for thread in self._threads:
+            thread.join(timeout_s)
 
-    def _work(self) -> None:
-        while (command := self._next()) is not None:
+    def _work(self, take: Callable[[], Command | None]) -> None:
+        while (command := take()) is not None:
             if command.is_gone():
                 _log.info("%s dropped: %s has gone", command.request.do, command.peer)
                 continue
@@ -101,10 +120,20 @@ class CommandWorker:
 
     def _next(self) -> Command | None:
         with self._changed:
-            while not self._waiting and not self._closed:
+            while (not self._waiting or self._first or self._busy_first) and not self._closed:
                 self._changed.wait()
             self._now = self._waiting.popleft() if self._waiting else None
             return self._now
+
+    def _next_first(self) -> Command | None:
+        with self._changed:
+            if self._busy_first:
+                self._busy_first = False
+                self._changed.notify_all()
+            while not self._first and not self._closed:
+                self._changed.wait()
+            self._busy_first = bool(self._first)
+            return self._first.popleft() if self._first else None
 
     def _refuse(self, command: Command, why: str) -> None:
         error = NotReady(f"cannot {command.request.do}: {why}")

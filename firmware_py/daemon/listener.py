@@ -8,6 +8,7 @@ import io
 import os
 import socket
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 from deltactl.foundation.errors import ServiceError
@@ -33,9 +34,30 @@ class Listener:
             self._inode = found.st_ino
             self.owner, self.group = found.st_uid, found.st_gid
             self.socket.listen(backlog)
+            self._reserve = _reserve()
         except BaseException:
             self._lock.close()
             raise
+
+    def accept(self) -> socket.socket:
+        """The next client. Raises OSError: BlockingIOError for none, EMFILE for want of files."""
+        return self.socket.accept()[0]
+
+    @contextlib.contextmanager
+    def in_reserve(self) -> Iterator[socket.socket]:
+        """The next client on the descriptor that is kept for when none is left; closed at the end.
+
+        Raises OSError when even that is gone.
+        """
+        if self._reserve >= 0:
+            os.close(self._reserve)
+            self._reserve = -1
+        try:
+            with self.accept() as client:
+                yield client
+        finally:
+            with contextlib.suppress(OSError):
+                self._reserve = _reserve()
 
     def wake(self) -> None:
         """Make whoever waits for clients look up; nobody is let in any more."""
@@ -47,10 +69,17 @@ class Listener:
         if self._lock.closed:
             return
         self.socket.close()
+        if self._reserve >= 0:
+            os.close(self._reserve)
         with contextlib.suppress(OSError):
             if self.path.stat().st_ino == self._inode:
                 self.path.unlink()
         self._lock.close()
+
+
+def _reserve() -> int:
+    """A descriptor of nothing, to give up where one is needed and none is left."""
+    return os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
 
 
 def _check_path(path: Path) -> None:

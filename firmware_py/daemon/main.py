@@ -64,6 +64,7 @@ def serve(
                     realtime=True,
                     recordings=recordings,
                     prepare=planning.prepare,
+                    read=planning.read_robot,
                     as_built=as_built,
                 )
             except BaseException:

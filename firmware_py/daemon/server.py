@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import select
 import socket
@@ -20,11 +21,17 @@ from deltactl.firmware_py.daemon.connection import Connection
 from deltactl.firmware_py.daemon.job_store import JobStore
 from deltactl.firmware_py.daemon.limits import Limits
 from deltactl.firmware_py.daemon.listener import Listener
+from deltactl.firmware_py.daemon.protocol import MAX_LINE_BYTES
 from deltactl.foundation.errors import ServiceError
 
 LOOK_S = 0.2
 ACCEPT_PAUSE_S = 0.002
 """At most 500 new clients a second, whoever they are."""
+NO_FILES = frozenset({errno.EMFILE, errno.ENFILE})
+NO_FILES_PAUSE_S = 0.05
+"""After a client that could not be let in for want of file descriptors."""
+STOP_COMES_S = 0.05
+"""A client sends its request as soon as it is connected."""
 
 _log = logging.getLogger(__name__)
 
@@ -52,6 +59,8 @@ class Server:
         self._changed = threading.Lock()
         self._closing = threading.Event()
         self._listener = listener
+        self._without_files = False
+        """Whether clients cannot be let in for want of file descriptors; logged once each time."""
         self._accepting = threading.Thread(target=self._accept, name="accept", daemon=True)
 
     @property
@@ -106,11 +115,51 @@ class Server:
         while not self._closing.is_set():
             if poll.poll(LOOK_S * 1e3) and not self._closing.is_set():
                 try:
-                    self._let_in(self._listener.socket.accept()[0])
+                    self._let_in(self._listener.accept())
                 except OSError as error:
-                    # Gone again already, or no file descriptors left.
-                    _log.warning("a client could not be let in: %s", error)
+                    self._not_let_in(error)
+                else:
+                    self._without_files = False
                 time.sleep(ACCEPT_PAUSE_S)
+
+    def _not_let_in(self, error: OSError) -> None:
+        """Gone again already; or no file descriptors are left, which takes a while to change."""
+        if error.errno not in NO_FILES:
+            _log.warning("a client could not be let in: %s", error)
+            return
+        if not self._without_files:
+            _log.error(
+                "no file descriptors are left (%s); until some are, a client that connects may"
+                " only stop the robot",
+                error.strerror,
+            )
+        self._without_files = True
+        try:
+            with self._listener.in_reserve() as peer_socket:
+                self._hear_stop(peer_socket)
+        except OSError as again:
+            _log.debug("nor with the one in reserve: %s", again)
+        self._closing.wait(NO_FILES_PAUSE_S)
+
+    def _hear_stop(self, peer_socket: socket.socket) -> None:
+        """Carry out a stop that comes at once; whatever else is asked is refused."""
+        peer = Peer.of(peer_socket)
+        if not peer.may_use(self._listener.owner, self._listener.group):
+            return
+        peer_socket.settimeout(STOP_COMES_S)
+        line = peer_socket.recv(MAX_LINE_BYTES).partition(b"\n")[0]
+        try:
+            request = protocol.parse(line)
+        except protocol.BadRequest as error:
+            answer = error.answer
+        else:
+            if request.do == "stop":
+                self._worker.call_off(f"{peer} stopped the robot")
+                answer = self._actions.perform(request, peer)
+            else:
+                says = ServiceError("the daemon has no file descriptors left; only 'stop' is taken")
+                answer = self._actions.refuse(request, says)
+        peer_socket.send(protocol.encode(answer))
 
     def _let_in(self, peer_socket: socket.socket) -> None:
         limits, peer = self._limits, Peer.of(peer_socket)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, MissingFile
-from deltactl.foundation.strict_yaml import Document
+from deltactl.foundation.strict_yaml import MOST_COUNTED, Document
 from deltactl.foundation.yaml_tree import Location
 
 
@@ -27,7 +28,8 @@ def wrong_names(document: Document, how: FileAccess, robot: RobotFile | None = N
     if "steps" not in document.data:
         return []
     robot = robot or _robot_of(document, how.named)
-    return list(_in_steps(document.data.get("steps"), ("steps",), document.path, robot, how))
+    found = _in_steps(document.data.get("steps"), ("steps",), document.path, robot, how)
+    return list(islice(found, MOST_COUNTED))
 
 
 def _robot_of(document: Document, how: FileAccess) -> RobotFile | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ MOST_LOOKED_INTO = 100
 def read_one(path: Path, how: FileAccess, robot: RobotFile | None) -> tuple[Document, JobFile]:
     """A job without what it includes. Raises MissingFile, ConfigError (a line for each mistake)."""
     with without_quoting(path, how):
-        document = Document.read(path, how.follow, how.most_bytes)
+        document = how.document(path)
         names = wrong_names(document, how, robot)
         try:
             job = job_in(document)
@@ -53,16 +54,19 @@ def _mistakes(
     """Of a job, of what it includes and, of the outermost, of its robot; each file once."""
     outermost = not seen
     seen.add(path.resolve())
-    try:
-        read_one(path, how, robot)
-    except ConfigError as error:
-        yield error
+    if not outermost:  # its mistakes are known already
+        try:
+            read_one(path, how, robot)
+        except ConfigError as error:
+            yield error
     try:
         with without_quoting(path, how):
-            data = Document.read(path, how.follow, how.most_bytes).data
+            document = how.document(path)
     except ConfigError:
         return  # told already
-    for name in _included(data.get("steps")):
+    data = document.data
+    names = () if document.is_long else dict.fromkeys(_included(data.get("steps")))
+    for name in islice(names, MOST_LOOKED_INTO):
         try:
             inner = find(name, path, listing=how.follow)
         except MissingFile:

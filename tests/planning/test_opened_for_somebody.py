@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from deltactl.firmware_py.controller.file_in_force import FileInForce
+from deltactl.firmware_py.controller.file_in_force import NAMED, FileInForce
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
 from deltactl.firmware_py.planning.packed import pack, unpack
@@ -154,11 +154,11 @@ def test_a_robot_file_that_a_client_named_shows_nothing_then_nor_later(tmp_path:
     secret.write_text(SECRET)
     own.write_text(SECRET)
     with pytest.raises(ConfigError, match="is not as such a file should be") as refusal:
-        FileInForce.named(own).robot()
+        FileInForce(own, access=NAMED)
     assert "password" not in str(refusal.value)
     own.write_text(ROBOT.text)
-    named = FileInForce.named(own)
-    assert named.robot() == ROBOT.robot
+    named = FileInForce(own, access=NAMED)
+    assert named.robot == ROBOT.robot
     own.write_text(SECRET)
     says = named.changed(ROBOT.robot)
     assert "cannot be used" in says
@@ -168,4 +168,4 @@ def test_a_robot_file_that_a_client_named_shows_nothing_then_nor_later(tmp_path:
     assert "is reached through a link" in named.changed(ROBOT.robot)
     assert named.newer(ROBOT.robot) is None
     with pytest.raises(MissingFile, match="is reached through a link"):
-        FileInForce.named(own)
+        FileInForce(own, access=NAMED)

@@ -158,6 +158,7 @@ class Stand:
             realtime=True,
             recordings=self.recordings,
             prepare=self.planning.prepare,
+            read=self.planning.read_robot,
         )
         self.socket = self.folder / "d.sock"
         self.server = Server(

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import resource
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -17,6 +20,7 @@ from deltactl.recording.writing.append_file import AppendFile
 from tests.rigs.faults.kind import Kind, Undo, nothing
 from tests.rigs.faults.motion_kinds import EDGE_S, press_estop
 from tests.rigs.faults.stand import ROBOT_FILE, Stand
+from tests.rigs.large_requests import JOB, JOBS, MB, WRONG
 
 POSES = 90_000
 MUCH = f"""name: much
@@ -24,6 +28,7 @@ robot: {ROBOT_FILE.name}
 timing: {{mode: together, t_pwm_s: 0.001}}
 inverse_kinematics: {{kind: geometry}}
 """
+MORE_FILES = 40
 GONE_ON = "recording stopped"
 SLOW_S = 2.0
 FULL = rf"{GONE_ON}.*(disk is full|Invalid argument)"
@@ -180,6 +185,52 @@ def submit_much(stand: Stand, chance: Random) -> Undo:
     return undo
 
 
+def submit_wrong(stand: Stand, chance: Random) -> Undo:
+    """Somebody submits 4 MB of mistakes; which kind, chance says."""
+    job = stand.folder / "wrong.yaml"
+    name = chance.choice((*JOBS, *WRONG))
+    wrong = {**JOBS, **WRONG}[name](4 * MB)
+    job.write_text(wrong + JOB if wrong.startswith("%") else JOB + wrong)
+    said: list[str] = []
+
+    def submit() -> None:
+        try:
+            stand.controller.submit(job)
+        except DeltactlError as error:
+            said.append(str(error))
+
+    thread = threading.Thread(target=submit)
+    thread.start()
+
+    def undo() -> None:
+        thread.join()
+        if not said:
+            raise AssertionError(f"the job was taken: {name}")
+
+    return undo
+
+
+def stop_without_files(stand: Stand, chance: Random) -> Undo:
+    """Every file descriptor of the daemon is in use, and a client connects to stop the robot."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    client, held = socket.socket(socket.AF_UNIX), list[int]()
+    highest = max(int(link.name) for link in Path("/proc/self/fd").iterdir())
+    resource.setrlimit(resource.RLIMIT_NOFILE, (highest + MORE_FILES, hard))
+    with contextlib.suppress(OSError):
+        while True:
+            held.append(os.open(os.devnull, os.O_RDONLY))
+    client.connect(str(stand.socket))
+    client.sendall(b'{"id": 1, "do": "stop", "reason": "no files"}\n')
+
+    def undo() -> None:
+        for descriptor in held:
+            os.close(descriptor)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+        client.close()
+
+    return undo
+
+
 def busy_threads(stand: Stand, chance: Random) -> Undo:
     """Two threads of the daemon's interpreter do nothing but compute."""
     end_s = time.monotonic() + 0.3
@@ -210,6 +261,11 @@ SYSTEM_KINDS = (
     Kind("wall clock jumps", jump_clock),
     Kind("model file vanishes", remove_network, culprit=r"stand.tflite", within_s=2.0),
     Kind("a job of 4 MB", submit_much),
+    Kind("a wrong job of 4 MB", submit_wrong),
+    Kind(
+        "no file descriptors, and a stop", stop_without_files, "stopped", within_s=0.3,
+        seen_s=0.3, culprit="^no files$",
+    ),
     Kind("busy threads in the daemon", busy_threads),
     Kind("client kill -9", with_a_client(WATCHES, signal.SIGKILL)),
     Kind("client SIGSTOP", with_a_client(WATCHES, signal.SIGSTOP)),
