@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deltactl.foundation.plain_file import write_whole
 from deltactl.proof.axis.build import Design, Run
 from deltactl.proof.axis.cases import AxisCase
 from deltactl.proof.axis.commanded import CommandedAxis
@@ -25,13 +26,13 @@ def write_blind(case: AxisCase, folder: Path) -> None:
     rng = np.random.default_rng([case.seed, 43])
     for run, name in ((case.run, RECORDING), (case.holdout, HOLDOUT)):
         write_flat(from_columns(table(case, run, rng), name), folder / name)
-    (folder / ROBOT_FILE).write_text(robot_file(case.design), encoding="utf-8")
+    write_whole(folder / ROBOT_FILE, robot_file(case.design))
 
 
 def write_answers(case: AxisCase, path: Path) -> None:
     """The truth, as JSON."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(case.truth(), indent=1) + "\n", encoding="utf-8")
+    write_whole(path, json.dumps(case.truth(), indent=1) + "\n")
 
 
 def table(case: AxisCase, run: Run, rng: np.random.Generator) -> dict[str, FloatArray]:

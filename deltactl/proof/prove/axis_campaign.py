@@ -19,7 +19,7 @@ from deltactl.proof.prove.axis_table import axis_markdown, axis_rows, right, wro
 from deltactl.proof.prove.matrix import Matrix, picture
 from deltactl.proof.prove.one_case import diagnose_blind
 from deltactl.proof.prove.reliability import diagram
-from deltactl.proof.prove.resumable import Means, Part, claim, run_missing, write_text
+from deltactl.proof.prove.resumable import Means, Part, claim, put_text, run_missing
 from deltactl.proof.prove.table import Row
 
 Half = Literal["all", "even", "odd"]
@@ -136,10 +136,10 @@ def _conclude(
         columns["practice axes"] = axis_rows(known)
     every = [*scores, *known]
     wrong = f"## Wrong or contradictory\n\n{wrong_answers(every)}"
-    write_text(out / "table.md", f"{title}\n\n{axis_markdown(columns)}\n{wrong}")
-    write_text(out / "matrix.svg", picture(confusion(every), title))
+    put_text(out / "table.md", f"{title}\n\n{axis_markdown(columns)}\n{wrong}")
+    put_text(out / "matrix.svg", picture(confusion(every), title))
     claims = [claim_ for marks in every for claim_ in marks.claims]
-    write_text(out / "reliability.svg", diagram(claims, f"Stated and true, {title}"))
+    put_text(out / "reliability.svg", diagram(claims, f"Stated and true, {title}"))
     return AxisProof(title, scores, known, columns, out / "table.md", out / "matrix.svg")
 
 

@@ -18,8 +18,8 @@ from deltactl.proof.prove.resumable import (
     Progress,
     Say,
     claim,
+    put_text,
     run_missing,
-    write_text,
 )
 from deltactl.proof.prove.score import Score, score
 from deltactl.proof.prove.score_tie import score_tie, tie_rows
@@ -80,10 +80,10 @@ def _conclude(parts: tuple[Part, Part, Part], seed: int, out: Path) -> Proof:
     title = f"{_of(len(first), len(cases.numbers))} cases"
     title += f", {_of(len(second), len(more.numbers))} more" if more.numbers else ""
     title += f" and {_of(len(tied), len(ties.numbers))} ties of seed {seed}"
-    write_text(out / "table.md", f"{title}\n\n{markdown(rows)}")
-    write_text(out / "matrix.svg", picture(confusion(scores), title))
+    put_text(out / "table.md", f"{title}\n\n{markdown(rows)}")
+    put_text(out / "matrix.svg", picture(confusion(scores), title))
     claims = [claim for marks in scores for claim in marks.claims]
-    write_text(out / "reliability.svg", diagram(claims, f"Stated and true, {title}"))
+    put_text(out / "reliability.svg", diagram(claims, f"Stated and true, {title}"))
     return Proof(title, scores, rows, out / "table.md", out / "matrix.svg")
 
 

@@ -65,7 +65,7 @@ def run_missing(parts: Sequence[Part], seed: int, out: Path, means: Means) -> No
     with workers(means.count, means.scheduler, means.say) as run:
         for place, result in run([(part.task, seed, number) for part, number in missing]):
             part, number = missing[place]
-            write_text(part.file(out, number), json.dumps(result, indent=1))
+            put_text(part.file(out, number), json.dumps(result, indent=1))
             done += 1
             means.progress(done, total, part.line(result))
             if time.monotonic() > until:
@@ -88,7 +88,7 @@ def claim(out: Path, plan: dict[str, Any]) -> None:
     out.mkdir(parents=True, exist_ok=True)
     file = out / PLAN
     if not file.exists():
-        write_text(file, json.dumps(plan))
+        put_text(file, json.dumps(plan))
         return
     before = json.loads(file.read_text(encoding="utf-8"))
     if before != plan:
@@ -96,7 +96,7 @@ def claim(out: Path, plan: dict[str, Any]) -> None:
         raise ConfigError(f"{out}: holds a proof with {held}; use that or a new folder")
 
 
-def write_text(path: Path, text: str) -> None:
+def put_text(path: Path, text: str) -> None:
     """All or nothing, so that a proof that was cut off can go on."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, text + ("" if text.endswith("\n") else "\n"))
