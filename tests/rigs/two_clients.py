@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 from deltactl.firmware_py.controller.build import simulated_machine
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.states import State
+from deltactl.firmware_py.daemon.limits import Limits
 from deltactl.firmware_py.daemon.listener import Listener
 from deltactl.firmware_py.daemon.server import Server
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
@@ -107,7 +108,11 @@ class ServedRobot:
         self.gates: list[Gate] = []
         self._quick = False
         self.path = folder / "socket"
-        self._server = Server(self.controller, Listener(self.path), folder / "jobs", folder)
+        # On a virtual clock a walk asks faster than any client may.
+        limits = Limits(requests_hz=1e6, burst=10**6)
+        self._server = Server(
+            self.controller, Listener(self.path), folder / "jobs", folder, limits=limits
+        )
         self._server.start()
         self.jobs = {name: folder / f"{name}.yaml" for name in PATHS}
         for name, path in self.jobs.items():
