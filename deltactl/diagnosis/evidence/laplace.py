@@ -134,10 +134,22 @@ class Laplace:
             for key in sorted(keys):
                 if not self.by_key[key].sizes or (part is not None and key in part.keys):
                     continue
-                starts = self.plant.starts(key, left)
+                starts = self._with_none_of_it(key, self.plant.starts(key, left))
                 points = [{**point, **start} for point in points for start in starts]
             found.append(points)
         return found
+
+    def _with_none_of_it(self, key: str, starts: Sequence[Point]) -> list[Point]:
+        """The starts of a regressor, and one at which it does nothing.
+
+        A set that may begin where a part of it ended never fits worse than that part.
+        """
+        nothing = {
+            f"{key}.{size.name}": size.low
+            for size in self.by_key[key].sizes
+            if size.smooth and size.prior == "half"
+        }
+        return [*starts, {**starts[0], **nothing}] if nothing and starts else list(starts)
 
     def _descend(
         self, keys: frozenset[str], point: Point, moved: list[tuple[str, Size]]
