@@ -57,7 +57,9 @@ class WaitForStep(StrictModel):
 class PauseStep(StrictModel):
     """Stand until somebody says `resume`: a hand may be in the machine."""
 
-    pause: Annotated[str, Field(min_length=1, max_length=200)]
+    pause: Annotated[
+        str, Field(min_length=1, max_length=200, description="says in one line why somebody waits")
+    ]
     """Why, for whoever is to resume."""
 
 

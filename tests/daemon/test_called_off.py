@@ -50,6 +50,12 @@ def _home(served: ServedRobot) -> None:
     assert served.clients[0].ask("home", accept_unseen_deg=360.0)["ok"]
 
 
+def _as_in_a_terminal() -> None:
+    """These tests may run where both are ignored: in the background, or under nohup."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 def _in_a_process(robot: ServedRobot, *words: str) -> subprocess.Popen[str]:
     """A command that waits for the check of its job."""
     command = subprocess.Popen(
@@ -57,7 +63,7 @@ def _in_a_process(robot: ServedRobot, *words: str) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=_as_in_a_terminal,
     )
     until(lambda: robot.state is State.PLANNING or command.poll() is not None, "the job is planned")
     assert command.poll() is None, command.communicate()

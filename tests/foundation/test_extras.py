@@ -20,7 +20,8 @@ ROOT = Path(__file__).parents[2]
 def test_diagnose_without_scipy_is_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in [name for name in sys.modules if name.split(".")[0] in ("scipy", "diagnosis")]:
+    ours = ("deltactl.diagnosis", "deltactl.recording.foreign", "scipy")
+    for name in [name for name in sys.modules if name.startswith(ours)]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "scipy", None)
     robot = str(ROOT / "config" / "zhao-2023.yaml")

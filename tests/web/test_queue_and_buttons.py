@@ -81,7 +81,7 @@ def test_what_cannot_be_pressed_looks_so_and_says_why(browser: Browser, simulate
     assert max(grey) - min(grey) < 10
     assert max(blue) - min(blue) > 100
     why = browser.find("pause").get_attribute("title")
-    assert why == "Pause: not now, the robot is off; possible when it is running"
+    assert why == "Pause: not now, the robot is off; possible when it is planning a job or running"
     assert "the robot is off" in browser.text("unable")
     nodes = browser.driver.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
     told = {one["name"]["value"]: one.get("description", {}).get("value", "")
