@@ -101,6 +101,8 @@ def client_dies_running(stand: Stand, chance: Random, verdict: Verdict) -> None:
     verdict.demand(verdict.last_edge_s < SLOWED_S, late)
     lost = stand.bench.memory.lost()
     verdict.demand(lost == (0, 0, 0), f"it did not slow down: the drives lost {lost}")
+    # A result is there once its recording is closed, which the state does not wait for.
+    wait_for(lambda: all(stand.controller.result(number) for number in numbers), 5.0)
     outcomes = [stand.controller.result(number) for number in numbers]
     cancelled = all(one is not None and one.outcome == "cancelled" for one in outcomes)
     verdict.demand(cancelled, f"results {outcomes}")
