@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.flat import FlatRecording
 
-FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 TRAVEL = (0.02, 0.98)
 """Quantiles between which a column's travel is read: a few wild readings do not stretch it."""
 NEAR_STEP = 0.1

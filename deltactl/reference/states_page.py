@@ -15,7 +15,7 @@ from deltactl.firmware_py.controller.states import (
 
 STATE_WORDS: dict[State, str] = {
     State.OFF: "The drives are released.",
-    State.UNHOMED: "The drives hold the arms; nobody knows where these are.",
+    State.UNHOMED: "The drives hold the arms; their angles are not known.",
     State.HOMING: "A `home` is carried out.",
     State.READY: "Homed; no job is accepted.",
     State.PLANNING: "A job is checked and planned, or is about to begin. The arms are at rest.",

@@ -71,7 +71,7 @@ class _Reader:
         self._modal: float | None = MOVES[0]
         self._at: list[float | None] = [None, None, 0.0 if flat else None]
         self._lost = False
-        """Whether --skip has left out moves to places that nobody knows."""
+        """Whether --skip has left out moves to unknown places."""
         self._feed_mps: float | None = None
         self._start: Point | None = None
         self._start_line: int | None = None
@@ -230,7 +230,7 @@ class _Reader:
             holder[key] = round(holder.get(key, 0.0) + value, 6)
 
     def _lose(self, given: dict[str, float]) -> None:
-        """A move that is left out went to places that nobody knows."""
+        """A move that is left out went to unknown places."""
         self._lost = True
         for axis in [letter for letter in AXES if letter in given] or AXES:
             self._at[AXES.index(axis)] = None

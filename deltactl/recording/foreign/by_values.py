@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.names import Guess, Named
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import (
@@ -24,6 +23,7 @@ from deltactl.recording.foreign.shapes import (
     slopes,
 )
 from deltactl.recording.format.edges import MOTORS
+from deltactl.recording.reading.columns import FloatArray
 
 ASKED = frozenset({"command", "steps", "distance"})
 """What a reading is compared with."""

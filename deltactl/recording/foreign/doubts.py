@@ -7,11 +7,11 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.encoder_steps import of_encoder
 from deltactl.recording.foreign.names import read_name, unit_said, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.units import LINEAR, ROTARY
+from deltactl.recording.reading.columns import FloatArray
 
 TURNS_RAD = 4.0 * np.pi
 """Joints seldom turn further; degrees read as rad always do."""

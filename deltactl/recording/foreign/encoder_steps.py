@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray, spacing
+from deltactl.recording.column_measures import spacing
 from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.reading.columns import FloatArray
 
 TURNS: tuple[tuple[float, str], ...] = ((360.0, "deg"), (2.0 * np.pi, "rad"))
 """One turn in each unit. No power of two brings the one near the other (57.3 is 2^5.84), nor near

@@ -8,10 +8,10 @@ from typing import Any
 
 import yaml
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.mapping import Mapping, as_option
 from deltactl.recording.foreign.names import Guess, pulls, unit_said, without_unit
 from deltactl.recording.foreign.units import IN_SI
+from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.table_format import IN_OPTIONS
 
 

@@ -6,7 +6,6 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.by_values import by_values, partners
 from deltactl.recording.foreign.names import Guess, Named, of_contract, read_name
 from deltactl.recording.foreign.options import GUESSES
@@ -19,6 +18,7 @@ from deltactl.recording.foreign.shapes import (
     unevenness,
 )
 from deltactl.recording.format.edges import MOTORS
+from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.flat import BESIDE, UNITS
 from deltactl.recording.tables.moment import seldom_back
 

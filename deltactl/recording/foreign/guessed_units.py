@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray, travel
+from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import ANGULAR
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.motion_units import PAIRS, of_one_unit, unit_of_motion
@@ -26,6 +26,7 @@ from deltactl.recording.foreign.units import (
     UNIT_OF,
     UNIT_WORDS,
 )
+from deltactl.recording.reading.columns import FloatArray
 
 RATIOS: tuple[tuple[float, str, str], ...] = (
     (1.0 / IN_SI["deg"], "deg", "rad"), (1.0 / IN_SI["mm"], "mm", "m"),

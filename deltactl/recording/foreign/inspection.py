@@ -15,7 +15,6 @@ import numpy as np
 
 from deltactl.foundation.counting import count
 from deltactl.foundation.errors import RecordingError
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.by_values import EARLIER
 from deltactl.recording.foreign.found import Inspection
 from deltactl.recording.foreign.guess import guess_columns, of_other_joints
@@ -36,6 +35,7 @@ from deltactl.recording.foreign.shapes import rising
 from deltactl.recording.foreign.stumbling import stumbling
 from deltactl.recording.foreign.timing import NO_COLUMN, row_number, rows_and_times
 from deltactl.recording.foreign.units import IN_SI
+from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.flat import UNITS
 from deltactl.recording.tables.flat_files import is_own_run, read_flat
 from deltactl.recording.tables.foreign_log import is_log, read_log, topic_of

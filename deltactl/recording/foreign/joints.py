@@ -7,11 +7,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.guess import LETTERED
 from deltactl.recording.foreign.names import read_name
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.format.edges import MOTORS
+from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.lerobot import JOINTS
 
 _NUMBERED = re.compile(r"(.*?[^\d._])[._]?(\d+)([._][^\d]+)?")

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import Guess, may_be_outside, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import correlation
 from deltactl.recording.foreign.units import LINEAR, ROTARY
+from deltactl.recording.reading.columns import FloatArray
 
 OF_THE_DRIVE = (
     "{}: taken for what the drive itself gives; if it pulls at the axis from outside (a weight, a"

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.names import Guess, pulls, read_name, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.units import LINEAR, ROTARY
+from deltactl.recording.reading.columns import FloatArray
 
 COMMANDED = ("command", "position")
 

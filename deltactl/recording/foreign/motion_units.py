@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray, travel
+from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import ANGULAR, counts_like, of_counts, turns, whole
 from deltactl.recording.foreign.encoder_steps import of_encoder
 from deltactl.recording.foreign.names import Guess, is_of_data_joint, is_of_joint, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import same_range
+from deltactl.recording.reading.columns import FloatArray
 
 PAIRS = (
     ("command", "position"), ("distance", "range"),

@@ -12,10 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.names import MEASURED, TORQUES, Guess, Named, in_words
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import correlation
+from deltactl.recording.reading.columns import FloatArray
 
 CURRENTS = frozenset(["current", "strom", "iq", "i_q", "courant", "corriente", "corrente", "amps"])
 

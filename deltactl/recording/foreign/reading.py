@@ -10,13 +10,13 @@ import numpy as np
 
 from deltactl.foundation.counting import count
 from deltactl.foundation.errors import RecordingError
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.doubts import doubt, of_counts, of_degrees, of_radians
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.missing import no_column, no_time, other_separator
 from deltactl.recording.foreign.names import Guess, unit_said, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.units import IN_SI, LINEAR, PULLING, ROTARY, TIMES
+from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
 from deltactl.recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
 from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table

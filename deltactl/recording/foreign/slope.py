@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from deltactl.foundation.errors import RecordingError
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.units import IN_SI
+from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
 
 TOO_LARGE: tuple[tuple[float, str], ...] = (

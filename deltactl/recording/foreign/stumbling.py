@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.names import Guess, read_name
 from deltactl.recording.foreign.timing import uneven
 from deltactl.recording.foreign.units import IN_SI
+from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.moment import (
     advice,
     mean_rate_hz,

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from deltactl.recording.column_measures import FloatArray
 from deltactl.recording.foreign.names import Guess, read_name, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.units import IN_SI
+from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.flat import GAP_PERIODS
 
 Facts = list[tuple[str, str]]
