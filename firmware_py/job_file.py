@@ -8,7 +8,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from deltactl.firmware_py.clashes import Clash
 from deltactl.firmware_py.feedback.settings import FeedbackSettings
 from deltactl.firmware_py.job_steps import (
     CalibratedIk,
@@ -21,6 +20,7 @@ from deltactl.firmware_py.job_steps import (
 from deltactl.firmware_py.job_timing import Accelerated, Timing, Together
 from deltactl.firmware_py.path_file import Joints, PathSpec, StraightTo, Way
 from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.explain import Mistake
 from deltactl.foundation.rules import valid_keys_of
 from deltactl.foundation.strict_yaml import Document, StrictModel
 from deltactl.models.robot import KINDS
@@ -64,7 +64,7 @@ class JobFile(StrictModel):
         return self
 
 
-def _clashes(sections: Mapping[str, Any]) -> Iterator[Clash]:
+def _clashes(sections: Mapping[str, Any]) -> Iterator[Mistake]:
     """Where sections that are right by themselves contradict each other."""
     path, timing = sections.get("path"), sections.get("timing")
     of_steps = "path" in sections and path is None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,15 +19,15 @@ from deltactl.drivers.settings import (
 )
 from deltactl.drivers.steps.lines import MOST_SWITCHES
 from deltactl.drivers.steps.switches import Switches
-from deltactl.firmware_py.clashes import clashes
 from deltactl.firmware_py.pins_named import named_twice, pins_named
 from deltactl.firmware_py.servo.as_built import AsBuiltServo
 from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.explain import Mistake
 from deltactl.foundation.rules import RuledModel, rule, valid_keys_of
 from deltactl.foundation.strict_yaml import Document, StrictModel
-from deltactl.foundation.yaml_tree import Location
 from deltactl.models.chain.stated import of_delta, wrong_effects, wrong_entries, wrong_values
-from deltactl.models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
+from deltactl.models.gearing import LEAST_RATIO, too_small_ratio
+from deltactl.models.robot import KINDS, AnyDrive, DeltaRobot, DriveSection, EffectEntry, Masses
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.recording.writing.keeping import KeptRecordings
 
@@ -215,9 +215,9 @@ class RobotFile(DeltaRobot):
         }
         return self.model_copy(update=believed) == other.model_copy(update=believed)
 
-    def clashes(self) -> Iterator[tuple[Location, str]]:
+    def clashes(self) -> Iterator[Mistake]:
         """Where sections contradict each other: the key at fault, and what is wrong with it."""
-        yield from clashes(dict(self))
+        yield from _clashes(dict(self))
         yield from named_twice(pins_named(self.model_dump()), _i2c_pins(self.model_dump()))
 
     def left_open(self) -> list[str]:
@@ -269,10 +269,10 @@ def robot_in(document: Document) -> RobotFile:
     return robot
 
 
-def _also_wrong(data: dict[str, Any]) -> Iterator[tuple[Location, str]]:
+def _also_wrong(data: dict[str, Any]) -> Iterator[Mistake]:
     """What can be told of a file with other mistakes, so that all are mended in one round."""
     yield from named_twice(pins_named(data), _i2c_pins(data))
-    yield from clashes(valid_keys_of(RobotFile, data))
+    yield from _clashes(valid_keys_of(RobotFile, data))
     yield from wrong_values(("effects",), data.get("effects"), of_delta())
     if isinstance(built := data.get("as_built"), dict):
         yield from wrong_values(("as_built", "effects"), built.get("effects"), of_delta())
@@ -294,3 +294,61 @@ def check_said(robot: RobotFile) -> None:
             f"{', '.join(open_keys)}; write them down"
             " ('deltactl init FILE --wiring' asks for them)"
         )
+
+
+def _clashes(sections: Mapping[str, Any]) -> Iterator[Mistake]:
+    """Where sections of a robot file contradict each other: the key at fault, and what is wrong.
+
+    In come sections each of which is valid by itself, not always all of them: a file's other
+    mistakes must not keep a contradiction for the next round. A rule that needs a section that is
+    not there says nothing.
+    """
+    for needed, contradictions in RULES:
+        if all(name in sections for name in needed):
+            yield from contradictions(*(sections[name] for name in needed))
+
+
+def _home_within_limits(limits: Limits, homing: Homing) -> Iterator[Mistake]:
+    low, high = limits.arm_deg
+    for angle in homing.angle_deg:
+        if not low <= angle <= high:
+            says = f"{angle:g} is outside limits.arm_deg [{low:g}, {high:g}]"
+            yield ("homing", "angle_deg"), says
+
+
+def _inputs_named(built: AsBuilt, inputs: InputSettings) -> Iterator[Mistake]:
+    for name in built.inputs:
+        if name not in inputs.named:
+            yield ("as_built", "inputs", name), "is no input of inputs.named"
+
+
+def _servo_masses(drive: AnyDrive, masses: Masses | None) -> Iterator[Mistake]:
+    if drive.kind == "servo" and masses is None:
+        yield ("drive",), "kind servo needs a 'masses' section: the currents have to carry them"
+
+
+def _servo_outputs(drive: AnyDrive, outputs: Mapping[str, object]) -> Iterator[Mistake]:
+    if drive.kind == "servo" and outputs:
+        yield ("outputs",), "robots with drive.kind servo have none"
+
+
+def _servo_as_built(drive: AnyDrive, built: AsBuilt) -> Iterator[Mistake]:
+    if drive.kind != "servo" and built.servo is not None:
+        yield ("as_built", "servo"), "only robots with drive.kind servo have this section"
+
+
+def _geared_down(drive: AnyDrive) -> Iterator[Mistake]:
+    if drive.gear_ratio < LEAST_RATIO:
+        says = f"{drive.gear_ratio:g}: {too_small_ratio(drive.gear_ratio)}"
+        yield ("drive", "gear_ratio"), says
+
+
+RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[Mistake]]], ...] = (
+    (("limits", "homing"), _home_within_limits),
+    (("as_built", "inputs"), _inputs_named),
+    (("drive",), _geared_down),
+    (("drive", "masses"), _servo_masses),
+    (("drive", "outputs"), _servo_outputs),
+    (("drive", "as_built"), _servo_as_built),
+)
+"""The sections that a rule needs, and the rule."""

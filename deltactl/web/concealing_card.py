@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import events, ui
 
@@ -10,9 +10,7 @@ from deltactl.firmware_py.controller.states import State
 from deltactl.web.behind.belief import Belief
 from deltactl.web.behind.concealment import NOTHING, SURPRISE, Concealment
 from deltactl.web.offers import why_not
-
-if TYPE_CHECKING:
-    from deltactl.web.page import RobotPage
+from deltactl.web.visit import Visit
 
 TITLE = "Try a diagnosis: conceal a defect"
 LABEL = "The simulated robot conceals"
@@ -27,8 +25,8 @@ AT_REST = (State.OFF, State.UNHOMED)
 class ConcealingCard:
     """A choice, and the answer to a surprise."""
 
-    def __init__(self, page: RobotPage, concealment: Concealment):
-        self._page, self._concealment = page, concealment
+    def __init__(self, visit: Visit, concealment: Concealment):
+        self._visit, self._concealment = visit, concealment
         self._belief: Belief | None = None
         with ui.card().classes("conceal w-full p-3 gap-1") as self.card:
             ui.label(TITLE).classes("font-bold")
@@ -53,7 +51,7 @@ class ConcealingCard:
         self._tell.set_visibility(self._concealment.chosen == SURPRISE)
 
     def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
-        choice, status = str(event.value), self._page.site.link.seen.status
+        choice, status = str(event.value), self._visit.site.link.seen.status
         if choice == self._concealment.chosen or self._belief is None or status is None:
             return
         if choice in self._concealment.choices and State(status.state) in AT_REST:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.web.motion_card import BY_HAND_JOBS
-
-if TYPE_CHECKING:
-    from deltactl.web.page import RobotPage
+from deltactl.web.visit import Visit
 
 ENDED = "{job} has ended: its recording is {recording}."
 
@@ -19,12 +16,12 @@ ENDED = "{job} has ended: its recording is {recording}."
 class EndedCard:
     """Seen from the end of a job to the beginning of the next."""
 
-    def __init__(self, page: RobotPage):
+    def __init__(self, visit: Visit):
         self._ran: tuple[str, str] | None = None
         with ui.row().classes("w-full items-center gap-2") as self._row:
             self._says = ui.label().classes("text-sm").props("data-testid=ended")
             show = ui.button("Report and diagnosis", icon="troubleshoot")
-            show.on_click(lambda: page.show_tab("Recordings"))
+            show.on_click(lambda: visit.show_tab("Recordings"))
             show.props("no-caps dense outline data-testid=show-recording").classes("px-2")
         self._row.set_visibility(False)
 

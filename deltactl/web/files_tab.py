@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import events, ui
 
@@ -13,9 +13,7 @@ from deltactl.web.behind.own_recordings import plain_name
 from deltactl.web.behind.whose_job import of_another_robot
 from deltactl.web.offers import what_next, why_not
 from deltactl.web.scripts import PICK_JOB
-
-if TYPE_CHECKING:
-    from deltactl.web.page import RobotPage
+from deltactl.web.visit import Visit
 
 FACTS: tuple[tuple[str, str, str, float], ...] = (
     ("duration_s", "duration", "s", 1.0),
@@ -45,12 +43,12 @@ SAID = {
 class FilesTab:
     """A list, an editor, and two buttons."""
 
-    def __init__(self, page: RobotPage):
-        self._page = page
+    def __init__(self, visit: Visit):
+        self._visit = visit
         self._texts: dict[str, str] = {}
         """What was opened here, by name: of no file of the project."""
-        files = page.site.files()
-        self._name = page.site.first_file
+        files = visit.site.files()
+        self._name = visit.site.first_file
         with ui.row().classes("w-full gap-3"):
             with ui.card().classes("grow basis-96 p-3 gap-2"):
                 self._choice = ui.select(
@@ -58,7 +56,7 @@ class FilesTab:
                     on_change=self._chosen,
                 ).classes("w-full").props('data-testid=file')  # fmt: skip
                 with ui.row().classes("w-full gap-2 items-center"):
-                    if page.operates:
+                    if visit.operates:
                         run = ui.button("Run", icon="play_arrow", on_click=self.run)
                         run.props("no-caps size=lg color=green-8").classes("px-6")
                         run.props("data-testid=run")
@@ -93,17 +91,17 @@ class FilesTab:
         self._spinner.set_visibility(True)
         try:
             kind = kind_of(text)
-            another = of_another_robot(self._page.site, name, text) if kind == "job" else ""
+            another = of_another_robot(self._visit.site, name, text) if kind == "job" else ""
             if another:
                 self._say(another, good=False)
                 return False
-            draft = self._page.site.draft(text)
+            draft = self._visit.site.draft(text)
             try:
-                facts = await self._page.site.tasks.run(f"check_{kind}", draft)
+                facts = await self._visit.site.tasks.run(f"check_{kind}", draft)
             except DeltactlError as error:
                 raise type(error)(str(error).replace(str(draft), name)) from error
             finally:
-                self._page.site.forget(draft)
+                self._visit.site.forget(draft)
         except DeltactlError as error:
             if self._holds(text):
                 self._say(str(error), good=False)
@@ -124,7 +122,7 @@ class FilesTab:
     async def run(self) -> None:
         """Check, then send it to the daemon, which checks again."""
         text, name = self._text.value or "", self._name
-        status = self._page.site.link.seen.status
+        status = self._visit.site.link.seen.status
         if why := why_not("Run", ALLOWED[Request.RUN], status.state if status else ""):
             next_ = what_next(status) if status else ""
             self._say(f"{why}. On the tab Robot: {next_}", good=False)
@@ -133,14 +131,14 @@ class FilesTab:
             return
 
         def call() -> int:
-            return self._page.site.link.submit_text(text, name)
+            return self._visit.site.link.submit_text(text, name)
 
-        number = await self._page.act("run", call)
+        number = await self._visit.act("run", call)
         if number is None:
             self._say("not run", good=False)
         else:
             self._say(f"{name} is job {number}: follow it on the tab Robot.", good=True)
-            self._page.show_tab("Robot")
+            self._visit.show_tab("Robot")
 
     def load(self, name: str, text: str, says: str = "") -> None:
         """Put a text into the editor, and its name where one is chosen."""
@@ -156,7 +154,7 @@ class FilesTab:
         name = str(event.value)
         if name == self._name:
             return
-        path = self._page.site.files().get(name)
+        path = self._visit.site.files().get(name)
         if name in self._texts:
             self.load(name, self._texts[name])
         elif path is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml
 from nicegui import events, ui
@@ -15,9 +15,7 @@ from deltactl.models.linkage.vectors import Vector
 from deltactl.web.attributes import marked
 from deltactl.web.behind.belief import Belief
 from deltactl.web.offers import offer, why_not
-
-if TYPE_CHECKING:
-    from deltactl.web.page import RobotPage
+from deltactl.web.visit import Visit
 
 STEPS_MM = {0.1: "0.1 mm", 1: "1 mm", 10: "10 mm", 50: "50 mm"}
 STEPS_DEG = {0.1: "0.1°", 1: "1°", 5: "5°", 20: "20°"}
@@ -36,8 +34,8 @@ JOG_TEXTS = (("X−", "X+"), ("Y−", "Y+"), ("Z− down", "Z+ up"))
 class MotionCard:
     """Buttons, keys and fields, for operators."""
 
-    def __init__(self, page: RobotPage):
-        self._page = page
+    def __init__(self, visit: Visit):
+        self._visit = visit
         self._goal: Vector | None = None
         self._in_order = asyncio.Lock()
         self._sending = 0
@@ -141,7 +139,7 @@ class MotionCard:
 
     async def turn(self, arm: int, sign: int) -> None:
         """Turn one arm by a step."""
-        status, belief = self._page.site.link.seen.status, self._belief()
+        status, belief = self._visit.site.link.seen.status, self._belief()
         if status is None or belief is None or status.angles_rad is None:
             return
         if status.state != "ready" or self._under_way(status):
@@ -168,14 +166,14 @@ class MotionCard:
         await self._to((x_m, y_m, z_m), belief)
 
     def _belief(self) -> Belief | None:
-        belief = self._page.site.belief(self._page.site.link.seen)
+        belief = self._visit.site.belief(self._visit.site.link.seen)
         if belief is None:
             ui.notify("no robot file of this name here; start deltactl web with --robot FILE")
         return belief
 
     def _here(self) -> Vector | None:
         """Where the next step starts: where the last one ends, while that is under way."""
-        status = self._page.site.link.seen.status
+        status = self._visit.site.link.seen.status
         if status is None or status.position_m is None:
             return None
         if status.state == "running" and status.job not in BY_HAND_JOBS:
@@ -189,12 +187,12 @@ class MotionCard:
 
     def _under_way(self, status: Status) -> bool:
         """Whether a move is being made or waits, or was sent and no status tells of it yet."""
-        unheard = self._sending > 0 or self._page.site.link.seen.serial < self._told_serial
+        unheard = self._sending > 0 or self._visit.site.link.seen.serial < self._told_serial
         engaged = status.state in (State.PLANNING.value, State.RUNNING.value)
         return unheard or engaged or bool(status.queued)
 
     def _full(self) -> bool:
-        status = self._page.site.link.seen.status
+        status = self._visit.site.link.seen.status
         return status is not None and len(status.queued) + self._sending >= MOST_WAITING
 
     async def _to(self, goal: Vector, belief: Belief) -> None:
@@ -204,16 +202,16 @@ class MotionCard:
 
     async def _send(self, text: str, name: str) -> Any:
         def call() -> int:
-            return self._page.site.link.submit_text(text, f"{name}.yaml")
+            return self._visit.site.link.submit_text(text, f"{name}.yaml")
 
         self._sending += 1
         try:
             async with self._in_order:
-                return await self._page.act(name, call)
+                return await self._visit.act(name, call)
         finally:
             self._sending -= 1
             # One status may have been on its way while the daemon took the move.
-            self._told_serial = self._page.site.link.seen.serial + 2
+            self._told_serial = self._visit.site.link.seen.serial + 2
 
 
 def to_point(robot_file: str, position_m: Vector, name: str = "go-to") -> str:

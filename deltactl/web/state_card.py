@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
@@ -18,9 +18,7 @@ from deltactl.web.motion_card import MotionCard
 from deltactl.web.offers import offer, what_next, why_not
 from deltactl.web.scene import RobotScene
 from deltactl.web.trial_card import TrialCard
-
-if TYPE_CHECKING:
-    from deltactl.web.page import RobotPage
+from deltactl.web.visit import Visit
 
 AMBER = "Amber: the ranging sensors (boxes), and where they see the platform (ball)."
 TURN = "Drag to turn, wheel or two fingers to zoom."
@@ -45,8 +43,8 @@ BUTTONS: tuple[tuple[str, str, Request, str], ...] = (
 class StateCard:
     """Everything that changes while the robot moves."""
 
-    def __init__(self, page: RobotPage):
-        self._page = page
+    def __init__(self, visit: Visit):
+        self._visit = visit
         self.scene: RobotScene | None = None
         self.motion: MotionCard | None = None
         self._texts: dict[str, Any] = {}
@@ -67,14 +65,14 @@ class StateCard:
                 )
             with ui.column().classes("grow basis-80 gap-2"):
                 self._state_and_buttons()
-                self._trial = TrialCard(page)
+                self._trial = TrialCard(visit)
                 self._figures()
-                hidden = page.site.concealment
+                hidden = visit.site.concealment
                 self._concealing = (
-                    ConcealingCard(page, hidden) if hidden is not None and page.operates else None
+                    ConcealingCard(visit, hidden) if hidden is not None and visit.operates else None
                 )
-        if page.operates:
-            self.motion = MotionCard(page)
+        if visit.operates:
+            self.motion = MotionCard(visit)
 
     def blame(self, components: list[str], found_in: str) -> None:
         """Red in the drawing: what a diagnosis names; nothing of it where there is none."""
@@ -86,7 +84,7 @@ class StateCard:
     def update(self, seen: Seen) -> None:
         """Show a status, or why there is none."""
         status = seen.status
-        belief = self._page.site.belief(seen)
+        belief = self._visit.site.belief(seen)
         if self._concealing is not None:
             self._concealing.update(belief, "" if status is None else status.state)
         self._trial.update(status)
@@ -110,11 +108,11 @@ class StateCard:
     def _state_and_buttons(self) -> None:
         with ui.card().classes("w-full p-3 gap-2"):
             self._texts["next"] = ui.label("...").classes("text-base").props("data-testid=next")
-            if self._page.operates:
+            if self._visit.operates:
                 with ui.row().classes("gap-2"):
                     for text, method, request, icon in BUTTONS:
                         button = ui.button(
-                            text, icon=icon, on_click=lambda _, name=method: self._page.ask(name)
+                            text, icon=icon, on_click=lambda _, name=method: self._visit.ask(name)
                         )
                         marked(button.props("no-caps dense").classes("px-3"), method)
                         self._buttons[request] = button
@@ -128,7 +126,7 @@ class StateCard:
                     ui.label().classes("figures whitespace-nowrap").props("data-testid=left")
                 )
             self._texts["job"] = ui.label().classes("text-sm").props("data-testid=job")
-            self._ended = EndedCard(self._page)
+            self._ended = EndedCard(self._visit)
             self._queue = ui.column().classes("w-full gap-0").props("data-testid=queue")
             self._waiting: tuple[tuple[int, str], ...] = ()
 
@@ -157,7 +155,7 @@ class StateCard:
             self.scene.update(status.counts, belief.measured(status.sensors))
 
     def _numbers(self, status: Status, seen: Seen) -> None:
-        belief = self._page.site.belief(seen)
+        belief = self._visit.site.belief(seen)
         measured = belief.measured(status.sensors) if belief else None
         self._set(
             "position", in_millimetres(status.position_m) if status.position_m else "not homed"
@@ -195,7 +193,7 @@ class StateCard:
                 with ui.row().classes("w-full items-center gap-2 no-wrap"):
                     ui.label(f"{place}. then {name}").classes("grow ellipsis text-sm").props(
                         "data-testid=waiting")  # fmt: skip
-                    if self._page.operates:
+                    if self._visit.operates:
                         leave = ui.button(
                             "Leave out", icon="close",
                             on_click=lambda _, one=number, its=name: self._leave_out(one, its),
@@ -205,10 +203,10 @@ class StateCard:
 
     async def _leave_out(self, number: int, name: str) -> None:
         def call() -> None:
-            with self._page.site.link.client() as client:
+            with self._visit.site.link.client() as client:
                 client.cancel(number)
 
-        await self._page.act(f"leave out {name}", call)
+        await self._visit.act(f"leave out {name}", call)
 
     def _set_state(self, state: str) -> None:
         """Offer the buttons that the daemon would take now."""

@@ -11,16 +11,18 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from deltactl.firmware_py.clashes import Clash
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, MissingFile
+from deltactl.foundation.explain import Mistake
 from deltactl.foundation.strict_yaml import MOST_COUNTED, Document
 from deltactl.foundation.yaml_tree import Location
 
 
-def wrong_names(document: Document, how: FileAccess, robot: RobotFile | None = None) -> list[Clash]:
+def wrong_names(
+    document: Document, how: FileAccess, robot: RobotFile | None = None
+) -> list[Mistake]:
     """What the steps of a job name and what is not there.
 
     robot: whose outputs and inputs they may name; None: the one that the job names.
@@ -48,7 +50,7 @@ def _robot_of(document: Document, how: FileAccess) -> RobotFile | None:
 
 def _in_steps(
     steps: Any, place: Location, path: Path, robot: RobotFile | None, how: FileAccess
-) -> Iterator[Clash]:
+) -> Iterator[Mistake]:
     for number, one in enumerate(steps if isinstance(steps, list) else ()):
         if not isinstance(one, dict):
             continue
@@ -62,7 +64,7 @@ def _in_steps(
             yield from _in_steps(inner.get("steps"), (*here, "job", "steps"), path, robot, how)
 
 
-def _include(name: str, place: Location, path: Path, how: FileAccess) -> Iterator[Clash]:
+def _include(name: str, place: Location, path: Path, how: FileAccess) -> Iterator[Mistake]:
     if Path(name).is_absolute() or ".." in Path(name).parts:
         yield place, "name a file beside this job, or one of config/"
         return
@@ -72,7 +74,7 @@ def _include(name: str, place: Location, path: Path, how: FileAccess) -> Iterato
         yield place, str(error)
 
 
-def _lines(one: Mapping[str, Any], here: Location, robot: RobotFile) -> Iterator[Clash]:
+def _lines(one: Mapping[str, Any], here: Location, robot: RobotFile) -> Iterator[Mistake]:
     if isinstance(switched := one.get("set"), dict):
         for says in unknown(switched, robot.outputs, "outputs", robot):
             yield (*here, "set"), says

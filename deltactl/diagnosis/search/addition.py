@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.priors.options import SearchOptions
 from deltactl.diagnosis.priors.penalties import Trial, spline_penalty
 from deltactl.diagnosis.search.begun_fits import followed, promising, tried
-
-if TYPE_CHECKING:
-    from deltactl.diagnosis.search.search import Search
+from deltactl.diagnosis.search.state import SearchState
 
 
-def onward(search: Search, solution: Solution) -> Solution | None:
+def onward(search: SearchState, solution: Solution) -> Solution | None:
     """With one more effect, unless these are enough."""
     if len(solution.terms) >= search.options.most_terms or is_pile(search, solution):
         return None
     return add(search, solution)
 
 
-def add(search: Search, solution: Solution, other: Solution | None = None) -> Solution | None:
+def add(search: SearchState, solution: Solution, other: Solution | None = None) -> Solution | None:
     """With the best further effect; where another explanation is known, with few or one of that."""
     options = search.options
     trials = search.tests.trials(solution)
@@ -53,7 +50,7 @@ def likely(trials: Sequence[Trial], options: SearchOptions) -> list[Trial]:
     return [t for t in first if t.gain > options.tried_share * trials[0].gain]
 
 
-def is_pile(search: Search, solution: Solution) -> bool:
+def is_pile(search: SearchState, solution: Solution) -> bool:
     """Whether so many effects explain less than one spline term: time to stop piling up."""
     if len(solution.terms) < search.options.pile:
         return False
@@ -62,7 +59,7 @@ def is_pile(search: Search, solution: Solution) -> bool:
     return search.tests.empty.cost - best < search.criterion.penalised(solution)
 
 
-def falls_short(search: Search, rival: Solution, more: int, cost: float) -> bool:
+def falls_short(search: SearchState, rival: Solution, more: int, cost: float) -> bool:
     """Whether a rival stays behind even with all that so many more effects may add to it."""
     gains = sorted((trial.gain for trial in search.tests.trials(rival)), reverse=True)
     least = search.criterion.penalised(rival) - search.options.optimism * sum(gains[:more])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.plants.candidate import Term
@@ -12,23 +11,21 @@ from deltactl.diagnosis.priors.penalties import penalty
 from deltactl.diagnosis.score_tests.pair_scores import best_pairs, leading
 from deltactl.diagnosis.search.addition import add, falls_short, is_pile
 from deltactl.diagnosis.search.begun_fits import begun, follow
-from deltactl.diagnosis.search.removal import Without, drop, first_of, left_out
-
-if TYPE_CHECKING:
-    from deltactl.diagnosis.search.search import Search
+from deltactl.diagnosis.search.removal import drop, each_left_out, first_of, left_out
+from deltactl.diagnosis.search.state import SearchState, Without
 
 
-def swapped(search: Search, solution: Solution) -> Solution:
+def swapped(search: SearchState, solution: Solution) -> Solution:
     """With something better in the place of a term other than the newest."""
     tasks = [
         partial(another, search, solution, number, one.fit)
-        for number, one in enumerate(search.without(solution)[:-1])
+        for number, one in enumerate(each_left_out(search, solution)[:-1])
     ]
     return first_of(search.fitter.side_by_side(tasks)) or solution
 
 
 def reconsidered(
-    search: Search, solution: Solution, number: int
+    search: SearchState, solution: Solution, number: int
 ) -> tuple[Without, Solution | None]:
     """It without a term, and with something better in place of one other than the newest."""
     bare = left_out(search, solution, number)
@@ -36,7 +33,9 @@ def reconsidered(
     return bare, None if newest else another(search, solution, number, bare.fit)
 
 
-def another(search: Search, solution: Solution, number: int, bare: Solution) -> Solution | None:
+def another(
+    search: SearchState, solution: Solution, number: int, bare: Solution
+) -> Solution | None:
     """Something better in place of one term, without which `bare` is left."""
     options, cost = search.options, search.criterion.penalised
     own, gain = solution.terms[number].candidate.key, bare.cost - solution.cost
@@ -52,32 +51,32 @@ def another(search: Search, solution: Solution, number: int, bare: Solution) -> 
     return None
 
 
-def pair_instead(search: Search, before: Solution, grown: Solution) -> Solution | None:
+def pair_instead(search: SearchState, before: Solution, grown: Solution) -> Solution | None:
     """Two others in place of the newest two, where these together do more."""
     if not before.terms:
         return None
     several = len(before.terms) > 1
-    base = search.without(before)[-1].fit if several else search.tests.empty
+    base = each_left_out(search, before)[-1].fit if several else search.tests.empty
     best = with_pair(search, base, grown, search.options.tried_pairs)
     return None if best is grown else best
 
 
-def pairs_for_one(search: Search, solution: Solution) -> list[Callable[[], Solution]]:
+def pairs_for_one(search: SearchState, solution: Solution) -> list[Callable[[], Solution]]:
     """What asks, for each term, whether it only looks like two others beside the rest."""
     few = 1 < len(solution.terms) < search.options.most_terms
     if not few or is_pile(search, solution):
         return []
-    bares = [bare.fit for bare in search.without(solution)]
+    bares = [bare.fit for bare in each_left_out(search, solution)]
     return [partial(with_pair, search, bare, solution, 1) for bare in bares]
 
 
-def best_of(search: Search, solution: Solution, found: Sequence[Solution]) -> Solution:
+def best_of(search: SearchState, solution: Solution, found: Sequence[Solution]) -> Solution:
     """The best with two causes in place of one, where that is better."""
     best = min([solution, *found], key=search.criterion.penalised)
     return solution if best is solution else drop(search, best, solution)
 
 
-def with_pair(search: Search, base: Solution, best: Solution, most: int) -> Solution:
+def with_pair(search: SearchState, base: Solution, best: Solution, most: int) -> Solution:
     """The best so far, or a base with the two that do more together."""
     scorer, cost = search.prepared.scorer, search.criterion.penalised
     taken = {term.candidate.key for term in base.terms}
@@ -94,7 +93,7 @@ def with_pair(search: Search, base: Solution, best: Solution, most: int) -> Solu
     return best
 
 
-def group_instead(search: Search, solution: Solution) -> Solution | None:
+def group_instead(search: SearchState, solution: Solution) -> Solution | None:
     """A whole group instead of several effects, where it is the better explanation."""
     if len(solution.terms) < 2:
         return None
@@ -109,7 +108,7 @@ def group_instead(search: Search, solution: Solution) -> Solution | None:
     return None if best is solution else best
 
 
-def _grown_from(search: Search, start: Term, solution: Solution) -> Solution:
+def _grown_from(search: SearchState, start: Term, solution: Solution) -> Solution:
     """A group with what else earns its place, as long as it may yet beat a solution."""
     rival = search.fitter.solve((start,), (), search.tests.empty.nuisances)
     for left in range(max(len(solution.terms) - 2, 1), 0, -1):

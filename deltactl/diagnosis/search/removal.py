@@ -3,28 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from deltactl.diagnosis.estimation.estimate import Solution, without
 from deltactl.diagnosis.observations.readings import FloatArray
-
-if TYPE_CHECKING:
-    from deltactl.diagnosis.search.search import Search
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Without:
-    """The rest of a solution without one of its terms, fitted again."""
-
-    fit: Solution
-    needed: bool
-    """Whether the term earns its place beside the rest."""
-    clearly: bool
-    """Whether it does so many times over."""
+from deltactl.diagnosis.search.state import SearchState, Without
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +21,7 @@ class _Spared:
     clearly_needed: bool
 
 
-def left_out(search: Search, solution: Solution, number: int) -> Without:
+def left_out(search: SearchState, solution: Solution, number: int) -> Without:
     """A solution without one of its terms, the rest fitted again."""
     begun = begun_without(search, solution, number)
     return _refitted(
@@ -43,8 +29,21 @@ def left_out(search: Search, solution: Solution, number: int) -> Without:
     )
 
 
+def each_left_out(search: SearchState, solution: Solution) -> list[Without]:
+    """A solution without each of its terms in turn."""
+    known = search.known_without(solution)
+    if known is None:
+        numbers = range(len(solution.terms))
+        with search.budget.not_counted():
+            known = search.fitter.side_by_side(
+                [partial(left_out, search, solution, number) for number in numbers]
+            )
+        known = search.remember(solution, known)
+    return known
+
+
 def _refitted(
-    search: Search, solution: Solution, number: int, begun: Solution, clearly: bool
+    search: SearchState, solution: Solution, number: int, begun: Solution, clearly: bool
 ) -> Without:
     """The rest without a term brought to its end; clearly: whether that was seen before."""
     known = _others(solution, number)
@@ -55,7 +54,7 @@ def _refitted(
 
 
 def drop(
-    search: Search,
+    search: SearchState,
     solution: Solution,
     before: Solution | None = None,
     sure: frozenset[tuple[str, ...]] = frozenset(),
@@ -83,7 +82,10 @@ def drop(
 
 
 def _spared(
-    search: Search, solution: Solution, before: Solution | None, sure: frozenset[tuple[str, ...]]
+    search: SearchState,
+    solution: Solution,
+    before: Solution | None,
+    sure: frozenset[tuple[str, ...]],
 ) -> list[_Spared]:
     """The rest without each term that does not earn its place; first what one has more."""
     count = len(solution.terms)
@@ -101,7 +103,7 @@ def _spared(
     return found
 
 
-def spare(search: Search, solution: Solution, number: int) -> _Spared:
+def spare(search: SearchState, solution: Solution, number: int) -> _Spared:
     """The rest without a term that does not earn its place."""
     begun = begun_without(search, solution, number)
     if clearly_needed(search, solution, number, begun):
@@ -110,25 +112,20 @@ def spare(search: Search, solution: Solution, number: int) -> _Spared:
     return _Spared(None if left.needed else left.fit, left.clearly)
 
 
-def begun_without(search: Search, solution: Solution, number: int) -> Solution:
+def begun_without(search: SearchState, solution: Solution, number: int) -> Solution:
     """The first step in which the others make up for a term."""
     rest = without(solution.terms, number)
     known = _others(solution, number)
     return search.fitter.solve(rest, solution.frees, solution.nuisances, 1, known)
 
 
-def clearly_needed(search: Search, solution: Solution, number: int, begun: Solution) -> bool:
+def clearly_needed(search: SearchState, solution: Solution, number: int, begun: Solution) -> bool:
     """Whether the others leave far too much after a step that they could take."""
     if not search.criterion.clearly(begun, solution, solution.terms[number].candidate):
         return False
     rest = without(solution.terms, number)
     before = search.fitter.solve(rest, solution.frees, solution.nuisances, 0)
     return begun.cost < before.cost
-
-
-def kept_without(found: Sequence[Without]) -> list[Without]:
-    """The same, to be kept."""
-    return [replace(one, fit=one.fit.without_tangent()) for one in found]
 
 
 def first_of(found: Sequence[Solution | None]) -> Solution | None:

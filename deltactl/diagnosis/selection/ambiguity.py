@@ -14,6 +14,7 @@ from deltactl.diagnosis.plants.shared_parameters import apart, whole_groups
 from deltactl.diagnosis.priors.penalties import Trial
 from deltactl.diagnosis.score_tests.chi2_tail import log_sf
 from deltactl.diagnosis.search.begun_fits import followed, promising, tried
+from deltactl.diagnosis.search.removal import each_left_out
 from deltactl.diagnosis.search.search import Search
 from deltactl.diagnosis.selection.equivalents import equivalents_of
 
@@ -102,7 +103,7 @@ class _LeftOut:
 
 def _standing(search: Search, solution: Solution, each: Sequence[Sequence[int]]) -> list[Standing]:
     """Leave some terms out, refit, and let every other candidate take their place; for each."""
-    search.without(solution)
+    each_left_out(search, solution)
     cuts = search.fitter.side_by_side(
         [partial(_left_out, search, solution, numbers) for numbers in each]
     )
@@ -124,7 +125,7 @@ def _standing(search: Search, solution: Solution, each: Sequence[Sequence[int]])
 
 def _left_out(search: Search, solution: Solution, numbers: Sequence[int]) -> _LeftOut:
     if len(numbers) == 1:
-        bare = search.without(solution)[numbers[0]].fit
+        bare = each_left_out(search, solution)[numbers[0]].fit
     else:
         rest = tuple(term for i, term in enumerate(solution.terms) if i not in numbers)
         bare = search.fitter.solve(rest, solution.frees, solution.nuisances)

@@ -17,7 +17,7 @@ from deltactl.web.behind.shelf import Listed
 from deltactl.web.behind.whose_job import same_machine
 from deltactl.web.offers import what_next, why_not
 from deltactl.web.recordings.before_and_after import BeforeAndAfter
-from deltactl.web.recordings.host import Host
+from deltactl.web.visit import Visit
 
 REASONS = "Why, how surely, and what to do next"
 CORRECTED = (
@@ -37,12 +37,12 @@ VERDICTS = {
 class AnswerView:
     """Empty until there is an answer, or a problem to tell."""
 
-    def __init__(self, page: Host, listed: Listed):
-        self._page, self._made = page, listed.made
+    def __init__(self, visit: Visit, listed: Listed):
+        self._visit, self._made = visit, listed.made
         self._listed = listed
         self._seen_s = 0.0
         self._box = ui.column().classes("gap-1 w-full")
-        self._after = BeforeAndAfter(page)
+        self._after = BeforeAndAfter(visit)
 
     def look(self, listed: Listed, again: Listed | None) -> None:
         """Show the newest answer, also of a diagnosis that another page has asked for.
@@ -80,11 +80,11 @@ class AnswerView:
             self._follow("The whole report", "article", self._report)
             if answer["components"]:
                 self._follow("Show it on the robot", "my_location", self._blame)
-            if corrected and self._page.operates:
+            if corrected and self._visit.operates:
                 self._follow(TRY, "build", self._try).props("data-testid=try")
             if corrected:
                 self._follow("Correct it: save the robot file", "download", self._save)
-            if self._page.operates and (self._made / "next.yaml").is_file():
+            if self._visit.operates and (self._made / "next.yaml").is_file():
                 self._follow("The experiment that would tell more", "science", self._next)
         if corrected:
             ui.label(CORRECTED).classes("text-sm text-gray-600")
@@ -93,13 +93,13 @@ class AnswerView:
         return ui.button(text, icon=icon, on_click=call).props("no-caps dense flat")
 
     def _report(self) -> None:
-        url = f"/made/{self._page.site.key_of(self._made / 'report.html')}"
+        url = f"/made/{self._visit.site.key_of(self._made / 'report.html')}"
         ui.navigate.to(url, new_tab=True)
 
     def _blame(self) -> None:
         answer = self._listed.diagnosis
         if answer:
-            self._page.blame(answer["components"], self._listed.title)
+            self._visit.blame(answer["components"], self._listed.title)
 
     def _save(self) -> None:
         with contextlib.suppress(OSError):
@@ -110,20 +110,20 @@ class AnswerView:
         """Home with the corrected file, and put the recorded job where it can be run again."""
 
         def begin() -> HomeSeen:
-            status = self._page.site.link.seen.status
+            status = self._visit.site.link.seen.status
             if why := why_not("Home", ALLOWED[Request.HOME], status.state if status else ""):
                 raise NotReady(f"{why}. On the tab Robot: {what_next(status) if status else ''}")
             text = (self._made / "corrected.yaml").read_text(encoding="utf-8")
-            return self._page.site.trial.begin(text, self._listed.title)
+            return self._visit.site.trial.begin(text, self._listed.title)
 
-        seen = await self._page.act("home with the corrected file", begin)
+        seen = await self._visit.act("home with the corrected file", begin)
         if seen is None:
             return
-        self._page.tell_home(seen)
+        self._visit.tell_home(seen)
         if (self._made / "job.yaml").is_file():
             self._edit("job.yaml", f"{self._listed.job or 'job'}-again.yaml", AGAIN)
         else:
-            self._page.show_tab("Robot")
+            self._visit.show_tab("Robot")
 
     def _next(self) -> None:
         self._edit("next.yaml", "next-experiment.yaml")
@@ -132,11 +132,11 @@ class AnswerView:
         """A job that was made of the recordings, for the robot that runs here."""
         with contextlib.suppress(OSError):
             text = (self._made / file).read_text(encoding="utf-8")
-            belief = self._page.site.belief(self._page.site.link.seen)
+            belief = self._visit.site.belief(self._visit.site.link.seen)
             if belief is not None and same_machine(belief, self._made / "robot.yaml"):
                 # The answer knows the robot file of the recording by another name.
                 text = re.sub(r"(?m)^robot: .*$", f"robot: {belief.file}", text)
-            self._page.edit(name, text, says)
+            self._visit.edit(name, text, says)
 
 
 def _write(lines: list[str], heads: Collection[str]) -> None:

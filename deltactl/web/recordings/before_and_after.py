@@ -8,7 +8,7 @@ from nicegui import ui
 
 from deltactl.foundation.errors import DeltactlError
 from deltactl.web.behind.shelf import Listed
-from deltactl.web.recordings.host import Host
+from deltactl.web.visit import Visit
 
 OFFER = "Compare with the run of {run}"
 SEEN_BY = {
@@ -23,8 +23,8 @@ SAME_FILE = "Both runs were made with the same effects in their robot file."
 class BeforeAndAfter:
     """A button once the job was run again, and then a few lines."""
 
-    def __init__(self, page: Host):
-        self._page = page
+    def __init__(self, visit: Visit):
+        self._visit = visit
         self._before: Listed | None = None
         self._again: Listed | None = None
         self._box = ui.column().classes("gap-1")
@@ -49,7 +49,7 @@ class BeforeAndAfter:
         before, again = self._before, self._again
         self._button.set_enabled(False)
         try:
-            found = await self._page.site.tasks.run("compare", before.path, again.path)
+            found = await self._visit.site.tasks.run("compare", before.path, again.path)
         except DeltactlError as error:
             found = {"problem": again.shown(before.shown(str(error)))}
         finally:

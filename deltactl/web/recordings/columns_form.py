@@ -14,7 +14,7 @@ from deltactl.web.attributes import labelled
 from deltactl.web.behind.columns import AS_IT_IS, Chosen, mapping_text
 from deltactl.web.behind.own_recordings import CHOSEN
 from deltactl.web.behind.shelf import Listed
-from deltactl.web.recordings.host import Host
+from deltactl.web.visit import Visit
 
 NOT_USED = "not used"
 SAYS = "What is each column, and in which unit? Guessed where headings and values tell."
@@ -24,9 +24,9 @@ TWICE = "{name} is chosen for two columns: choose one"
 class ColumnsForm:
     """Closed until it is asked for."""
 
-    def __init__(self, page: Host, listed: Listed, diagnose: Callable[[], Awaitable[None]]):
+    def __init__(self, visit: Visit, listed: Listed, diagnose: Callable[[], Awaitable[None]]):
         """diagnose: what is done with a choice."""
-        self._page, self._listed, self._diagnose = page, listed, diagnose
+        self._visit, self._listed, self._diagnose = visit, listed, diagnose
         self._found: dict[str, Any] = {}
         self._fields: list[tuple[str, Any, Any]] = []
         self._box = ui.column().classes("gap-1 w-full").props("data-testid=columns-form")
@@ -35,7 +35,7 @@ class ColumnsForm:
         """Look at the table, and offer what was guessed."""
         self._box.clear()
         try:
-            self._found = await self._page.site.tasks.run("inspect", self._listed.path)
+            self._found = await self._visit.site.tasks.run("inspect", self._listed.path)
         except DeltactlError as error:
             with self._box:
                 ui.label(self._listed.shown(str(error))).classes("text-red-800 text-sm")

@@ -19,7 +19,7 @@ from deltactl.web.behind.shelf import Listed
 from deltactl.web.offers import offer
 from deltactl.web.recordings.answer_view import AnswerView
 from deltactl.web.recordings.columns_form import ColumnsForm
-from deltactl.web.recordings.host import Host
+from deltactl.web.visit import Visit
 
 COLUMNS = "press Columns, and say what each is"
 RECORDED = "still being recorded; possible when the run has ended"
@@ -30,14 +30,14 @@ class RecordingRow:
 
     def __init__(
         self,
-        page: Host,
+        visit: Visit,
         listed: Listed,
         ticked: Callable[[], None],
         begun: Callable[[], None],
     ):
         """ticked: called when the choice of this one changes; begun: when work on it begins."""
         self._begun = begun
-        self._page, self._listed = page, listed
+        self._visit, self._listed = visit, listed
         self._open = False
         self._tick: Any = None
         with ui.card().classes("w-full p-2 gap-1") as self.card:
@@ -55,12 +55,12 @@ class RecordingRow:
                 self._read.set_visibility(not listed.parts and listed.path.suffix == ".mcap")
                 self._button = ui.button("Diagnose", icon="troubleshoot", on_click=self.diagnose)
                 self._button.props("no-caps dense").classes("px-2").props("data-testid=diagnose")
-                if listed.own and listed.path.suffix != ".mcap" and page.operates:
+                if listed.own and listed.path.suffix != ".mcap" and visit.operates:
                     self._offer_columns()
             self._progress = ui.row().classes("items-center gap-2")
             self._written = ui.row()
-            self._columns = ColumnsForm(page, listed, self.diagnose)
-            self._answer = AnswerView(page, listed)
+            self._columns = ColumnsForm(visit, listed, self.diagnose)
+            self._answer = AnswerView(visit, listed)
 
     def _offer_columns(self) -> None:
         button = ui.button("Columns", icon="view_column", on_click=lambda: self._columns.open())
@@ -89,10 +89,10 @@ class RecordingRow:
         self._listed = listed
         when = datetime.fromtimestamp(listed.written_s)
         text = f"{when:%d %b %H:%M}, {listed.size_bytes / 1e6:.1f} MB"
-        self._lock(any(self._page.site.grows(one.path) for one in listed.singles))
+        self._lock(any(self._visit.site.grows(one.path) for one in listed.singles))
         if self._when.text != text:
             self._when.set_text(text)
-        if again is not None and self._page.site.grows(again.path):
+        if again is not None and self._visit.site.grows(again.path):
             again = None
         self._answer.look(listed, again)
 
@@ -117,7 +117,7 @@ class RecordingRow:
         if not out.is_file():
             await self._work("writing the report", "run_report", self._listed.path, out)
         if out.is_file():
-            url = f"/made/{self._page.site.key_of(out)}"
+            url = f"/made/{self._visit.site.key_of(out)}"
             self._written.clear()
             with self._written:
                 link = ui.link("Open the report of the run", url, new_tab=True)
@@ -128,7 +128,7 @@ class RecordingRow:
         """Diagnose it, and keep the answer."""
         made = self._listed.made
         made.mkdir(parents=True, exist_ok=True)
-        believed = self._page.site.robot_file() or made / "robot.yaml"
+        believed = self._visit.site.robot_file() or made / "robot.yaml"
         recordings = [one.path for one in self._listed.singles]
         self._button.set_enabled(False)
         try:
@@ -151,7 +151,7 @@ class RecordingRow:
             line.set_text(f"{what}, {time.monotonic() - started_s:.0f} s: {text}")
 
         try:
-            return await self._page.site.tasks.run(kind, *files, progress=tell)
+            return await self._visit.site.tasks.run(kind, *files, progress=tell)
         except DeltactlError as error:
             says, told = str(error), OPTION.sub("", str(error))
             tables = any(one.own for one in self._listed.singles)

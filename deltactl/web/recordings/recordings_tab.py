@@ -5,9 +5,9 @@ from __future__ import annotations
 from nicegui import ui
 
 from deltactl.web.offers import offer
-from deltactl.web.recordings.host import Host
 from deltactl.web.recordings.own_recording import OwnRecording
 from deltactl.web.recordings.recording_row import RecordingRow
+from deltactl.web.visit import Visit
 
 LOOK_S = 3.0
 INTRODUCTION = (
@@ -22,13 +22,13 @@ TICK = "Tick two recordings or more of one robot: together they tell more than o
 class RecordingsTab:
     """A list that follows the folder."""
 
-    def __init__(self, page: Host):
-        self._page = page
+    def __init__(self, visit: Visit):
+        self._visit = visit
         self._rows: dict[str, RecordingRow] = {}
         self._own: OwnRecording | None = None
         ui.label(INTRODUCTION).classes("text-sm text-gray-600")
         with ui.row().classes("items-center gap-2"):
-            if page.operates:
+            if visit.operates:
                 self._own = OwnRecording(self._look)
             self._together = ui.button(icon="join_full", on_click=self._diagnose_together)
             self._together.props("no-caps dense data-testid=together").classes("px-2")
@@ -40,14 +40,14 @@ class RecordingsTab:
 
     def _look(self) -> None:
         """Add and remove rows; one that stays keeps its answer and a diagnosis under way."""
-        listed = self._page.site.listed()
+        listed = self._visit.site.listed()
         found = {one.made.name: one for one in listed}
         for name in self._rows.keys() - found.keys():
             self._rows.pop(name).card.delete()
         with self._list:
             for name, one in found.items():
                 if name not in self._rows:
-                    self._rows[name] = RecordingRow(self._page, one, self._ticked, self._begun)
+                    self._rows[name] = RecordingRow(self._visit, one, self._ticked, self._begun)
         for place, name in enumerate(found):
             row = self._rows[name]
             row.look(found[name], found[name].again_in(listed))
@@ -71,7 +71,7 @@ class RecordingsTab:
     async def _diagnose_together(self) -> None:
         """Diagnose those that are ticked as recordings of one robot; the answer has its own row."""
         chosen = self._chosen()
-        name = self._page.site.shelf.together([row.listed for row in chosen])
+        name = self._visit.site.shelf.together([row.listed for row in chosen])
         for row in chosen:
             row.untick()
         self._look()
