@@ -187,12 +187,48 @@ def quiet(folder: Path, hours: float) -> None:
         one.close()
 
 
+def resting(folder: Path, hours: float) -> None:
+    """Hours of rest at home and after a job: how often a robot that is still is called moved."""
+    for built in ("", BUILT):
+        watched = Watched(folder, 0.002, 4, "circle", built)
+        robot = watched.controller
+        short = folder / "short.yaml"
+        short.write_text(watched.job.read_text().replace("turns: 200", "turns: 1"))
+        for after_a_job in (False, True):
+            alarms, end_ns = 0, robot.clock.now_ns() + round(hours * 3600 * NS_PER_S)
+            _rest_again(robot, short if after_a_job else None)
+            while robot.clock.now_ns() < end_ns:
+                sleep_s(robot.clock, 1.0)
+                if robot.condition.state is not State.READY:
+                    alarms += 1
+                    print(f"  {robot.condition.why}", flush=True)
+                    _rest_again(robot, short if after_a_job else None)
+            where = "after a job" if after_a_job else "at home"
+            errors = "with errors of the model" if built else "as its file says"
+            print(f"{hours:g} h of rest {where}, {errors}: {alarms} false alarms", flush=True)
+        robot.close()
+
+
+def _rest_again(robot: Controller, job: Path | None) -> None:
+    if robot.condition.state in (State.FAULT, State.STOPPED):
+        robot.power_off()
+        robot.acknowledge()
+    if robot.condition.state is State.OFF:
+        robot.power_on()
+    robot.home()
+    if job is not None:
+        robot.submit(job)
+        sleep_s(robot.clock, 1.0)
+        while robot.condition.state in (State.PLANNING, State.RUNNING):
+            sleep_s(robot.clock, 0.1)
+
+
 def main() -> None:
     """All tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--hours", type=float, default=1.0)
     parser.add_argument("--times", type=int, default=12)
-    parser.add_argument("--only", choices=("jumps", "stalls", "quiet"))
+    parser.add_argument("--only", choices=("jumps", "stalls", "quiet", "resting"))
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         if options.only in (None, "jumps"):
@@ -201,6 +237,8 @@ def main() -> None:
             stalls(Path(folder), options.times)
         if options.only in (None, "quiet"):
             quiet(Path(folder), options.hours)
+        if options.only in (None, "resting"):
+            resting(Path(folder), options.hours)
 
 
 if __name__ == "__main__":
