@@ -3,7 +3,7 @@
     python -m benchmarks.mutation.mutants --named --folder diagnosis
     python -m benchmarks.mutation.mutants --named --folder models/robot.py
 
-docs/decisions/defects.md says what each of them changed in answers.
+Each has a test that fails when the mistake is put back.
 """
 
 from __future__ import annotations
