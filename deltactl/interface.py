@@ -15,7 +15,7 @@ from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
 from deltactl.models.robot import RobotModel
-from deltactl.models.robot_with_effects import load_with_effects
+from deltactl.models.robot_files import load_with_effects
 from deltactl.recording.tables.flat import FlatRecording
 
 if TYPE_CHECKING:

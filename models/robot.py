@@ -6,17 +6,14 @@ The frame: origin in the plane of the motor axes, z up, arm 1 along +x; an arm a
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag
 
-from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.rules import RuledModel, rule
-from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.foundation.strict_yaml import StrictModel
 from deltactl.models.servo_drive import ServoDrive
-from deltactl.models.sliding import named_inside
 
 AXES = ("x", "y", "z")
 ARMS = 3
@@ -268,49 +265,3 @@ KINDS: dict[str, type[DeltaRobot] | type[StepperAxis] | type[ServoAxis] | type[R
     "servo_axis": ServoAxis,
     "range_sensor": RangeSensor,
 }
-
-
-def load_robot_model(path: Path) -> RobotModel:
-    """Read the model sections of a robot file; machine sections are left to firmware_py.
-
-    Whether there are such effects is left to `models.robot_with_effects`. Raises MissingFile or
-    ConfigError, a line for each mistake with file, line and the nearest valid key.
-    """
-    document = Document.read(path)
-    return document.check(kind_in(document), model_sections(document))
-
-
-def kind_in(document: Document) -> type[DeltaRobot | StepperAxis | ServoAxis | RangeSensor]:
-    """What kind of machine a file describes. Raises ConfigError where it describes none."""
-    kind = document.data.get("kind")
-    if kind is None and "robot" in document.data:
-        named = document.data["robot"]
-        raise document.fail(
-            ("robot",), f"this is a job, and a robot file is needed here, such as {named}"
-        )
-    if kind not in KINDS:
-        raise document.fail(("kind",), f"must be one of {', '.join(KINDS)} (got {kind!r})")
-    return KINDS[kind]
-
-
-def model_sections(document: Document) -> dict[str, Any]:
-    """What a file says of the machine itself, with the names of effects that are used inside."""
-    data = document.data
-    return _inside({key: value for key, value in data.items() if key not in MACHINE_SECTIONS})
-
-
-def _inside(data: dict[str, Any]) -> dict[str, Any]:
-    """The data of a robot file; effects of an axis that slides have other names in the file."""
-    entries = data.get("effects")
-    if data.get("motion") != "linear" or not isinstance(entries, list):
-        return data
-    inside = [named_inside(one) if isinstance(one, dict) else one for one in entries]
-    return data | {"effects": inside}
-
-
-def load_delta(path: Path) -> DeltaRobot:
-    """Read a robot file that must describe a delta. Raises ConfigError otherwise."""
-    robot = load_robot_model(path)
-    if not isinstance(robot, DeltaRobot):
-        raise ConfigError(f"{path}: is a {robot.kind}; a delta robot is needed here")
-    return robot

@@ -13,16 +13,21 @@ import numpy as np
 
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.effects import VOCABULARY
-from deltactl.models.robot import EffectEntry, FloatArray, load_delta
+from deltactl.models.effects.following_lag import EFFECT as LAG
+from deltactl.models.effects.gear_backlash import EFFECT as PLAY
+from deltactl.models.effects.home_offset import EFFECT as HOME
+from deltactl.models.effects.sensor_latency import EFFECT as LATENCY
+from deltactl.models.robot import EffectEntry, FloatArray
+from deltactl.models.robot_files import load_delta
 
 SAMPLES = 12_000
 LIMIT_S = 0.015
 ZHAO = Path(__file__).resolve().parents[2] / "config" / "zhao-2023.yaml"
 SEVERAL = (
-    EffectEntry(effect="gear_backlash", component="motor2", parameters={"width": 0.005}),
-    EffectEntry(effect="following_lag", component="motor1", parameters={"time": 0.03}),
-    EffectEntry(effect="home_offset", component="motor3", parameters={"angle": 0.01}),
-    EffectEntry(effect="sensor_latency", component="sensors", parameters={"time": 0.02}),
+    EffectEntry(effect=PLAY.name, component="motor2", parameters={"width": 0.005}),
+    EffectEntry(effect=LAG.name, component="motor1", parameters={"time": 0.03}),
+    EffectEntry(effect=HOME.name, component="motor3", parameters={"angle": 0.01}),
+    EffectEntry(effect=LATENCY.name, component="sensors", parameters={"time": 0.02}),
 )
 
 

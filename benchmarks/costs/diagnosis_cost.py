@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from deltactl.models.chain import Chain, Commands
-from deltactl.models.robot import load_delta
+from deltactl.models.robot_files import load_delta
 from deltactl.proof.cases import assemble
 from deltactl.proof.hidden.build_in import SINGLES
 from deltactl.proof.hidden.oddities import ODDITIES

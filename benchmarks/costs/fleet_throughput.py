@@ -38,6 +38,7 @@ from benchmarks.costs.fleet_machines import (
 from deltactl.fleet.groups import groups
 from deltactl.fleet.run import diagnose_fleet
 from deltactl.fleet.trends import courses, trends
+from deltactl.models.effects.gear_backlash import EFFECT as PLAY
 
 DAYS = 180
 GROWING, BATCH = 3, 5
@@ -59,9 +60,9 @@ class Kind:
 
 KINDS = {
     "axis": Kind(AXIS_FILE, record_axis, (0.0005, 0.006), Concealed(ratio=1.004), AXIS_SPAN_S,
-                 {"gear_backlash.width": 0.0087}),
+                 {f"{PLAY.name}.{PLAY.main.name}": 0.0087}),
     "delta": Kind(DELTA_FILE, record_delta, (0.001, 0.012), Concealed(arm=1.012), DELTA_SPAN_S,
-                  {"gear_backlash.width": 0.0175}),
+                  {f"{PLAY.name}.{PLAY.main.name}": 0.0175}),
 }  # fmt: skip
 
 

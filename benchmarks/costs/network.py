@@ -23,7 +23,8 @@ from deltactl.models.linkage import Linkage, inverse
 from deltactl.models.network import Cylinder, InverseNetwork, NetworkFile
 from deltactl.models.network.file import TRAINED_FOLDER
 from deltactl.models.network.runtime import runtime_names
-from deltactl.models.robot import DeltaRobot, load_delta
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.robot_files import load_delta
 
 CONFIG_FOLDER = Path(__file__).resolve().parents[2] / "config"
 CYLINDER = Cylinder(radius_m=0.15, z_m=(-0.55, -0.40))

@@ -30,7 +30,8 @@ from threadpoolctl import threadpool_limits
 
 from deltactl.models.linkage import Linkage
 from deltactl.models.network.file import TRAINED_FOLDER, NetworkFile
-from deltactl.models.robot import FloatArray, load_delta
+from deltactl.models.robot import FloatArray
+from deltactl.models.robot_files import load_delta
 from deltactl.models.training.accuracy import Effort, measure
 from deltactl.models.training.perceptron import Perceptron, Scaling
 from deltactl.models.training.recipe import Task

@@ -22,7 +22,7 @@ from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.chain import Chain, Commands
-from deltactl.models.robot import load_delta
+from deltactl.models.robot_files import load_delta
 from deltactl.recording.format.channels import CHANNEL_IDS
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.reading.reader import read_run

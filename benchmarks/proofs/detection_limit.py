@@ -21,6 +21,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from deltactl.models.effects import effect_kind
 from deltactl.proof.cases import Case, assemble
 from deltactl.proof.prove.certainty import wilson
 from deltactl.proof.prove.one_case import diagnose_blind
@@ -30,7 +31,6 @@ KINDS = (
     "home_offset", "gear_ratio", "sensor_offset", "sensor_scale", "forearm_length",
     "sensor_latency", "joint_friction", "joint_compliance",
 )  # fmt: skip
-RATIOS = ("gear_ratio", "sensor_scale")
 POWER = 0.8
 
 
@@ -54,7 +54,7 @@ def strength_of(case: Case, smallest: float) -> float:
     """How many times what was drawn amounts to a size."""
     part = case.planned[0]
     drawn = float(np.atleast_1d(part.parameters[part.kind.main])[0])
-    if part.kind.effect in RATIOS:
+    if effect_kind(part.kind.effect).nothing == 1.0:
         return abs(smallest / (drawn - 1.0))
     # A stiffness is drawn as one over the strength: both sizes act by their reciprocal.
     return abs(drawn / smallest if part.kind.main == "stiffness" else smallest / drawn)

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.diagnosis.api import diagnose
+from deltactl.models.effects import effect_kind
 
 DEFAULT = Path(__file__).resolve().parents[2] / "../shared/recordings"
 Case = dict[str, Any]
@@ -71,33 +72,13 @@ def sizes(case: Case) -> str:
         for finding in case["result"]["findings"]:
             if (finding["effect"], finding["component"]) != (answer["effect"], answer["where"]):
                 continue
-            size = next(iter(_ordered(finding["parameters"], answer["effect"])))
+            size = finding["parameters"][effect_kind(answer["effect"]).main.name]
             low, high = size["ci95"][0], size["ci95"][-1]
             value, truth = size["value"], answer["value"]
             if isinstance(value, float) and isinstance(truth, float | int):
                 inside = "in" if low <= truth <= high else "OUT"
                 parts.append(f"{value:.5g} [{low:.5g}, {high:.5g}] true {truth:.5g} {inside}")
     return "; ".join(parts)
-
-
-MAIN = {"lost_steps": "steps", "following_lag": "time", "sensor_latency": "time"}
-
-
-def _ordered(parameters: Case, effect: str) -> list[Case]:
-    first = MAIN.get(effect)
-    return (
-        sorted(
-            parameters.values(), key=lambda p: first is not None and p is not parameters.get(first)
-        )
-        if first
-        else _by_name(parameters)
-    )
-
-
-def _by_name(parameters: Case) -> list[Case]:
-    mains = ("width", "amplitude", "stiffness", "strain", "offset", "duration")
-    names = sorted(parameters, key=lambda n: mains.index(n) if n in mains else len(mains))
-    return [parameters[name] for name in names]
 
 
 def row(case: Case) -> str:

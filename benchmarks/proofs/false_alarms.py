@@ -20,7 +20,7 @@ import numpy as np
 from deltactl.diagnosis.evidence.detection import Detection
 from deltactl.diagnosis.evidence.noise_estimation import prepare
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.models.robot import load_delta
+from deltactl.models.robot_files import load_delta
 from deltactl.proof.cases import move
 from deltactl.proof.prove.certainty import wilson
 from deltactl.proof.recorded import Machine, sample_times, table

@@ -24,12 +24,15 @@ from deltactl.diagnosis.search.exchange import best_of, pairs_for_one
 from deltactl.diagnosis.search.search import Search
 from deltactl.diagnosis.selection.ambiguity import stands_of
 from deltactl.diagnosis.selection.credible_set import credible
-from deltactl.models.robot import DeltaRobot, load_robot_model
+from deltactl.models.effects import found_by
+from deltactl.models.effects.fit import Search as Searched
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat_files import read_flat
 
 Name = tuple[str, str]
 """Effect and component."""
-NO_TERM = "stale_reading"
+NO_TERM = found_by(Searched.REPEATS).name
 """Found reading by reading, not by evidence: every observer is told it."""
 
 

@@ -32,7 +32,9 @@ from deltactl.diagnosis.answer.consistency import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.foundation.errors import DeltactlError
-from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis, load_robot_model
+from deltactl.models.effects import Rule, Search, card_of, found_by
+from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis
+from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import read_flat
 
@@ -271,10 +273,10 @@ def sizes_of(answer: Diagnosis) -> Sizes:
     return {
         (f.effect, name): (value, low, high)
         for f in answer.findings
-        if f.effect != "unknown"
+        if f.effect not in ("unknown", found_by(Search.MOMENT).name)
         for name, size in f.parameters.items()
         for value, low, high in size.components
-        if not (f.effect == "lost_steps" or (f.effect, name) == ("transmission_error", "phase"))
+        if not (card_of(f.effect).rule is Rule.PHASOR and name == "phase")
     }
 
 

@@ -23,6 +23,7 @@ import numpy as np
 from benchmarks.costs.fleet_machines import DELTA_FILE, Concealed, record_delta
 from deltactl.fleet.checks import Announcement, standing
 from deltactl.fleet.task import diagnose_one
+from deltactl.models.effects.gear_backlash import EFFECT as PLAY
 
 Row = dict[str, Any]
 LAST_DEG, STEP_DEG, STAYS = 0.2, 0.02, 5
@@ -86,17 +87,17 @@ def main() -> None:
     for row in later:
         its = [f for f in row.get("findings", []) if f["parameter"] == "width"]
         size = ", ".join(f"{math.degrees(f['value']):.3f} deg of {f['component']}" for f in its)
-        seen = math.degrees(row.get("detectable", {}).get("gear_backlash motor1", math.nan))
+        seen = math.degrees(row.get("detectable", {}).get(f"{PLAY.name} motor1", math.nan))
         print(f"  play {row['play_deg']:.2f} deg, detectable {seen:.3f} deg, found {size or '-'}")
     _judge(later, healthy)
 
 
 def _judge(later: list[Row], healthy: list[Row]) -> None:
-    limits = [row.get("detectable", {}).get("gear_backlash motor1", math.nan) for row in later]
+    limits = [row.get("detectable", {}).get(f"{PLAY.name} motor1", math.nan) for row in later]
     ready = next((k for k, row in enumerate(later)
                   if math.radians(row["play_deg"]) >= limits[k]), None)  # fmt: skip
     when = next((k - len(healthy) for k, one in announced_at([*healthy, *later])
-                 if one.effect == "gear_backlash" and one.component == "motor1"), None)  # fmt: skip
+                 if one.effect == PLAY.name and one.component == "motor1"), None)  # fmt: skip
     if when is None:
         print("the play was never announced")
         return

@@ -36,7 +36,7 @@ from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.rarely_collected import rarely_collected
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.robot import DeltaRobot, RobotModel
-from deltactl.models.robot_with_effects import load_with_effects
+from deltactl.models.robot_files import load_with_effects
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import read_flat
 

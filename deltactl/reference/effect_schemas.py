@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from deltactl.models.effects import PORT_TEXT, TABLES, VOCABULARY
+from deltactl.models.effects import CARDS, PORT_TEXT, TABLES, VOCABULARY
 from deltactl.models.effects.kind import EffectKind, Parameter
 from deltactl.models.effects.lone_axis import (
     Motion,
@@ -15,7 +15,6 @@ from deltactl.models.effects.lone_axis import (
     effort_effects,
     sensor_effects,
 )
-from deltactl.models.sliding import IN_FILE
 
 Schema = dict[str, Any]
 OtherNames = Mapping[str, Mapping[str, str]]
@@ -31,7 +30,9 @@ def entries() -> dict[str, Schema]:
         "DeltaEffect": _entry(deltas),
         "StepperAxisEffect": _entry(command_effects("rotary").values()),
         "RotaryAxisEffect": _entry(_of_servo_axis("rotary")),
-        "LinearAxisEffect": _entry(_of_servo_axis("linear"), IN_FILE),
+        "LinearAxisEffect": _entry(
+            _of_servo_axis("linear"), {name: card.slide_names for name, card in CARDS.items()}
+        ),
         "RangeSensorEffect": _entry(sensor_effects().values()),
     }
     return made | _shared(made)

@@ -1,8 +1,8 @@
-"""An example of every key: from the shipped files where one has it, else from a table beside this.
+"""An example of every key: from the shipped files where one has it, else from `examples.yaml`.
 
 A value of a shipped file is an example of the model that reads it there, so that `name` of an axis
-is the name of an axis. What no shipped file says stands in `examples_table`; a test holds each of
-those to its key.
+is the name of an axis. What no shipped file says is in
+`examples.yaml`; a test holds each of those to its key.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import yaml
 from pydantic import BaseModel, ValidationError
 
 from deltactl.firmware_py.job_file import JobFile
@@ -20,9 +21,11 @@ from deltactl.foundation.schema_keys import models_in
 from deltactl.foundation.yaml_tree import Tree
 from deltactl.models.robot import KINDS
 from deltactl.recording.foreign.mapping import Mapping
-from deltactl.reference.examples_table import EXAMPLES
 
 ROOT = Path(__file__).parents[2]
+EXAMPLES: dict[str, Any] = yaml.safe_load(
+    Path(__file__).with_name("examples.yaml").read_text("utf-8")
+)
 WHOLE: dict[str, type[BaseModel]] = {**KINDS, "delta": RobotFile, "job": JobFile}
 """What reads a whole file, by its `kind`; a job has none."""
 READ = (*WHOLE.values(), Mapping)

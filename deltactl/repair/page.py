@@ -18,7 +18,7 @@ from deltactl.diagnosis.report.phrases.sizes import quantity
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.models.robot import FloatArray
-from deltactl.models.robot_with_effects import load_with_effects
+from deltactl.models.robot_files import load_with_effects
 from deltactl.proof.hidden.hidden import Hidden
 from deltactl.repair.coverage import Coverage
 from deltactl.repair.demonstration import Demonstration

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.yaml_tree import Location
 from deltactl.models.chain.active import activate
-from deltactl.models.effects import TABLES, VOCABULARY
+from deltactl.models.effects import TABLES, VOCABULARY, card_of
 from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.lone_axis import (
     Motion,
@@ -20,7 +20,6 @@ from deltactl.models.effects.lone_axis import (
     sensor_effects,
 )
 from deltactl.models.robot import EffectEntry, RobotModel
-from deltactl.models.sliding import IN_FILE
 
 Forms = Mapping[str, Sequence[EffectKind]]
 """Effect -> what it may be: of an axis another thing with an effort column than with commands."""
@@ -78,7 +77,7 @@ def _together(*vocabularies: Mapping[str, EffectKind]) -> Forms:
 
 def _by_file(kinds: Mapping[str, EffectKind]) -> Mapping[str, EffectKind]:
     """With the names that a file has for the parameters of an axis that slides."""
-    return {name: _renamed(kind, IN_FILE.get(name, {})) for name, kind in kinds.items()}
+    return {name: _renamed(kind, card_of(name).slide_names) for name, kind in kinds.items()}
 
 
 def _renamed(kind: EffectKind, names: Mapping[str, str]) -> EffectKind:
@@ -95,7 +94,7 @@ def _wrong(entry: EffectEntry, forms: Forms) -> str:
     said = []
     for kind in forms[entry.effect]:
         known = {one.name for one in kind.parameters}
-        names = {a: b for a, b in IN_FILE.get(entry.effect, {}).items() if b in known}
+        names = {a: b for a, b in card_of(entry.effect).slide_names.items() if b in known}
         given = {names.get(name, name): value for name, value in entry.parameters.items()}
         try:
             activate(kind, entry.component, given)

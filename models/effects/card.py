@@ -6,7 +6,7 @@ effect asks its card. `{part}` is the component in words everywhere.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
@@ -127,6 +127,24 @@ class Drawing:
     axis: tuple[str, ...] = ("motor", "gear", "load")
 
 
+Sizes = Mapping[str, float]
+"""Parameter -> number in SI units."""
+
+
+@dataclass(frozen=True, slots=True)
+class Equal:
+    """Another effect that does exactly the same to all that is observed, where it is as large.
+
+    sizes: of the other, by those of this one and by what is fixed of the other; several sets where
+    several do. common: it is so where all arms have the one alike and the other is everywhere;
+    else at one component.
+    """
+
+    other: str
+    sizes: Callable[[Sizes, Sizes], Sequence[Sizes]]
+    common: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class StandIn:
     """Log odds of another name of one operator, against the name it goes by.
@@ -178,6 +196,20 @@ class Group:
 
 
 @dataclass(frozen=True, slots=True)
+class Defect:
+    """What the page offers to hide in its simulated robot.
+
+    Large enough to be named after one heart of the robot of Zhao 2023. parameters: of a `length`
+    as shares of it. listed: where it comes among the defects.
+    """
+
+    text: str
+    component: str
+    parameters: Sizes
+    listed: int
+
+
+@dataclass(frozen=True, slots=True)
 class EffectCard:
     """All that is known about an effect.
 
@@ -216,6 +248,7 @@ class EffectCard:
     compensated: Compensated = Compensated.NOT
     left: str = "no command makes it better"
     confusions: tuple[Confusion, ...] = ()
+    equals: tuple[Equal, ...] = ()
     by_hand: ByHand | None = None
     fit: Fit | None = None
     """How a fit moves in it and where it starts; None: in its main parameter, from nothing."""
@@ -223,6 +256,9 @@ class EffectCard:
     build_spread: float | None = None
     length: str = ""
     runout_rad: float | None = None
+    slide_names: Mapping[str, str] = field(default_factory=dict)
+    """Parameter -> its name in the file of an axis that slides: a shift is no angle there."""
+    defect: Defect | None = None
     table: bool = False
     """An error without a name, which robot files hold and no diagnosis looks for."""
 

@@ -8,8 +8,10 @@ from deltactl.models.effects.card import (
     Confusion,
     Drawing,
     EffectCard,
+    Equal,
     Group,
     Rule,
+    Sizes,
     StandIn,
     Trait,
     Words,
@@ -53,6 +55,11 @@ EFFECT = EffectKind(
     # a drive is not of first order
     discrepancy=Discrepancy(0.001, 0.003),
 )
+
+
+def _late_s(lag: Sizes) -> float:
+    return lag["time"] + lag["dead_time"]
+
 
 CARD = EffectCard(
     name=EFFECT.name,
@@ -154,4 +161,12 @@ CARD = EffectCard(
         shapes=tuple(Shape((0.0, 0.0), (i,), reach) for i in (0, 1) for reach in (0.02, 0.1)),
     ),
     group=Group("motors", 1),
+    equals=(
+        Equal(
+            "viscous_friction",
+            # a drag c behind a shaft of stiffness k is a first-order lag of c / k
+            lambda lag, shaft: [{"coefficient": _late_s(lag) * shaft["stiffness"]}],
+        ),
+        Equal("sensor_latency", lambda lag, _: [{"time": _late_s(lag)}], common=True),
+    ),
 )

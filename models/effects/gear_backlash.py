@@ -16,8 +16,10 @@ from deltactl.models.effects import axis_play
 from deltactl.models.effects.card import (
     Compensated,
     Confusion,
+    Defect,
     Drawing,
     EffectCard,
+    Equal,
     Rule,
     StandIn,
     Trait,
@@ -196,5 +198,13 @@ CARD = EffectCard(
             for width in PLAYS_RAD
         ),
         fixed={"friction": 0.0},
+    ),
+    defect=Defect("free play in the gearbox of motor 1", "motor1", {"width": 0.02}, 1),
+    equals=(
+        # play that always hangs on the same flank
+        Equal(
+            "home_offset",
+            lambda play, _: [{"angle": side * (0.5 * play["width"])} for side in (1.0, -1.0)],
+        ),
     ),
 )

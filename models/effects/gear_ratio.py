@@ -5,6 +5,7 @@ from __future__ import annotations
 from deltactl.models.effects.card import (
     Compensated,
     Confusion,
+    Defect,
     Drawing,
     EffectCard,
     Group,
@@ -139,4 +140,5 @@ CARD = EffectCard(
     ),
     group=Group("motors", 2),
     build_spread=0.001,  # 1: teeth are counted, belts stretch
+    defect=Defect("the gear ratio of motor 3 is 2 % off", "motor3", {"scale": 1.02}, 4),
 )

@@ -8,6 +8,7 @@ from deltactl.models.effects.card import (
     ByHand,
     Compensated,
     Confusion,
+    Defect,
     Drawing,
     EffectCard,
     Group,
@@ -94,4 +95,6 @@ CARD = EffectCard(
     by_hand=ByHand("measure an arm's angle at home with a level", 4),
     group=Group("motors", 0),
     build_spread=0.002,  # rad, 0.1 deg: a stop or a switch that the arm is homed to
+    defect=Defect("motor 2 stands off its home", "motor2", {"angle": 0.02}, 0),
+    slide_names={"angle": "offset"},
 )

@@ -14,6 +14,7 @@ from deltactl.models.effects import axis_play, coulomb_friction
 from deltactl.models.effects.card import (
     Compensated,
     Confusion,
+    Defect,
     Drawing,
     EffectCard,
     Rule,
@@ -175,4 +176,6 @@ CARD = EffectCard(
         shapes=tuple(Shape((0.0, 0.0, 0.0), (0,), width) for width in PLAYS_RAD),
         fixed={"asymmetry": 0.0, "start": 0.0},
     ),
+    defect=Defect("friction in the bearings of motor 1", "motor1", {"width": 0.02}, 2),
+    slide_names={"torque": "force"},
 )

@@ -7,6 +7,7 @@ from deltactl.models.effects.card import (
     Compensated,
     Drawing,
     EffectCard,
+    Equal,
     Rule,
     Trait,
     Words,
@@ -81,5 +82,9 @@ CARD = EffectCard(
         coordinates=(Coordinate("time", step=2e-3, low=0.0, high=2.0),),
         shapes=tuple(Shape((0.0,), (0,), reach) for reach in (0.02, 0.1, 0.2)),
         searched=Search.CLOCK,
+    ),
+    equals=(
+        # unless the joints are seen
+        Equal("following_lag", lambda late, _: [{"time": 0.0, "dead_time": late["time"]}], True),
     ),
 )

@@ -6,6 +6,7 @@ from deltactl.models.effects.card import (
     ByHand,
     Compensated,
     Confusion,
+    Defect,
     Drawing,
     EffectCard,
     Rule,
@@ -75,4 +76,5 @@ CARD = EffectCard(
     ),
     by_hand=ByHand("measure two distances of a sensor with a gauge", 9),
     build_spread=0.002,  # 1: 1 mm in half a metre
+    defect=Defect("the y sensor reads 3 % too far", "range_y", {"scale": 1.03}, 5),
 )

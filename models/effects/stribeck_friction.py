@@ -59,4 +59,5 @@ CARD = EffectCard(
         "slide/": "grease the guides and the screw of {part}: it sticks at low speed",
     },
     drawing=Drawing(motor="gear", axis=("bearing",)),
+    slide_names={"torque": "force"},
 )

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Group, Rule, Trait, Words
+from deltactl.models.effects.card import (
+    ByHand,
+    Compensated,
+    Defect,
+    EffectCard,
+    Group,
+    Rule,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import ARM_NAMES, EffectKind, Memory, Parameter, Values, scalar
 from deltactl.models.effects.port import Port
@@ -46,4 +55,5 @@ CARD = EffectCard(
     group=Group("arms", 4),
     length="upper_arm_m",
     build_spread=0.0005,  # m, between centres of joints glued, printed or drilled on a bench
+    defect=Defect("the upper arm of arm 3 is 2 % too long", "arm3", {"length_error": 0.02}, 3),
 )

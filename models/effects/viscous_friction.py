@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Rule, Trait, Words
+from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Equal, Rule, Trait, Words
 from deltactl.models.effects.effort_flow import effort_flow
 from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
@@ -101,5 +101,11 @@ CARD = EffectCard(
         coordinates=(Coordinate("coefficient", step=2.0, low=0.0, high=1e4),),
         shapes=(Shape((0.0,), (0,), 20.0),),
         fixed={"stiffness": 1000.0},
+    ),
+    equals=(
+        Equal(
+            "following_lag",
+            lambda drag, _: [{"time": drag["coefficient"] / drag["stiffness"], "dead_time": 0.0}],
+        ),
     ),
 )

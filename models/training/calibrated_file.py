@@ -10,7 +10,13 @@ import yaml
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.strict_yaml import Document
-from deltactl.models.effects.kind import MOTORS, RANGES
+from deltactl.models.effects.frame_tilt import EFFECT as TILT
+from deltactl.models.effects.joint_compliance import EFFECT as COMPLIANCE
+from deltactl.models.effects.kind import MOTORS, RANGES, EffectKind
+from deltactl.models.effects.sensor_crosstalk import EFFECT as CROSSTALK
+from deltactl.models.effects.sensor_offset import EFFECT as OFFSET
+from deltactl.models.effects.sensor_scale import EFFECT as SCALE
+from deltactl.models.effects.transmission_error import EFFECT as TRANSMISSION
 from deltactl.models.network.metadata import fingerprint
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, Geometry, per_arm
 from deltactl.models.training.calibrate import Calibrated
@@ -104,12 +110,12 @@ def _gears(found: Calibrated) -> list[EffectEntry]:
     for arm, motor in enumerate(MOTORS):
         yields = float(found.compliance_rad_per_nm[arm])
         if yields > LEAST_YIELD_RAD_PER_NM:
-            entries.append(_entry("joint_compliance", motor, stiffness=1.0 / yields))
+            entries.append(_entry(COMPLIANCE, motor, stiffness=1.0 / yields))
         sine, cosine = found.gear_rad[:, arm]
         if sine != 0.0 or cosine != 0.0:
             entries.append(
                 _entry(
-                    "transmission_error",
+                    TRANSMISSION,
                     motor,
                     amplitude=float(np.hypot(sine, cosine)),
                     period=float(period_rad),
@@ -127,22 +133,22 @@ def _sensors(found: Calibrated) -> list[EffectEntry]:
     matrix, entries = found.sensor_matrix, []
     turned = 0.5 * (matrix - matrix.T)
     rotation = (float(turned[2, 1]), float(turned[0, 2]), float(turned[1, 0]))
-    entries.append(EffectEntry(effect="frame_tilt", component="frame",
+    entries.append(EffectEntry(effect=TILT.name, component="frame",
                                parameters={"rotation": rotation}))  # fmt: skip
     for axis, name in enumerate(RANGES):
         far_m, bow = sensors.offsets_m[axis], found.sensor_curvature_per_m[axis]
         scale = 1.0 + matrix[axis, axis] - 2.0 * bow * far_m
         offset_m = far_m + found.sensor_offset_m[axis] - scale * far_m - bow * far_m**2
         entries += [
-            _entry("sensor_crosstalk", name, curvature=float(bow / scale)),
-            _entry("sensor_scale", name, scale=float(scale)),
-            _entry("sensor_offset", name, offset=float(offset_m)),
+            _entry(CROSSTALK, name, curvature=float(bow / scale)),
+            _entry(SCALE, name, scale=float(scale)),
+            _entry(OFFSET, name, offset=float(offset_m)),
         ]
     return entries
 
 
-def _entry(effect: str, component: str, **parameters: float) -> EffectEntry:
-    return EffectEntry(effect=effect, component=component, parameters=dict(parameters))
+def _entry(effect: EffectKind, component: str, **parameters: float) -> EffectEntry:
+    return EffectEntry(effect=effect.name, component=component, parameters=dict(parameters))
 
 
 def _three(values: FloatArray) -> tuple[float, float, float]:

@@ -15,7 +15,7 @@ from pathlib import Path
 from deltactl.foundation.places import PACKAGE
 from deltactl.models.network.domain import Box, Cylinder, Range
 from deltactl.models.network.file import TRAINED_FOLDER, NetworkFile
-from deltactl.models.robot import load_delta
+from deltactl.models.robot_files import load_delta
 from deltactl.models.training import shared_arm
 from deltactl.models.training.export import to_file
 from deltactl.models.training.recipe import Progress, Settings, Task

@@ -13,7 +13,8 @@ from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.report.sentences.summary import plain_lines
 from deltactl.diagnosis.report.sentences.telling import told
-from deltactl.models.robot import DeltaRobot, EffectEntry, RobotModel, ServoAxis, load_robot_model
+from deltactl.models.robot import DeltaRobot, EffectEntry, RobotModel, ServoAxis
+from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat import FlatRecording
 
 FOLLOWS = "kind: servo_axis\nname: follows\nmotion: rotary\n"

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.models.robot import DeltaRobot, load_delta
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.robot_files import load_delta
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 

@@ -12,7 +12,7 @@ import pytest
 
 from deltactl.cli.main import main
 from deltactl.models.chain import Chain, Commands
-from deltactl.models.robot import load_delta
+from deltactl.models.robot_files import load_delta
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import write_flat
 

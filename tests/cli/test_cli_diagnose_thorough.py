@@ -13,7 +13,8 @@ from deltactl.cli.main import main
 from deltactl.diagnosis.estimation import budget
 from deltactl.diagnosis.estimation.options import ESTIMATION
 from deltactl.models.chain import Chain, Commands
-from deltactl.models.robot import EffectEntry, load_delta
+from deltactl.models.robot import EffectEntry
+from deltactl.models.robot_files import load_delta
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import write_flat
 

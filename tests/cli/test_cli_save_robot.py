@@ -9,7 +9,8 @@ from subprocess import CompletedProcess
 import numpy as np
 import yaml
 
-from deltactl.models.robot import ServoAxis, load_robot_model
+from deltactl.models.robot import ServoAxis
+from deltactl.models.robot_files import load_robot_model
 
 Deltactl = Callable[..., CompletedProcess[str]]
 ROBOT = "kind: servo_axis\nname: slide\nmotion: linear\n"

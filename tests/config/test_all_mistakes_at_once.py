@@ -12,7 +12,7 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.program.dry_run import check_job
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError
-from deltactl.models.robot_with_effects import load_with_effects
+from deltactl.models.robot_files import load_with_effects
 
 ZHAO = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
 PICK = (CONFIG_FOLDER / "pick.yaml").read_text(encoding="utf-8")

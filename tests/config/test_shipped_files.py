@@ -20,7 +20,8 @@ from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import LimitExceeded, UnreachablePoint
 from deltactl.models.inverse_kinematics import GeometricInverse
 from deltactl.models.linkage import Linkage, Status, forward
-from deltactl.models.robot import KINDS, load_delta, load_robot_model
+from deltactl.models.robot import KINDS
+from deltactl.models.robot_files import load_delta, load_robot_model
 
 FILES = sorted(CONFIG_FOLDER.glob("*.yaml"))
 KIND = {path: yaml.safe_load(path.read_text(encoding="utf-8")).get("kind") for path in FILES}

@@ -10,7 +10,8 @@ import pytest
 
 from deltactl.firmware_py.describing.questions import QUESTIONS
 from deltactl.firmware_py.describing.robot_text import robot_text
-from deltactl.models.robot import KINDS, ServoAxis, load_robot_model
+from deltactl.models.robot import KINDS, ServoAxis
+from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import write_flat
 from tests.describing.conftest import Deltactl

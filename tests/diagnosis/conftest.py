@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from deltactl.models.chain import Chain, Commands
-from deltactl.models.robot import DeltaRobot, EffectEntry, load_delta
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.models.robot_files import load_delta
 from deltactl.recording.tables.flat import FlatRecording
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"

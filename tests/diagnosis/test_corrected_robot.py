@@ -20,7 +20,8 @@ from deltactl.diagnosis.answer.records import (
 )
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.chain import Chain, Commands
-from deltactl.models.robot import DeltaRobot, load_delta
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.robot_files import load_delta
 
 ROBOT = """# a comment worth keeping
 kind: delta

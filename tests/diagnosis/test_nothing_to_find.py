@@ -10,7 +10,8 @@ from deltactl.diagnosis.assessment.detection_limits import NORMAL_FROM, noncentr
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.linkage import Linkage, forward
-from deltactl.models.robot import DeltaRobot, FloatArray, load_robot_model
+from deltactl.models.robot import DeltaRobot, FloatArray
+from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat import FlatRecording
 
 ROWS = 600

@@ -19,7 +19,8 @@ from deltactl.diagnosis.plants.delta.motions import Motion
 from deltactl.diagnosis.plants.delta.timeline import commanded
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.linkage import Linkage, inverse
-from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, load_delta
+from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray
+from deltactl.models.robot_files import load_delta
 from deltactl.recording.tables.flat import FlatRecording
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"

@@ -18,7 +18,8 @@ from deltactl.diagnosis.report.sentences.ways import TERMINAL
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.models.effects import CARDS
 from deltactl.models.effects.lone_axis import effort_effects
-from deltactl.models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
+from deltactl.models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis
+from deltactl.models.robot_files import load_robot_model
 
 ROBOT = load_robot_model(CONFIG_FOLDER / "zhao-2023.yaml")
 SERVO = ServoAxis(kind="servo_axis", name="mount", motion="rotary")

@@ -13,7 +13,8 @@ from deltactl.diagnosis.admission.joint_ranges import far_for_a_joint
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.sentences.summary import plain_lines
 from deltactl.foundation.errors import RecordingError
-from deltactl.models.robot import ServoAxis, load_robot_model
+from deltactl.models.robot import ServoAxis
+from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.names import unit_said

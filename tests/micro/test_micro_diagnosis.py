@@ -20,15 +20,16 @@ from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.models.chain.servo_delta import ServoChain
 from deltactl.models.robot import EffectEntry
 from deltactl.proof.micro.as_built import MicroDelta
+from deltactl.proof.micro.hidden_causes import KINDS, case
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.reproduction.uzunovic_2013.control_blind import (
     NOTHING,
     Outcome,
     confusion,
     line,
+    record,
     run_case,
 )
-from deltactl.reproduction.uzunovic_2013.control_hidden import KINDS, case, record
 from deltactl.reproduction.uzunovic_2013.control_references import micro_delta
 
 ROBOT, DRIVE = micro_delta()

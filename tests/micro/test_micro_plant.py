@@ -12,7 +12,7 @@ pytest.importorskip("mujoco", reason="the micro delta needs the extra 'proof' (M
 
 from deltactl.foundation.errors import UnreachablePoint
 from deltactl.models.dynamics import DeltaPlant, PlantSettings
-from deltactl.models.robot import load_delta
+from deltactl.models.robot_files import load_delta
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.proof.micro.as_built import Drives, MicroDelta, each
 from deltactl.proof.micro.bodies import Rods

@@ -13,7 +13,8 @@ from deltactl.foundation.errors import LimitExceeded
 from deltactl.models.linkage import Linkage
 from deltactl.models.network import InverseNetwork
 from deltactl.models.network.file import TRAINED_FOLDER
-from deltactl.models.robot import DeltaRobot, load_delta
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.robot_files import load_delta
 from deltactl.models.training.accuracy import Effort, errors_deg, worst_deg
 from deltactl.models.training.recipe import Task
 from deltactl.models.training.samples import around, hardest, labels_rad, spread

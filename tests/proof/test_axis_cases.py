@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the command that writes cases needs the extra 'proof'")
 
-from deltactl.models.robot_with_effects import load_with_effects
+from deltactl.models.robot_files import load_with_effects
 from deltactl.proof import generate
 from deltactl.proof.axis.cases import MACHINES, ROUND, draw
 from deltactl.proof.axis.catalogue import COMMANDED, FORCED, KINDS, UNKNOWN, Scale

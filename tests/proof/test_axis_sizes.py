@@ -53,7 +53,7 @@ def test_the_generator_shares_no_code_with_what_it_judges() -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        "from deltactl.models.sliding import named_inside",
+        "from deltactl.models.robot_files import named_inside",
         "def late():\n    import deltactl.diagnosis.api",
         "from ...models import robot",
         "import models.between_rows",

@@ -17,8 +17,7 @@ from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 from deltactl.models.robot import RangeSensor, ServoAxis, StepperAxis
 from deltactl.reference import effect_schemas
-from deltactl.reference.examples import READ, example_of, shipped_examples
-from deltactl.reference.examples_table import EXAMPLES
+from deltactl.reference.examples import EXAMPLES, READ, example_of, shipped_examples
 from deltactl.reference.socket_words import ARGUMENT_WORDS
 
 

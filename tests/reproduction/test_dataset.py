@@ -13,7 +13,8 @@ import pytest
 
 from deltactl.foundation.errors import MissingFile, RecordingError
 from deltactl.models.network.metadata import fingerprint
-from deltactl.models.robot import DeltaRobot, load_delta
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.robot_files import load_delta
 from deltactl.models.training.dataset import SAMPLES, DataSettings, load_dataset
 from deltactl.models.training.dataset_writer import DataSetWriter
 

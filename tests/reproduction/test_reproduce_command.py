@@ -14,7 +14,7 @@ pytest.importorskip("numba", reason="training needs the extra 'training'")
 
 from deltactl.firmware_py.named_files import find
 from deltactl.foundation.errors import RecordingError
-from deltactl.models.robot import load_delta
+from deltactl.models.robot_files import load_delta
 from deltactl.models.training.dataset import load_dataset
 from deltactl.models.training.sources import of_dataset
 from deltactl.models.training.train import train_from_samples

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from deltactl.models.linkage import Linkage, inverse
-from deltactl.models.robot import DeltaRobot, load_delta
+from deltactl.models.robot import DeltaRobot
+from deltactl.models.robot_files import load_delta
 from deltactl.models.training.samples_of_angles import split
 from deltactl.reproduction.uzunovic_2013.kinematics import (
     ROBOT_FILE,

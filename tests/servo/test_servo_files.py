@@ -13,7 +13,7 @@ from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.dynamics import mass_matrix_kgm2
 from deltactl.models.linkage import Linkage, inverse
-from deltactl.models.robot import load_delta
+from deltactl.models.robot_files import load_delta
 
 MICRO = Path(__file__).resolve().parents[2] / "config" / "uzunovic-2013.yaml"
 TEXT = MICRO.read_text(encoding="utf-8")

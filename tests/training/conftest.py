@@ -10,7 +10,8 @@ import pytest
 
 from deltactl.models.linkage import Linkage, forward
 from deltactl.models.network.metadata import fingerprint
-from deltactl.models.robot import DeltaRobot, FloatArray, load_delta
+from deltactl.models.robot import DeltaRobot, FloatArray
+from deltactl.models.robot_files import load_delta
 from deltactl.models.training.dataset import DataSettings
 from deltactl.models.training.dataset_writer import DataSetWriter
 from deltactl.models.training.samples_of_angles import random_poses

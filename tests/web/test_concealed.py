@@ -23,7 +23,7 @@ from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.clock import sleep_s
 from deltactl.foundation.errors import ConfigError
 from deltactl.recording.reading.reader import read_run
-from deltactl.web.behind.concealment import DEFECTS, NOTHING, SURPRISE, Concealment
+from deltactl.web.behind.concealment import NOTHING, SURPRISE, Concealment, defects
 from tests.web.conftest import CIRCLE, Browser, WebPage, at_home, switch_off
 
 Open = Callable[..., Browser]
@@ -56,7 +56,7 @@ def run_job(controller: Controller, job: Path = HEART) -> Path:
     return Path(result.recording)
 
 
-@pytest.mark.parametrize("defect", DEFECTS)
+@pytest.mark.parametrize("defect", defects())
 def test_a_heart_is_enough_to_name_what_is_concealed(defect: str, tmp_path: Path) -> None:
     """By what the page starts; neither recording nor robot file tells it."""
     hidden = Concealment(tmp_path / "built.yaml")
@@ -66,7 +66,7 @@ def test_a_heart_is_enough_to_name_what_is_concealed(defect: str, tmp_path: Path
     controller.close()
     configuration = read_run(recording).configuration
     assert configuration.robot_text == ROBOT.read_text(encoding="utf-8")
-    entry = DEFECTS[defect](load_robot(ROBOT))
+    entry = defects()[defect](load_robot(ROBOT))
     assert b"built.yaml" not in recording.read_bytes()
     (tmp_path / "built.yaml").unlink()
     made = tmp_path / "made"
@@ -101,7 +101,7 @@ def test_a_surprise_is_one_of_them(tmp_path: Path) -> None:
     hidden = Concealment(tmp_path / "built.yaml")
     hidden.conceal(SURPRISE, load_robot(ROBOT))
     assert hidden.chosen == SURPRISE
-    assert hidden.really in DEFECTS
+    assert hidden.really in defects()
     with pytest.raises(KeyError):
         hidden.conceal("../../etc/passwd", load_robot(ROBOT))
 
@@ -143,7 +143,7 @@ def test_the_corrected_file_is_tried_on_the_page_and_brings_the_robot_nearer(
     robot = read_run(before).configuration.robot_text
     its = simulated.recordings / "web" / "made" / before.stem
     its.mkdir(parents=True)
-    entry = DEFECTS["motor 2 stands off its home"](load_robot(ROBOT))
+    entry = defects()["motor 2 stands off its home"](load_robot(ROBOT))
     (its / "corrected.yaml").write_text(f"{robot}\n{yaml.safe_dump({'effects': [entry]})}")
     (its / "robot.yaml").write_text(robot)
     (its / "job.yaml").write_text(job)

@@ -95,7 +95,7 @@ def train(
 
 def _source(dataset: Path | None, robot: str | None, samples: int | None, seed: int) -> Source:
     from deltactl.firmware_py.named_files import find
-    from deltactl.models.robot import load_delta
+    from deltactl.models.robot_files import load_delta
     from deltactl.models.training.dataset import load_dataset
     from deltactl.models.training.sources import of_dataset, of_geometry
 

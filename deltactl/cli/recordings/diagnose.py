@@ -20,7 +20,7 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
 from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
-from deltactl.models.robot_with_effects import load_with_effects
+from deltactl.models.robot_files import load_with_effects
 
 if TYPE_CHECKING:
     from deltactl.recording.tables.flat import FlatRecording

@@ -182,7 +182,7 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
 def _write(file: Path, kind: str, text: str, force: bool) -> list[str]:
     """Write the file and check it; what is to be said of it, and of a delta what comes next."""
     from deltactl.firmware_py.robot_file import load_robot
-    from deltactl.models.robot_with_effects import load_with_effects
+    from deltactl.models.robot_files import load_with_effects
 
     job: list[str] = []
     with written_if_right(file, text):

@@ -23,8 +23,7 @@ from deltactl.models.effects import VOCABULARY, Port, Trait, has
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.lone_axis import COMPONENT, forms_of
 from deltactl.models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis
-from deltactl.models.robot_with_effects import load_with_effects
-from deltactl.models.sliding import named_for_file
+from deltactl.models.robot_files import load_with_effects, named_for_file
 
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
 MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)

@@ -2,56 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-
-LAG, VISCOUS, LATE = "following_lag", "viscous_friction", "sensor_latency"
-PLAY, HOME = "gear_backlash", "home_offset"
+from deltactl.models.effects import card_of
+from deltactl.models.effects.card import Equal, Sizes
 
 
 def equivalents_of(terms: Sequence[Term], candidates: Sequence[Candidate]) -> list[Term]:
-    """The candidates where they do what the terms do together, as far as they are equivalents_of.
-
-    Viscous friction c behind a shaft of stiffness k is a first-order lag of c / k. A dead time of
-    all drives is a sensor latency unless the joints are seen. Play that always hangs on the same
-    flank is a home offset of half its width.
-    """
+    """The candidates where they do what the terms do together, as their card has it (`equals`)."""
     effects = {term.candidate.effect for term in terms}
     if len(effects) != 1:
         return []
-    effect = effects.pop()
-    if effect == PLAY and len(terms) == 1:
-        return _hanging(terms[0], candidates)
-    late_s = float(np.mean([_late_s(term) for term in terms]))
-    if late_s <= 0.0:
+    equals = {one.other: one for one in card_of(effects.pop()).equals}
+    return [
+        Term(other, at)
+        for other in candidates
+        if (equal := equals.get(other.effect)) and _in_place(equal, terms, other)
+        for at in _sizes(equal, terms, other)
+    ]
+
+
+def _in_place(equal: Equal, terms: Sequence[Term], other: Candidate) -> bool:
+    if equal.common:
+        return bool(other.members) or len(terms) > 1
+    return len(terms) == 1 and other.component == terms[0].candidate.component
+
+
+def _sizes(equal: Equal, terms: Sequence[Term], other: Candidate) -> list[np.ndarray[Any, Any]]:
+    """Coordinates of the other; of several terms the mean. None where it has others, or no size."""
+    every = [
+        equal.sizes(_numbers(term.candidate.values(term.at)), _numbers(other.fixed))
+        for term in terms
+    ]
+    names = [coordinate.parameter for coordinate in other.coordinates]
+    if any(set(sizes) != {*names} for sizes in every[0]):
         return []
-    found = []
-    for other in candidates:
-        names = [coordinate.parameter for coordinate in other.coordinates]
-        same = len(terms) == 1 and other.component == terms[0].candidate.component
-        if same and (effect, other.effect) == (VISCOUS, LAG):
-            found.append(Term(other, np.array([late_s, 0.0])))
-        elif same and (effect, other.effect) == (LAG, VISCOUS) and names == ["coefficient"]:
-            found.append(Term(other, np.array([late_s * float(other.fixed["stiffness"])])))
-        elif effect == LATE and other.effect == LAG and other.members:
-            found.append(Term(other, np.array([0.0, late_s])))
-        elif effect == LAG and other.effect == LATE and len(terms) > 1:
-            found.append(Term(other, np.array([late_s])))
-    return found
+    at = np.mean([[[sizes[name] for name in names] for sizes in sets] for sets in every], axis=0)
+    return list(at) if np.any(at) else []
 
 
-def _hanging(play: Term, candidates: Sequence[Candidate]) -> list[Term]:
-    half_rad = 0.5 * float(play.candidate.values(play.at)["width"])
-    homes = [c for c in candidates if (c.effect, c.component) == (HOME, play.candidate.component)]
-    return [Term(home, np.array([side * half_rad])) for home in homes for side in (1.0, -1.0)]
-
-
-def _late_s(term: Term) -> float:
-    """How late a lag, a viscous shaft or a sensor makes things [s]; 0 for other effects."""
-    values = {name: float(x) for name, x in term.candidate.values(term.at).items() if x.ndim == 0}
-    if term.candidate.effect == VISCOUS:
-        return values["coefficient"] / values["stiffness"]
-    return values.get("time", 0.0) + values.get("dead_time", 0.0)
+def _numbers(values: Mapping[str, Any]) -> Sizes:
+    return {name: float(x) for name, x in values.items() if np.ndim(x) == 0}

@@ -18,13 +18,20 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from secrets import randbelow
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from deltactl.firmware_py.servo.law import LawSettings
 from deltactl.foundation.plain_file import write_whole
+from deltactl.models.servo_drive import ServoDrive
+from deltactl.proof.micro.as_built import MicroDelta
+from deltactl.proof.micro.hidden_causes import case, random_motion
 from deltactl.proof.prove.certainty import wilson
+from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import write_flat
-from deltactl.reproduction.uzunovic_2013.control_hidden import case, record
+from deltactl.reproduction.uzunovic_2013.control_loop import run
+from deltactl.reproduction.uzunovic_2013.control_recording import recorded
 from deltactl.reproduction.uzunovic_2013.control_references import ROBOT_FILE, micro_delta
 
 RUN_S, HOLDOUT_S = 30.0, 10.0
@@ -170,3 +177,16 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
+
+
+def record(
+    robot: MicroDelta, drive: ServoDrive, rng: np.random.Generator, seconds: float
+) -> FlatRecording:
+    """Move the robot at random under the paper's law, and record it."""
+    t_s = np.arange(round(seconds / drive.period_s)) * drive.period_s
+    reference_rad = random_motion(rng, t_s)
+    first, second, third = reference_rad[0].tolist()
+    ran = run(
+        LawSettings.of(drive), robot, t_s, reference_rad, on_s=0.0, start_rad=(first, second, third)
+    )
+    return recorded(ran, drive)

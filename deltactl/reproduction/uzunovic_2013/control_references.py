@@ -9,7 +9,8 @@ import numpy as np
 from deltactl.foundation.places import PACKAGE
 from deltactl.models.inverse_kinematics import InverseKinematics
 from deltactl.models.network.inverse import InverseNetwork
-from deltactl.models.robot import DeltaRobot, FloatArray, load_delta
+from deltactl.models.robot import DeltaRobot, FloatArray
+from deltactl.models.robot_files import load_delta
 from deltactl.models.servo_drive import ServoDrive
 
 ROBOT_FILE = PACKAGE / "config" / "uzunovic-2013.yaml"

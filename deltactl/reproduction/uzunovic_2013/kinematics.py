@@ -14,7 +14,8 @@ import numpy as np
 from deltactl.charts.page import heading, paragraph
 from deltactl.foundation.one_thread import one_thread
 from deltactl.models.linkage import Linkage, forward, inverse
-from deltactl.models.robot import DeltaRobot, FloatArray, load_delta
+from deltactl.models.robot import DeltaRobot, FloatArray
+from deltactl.models.robot_files import load_delta
 from deltactl.models.training.calibrate import Plausible, calibrate
 from deltactl.models.training.recipe import Follow, unseen
 from deltactl.models.training.samples_of_angles import IntArray, split

@@ -8,39 +8,37 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.plain_file import write_whole
+from deltactl.models.effects import CARDS, EffectCard
+from deltactl.models.effects.card import Defect
+from deltactl.models.robot import per_arm
 
 Entry = dict[str, Any]
 NOTHING = "nothing"
 SURPRISE = "a surprise"
 
 
-def _entry(effect: str, component: str, **parameters: float) -> Entry:
-    return {"effect": effect, "component": component, "parameters": parameters}
+def defects() -> dict[str, Callable[[RobotFile], Entry]]:
+    """What the cards offer to hide, in words, and its entry of `effects` in a robot."""
+    offered = [(card.defect, card) for card in CARDS.values() if card.defect]
+    offered.sort(key=lambda pair: pair[0].listed)
+    return {defect.text: partial(_entry, card, defect) for defect, card in offered}
 
 
-def _upper_arm_3_m(robot: RobotFile) -> float:
-    return float(np.ravel(robot.geometry.upper_arm_m)[-1])
-
-
-DEFECTS: dict[str, Callable[[RobotFile], Entry]] = {
-    "motor 2 stands off its home": lambda _: _entry("home_offset", "motor2", angle=0.02),
-    "free play in the gearbox of motor 1": lambda _: _entry("gear_backlash", "motor1", width=0.02),
-    "friction in the bearings of motor 1": lambda _: _entry("joint_friction", "motor1", width=0.02),
-    "the upper arm of arm 3 is 2 % too long": lambda robot: _entry(
-        "upper_arm_length", "arm3", length_error=0.02 * _upper_arm_3_m(robot)
-    ),
-    "the gear ratio of motor 3 is 2 % off": lambda _: _entry("gear_ratio", "motor3", scale=1.02),
-    "the y sensor reads 3 % too far": lambda _: _entry("sensor_scale", "range_y", scale=1.03),
-}
-"""Large enough to be named after one heart of the robot of Zhao 2023."""
+def _entry(card: EffectCard, defect: Defect, robot: RobotFile) -> Entry:
+    unit = 1.0
+    if card.length:
+        lengths_m = per_arm(getattr(robot.geometry, card.length))
+        unit = float(lengths_m[int(defect.component[-1]) - 1])
+    parameters = {name: size * unit for name, size in defect.parameters.items()}
+    return {"effect": card.name, "component": defect.component, "parameters": parameters}
 
 
 class Concealment:
@@ -57,14 +55,14 @@ class Concealment:
     @property
     def choices(self) -> list[str]:
         """What can be chosen."""
-        return [NOTHING, SURPRISE, *DEFECTS]
+        return [NOTHING, SURPRISE, *defects()]
 
     def conceal(self, choice: str, robot: RobotFile) -> None:
         """Write the file anew. Raises KeyError for what is no choice."""
-        drawn = secrets.choice(list(DEFECTS)) if choice == SURPRISE else choice
+        drawn = secrets.choice(list(defects())) if choice == SURPRISE else choice
         if drawn == NOTHING:
             self._path.unlink(missing_ok=True)
         else:
             # The daemon reads all of it or the one before.
-            write_whole(self._path, yaml.safe_dump({"effects": [DEFECTS[drawn](robot)]}))
+            write_whole(self._path, yaml.safe_dump({"effects": [defects()[drawn](robot)]}))
         self.chosen, self.really = choice, drawn

@@ -57,7 +57,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     from deltactl.diagnosis.report.sentences.summary import WHY, head_lines, plain_lines
     from deltactl.diagnosis.report.sentences.ways import PAGE
     from deltactl.firmware_py.named_files import CONFIG_FOLDER
-    from deltactl.models.robot_with_effects import load_with_effects
+    from deltactl.models.robot_files import load_with_effects
     from deltactl.web.behind.carried import carried_by
     from deltactl.web.behind.columns import reader
     from deltactl.web.behind.own_recordings import name_beside

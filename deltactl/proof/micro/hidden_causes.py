@@ -1,4 +1,4 @@
-"""Micro deltas with something concealed, moved at random, recorded as a servo robot records."""
+"""Micro deltas with something hidden, and the motions at random that shall show it."""
 
 from __future__ import annotations
 
@@ -7,13 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from deltactl.firmware_py.servo.law import LawSettings
-from deltactl.models.robot import FloatArray
-from deltactl.models.servo_drive import ServoDrive
-from deltactl.proof.micro.as_built import Drives, MicroDelta, Three
-from deltactl.recording.tables.flat import FlatRecording
-from deltactl.reproduction.uzunovic_2013.control_loop import run
-from deltactl.reproduction.uzunovic_2013.control_recording import recorded
+from deltactl.proof.micro.as_built import Drives, FloatArray, MicroDelta, Three
 
 JOINTS = ("motor1", "motor2", "motor3")
 MIDDLE_RAD = np.radians(33.0)
@@ -25,7 +19,7 @@ SMALLEST_RAD, LARGEST_RAD = np.radians(2.0), np.radians(9.0)
 
 @dataclass(frozen=True, slots=True)
 class Hidden:
-    """One concealed cause: its name and place in the vocabulary, its size, and the robot."""
+    """One hidden cause: its name and place in the vocabulary, its size, and the robot."""
 
     effect: str
     component: str
@@ -102,16 +96,3 @@ def random_motion(rng: np.random.Generator, t_s: FloatArray) -> FloatArray:
             size = rng.uniform(SMALLEST_RAD, LARGEST_RAD)
             angles[:, joint] += size * np.sin(turn + rng.uniform(0.0, 2.0 * np.pi))
     return angles
-
-
-def record(
-    robot: MicroDelta, drive: ServoDrive, rng: np.random.Generator, seconds: float
-) -> FlatRecording:
-    """Move the robot at random under the paper's law, and record it."""
-    t_s = np.arange(round(seconds / drive.period_s)) * drive.period_s
-    reference_rad = random_motion(rng, t_s)
-    first, second, third = reference_rad[0].tolist()
-    ran = run(
-        LawSettings.of(drive), robot, t_s, reference_rad, on_s=0.0, start_rad=(first, second, third)
-    )
-    return recorded(ran, drive)
