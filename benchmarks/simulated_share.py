@@ -24,7 +24,7 @@ TALLY = "TALLY"
 DAEMON, PULSES, ROUNDS = 0, 1, 2
 BYTES = 24
 FAKE = "benchmarks.simulated_share:of_config"
-"""Opens the lines in the pulse process in place of `deltactl.drivers.fakes.steps.FAKE`."""
+"""Opens the lines in the pulse process in place of `deltactl.drivers.fakes.bench.FAKE`."""
 
 
 def make_tally(path: Path) -> None:
@@ -87,12 +87,12 @@ def main() -> None:
     from deltactl.foundation.one_thread import one_thread_in_this_program
 
     one_thread_in_this_program()
-    from deltactl.drivers.fakes import steps
+    from deltactl.drivers.fakes import bench
     from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
     from deltactl.firmware_py.controller.control_loop import ControlLoop
     from deltactl.firmware_py.simulation.world import SimulatedRobot
 
-    steps.FAKE = FAKE
+    bench.FAKE = FAKE
     _time(DAEMON, FakeI2cBus, "i2c_rdwr")
     _time(DAEMON, SimulatedRobot, "truth", "keep_up")
     ControlLoop._round = _counted(ControlLoop._round, _words())  # type: ignore[method-assign]

@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from deltactl.drivers.current.fake import FakeCurrentDrives
 from deltactl.drivers.fakes.bench import FakeBench
-from deltactl.drivers.fakes.ranging_rig import RangingRig
+from deltactl.drivers.fakes.current_drives import FakeCurrentDrives
+from deltactl.drivers.fakes.ranging_bench import RangingRig
 from deltactl.drivers.ranging.contract import RangingSensors
 from deltactl.drivers.steps.contract import StepOutput
-from deltactl.drivers.steps.switches import NO_SWITCHES, Switches
+from deltactl.drivers.steps.lines import NO_SWITCHES, Switches
 from deltactl.firmware_py.servo.output import ServoOutput
 from deltactl.firmware_py.simulation.world import SimulatedRobot
 from deltactl.foundation.clock import Clock

@@ -17,8 +17,7 @@ from deltactl.drivers.settings import (
     StepSettings,
     SwitchedPin,
 )
-from deltactl.drivers.steps.lines import MOST_SWITCHES
-from deltactl.drivers.steps.switches import Switches
+from deltactl.drivers.steps.lines import MOST_SWITCHES, Switches
 from deltactl.firmware_py.pins_named import named_twice, pins_named
 from deltactl.firmware_py.servo.as_built import AsBuiltServo
 from deltactl.foundation.errors import ConfigError

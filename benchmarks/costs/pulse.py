@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
+from deltactl.drivers.fakes.bench import simulated_step_output
 from deltactl.drivers.fakes.gpio_chip import GpioChip
-from deltactl.drivers.fakes.steps import simulated_step_output
 from deltactl.drivers.fakes.syscall_trap import Device, SyscallTrap, available
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps.contract import Ticks

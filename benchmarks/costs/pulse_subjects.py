@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.fakes.bench import simulated_step_output
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps.build import build_step_output
 from deltactl.drivers.steps.contract import OutputState, StepOutput, Ticks
-from deltactl.drivers.steps.process_host import ProcessStepOutput
+from deltactl.drivers.steps.hosts import ProcessStepOutput
 from deltactl.foundation.clock import RealClock
 
 INPUTS = InputSettings()

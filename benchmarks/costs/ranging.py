@@ -11,8 +11,8 @@ import platform
 import time
 from statistics import median
 
-from deltactl.drivers.fakes.range_noise import RangeNoise
 from deltactl.drivers.fakes.ranging_bench import RangingBench
+from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
 from deltactl.drivers.settings import RangingSettings
 from deltactl.foundation.clock import NS_PER_S
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.drivers.current.fake import FakeCurrentDrives
+from deltactl.drivers.fakes.current_drives import FakeCurrentDrives
 from deltactl.drivers.steps.contract import Ticks
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.named_files import CONFIG_FOLDER

@@ -127,7 +127,7 @@ MENDED: tuple[Named, ...] = (
     ),
     Named(
         "20 s of silence from the pulse process",
-        "drivers/steps/process_host.py",
+        "drivers/steps/hosts.py",
         "SILENCE_NS = 2_000_000_000",
         "SILENCE_NS = 20_000_000_000",
     ),

@@ -17,11 +17,10 @@ STEPS = Row(
     "drivers/steps",
     {
         "player.py": 18,
-        "output.py": 15,
+        "output.py": 19,
         "board.py": 4,
-        "codes.py": 4,
         "lgpio_lines.py": 6,
-        "task_host.py": 4,
+        "hosts.py": 4,
         "build.py": 4,
     },
     ("tests/steps",),
@@ -29,15 +28,12 @@ STEPS = Row(
 RANGING = Row(
     "drivers/ranging",
     {
-        "sample_reader.py": 10,
-        "gating.py": 7,
+        "sample_reader.py": 17,
         "slot.py": 8,
-        "bank.py": 8,
+        "bank.py": 14,
         "sample_times.py": 8,
-        "timing.py": 6,
-        "vl53l1x.py": 6,
-        "bus_watch.py": 6,
-        "sample.py": 4,
+        "registers.py": 6,
+        "vl53l1x.py": 10,
     },
     ("tests/ranging",),
 )

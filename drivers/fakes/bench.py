@@ -4,17 +4,33 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from mmap import mmap
+from pathlib import Path
 from typing import Protocol
 
 from deltactl.drivers.fakes.lines import BENCH_BYTES, BenchMemory, Counts, FakeLines, FakeWiring
 from deltactl.drivers.fakes.mock_pins import WiredFactory
-from deltactl.drivers.inputs import InputLine, named_inputs
+from deltactl.drivers.gpiozero_pins import GpiozeroLines, InputLine, named_inputs
 from deltactl.drivers.settings import InputSettings, StepSettings
-from deltactl.drivers.steps.lines import DIRECTION_SHIFT, ENABLE_BIT, SWITCH_SHIFT
-from deltactl.drivers.steps.switches import NO_SWITCHES, Switches
-from deltactl.foundation.clock import Clock
+from deltactl.drivers.steps.build import (
+    CHECK_AHEAD_NS,
+    minimum_period_ns,
+    player_settings,
+    task_output,
+)
+from deltactl.drivers.steps.hosts import ProcessStepOutput, PulseProcess
+from deltactl.drivers.steps.lines import (
+    DIRECTION_SHIFT,
+    ENABLE_BIT,
+    NO_SWITCHES,
+    SWITCH_SHIFT,
+    Switches,
+)
+from deltactl.drivers.steps.output import PlayerStepOutput
+from deltactl.foundation.clock import Clock, VirtualClock
+from deltactl.foundation.errors import ConfigError
 
 
 def fake_wiring(settings: StepSettings, inputs: InputSettings) -> FakeWiring:
@@ -168,18 +184,54 @@ class FakeBench:
             self._pins.drive(pin, level)
 
 
-def fake_bench(
+FAKE = "deltactl.drivers.fakes.lines:of_config"
+"""What opens the lines in the pulse process, see pulse_main.open_lines."""
+
+
+@dataclass(frozen=True)
+class SimulatedSteps:
+    """A step output on the fake bench, and the bench."""
+
+    output: PlayerStepOutput
+    bench: FakeBench
+
+    def close(self) -> None:
+        """Close both."""
+        self.output.close()
+        self.bench.close()
+
+
+def simulated_step_output(
     settings: StepSettings,
     inputs: InputSettings,
     clock: Clock,
     *,
-    shared: bool = False,
-    pins: Pins | None = None,
+    realtime: bool,
     switches: Switches = NO_SWITCHES,
-) -> FakeBench:
-    """The complete fake bench for these settings.
+    board_path: Path | None = None,
+) -> SimulatedSteps:
+    """The same backends on simulated drives.
 
-    shared: a pulse process moves it. pins: what the drives are soldered to, if not to the
-    bench's own `pin_factory`.
+    realtime False: on any clock, the pulse backend's player runs in this process.
+    realtime True: on the real clock, a pulse process plays on fake lines.
+    The gpiozero backend runs in this process in both cases, on mock pins.
     """
-    return FakeBench(settings, inputs, clock, shared=shared, pins=pins, switches=switches)
+    if realtime and isinstance(clock, VirtualClock):
+        raise ConfigError("a virtual clock does not run in real time; use the real clock")
+    own_process = realtime and settings.backend == "pulse"
+    bench = FakeBench(settings, inputs, clock, shared=own_process, switches=switches)
+    if not own_process:
+        on_pins = settings.backend == "gpiozero"
+        pins = bench.pin_factory
+        lines = GpiozeroLines(settings, inputs, pins, switches) if on_pins else bench.lines
+        return SimulatedSteps(task_output(settings, inputs, clock, lines, switches), bench)
+    assert bench.descriptor is not None
+    wires = {"lines": FAKE, "bench": bench.descriptor, "wiring": bench.wiring}
+    process = PulseProcess(
+        player_settings(settings, inputs, CHECK_AHEAD_NS, switches=switches),
+        wires,
+        (bench.descriptor,),
+        board_path,
+    )
+    output = ProcessStepOutput(process, clock, minimum_period_ns(settings, clock))
+    return SimulatedSteps(output, bench)

@@ -86,7 +86,6 @@ class GpioChip:
                     self.write(pin, bool(mask & values & 1 << bit))
 
     def ioctl(self, request: int, data: bytes) -> tuple[bytes, Device | None]:
-        """See Device."""
         self.calls[request] += 1
         if request == GET_CHIPINFO:
             name, label = b"gpiochip0", self.label.encode()
@@ -111,7 +110,6 @@ class _Lines:
         self._chip, self._pins = chip, pins
 
     def ioctl(self, request: int, data: bytes) -> tuple[bytes, Device | None]:
-        """See Device."""
         self._chip.calls[request] += 1
         if request == SET_CONFIG:
             self._chip.configure(self._pins, data)

@@ -222,7 +222,6 @@ class FakeLines:
         self._corrected_ns = -1
 
     def write(self, levels: int, mask: int) -> None:
-        """See LineGroup."""
         changed = (self._levels ^ levels) & mask
         if not changed:
             return
@@ -245,7 +244,6 @@ class FakeLines:
             self.memory.switched = self._levels >> SWITCH_SHIFT << SWITCH_SHIFT
 
     def read(self) -> int:
-        """See LineGroup."""
         if self.memory.asked_trips():
             self.refresh()
         wiring = self._wiring

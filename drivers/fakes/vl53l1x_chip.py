@@ -8,6 +8,9 @@ codes from the chip's own limits, and the fault knobs of `ChipFaults`.
 Does not model: the firmware's own algorithms (VHV, phase and SPAD calibration take no part in
 the result), interrupt thresholds, ROI, crosstalk and offset registers, or the extra range
 that some parts need when period and budget are nearly equal.
+
+Written from the same facts sheet as the driver but not from the driver's tables, so that a wrong
+register there is not also wrong here.
 """
 
 from __future__ import annotations
@@ -15,11 +18,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-from deltactl.drivers.fakes import vl53l1x_registers as reg
-from deltactl.drivers.fakes.range_noise import RangeNoise
 from deltactl.drivers.fakes.vl53l1x_faults import ChipFaults
-from deltactl.drivers.fakes.vl53l1x_optics import SPADS, Limits, Scene, Seen, look
-from deltactl.drivers.fakes.vl53l1x_registers import RegisterFile
+from deltactl.drivers.fakes.vl53l1x_optics import SPADS, Limits, RangeNoise, Scene, Seen, look
 from deltactl.foundation.clock import Clock
 
 DistanceOver = Callable[[int, int], float]
@@ -29,6 +29,86 @@ BOOT_NS = 1_200_000
 OVERHEAD_US = 4528.0
 TIMED, SINGLE, BACK_TO_BACK = 0x40, 0x10, 0x20
 _RESULTS = struct.Struct(">BBBHHHHHHH")
+
+
+SPACE = 0x0200
+"""Registers 0x0000 to 0x01FF; others read 0 and ignore writes."""
+
+RESET_VALUES: dict[int, bytes] = {
+    0x0001: bytes([0x29]),  # I2C address
+    0x0006: bytes([0xBC, 0xCC]),  # fast oscillator, 11.8 MHz in 4.12
+    0x0030: bytes([0x11]),  # flag active low
+    0x0031: bytes([0x02]),  # fresh out of reset
+    0x007F: bytes([199]),  # ROI centre
+    0x0080: bytes([0xFF]),  # ROI 16 x 16
+    0x00DE: bytes([0x00, 0x27]),  # slow oscillator: 39 periods a millisecond
+    0x00E5: bytes([0x02]),  # not booted
+    0x010F: bytes([0xEA, 0xCC, 0x10]),  # model, type, revision
+    0x013E: bytes([199, 0xFF]),  # optical centre and size, from the factory
+}
+
+READ_ONLY = (range(0x0088, 0x0100), range(0x010F, 0x0112), range(0x013E, 0x0140))
+"""Results and firmware status, identity, factory values."""
+
+I2C_ADDRESS = 0x0001
+FAST_OSC = 0x0006
+SLOW_OSC = 0x00DE
+FLAG_POLARITY = 0x0030
+FLAG = 0x0031
+FIRMWARE_STATUS = 0x00E5
+MODEL_ID = 0x010F
+TIMEOUT_A, PERIOD_A = 0x005E, 0x0060
+TIMEOUT_B, PERIOD_B = 0x0061, 0x0063
+SIGMA_LIMIT, SIGNAL_LIMIT, PHASE_LIMIT = 0x0064, 0x0066, 0x0069
+INTER_MEASUREMENT = 0x006C
+HOLD = 0x0082
+INTERRUPT_CLEAR = 0x0086
+MODE_START = 0x0087
+INTERRUPT_STATUS = 0x0088
+RESULTS = 0x0089
+
+
+class RegisterFile:
+    """Bytes behind a 16-bit pointer that moves on with every byte and stays between messages."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray(SPACE)
+        self._pointer = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the reset values."""
+        self._bytes[:] = bytes(SPACE)
+        self._pointer = 0
+        for index, values in RESET_VALUES.items():
+            self.put(index, values)
+
+    def get(self, index: int, size: int) -> int:
+        """A big-endian number."""
+        return int.from_bytes(self._bytes[index : index + size], "big")
+
+    def put(self, index: int, values: bytes) -> None:
+        """Set bytes from inside the chip, read-only or not."""
+        self._bytes[index : index + len(values)] = values
+
+    def point(self, index: int) -> None:
+        """Where the next read or write starts."""
+        self._pointer = index
+
+    def read(self, count: int) -> bytes:
+        """Bytes from the pointer on, as the bus reads them."""
+        start, self._pointer = self._pointer, (self._pointer + count) & 0xFFFF
+        return bytes(self._bytes[start : start + count]).ljust(count, b"\0")
+
+    def write(self, values: bytes) -> list[tuple[int, int]]:
+        """Bytes from the pointer on, as the bus writes them; gives (index, value) of those kept."""
+        kept = []
+        for value in values:
+            index, self._pointer = self._pointer, (self._pointer + 1) & 0xFFFF
+            if index < SPACE and not any(index in closed for closed in READ_ONLY):
+                self._bytes[index] = value
+                kept.append((index, value))
+        return kept
 
 
 class Vl53l1xChip:
@@ -125,7 +205,7 @@ class Vl53l1xChip:
 
     def _reset(self) -> None:
         self._registers.reset()
-        self.address = self._registers.get(reg.I2C_ADDRESS, 1)
+        self.address = self._registers.get(I2C_ADDRESS, 1)
         self._firmware_up = False
         self._mode = 0
         self._stream = None
@@ -142,21 +222,21 @@ class Vl53l1xChip:
 
     def _boot(self) -> None:
         self._firmware_up = True
-        self._registers.put(reg.FIRMWARE_STATUS, b"\x03")
+        self._registers.put(FIRMWARE_STATUS, b"\x03")
         if self.faults.model_id is not None:
-            self._registers.put(reg.MODEL_ID, self.faults.model_id.to_bytes(2, "big"))
+            self._registers.put(MODEL_ID, self.faults.model_id.to_bytes(2, "big"))
         if self.faults.no_osc_calibration:
-            self._registers.put(reg.SLOW_OSC, b"\0\0")
+            self._registers.put(SLOW_OSC, b"\0\0")
 
     def _react(self, index: int, value: int) -> None:
-        if index == reg.I2C_ADDRESS:
+        if index == I2C_ADDRESS:
             self.address = value & 0x7F
-        elif index == reg.INTERRUPT_CLEAR and value & 1:
+        elif index == INTERRUPT_CLEAR and value & 1:
             self._set_flag(False)
-            self._registers.put(reg.INTERRUPT_STATUS, b"\0")
-        elif index == reg.FLAG_POLARITY:
+            self._registers.put(INTERRUPT_STATUS, b"\0")
+        elif index == FLAG_POLARITY:
             self._set_flag(False)
-        elif index == reg.MODE_START and not self._registers.get(reg.HOLD, 1) & 1:
+        elif index == MODE_START and not self._registers.get(HOLD, 1) & 1:
             self._set_mode(value)
 
     def _set_mode(self, value: int) -> None:
@@ -167,8 +247,8 @@ class Vl53l1xChip:
         range_ns, self._collection_ns = self._range_time()
         wanted_ns = 0
         if self._mode & TIMED:
-            per_ms = max(self._registers.get(reg.SLOW_OSC, 2) & 0x03FF, 1)
-            wanted_ms = self._registers.get(reg.INTER_MEASUREMENT, 4) / per_ms
+            per_ms = max(self._registers.get(SLOW_OSC, 2) & 0x03FF, 1)
+            wanted_ms = self._registers.get(INTER_MEASUREMENT, 4) / per_ms
             wanted_ns = round(wanted_ms * 1e6 * self._slowness)
         self._period_ns = max(range_ns, wanted_ns, 1)
         self._next_ready_ns = self._clock.now_ns() + range_ns
@@ -177,8 +257,8 @@ class Vl53l1xChip:
         """(whole range, phases A and B) [ns], from the timeout registers."""
         phases_us = 0.0
         for timeout_at, period_at in (
-            (reg.TIMEOUT_A, reg.PERIOD_A),
-            (reg.TIMEOUT_B, reg.PERIOD_B),
+            (TIMEOUT_A, PERIOD_A),
+            (TIMEOUT_B, PERIOD_B),
         ):
             timeout = self._registers.get(timeout_at, 2)
             macro_periods = ((timeout & 0xFF) << (timeout >> 8)) + 1
@@ -190,7 +270,7 @@ class Vl53l1xChip:
 
     @property
     def _pll_period_ns(self) -> float:
-        return 4096e3 / (64.0 * self._registers.get(reg.FAST_OSC, 2))
+        return 4096e3 / (64.0 * self._registers.get(FAST_OSC, 2))
 
     def _finish_range(self, now_ns: int) -> None:
         ready_ns = self._next_ready_ns
@@ -208,9 +288,9 @@ class Vl53l1xChip:
     def _look(self, ready_ns: int) -> Seen:
         registers = self._registers
         limits = Limits(
-            registers.get(reg.SIGMA_LIMIT, 2) / 4.0,
-            registers.get(reg.SIGNAL_LIMIT, 2) / 128.0,
-            registers.get(reg.PHASE_LIMIT, 1) / 8.0,
+            registers.get(SIGMA_LIMIT, 2) / 4.0,
+            registers.get(SIGNAL_LIMIT, 2) / 128.0,
+            registers.get(PHASE_LIMIT, 1) / 8.0,
         )
         distance_m = self._distance_m(ready_ns - self._collection_ns, ready_ns)
         return look(self.scene, distance_m, self._collection_ns, self._pll_period_ns, limits)
@@ -233,14 +313,14 @@ class Vl53l1xChip:
             min(max(distance_mm, 0), 0xFFFF),
             signal,
         )
-        self._registers.put(reg.RESULTS, results)
-        self._registers.put(reg.INTERRUPT_STATUS, b"\x04")
+        self._registers.put(RESULTS, results)
+        self._registers.put(INTERRUPT_STATUS, b"\x04")
         if not self.faults.silent_flag:
             self._set_flag(True)
 
     def _set_flag(self, ready: bool) -> None:
-        active_low = bool(self._registers.get(reg.FLAG_POLARITY, 1) & 0x10)
-        self._registers.put(reg.FLAG, bytes([int(ready != active_low)]))
+        active_low = bool(self._registers.get(FLAG_POLARITY, 1) & 0x10)
+        self._registers.put(FLAG, bytes([int(ready != active_low)]))
 
 
 def _after(stream: int | None) -> int:

@@ -1,8 +1,8 @@
-"""What light a simulated VL53L1X sees, and what it makes of it: rates, sigma, phase, status.
+"""What light a simulated VL53L1X sees, what it makes of it, and how its samples scatter.
 
 The shapes are physics (return falls with the square of the distance, scatter with shot noise,
 phase is time of flight in clocks of the PLL); the constants are chosen so that the figures
-are those of a white target on a breakout board.
+are those of a white target on a breakout board. Noise is repeatable from a seed.
 
 Does not model: the SPAD array (always 128 SPADs), crosstalk of a cover glass, the field of
 view (one flat target), temperature, or several targets.
@@ -11,8 +11,49 @@ view (one flat target), temperature, or several targets.
 from __future__ import annotations
 
 import math
+import random
 from dataclasses import dataclass
 from typing import NamedTuple
+
+
+@dataclass(frozen=True, slots=True)
+class RangeNoise:
+    """How a sensor's samples scatter: AR(1) from sample to sample, plus rare outliers.
+
+    `correlation` is that of neighbouring samples; `sigma_m` the standard deviation of each.
+    """
+
+    sigma_m: float = 0.0015
+    correlation: float = 0.0
+    outlier_rate: float = 0.0
+    """Part of the samples."""
+    outlier_m: float = 0.1
+    """Standard deviation of an outlier."""
+    seed: int = 1
+
+    def source(self) -> NoiseSource:
+        """A fresh sequence."""
+        return NoiseSource(self)
+
+
+class NoiseSource:
+    """One error after the other; the sequence does not depend on when it is asked for."""
+
+    def __init__(self, noise: RangeNoise):
+        self._noise = noise
+        self._random = random.Random(noise.seed)
+        self._innovation = math.sqrt(1.0 - noise.correlation**2)
+        self._state = self._random.gauss(0.0, 1.0)
+
+    def next_m(self) -> float:
+        """The error of the next sample at nominal light [m]."""
+        noise, source = self._noise, self._random
+        self._state = noise.correlation * self._state + self._innovation * source.gauss(0.0, 1.0)
+        error_m = noise.sigma_m * self._state
+        if noise.outlier_rate > 0.0 and source.random() < noise.outlier_rate:
+            error_m += source.gauss(0.0, noise.outlier_m)
+        return error_m
+
 
 SIGNAL_MCPS_M2 = 4.0
 """Return rate of a white target at 1 m."""

@@ -11,12 +11,47 @@ from gpiozero.exc import GPIOZeroError
 
 from deltactl.drivers.i2c import DEVICE_TREE, bus_clock_hz, open_bus
 from deltactl.drivers.ranging.bank import SensorBank
-from deltactl.drivers.ranging.xshut import OpenDrainLine
 from deltactl.drivers.settings import RangingSettings
 from deltactl.foundation.clock import Clock
 from deltactl.foundation.errors import SensorFault
 
 FULL_SPEED_HZ = 400_000
+
+
+class OpenDrainLine:
+    """A gpiozero pin that drives low or floats, as an XshutLine. Starts low.
+
+    Breakout boards pull XSHUT up to their own supply, so the pin only ever drives low or lets
+    go. Needs that pull-up; every VL53L1X breakout has one, the bare module has not.
+    """
+
+    def __init__(self, factory: Any, number: int):
+        """`factory` is a gpiozero pin factory, `number` a BCM number."""
+        self._factory = factory
+        self._number = number
+        factory.reserve_pins(self, number)
+        self._pin = factory.pin(number)
+        self.off()
+
+    def __repr__(self) -> str:
+        return f"OpenDrainLine(GPIO {self._number})"
+
+    def _conflicts_with(self, other: object) -> bool:
+        """Asked by gpiozero when something else wants the pin: never share it."""
+        return True
+
+    def off(self) -> None:
+        """Drive low."""
+        self._pin.output_with_state(0)
+
+    def on(self) -> None:
+        """Let go."""
+        self._pin.input_with_pull("floating")
+
+    def close(self) -> None:
+        """Give the pin back, still low: the sensor stays in reset while the program lives."""
+        self.off()
+        self._factory.release_pins(self, self._number)
 
 
 def open_robot_sensors(settings: RangingSettings, clock: Clock, factory: Any = None) -> SensorBank:

@@ -1,20 +1,25 @@
-"""Step outputs on the hardware, from settings (those of the fake bench: drivers.fakes.steps)."""
+"""Step outputs on the hardware, from settings (those of the fake bench: drivers.fakes.bench)."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
+from deltactl.drivers.gpiozero_pins import GpiozeroLines
 from deltactl.drivers.pin_factory import lgpio_pin_factory
 from deltactl.drivers.settings import SHORTEST_PERIOD_S, InputSettings, StepSettings
 from deltactl.drivers.steps.contract import StepOutput
-from deltactl.drivers.steps.gpiozero_lines import GpiozeroLines
+from deltactl.drivers.steps.hosts import ProcessStepOutput, PulseProcess, TaskStepOutput
 from deltactl.drivers.steps.lgpio_lines import LgpioLines, LgpioPins
-from deltactl.drivers.steps.lines import ALARM_BITS, ENABLE_BIT, ESTOP_BIT, SWITCH_SHIFT
-from deltactl.drivers.steps.process_host import ProcessStepOutput, PulseProcess
-from deltactl.drivers.steps.switches import NO_SWITCHES, Switches
-from deltactl.drivers.steps.task_host import TaskStepOutput
-from deltactl.drivers.steps.timing import PlayerSettings
+from deltactl.drivers.steps.lines import (
+    ALARM_BITS,
+    ENABLE_BIT,
+    ESTOP_BIT,
+    NO_SWITCHES,
+    SWITCH_SHIFT,
+    Switches,
+)
+from deltactl.drivers.steps.player import PlayerSettings
 from deltactl.foundation.clock import Clock, VirtualClock, ns
 
 SIGNALS_BEFORE_ENA = 6
@@ -110,7 +115,7 @@ def build_step_output(
     """The step output of this Pi, by `settings.backend`.
 
     pin_factory: for the gpiozero backend; the default is one on the chip of the settings.
-    board_path: where the pulse process leaves its counters, see process_host.last_counts.
+    board_path: where the pulse process leaves its counters, see hosts.last_counts.
     Raises PulseFault (process or chip not there), ConfigError (pins).
     """
     if settings.backend == "gpiozero":

@@ -57,7 +57,7 @@ class OutputStatus:
     lost: bool = False
     """Whether the player is gone for good: nobody watches inputs and drives any more."""
     switched: int = 0
-    """Pin levels of the outputs that jobs switch, see drivers/steps/switches.py."""
+    """Pin levels of the outputs that jobs switch, see drivers/steps/lines.py."""
 
 
 class StepOutput(Protocol):

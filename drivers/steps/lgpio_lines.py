@@ -54,7 +54,6 @@ class LgpioLines:
             self._claim_outputs(list(pins.switches), pins.switch_levels)
 
     def write(self, levels: int, mask: int) -> None:
-        """See LineGroup."""
         try:
             if mask & self._mask:
                 self._gpio.group_write(self._handle, self._outputs, levels, mask & self._mask)
@@ -65,7 +64,6 @@ class LgpioLines:
             raise PulseFault(f"an output line cannot be written: {error}") from error
 
     def read(self) -> int:
-        """See LineGroup."""
         if self._inputs is None:
             return 0
         try:
@@ -75,7 +73,6 @@ class LgpioLines:
         return int(levels) << self._shift
 
     def close(self) -> None:
-        """See LineGroup."""
         self._gpio.gpiochip_close(self._handle)
 
     def _open(self, chip: int | None) -> int:

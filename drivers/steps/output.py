@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from deltactl.drivers.steps import board as b
-from deltactl.drivers.steps.codes import as_steps, as_ticks, stepping
 from deltactl.drivers.steps.contract import (
+    MOTORS,
     Counts,
     Int8Array,
     Int64Array,
@@ -26,6 +26,43 @@ from deltactl.foundation.errors import (
     NotReady,
     PulseFault,
 )
+
+Codes = np.ndarray[Any, np.dtype[np.uint8]]
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+
+_MOTORS = np.arange(MOTORS, dtype=np.uint8)
+_STEPPING = np.array([1, 2, 4], dtype=np.uint8)
+_NEGATIVE = _STEPPING << 3
+_EVERY = np.arange(64)[:, np.newaxis]
+_STEPS_OF = ((_EVERY >> _MOTORS & 1) * (1 - 2 * (_EVERY >> _MOTORS + 3 & 1))).astype(np.int8)
+"""Steps of each of the 64 codes."""
+
+
+def as_ticks(ticks: Ticks) -> tuple[Int64Array, Codes]:
+    """Due times and codes, each of shape (n,). Raises ValueError when they are no ticks."""
+    due_ns = np.asarray(ticks.due_ns)
+    steps = np.asarray(ticks.steps)
+    if due_ns.ndim != 1 or steps.shape != (len(due_ns), MOTORS):
+        raise ValueError(f"ticks need shapes (n,) and (n, 3), not {due_ns.shape}, {steps.shape}")
+    if due_ns.dtype.kind != "i" or steps.dtype.kind != "i":
+        raise ValueError(f"ticks must be whole numbers, not {due_ns.dtype} and {steps.dtype}")
+    if np.abs(steps).max(initial=0) > 1:
+        raise ValueError("a tick steps each motor by -1, 0 or +1")
+    codes = (steps != 0) @ _STEPPING | (steps < 0) @ _NEGATIVE
+    return due_ns.astype(np.int64, copy=False), codes
+
+
+def as_steps(codes: Codes) -> Int8Array:
+    """Steps of shape (n, 3), each -1, 0 or +1."""
+    steps: Int8Array = _STEPS_OF[codes & 0b111111]
+    return steps
+
+
+def stepping(codes: Codes) -> BoolArray:
+    """Which codes step a motor; shape (n,)."""
+    moves: BoolArray = (codes & 0b111) != 0
+    return moves
+
 
 ENABLE_SETTLE_S = 0.2
 """CL57T manual, sequence of control signals: ENA at least 200 ms before DIR."""
@@ -79,7 +116,6 @@ class PlayerStepOutput:
         return self._minimum_period_ns
 
     def enable(self) -> None:
-        """See StepOutput."""
         with self._lock:
             held = self.status().energised
             self._ask(b.ENABLE, "energise the drives")
@@ -87,11 +123,9 @@ class PlayerStepOutput:
             sleep_s(self._clock, ENABLE_SETTLE_S)
 
     def disable(self) -> None:
-        """See StepOutput."""
         self._ask(b.DISABLE, "release the drives")
 
     def push(self, ticks: Ticks) -> None:
-        """See StepOutput."""
         called_ns = self._clock.now_ns()
         with self._lock:
             self._may_push()
@@ -114,7 +148,6 @@ class PlayerStepOutput:
             self._host.play()
 
     def room(self) -> int:
-        """See StepOutput."""
         with self._lock:
             self._collect()
             return b.CAPACITY - (self._pushed - self._collected)
@@ -139,7 +172,6 @@ class PlayerStepOutput:
             )
 
     def take_sent(self) -> Ticks:
-        """See StepOutput."""
         with self._lock:
             self._collect()
             sent, self._sent = self._sent, []
@@ -152,11 +184,9 @@ class PlayerStepOutput:
         )
 
     def set_counts(self, counts: Counts) -> None:
-        """See StepOutput."""
         self._ask(b.SET_COUNTS, "set the counters", counts)
 
     def switch(self, levels: int, mask: int) -> None:
-        """See StepOutput."""
         self._ask(b.SWITCH, "switch an output", (levels, mask, 0))
 
     def stop(self, reason: str) -> None:
@@ -175,11 +205,9 @@ class PlayerStepOutput:
                     return
 
     def acknowledge(self) -> None:
-        """See StepOutput."""
         self._ask(b.ACKNOWLEDGE, "release the stop")
 
     def beat(self) -> None:
-        """See StepOutput."""
         with self._lock:
             if self._last is None:
                 self._board.words[b.BEAT] = self._clock.now_ns()

@@ -6,9 +6,9 @@ import gc
 from functools import partial
 from pathlib import Path
 
+from deltactl.drivers.fakes.bench import simulated_step_output
 from deltactl.drivers.fakes.home_switch import FakeHomeSwitch
-from deltactl.drivers.fakes.steps import simulated_step_output
-from deltactl.drivers.inputs import home_switches, named_inputs
+from deltactl.drivers.gpiozero_pins import home_switches, named_inputs
 from deltactl.drivers.ranging.contract import NoSensors, RangingSensors
 from deltactl.drivers.steps.build import build_step_output, release_drives
 from deltactl.drivers.steps.contract import MOTORS

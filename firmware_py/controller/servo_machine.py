@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from deltactl.drivers.current.contract import JOINTS, Plant
-from deltactl.drivers.current.fake import FakeCurrentDrives
-from deltactl.drivers.fakes.bench import fake_bench
+from deltactl.drivers.current_drives import JOINTS, Plant
+from deltactl.drivers.fakes.bench import FakeBench
+from deltactl.drivers.fakes.current_drives import FakeCurrentDrives
 from deltactl.drivers.fakes.home_switch import FakeHomeSwitch
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.robot_file import RobotFile
@@ -38,7 +38,7 @@ def servo_machine(robot: RobotFile, clock: Clock, make_plant: PlantMaker = plant
         brakes=drive.brake == "holding",
         faults=tuple(fault.planned() for fault in built.faults),
     )
-    bench = fake_bench(robot.steps, robot.inputs, clock, shared=False)
+    bench = FakeBench(robot.steps, robot.inputs, clock, shared=False)
     world = ServoWorld(robot, drives, clock.now_ns)
     output = ServoOutput(
         drive,

@@ -35,7 +35,6 @@ class WriteFile:
     why: str
 
     def describe(self) -> str:
-        """See Step."""
         before = text_of(self.path)
         if before == self.text:
             return f"keep     {self.path} (is as it should be)"
@@ -44,7 +43,6 @@ class WriteFile:
         return f"change   {self.path} ({self.why}); the old one is kept as {self._backup().name}"
 
     def apply(self) -> None:
-        """See Step."""
         before = text_of(self.path)
         if before == self.text:
             return
@@ -71,11 +69,9 @@ class Run:
     why: str
 
     def describe(self) -> str:
-        """See Step."""
         return f"run      {shlex.join(self.command)} ({self.why})"
 
     def apply(self) -> None:
-        """See Step."""
         try:
             done = subprocess.run(self.command, capture_output=True, text=True, check=False)
         except OSError as error:

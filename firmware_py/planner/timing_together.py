@@ -47,7 +47,6 @@ class TogetherSchedule:
         self.peak_rate_hz = _peak_rate(self._delta, self._ticks) * (NS_PER_S / self._period_ns)
 
     def play(self, first: int, last: int, start_ns: int, gate: StepGate) -> Iterator[Ticks]:
-        """See Schedule."""
         ticks = np.cumsum(self._ticks[first:last])
         total = int(ticks[-1]) if len(ticks) else 0
         for begin in range(0, total, _TICKS_AT_ONCE):

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from deltactl.drivers.current.fake import PlannedFault
+from deltactl.drivers.fakes.current_drives import PlannedFault
 from deltactl.foundation.strict_yaml import StrictModel
 
 Scale = Annotated[float, Field(ge=0.1, le=10.0, description="1 is as in the file")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import degrees, radians
 
-from deltactl.drivers.current.contract import JOINTS, Three
+from deltactl.drivers.current_drives import JOINTS, Three
 from deltactl.models.servo_drive import ServoDrive
 
 AT_LIMIT = 0.999

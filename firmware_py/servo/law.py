@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import exp
 
-from deltactl.drivers.current.contract import JOINTS, Counts, Three
+from deltactl.drivers.current_drives import JOINTS, Counts, Three
 from deltactl.models.servo_drive import ServoDrive
 
 

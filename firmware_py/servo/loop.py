@@ -7,7 +7,7 @@ simulated robot does not need.
 
 from __future__ import annotations
 
-from deltactl.drivers.current.contract import CurrentDrives, Three
+from deltactl.drivers.current_drives import CurrentDrives, Three
 from deltactl.firmware_py.servo.guard import Guard
 from deltactl.firmware_py.servo.law import AccelerationControl, LawSettings
 from deltactl.firmware_py.servo.samples import Sampler, ServoSample

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from deltactl.drivers.current.contract import CurrentDrives
+from deltactl.drivers.current_drives import CurrentDrives
 from deltactl.drivers.steps.contract import Counts, OutputState, OutputStatus, Ticks
 from deltactl.firmware_py.servo.loop import BLOCK_NS, ServoLoop
 from deltactl.firmware_py.servo.samples import ServoSample
@@ -75,14 +75,12 @@ class ServoOutput:
         sleep_s(self._clock, SETTLE_S)
 
     def disable(self) -> None:
-        """See StepOutput."""
         with self._lock:
             self._release()
             if self._state is not OutputState.STOPPED:
                 self._state = OutputState.DISABLED
 
     def push(self, ticks: Ticks) -> None:
-        """See StepOutput."""
         now_ns = self._clock.now_ns()
         with self._lock:
             if self._state is OutputState.STOPPED:
@@ -111,12 +109,10 @@ class ServoOutput:
             self._state = OutputState.MOVING
 
     def room(self) -> int:
-        """See StepOutput."""
         with self._lock:
             return CAPACITY - len(self._loop.setpoints)
 
     def status(self) -> OutputStatus:
-        """See StepOutput."""
         with self._lock:
             setpoints = self._loop.setpoints
             return OutputStatus(
@@ -129,7 +125,6 @@ class ServoOutput:
             )
 
     def take_sent(self) -> Ticks:
-        """See StepOutput."""
         with self._lock:
             return self._loop.setpoints.take_sent()
 
@@ -161,7 +156,6 @@ class ServoOutput:
                 self._state, self._reason = OutputState.STOPPED, reason or "stop requested"
 
     def acknowledge(self) -> None:
-        """See StepOutput."""
         with self._lock:
             if self._state is not OutputState.STOPPED:
                 return
@@ -170,11 +164,9 @@ class ServoOutput:
             self._state, self._reason = OutputState.DISABLED, ""
 
     def beat(self) -> None:
-        """See StepOutput."""
         self._beat_ns = self._clock.now_ns()
 
     def close(self) -> None:
-        """See StepOutput."""
         self.stop("closed")
         self._task.stop()
         with self._lock:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from deltactl.drivers.current.contract import JOINTS, Three
+from deltactl.drivers.current_drives import JOINTS, Three
 
 Row = tuple[float, ...]
 """Twelve numbers of one tick: references, counts, currents, disturbances of the three joints."""

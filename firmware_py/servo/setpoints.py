@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.drivers.current.contract import JOINTS, Three
+from deltactl.drivers.current_drives import JOINTS, Three
 from deltactl.drivers.steps.contract import Counts, Ticks
 from deltactl.models.robot import FloatArray
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from zlib import crc32
 
-from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
 from deltactl.firmware_py.robot_file import RobotFile
 
 

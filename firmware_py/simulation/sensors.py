@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deltactl.drivers.fakes.ranging_rig import RangingRig, build_rig
+from deltactl.drivers.fakes.ranging_bench import RangingRig, build_rig
 from deltactl.drivers.ranging.contract import NoSensors, RangingSensors
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.simulation.noise import range_noise

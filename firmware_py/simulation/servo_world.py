@@ -12,8 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from deltactl.drivers.current.contract import Three
-from deltactl.drivers.current.fake import FakeCurrentDrives
+from deltactl.drivers.current_drives import Three
+from deltactl.drivers.fakes.current_drives import FakeCurrentDrives
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.servo.as_built import AsBuiltServo
 from deltactl.firmware_py.simulation.world import MEMORY_S, SimulatedRobot

@@ -66,7 +66,7 @@ class PlantSettings:
 
 
 class DeltaPlant:
-    """Implements `deltactl.drivers.current.contract.Plant`: currents in, arm angles out."""
+    """Implements `deltactl.drivers.current_drives.Plant`: currents in, arm angles out."""
 
     def __init__(self, settings: PlantSettings, angles_rad: Vector):
         self.settings = settings

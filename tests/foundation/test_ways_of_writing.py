@@ -17,7 +17,7 @@ OTHERWISE = {
     "models/training/dataset_writer.py": "samples are added as they are taken, a line each",
     "deltactl/cli/services/web_page.py": "the log of a process that runs",
     "deltactl/diagnosis/estimation/side_by_side.py": "a pipe between processes",
-    "drivers/steps/process_host.py": "memory that two processes share, and no text",
+    "drivers/steps/hosts.py": "memory that two processes share, and no text",
     "firmware_py/daemon/listener.py": "an empty file that is locked",
     "drivers/fakes/syscall_trap.py": "the memory of a process, and /dev/null",
 }

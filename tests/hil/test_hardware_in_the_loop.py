@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from deltactl.drivers.fakes.gpio_chip import SET_VALUES
-from deltactl.drivers.fakes.i2c_device import I2C_RDWR
+from deltactl.drivers.fakes.i2c_bus import I2C_RDWR
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.robot_file import load_robot

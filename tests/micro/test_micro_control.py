@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the micro delta needs the extra 'proof' (MuJoCo)")
 
-from deltactl.drivers.current.fake import FakeCurrentDrives
+from deltactl.drivers.fakes.current_drives import FakeCurrentDrives
 from deltactl.firmware_py.servo.law import LawSettings
 from deltactl.firmware_py.servo.loop import ServoLoop
 from deltactl.proof.micro.as_built import MicroDelta

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from deltactl.drivers.fakes.chip_bench import ChipBench
-from deltactl.drivers.fakes.ranging_bench import RangingBench
+from deltactl.drivers.fakes.ranging_bench import ChipBench, RangingBench
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ from gpiozero.pins.mock import MockFactory
 from smbus2 import i2c_msg
 
 from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
+from deltactl.drivers.fakes.mock_pins import connect_xshut
 from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from deltactl.drivers.fakes.xshut_pin import connect_xshut
 from deltactl.drivers.i2c import Registers, bus_clock_hz, open_bus
-from deltactl.drivers.ranging.xshut import OpenDrainLine
+from deltactl.drivers.ranging.robot_sensors import OpenDrainLine
 from deltactl.foundation.clock import VirtualClock, ns
 from deltactl.foundation.errors import BusDead
 

@@ -7,8 +7,7 @@ import struct
 
 import pytest
 
-from deltactl.drivers.fakes.chip_bench import ChipBench
-from deltactl.drivers.fakes.i2c_device import (
+from deltactl.drivers.fakes.i2c_bus import (
     FUNC_I2C,
     I2C_FUNCS,
     I2C_RDWR,
@@ -16,6 +15,7 @@ from deltactl.drivers.fakes.i2c_device import (
     I2C_TIMEOUT,
     I2cAdapter,
 )
+from deltactl.drivers.fakes.ranging_bench import ChipBench
 
 MODEL_ID = b"\xea\xcc"
 

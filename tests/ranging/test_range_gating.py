@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from deltactl.drivers.ranging.contract import Gate
-from deltactl.drivers.ranging.gating import BELIEVED_AFTER, Gatekeeper
-from deltactl.drivers.ranging.sample import RawSample
+from deltactl.drivers.ranging.sample_reader import BELIEVED_AFTER, Gatekeeper
+from deltactl.drivers.ranging.vl53l1x import RawSample
 from deltactl.drivers.settings import RangingSettings
 from deltactl.foundation.clock import ns
 

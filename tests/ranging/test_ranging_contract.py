@@ -13,12 +13,13 @@ from itertools import pairwise
 
 import pytest
 
-from deltactl.drivers.fakes.ranging_rig import build_rig
+from deltactl.drivers.fakes.ranging_bench import build_rig
 from deltactl.drivers.i2c import open_bus
 from deltactl.drivers.ranging.bank import AXES, SensorBank
 from deltactl.drivers.ranging.contract import Gate, Reading
-from deltactl.drivers.ranging.status import STATUSES
-from deltactl.drivers.ranging.xshut import OpenDrainLine, XshutLine
+from deltactl.drivers.ranging.registers import STATUSES
+from deltactl.drivers.ranging.robot_sensors import OpenDrainLine
+from deltactl.drivers.ranging.slot import XshutLine
 from deltactl.drivers.settings import RangingSettings
 from deltactl.foundation.clock import Clock, RealClock, VirtualClock, ns, sleep_s
 

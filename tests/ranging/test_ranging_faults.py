@@ -6,8 +6,7 @@ import pytest
 
 from deltactl.drivers.fakes.ranging_bench import RangingBench
 from deltactl.drivers.ranging.contract import Gate, Reading
-from deltactl.drivers.ranging.sample import RawSample
-from deltactl.drivers.ranging.vl53l1x import Vl53l1x
+from deltactl.drivers.ranging.vl53l1x import RawSample, Vl53l1x
 from deltactl.drivers.settings import RangingSettings
 from deltactl.foundation.clock import ns, sleep_s
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from smbus2 import i2c_msg
 
-from deltactl.drivers.ranging.bus_watch import SILENCE_TRANSFERS, BusWatch
-from deltactl.drivers.ranging.sample import RawSample
+from deltactl.drivers.ranging.bank import SILENCE_TRANSFERS, BusWatch
 from deltactl.drivers.ranging.sample_reader import SampleReader
+from deltactl.drivers.ranging.vl53l1x import RawSample
 from deltactl.drivers.settings import RangingSettings
 from deltactl.foundation.clock import VirtualClock, ns
 from deltactl.foundation.errors import BusDead

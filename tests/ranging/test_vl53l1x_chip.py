@@ -8,8 +8,8 @@ from itertools import pairwise
 import pytest
 from smbus2 import i2c_msg
 
-from deltactl.drivers.fakes.chip_bench import ChipBench
-from deltactl.drivers.fakes.range_noise import RangeNoise
+from deltactl.drivers.fakes.ranging_bench import ChipBench
+from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
 
 
 def test_it_is_silent_for_its_boot_time_and_while_held_in_reset(one: ChipBench) -> None:

@@ -9,17 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from deltactl.drivers.ranging import registers as reg
-from deltactl.drivers.ranging.sample import decode, samples_between
-from deltactl.drivers.ranging.status import STATUSES, explain, uld_status
-from deltactl.drivers.ranging.timing import (
+from deltactl.drivers.ranging.registers import (
     BUDGET_TIMEOUTS,
     MODE_REGISTERS,
-    VCSEL_PERIODS,
+    STATUSES,
     decode_timeout,
-    encode_timeout,
+    explain,
     macro_period_us,
     range_timing,
+    uld_status,
 )
+from deltactl.drivers.ranging.vl53l1x import decode, samples_between
 
 FAST_OSC = 0xBCCC
 
@@ -27,26 +27,6 @@ FAST_OSC = 0xBCCC
 @given(st.integers(0, 0xFF), st.integers(0, 0x12))
 def test_timeout_decodes_as_the_sheet_says(lsb: int, msb: int) -> None:
     assert decode_timeout((msb << 8) | lsb) == lsb * 2**msb + 1
-
-
-@given(st.integers(1, 2**24))
-def test_encoded_timeout_is_the_nearest_below(mclks: int) -> None:
-    register = encode_timeout(mclks)
-    assert register <= 0xFFFF
-    held = decode_timeout(register)
-    step = 1 << (register >> 8)
-    assert held <= mclks < held + step
-
-
-@given(st.integers(0x80, 0xFF), st.integers(1, 0x10))
-def test_encoding_undoes_decoding_of_normal_forms(lsb: int, msb: int) -> None:
-    register = (msb << 8) | lsb
-    assert encode_timeout(decode_timeout(register)) == register
-
-
-def test_a_timeout_of_nothing_is_refused() -> None:
-    with pytest.raises(ValueError, match="at least 1 macro period"):
-        encode_timeout(0)
 
 
 def test_macro_periods_are_those_of_the_sheet() -> None:
@@ -66,7 +46,11 @@ def test_every_budget_fits_its_name_and_grows(mode: str) -> None:
 def test_the_two_phases_of_a_budget_are_equally_long_but_for_the_oversight_of_st() -> None:
     odd = []
     for mode, budgets in BUDGET_TIMEOUTS.items():
-        periods = VCSEL_PERIODS[mode]
+        written = dict(MODE_REGISTERS[mode])
+        periods = (
+            written[reg.RANGE_CONFIG_VCSEL_PERIOD_A],
+            written[reg.RANGE_CONFIG_VCSEL_PERIOD_B],
+        )
         for ms, timeouts in budgets.items():
             a_us, b_us = (
                 decode_timeout(timeout) * macro_period_us(FAST_OSC, period)
@@ -80,13 +64,6 @@ def test_the_two_phases_of_a_budget_are_equally_long_but_for_the_oversight_of_st
 def test_a_budget_that_a_mode_lacks_is_refused_with_those_it_has() -> None:
     with pytest.raises(ValueError, match=r"no timing budget of 15 ms in long mode.*20, 33, 50"):
         range_timing("long", 15, FAST_OSC)
-
-
-def test_mode_tables_and_vcsel_periods_agree() -> None:
-    for mode, (period_a, period_b) in VCSEL_PERIODS.items():
-        written = dict(MODE_REGISTERS[mode])
-        assert written[reg.RANGE_CONFIG_VCSEL_PERIOD_A] == period_a
-        assert written[reg.RANGE_CONFIG_VCSEL_PERIOD_B] == period_b
 
 
 def _in_block(block: bytes, register: reg.Register) -> int:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from deltactl.drivers.current.contract import CurrentDrives, Plant
-from deltactl.drivers.current.fake import FakeCurrentDrives, PlannedFault
+from deltactl.drivers.current_drives import CurrentDrives, Plant
+from deltactl.drivers.fakes.current_drives import FakeCurrentDrives, PlannedFault
 from deltactl.firmware_py.simulation.servo_world import plant_of
 from deltactl.foundation.errors import DriveAlarm
 

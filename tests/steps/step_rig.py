@@ -11,7 +11,7 @@ import pytest
 from deltactl.drivers.fakes.bench import FakeBench
 from deltactl.drivers.settings import InputSettings, StepSettings, SwitchedPin
 from deltactl.drivers.steps.contract import OutputState, StepOutput, Ticks
-from deltactl.drivers.steps.switches import Switches
+from deltactl.drivers.steps.lines import Switches
 from deltactl.foundation.clock import Clock, ns, sleep_s
 
 INPUTS = InputSettings()

@@ -8,11 +8,11 @@ from gpiozero import Device, InputDevice, OutputDevice
 from hypothesis import given
 from hypothesis import strategies as st
 
-from deltactl.drivers.fakes.bench import FakeBench, fake_bench
+from deltactl.drivers.fakes.bench import FakeBench
 from deltactl.drivers.fakes.lines import BENCH_BYTES, ROWS, BenchMemory, FakeLines
 from deltactl.drivers.fakes.mock_pins import WiredFactory
 from deltactl.drivers.fakes.step_drive import DriveLimits, SimulatedDrive
-from deltactl.drivers.inputs import alarm_inputs, estop_input, home_switches
+from deltactl.drivers.gpiozero_pins import alarm_inputs, estop_input, home_switches
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps.lines import ENABLE_BIT
 from deltactl.foundation.clock import VirtualClock, sleep_s
@@ -23,12 +23,12 @@ STEPS, INPUTS = StepSettings(), InputSettings()
 
 @pytest.fixture
 def bench() -> FakeBench:
-    return fake_bench(STEPS, INPUTS, VirtualClock())
+    return FakeBench(STEPS, INPUTS, VirtualClock())
 
 
 def test_output_devices_move_the_drives() -> None:
     clock = VirtualClock()
-    bench = fake_bench(STEPS, INPUTS, clock)
+    bench = FakeBench(STEPS, INPUTS, clock)
     pins = bench.pin_factory
     enable, direction, step = (
         OutputDevice(pin, pin_factory=pins)

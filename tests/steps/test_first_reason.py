@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.fakes.bench import simulated_step_output
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps import board as b
 from deltactl.drivers.steps.lines import OUTPUT_LINES, SWITCH_SHIFT
-from deltactl.drivers.steps.player import PulsePlayer
-from deltactl.drivers.steps.timing import PlayerSettings
+from deltactl.drivers.steps.player import PlayerSettings, PulsePlayer
 from deltactl.foundation.clock import VirtualClock, sleep_s
 
 GRIPPER, BRAKE = 1 << SWITCH_SHIFT, 2 << SWITCH_SHIFT

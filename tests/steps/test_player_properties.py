@@ -10,7 +10,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from deltactl.drivers.steps import board as b
-from deltactl.drivers.steps.codes import as_ticks
 from deltactl.drivers.steps.contract import Ticks
 from deltactl.drivers.steps.lines import (
     DIRECTION_BITS,
@@ -18,8 +17,8 @@ from deltactl.drivers.steps.lines import (
     ENABLE_BIT,
     STEP_BITS,
 )
-from deltactl.drivers.steps.player import PulsePlayer
-from deltactl.drivers.steps.timing import PlayerSettings
+from deltactl.drivers.steps.output import as_ticks
+from deltactl.drivers.steps.player import PlayerSettings, PulsePlayer
 
 FRACTION = 0.9
 SETTINGS = PlayerSettings(

@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from deltactl.drivers.fakes.bench import SimulatedSteps, simulated_step_output
 from deltactl.drivers.fakes.lines import BENCH_BYTES, BenchMemory
-from deltactl.drivers.fakes.steps import SimulatedSteps, simulated_step_output
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps import board as b
 from deltactl.drivers.steps.build import build_step_output
 from deltactl.drivers.steps.contract import OutputState, Ticks
-from deltactl.drivers.steps.process_host import ProcessStepOutput, last_counts
+from deltactl.drivers.steps.hosts import ProcessStepOutput, last_counts
 from deltactl.foundation.clock import RealClock, VirtualClock
 from deltactl.foundation.errors import ConfigError, MissingFile, PulseFault
 from tests.steps.step_rig import SAFE, SWITCHES
@@ -140,7 +140,7 @@ CONTROLLER = textwrap.dedent("""
     from pathlib import Path
     import numpy as np
     from deltactl.drivers.settings import InputSettings, StepSettings
-    from deltactl.drivers.fakes.steps import simulated_step_output
+    from deltactl.drivers.fakes.bench import simulated_step_output
     from deltactl.drivers.steps.contract import Ticks
     from deltactl.foundation.clock import RealClock
     from tests.steps.step_rig import SWITCHES

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from gpiozero import OutputDevice
 
-from deltactl.drivers.fakes.bench import fake_bench
-from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.fakes.bench import FakeBench, simulated_step_output
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps.build import (
     build_step_output,
@@ -18,9 +17,9 @@ from deltactl.drivers.steps.build import (
     player_settings,
 )
 from deltactl.drivers.steps.contract import OutputState, Ticks
+from deltactl.drivers.steps.hosts import TaskHost, TaskStepOutput
 from deltactl.drivers.steps.lines import ALARM_BITS, ESTOP_BIT
 from deltactl.drivers.steps.output import PlayerStepOutput
-from deltactl.drivers.steps.task_host import TaskHost, TaskStepOutput
 from deltactl.foundation.clock import RealClock, Task, TaskHandle, VirtualClock, sleep_s
 from deltactl.foundation.errors import ConfigError, LimitExceeded, PulseFault
 
@@ -65,7 +64,7 @@ def test_the_shortest_period_is_known_before_anything_moves(
 
 
 def test_pins_taken_by_another_device_are_refused_in_one_line() -> None:
-    bench = fake_bench(ON_PINS, INPUTS, VirtualClock())
+    bench = FakeBench(ON_PINS, INPUTS, VirtualClock())
     blocker = OutputDevice(22, pin_factory=bench.pin_factory)
     with pytest.raises(ConfigError, match="step pins cannot be used"):
         build_step_output(ON_PINS, INPUTS, VirtualClock(), pin_factory=bench.pin_factory)

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from deltactl.drivers.fakes.bench import fake_bench
+from deltactl.drivers.fakes.bench import FakeBench, simulated_step_output
 from deltactl.drivers.fakes.gpio_chip import GpioChip
-from deltactl.drivers.fakes.steps import simulated_step_output
 from deltactl.drivers.fakes.syscall_trap import SyscallTrap, available
 from deltactl.drivers.settings import StepSettings
 from deltactl.drivers.steps.build import build_step_output
@@ -59,7 +58,7 @@ class TestPulseProcessThroughLgpio(StepOutputContract):
         if not available():
             pytest.skip("needs seccomp user notification (Linux 5.14)")
         clock, chip = RealClock(), GpioChip()
-        bench = fake_bench(STEPS, INPUTS, clock, pins=chip, switches=SWITCHES)
+        bench = FakeBench(STEPS, INPUTS, clock, pins=chip, switches=SWITCHES)
         trap = SyscallTrap({"/dev/gpiochip0": chip}, (0xB4,))
         monkeypatch.setattr(sys, "executable", trap.executable)
         output = build_step_output(STEPS, INPUTS, clock, switches=SWITCHES)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.drivers.fakes.bench import fake_bench
+from deltactl.drivers.fakes.bench import FakeBench
 from deltactl.drivers.fakes.gpio_chip import GET_VALUES, SET_VALUES, GpioChip
 from deltactl.drivers.fakes.syscall_trap import SyscallTrap, available
 from deltactl.drivers.settings import InputSettings, StepSettings
@@ -45,7 +45,7 @@ def trap(chip: GpioChip, monkeypatch: pytest.MonkeyPatch) -> Iterator[SyscallTra
 
 @pytest.mark.usefixtures("trap")
 def test_three_motors_step_in_one_call_up_and_one_down(chip: GpioChip) -> None:
-    bench = fake_bench(STEPS, INPUTS, RealClock(), pins=chip)
+    bench = FakeBench(STEPS, INPUTS, RealClock(), pins=chip)
     output = build_step_output(STEPS, INPUTS, RealClock())
     output.enable()
     before = chip.calls[SET_VALUES]
@@ -98,7 +98,7 @@ output.close()
 
 
 def test_gpiozero_moves_the_same_drives(chip: GpioChip, trap: SyscallTrap, tmp_path: Path) -> None:
-    bench = fake_bench(STEPS, INPUTS, RealClock(), pins=chip)
+    bench = FakeBench(STEPS, INPUTS, RealClock(), pins=chip)
     done = subprocess.run(
         [trap.executable, "-c", ON_PINS],
         cwd=tmp_path,

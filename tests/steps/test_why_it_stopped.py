@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deltactl.drivers.fakes.steps import simulated_step_output
+from deltactl.drivers.fakes.bench import simulated_step_output
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps.board import (
     ALL_MOTORS,

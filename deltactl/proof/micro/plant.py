@@ -15,7 +15,7 @@ Counts = tuple[int, int, int]
 
 
 class MicroPlant:
-    """One robot and its state. Has the members of `deltactl.drivers.current.contract.Plant`.
+    """One robot and its state. Has the members of `deltactl.drivers.current_drives.Plant`.
 
     Does not model: play and compliance of the gears, torque ripple, the current loop's own lag
     (electrical time constants are some 50 us), ball joints' friction.

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.drivers.fakes.bench import FakeBench
-from deltactl.drivers.fakes.ranging_rig import RangingRig
+from deltactl.drivers.fakes.ranging_bench import RangingRig
 from deltactl.drivers.steps.contract import Counts
-from deltactl.drivers.steps.process_host import ProcessStepOutput
+from deltactl.drivers.steps.hosts import ProcessStepOutput
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.contract import JobResult
 from deltactl.firmware_py.controller.controller import Controller

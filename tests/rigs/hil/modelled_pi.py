@@ -11,10 +11,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from deltactl.drivers.fakes.bench import FakeBench, fake_bench
+from deltactl.drivers.fakes.bench import FakeBench
 from deltactl.drivers.fakes.gpio_chip import GpioChip
-from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
-from deltactl.drivers.fakes.i2c_device import I2cAdapter
+from deltactl.drivers.fakes.i2c_bus import FakeI2cBus, I2cAdapter
 from deltactl.drivers.fakes.syscall_trap import SyscallTrap
 from deltactl.drivers.fakes.vl53l1x_chip import DistanceOver, Vl53l1xChip
 from deltactl.firmware_py.robot_file import RobotFile
@@ -40,7 +39,7 @@ class ModelledPi:
         clock = RealClock()
         self.robot = robot
         self.gpio = GpioChip()
-        self.bench: FakeBench = fake_bench(robot.steps, robot.inputs, clock, pins=self.gpio)
+        self.bench: FakeBench = FakeBench(robot.steps, robot.inputs, clock, pins=self.gpio)
         self.world = SimulatedRobot(robot, self.bench.counts_at, clock.now_ns)
         noise = range_noise(robot)
         self.chips = {

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Literal
 
-from deltactl.drivers.current.contract import JOINTS, Counts, Plant, Three
+from deltactl.drivers.current_drives import JOINTS, Counts, Plant, Three
 from deltactl.foundation.errors import DriveAlarm
 
 FaultKind = Literal["encoder_lost", "over_current"]
@@ -76,16 +76,13 @@ class FakeCurrentDrives:
         self._in_hand = True
 
     def enable(self) -> None:
-        """See CurrentDrives."""
         self._refuse_if_tripped()
         self.enabled, self._in_hand = True, False
 
     def make_safe(self) -> None:
-        """See CurrentDrives."""
         self.enabled = False
 
     def read_counts(self) -> Counts:
-        """See CurrentDrives."""
         if self._tripped:
             raise DriveAlarm(self._tripped)
         first, second, third = self.plant.angles_rad()
@@ -117,7 +114,6 @@ class FakeCurrentDrives:
             raise DriveAlarm(self._tripped)
 
     def set_counts(self, counts: Counts) -> None:
-        """See CurrentDrives."""
         true_rad = self.plant.angles_rad()
         self._offset = [
             count - round(angle * self._per_rad)
@@ -125,14 +121,12 @@ class FakeCurrentDrives:
         ]
 
     def clear(self) -> None:
-        """See CurrentDrives."""
         self._tripped = "; ".join(
             SAYS[kind].format(joint=joint) for joint, kind in sorted(self._present.items())
         )
         self._refuse_if_tripped()
 
     def close(self) -> None:
-        """See CurrentDrives."""
         self.make_safe()
 
     def _limited(self, current_a: float) -> float:
