@@ -12,7 +12,6 @@ from typing import Protocol
 
 from deltactl.drivers.fakes.lines import BENCH_BYTES, BenchMemory, Counts, FakeLines, FakeWiring
 from deltactl.drivers.fakes.mock_pins import WiredFactory
-from deltactl.drivers.gpiozero_pins import GpiozeroLines, InputLine, named_inputs
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps.build import (
     CHECK_AHEAD_NS,
@@ -20,6 +19,7 @@ from deltactl.drivers.steps.build import (
     player_settings,
     task_output,
 )
+from deltactl.drivers.steps.gpiozero_pins import GpiozeroLines, InputLine, named_inputs
 from deltactl.drivers.steps.hosts import ProcessStepOutput, PulseProcess
 from deltactl.drivers.steps.lines import (
     DIRECTION_SHIFT,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from deltactl.drivers.gpiozero_pins import GpiozeroLines
 from deltactl.drivers.pin_factory import lgpio_pin_factory
 from deltactl.drivers.settings import SHORTEST_PERIOD_S, InputSettings, StepSettings
 from deltactl.drivers.steps.contract import StepOutput
+from deltactl.drivers.steps.gpiozero_pins import GpiozeroLines
 from deltactl.drivers.steps.hosts import ProcessStepOutput, PulseProcess, TaskStepOutput
 from deltactl.drivers.steps.lgpio_lines import LgpioLines, LgpioPins
 from deltactl.drivers.steps.lines import (

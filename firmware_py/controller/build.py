@@ -8,10 +8,10 @@ from pathlib import Path
 
 from deltactl.drivers.fakes.bench import simulated_step_output
 from deltactl.drivers.fakes.home_switch import FakeHomeSwitch
-from deltactl.drivers.gpiozero_pins import home_switches, named_inputs
 from deltactl.drivers.ranging.contract import NoSensors, RangingSensors
 from deltactl.drivers.steps.build import build_step_output, release_drives
 from deltactl.drivers.steps.contract import MOTORS
+from deltactl.drivers.steps.gpiozero_pins import home_switches, named_inputs
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.file_in_force import keep_text
 from deltactl.firmware_py.controller.servo_machine import servo_machine

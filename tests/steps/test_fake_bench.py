@@ -12,8 +12,8 @@ from deltactl.drivers.fakes.bench import FakeBench
 from deltactl.drivers.fakes.lines import BENCH_BYTES, ROWS, BenchMemory, FakeLines
 from deltactl.drivers.fakes.mock_pins import WiredFactory
 from deltactl.drivers.fakes.step_drive import DriveLimits, SimulatedDrive
-from deltactl.drivers.gpiozero_pins import alarm_inputs, estop_input, home_switches
 from deltactl.drivers.settings import InputSettings, StepSettings
+from deltactl.drivers.steps.gpiozero_pins import alarm_inputs, estop_input, home_switches
 from deltactl.drivers.steps.lines import ENABLE_BIT
 from deltactl.foundation.clock import VirtualClock, sleep_s
 from deltactl.foundation.errors import ConfigError
