@@ -11,7 +11,6 @@ import contextlib
 import errno
 import fcntl
 import os
-from pathlib import Path
 from typing import Protocol
 
 from smbus2 import SMBus, i2c_msg
@@ -119,19 +118,3 @@ def open_bus(number: int) -> I2cBus:
         with contextlib.suppress(OSError):
             fcntl.ioctl(bus.fd, I2C_TIMEOUT_IOCTL, ADAPTER_TIMEOUT_10MS)
     return bus
-
-
-DEVICE_TREE = Path("/proc/device-tree")
-
-
-def bus_clock_hz(number: int, device_tree: Path = DEVICE_TREE) -> int | None:
-    """Clock of an I2C bus as the device tree has it [Hz], None where it does not say.
-
-    The alias `i2c<number>` names the node, its `clock-frequency` is one big-endian cell.
-    """
-    try:
-        node = (device_tree / "aliases" / f"i2c{number}").read_bytes().rstrip(b"\0").decode()
-        cell = (device_tree / node.lstrip("/") / "clock-frequency").read_bytes()
-    except (OSError, UnicodeDecodeError):
-        return None
-    return int.from_bytes(cell, "big") if len(cell) == 4 else None

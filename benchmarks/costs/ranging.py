@@ -58,7 +58,7 @@ def _start_ms() -> float:
 def _wire_ms(clock_hz: int) -> float:
     """Longest of some polls with three new samples, as the bits take it."""
     settings = RangingSettings(rate_hz=20.0)
-    bench = RangingBench(settings, bus_takes_time=True, bus_clock_hz=clock_hz)
+    bench = RangingBench(settings, wire_hz=clock_hz)
     bench.bank.start()
     longest_ns = 0
     for _ in range(20):

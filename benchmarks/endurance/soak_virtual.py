@@ -1,4 +1,4 @@
-"""The soak on the virtual clock: a working day of a robot, over and over."""
+"""The soak on the virtual clock: a working day of a robot, over and over; and a soak's table."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import gc
 import itertools
 import os
 import random
+import re
 import shutil
 import time
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from benchmarks.endurance.soak_table import Sample, Tally
+import numpy as np
+
 from deltactl.drivers.steps.contract import Ticks
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.sensing.verify import verify
@@ -23,7 +26,67 @@ from deltactl.firmware_py.daemon.protocol import Message, Request
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.clock import NS_PER_S, sleep_s
 from deltactl.recording.writing.keeping import GIB, KeptRecordings, RecordingKeeper
-from tests.rigs.faults.vitals import vitals
+from tests.rigs.faults.vitals import Vitals, vitals
+
+MOST_SHOWN = 300
+_NUMBERS = re.compile(r"[0-9]+(?:[-.T:][0-9]+)*")
+WARM_UP = 0.15
+"""The first part of a soak loads, fills buffers and caches: slopes are taken after it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One look. `drift`: worst difference of counters and drives [steps]."""
+
+    hours: float
+    vitals: Vitals
+    drift: int
+    edges_missed: int
+    recordings: int
+    recorded_mb: float
+    oldest_s: float
+    free_mb: float
+
+
+@dataclass
+class Tally:
+    """What happened, and what was wrong."""
+
+    samples: list[Sample] = field(default_factory=list)
+    happened: dict[str, int] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+
+    def count(self, what: str, times: int = 1) -> None:
+        """Something happened."""
+        self.happened[what] = self.happened.get(what, 0) + times
+
+    def rows(self) -> list[str]:
+        """The table."""
+        hours = np.array([one.hours for one in self.samples])
+        late = hours >= WARM_UP * hours[-1]
+        rows = [f"{'':28}{'first':>12}{'last':>12}{'worst':>12}{'slope an hour':>16}"]
+        for name, values in self._columns().items():
+            slope = np.polyfit(hours[late], values[late], 1)[0] if late.sum() > 2 else np.nan
+            figures = (values[late][0], values[-1], values.max())
+            rows.append(f"{name:28}" + "".join(f"{v:12.1f}" for v in figures) + f"{slope:16.3f}")
+        rows.append("  ".join(f"{what}: {n}" for what, n in sorted(self.happened.items())))
+        kinds = Counter(_NUMBERS.sub("*", problem)[:MOST_SHOWN] for problem in self.problems)
+        return [*rows, *(f"NOT AS IT SHOULD BE, {n} times: {kind}" for kind, n in kinds.items())]
+
+    def _columns(self) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
+        of = self.samples
+        return {
+            "resident memory, MB": np.array([s.vitals.rss_kb / 1024 for s in of]),
+            "open files": np.array([float(s.vitals.files) for s in of]),
+            "threads": np.array([float(s.vitals.threads) for s in of]),
+            "counter against drive, steps": np.array([float(s.drift) for s in of]),
+            "edges not yet reported": np.array([float(s.edges_missed) for s in of]),
+            "recordings": np.array([float(s.recordings) for s in of]),
+            "recordings, MB": np.array([s.recorded_mb for s in of]),
+            "oldest recording, s (wall)": np.array([s.oldest_s for s in of]),
+            "free on the disk, MB": np.array([s.free_mb for s in of]),
+        }
+
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 SHIFT_S, BREAK_S, OFF_S = 1800.0, 1200.0, 600.0

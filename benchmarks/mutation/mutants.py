@@ -2,8 +2,8 @@
 
 Puts small mistakes into the program one at a time, in a copy of it, and runs those tests of the
 folder that run through the changed line, quickest first, until one fails. Known mistakes come
-first (benchmarks/mutation/named.py), then ones made by rule, spread over the files of
-benchmarks/mutation/table.py. What survives is listed.
+first (benchmarks/mutation/named.yaml), then ones made by rule, spread over the files of
+benchmarks/mutation/table.yaml. What survives is listed.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from benchmarks.mutation.named import EQUIVALENT, NAMED
 from benchmarks.mutation.operators import Mutant, mutants_of
 from benchmarks.mutation.run import HUNG, KILLED, PROGRAM, SURVIVED, Copy
-from benchmarks.mutation.table import TABLE, Row
+from benchmarks.mutation.table import EQUIVALENT, NAMED, TABLE, Row
 
 Results = dict[str, dict[str, str]]
 

@@ -9,6 +9,10 @@ done again. `compare` says, group by group, how many answers are right under bot
 the difference is more than chance (McNemar's exact test of the pairs), how many answers stayed
 identical to the byte, and what they took. --tenth takes a tenth of all cases, of every group some.
 
+Simulated cases are those of the proof (`proof/cases.py`), practice and real recordings those of the
+project's shared material. A case is known by its name: SEED_NNNN, practice__CASE or
+real__MACHINE__RECORDING.
+
 Exit status of `compare`: 1 when a group is worse than chance allows (p < 0.05), else 0.
 """
 
@@ -18,22 +22,139 @@ import argparse
 import json
 import multiprocessing
 import os
+import resource
 import sys
+import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
 from scipy.stats import binomtest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-
-from benchmarks.proofs import frozen_cases
-from benchmarks.proofs.frozen_cases import Frozen, answer_file
 from deltactl.diagnosis.answer.consistency import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.api import diagnose
+from deltactl.diagnosis.estimation.side_by_side import alone
+from deltactl.proof.cases import ROUND, draw
 from deltactl.proof.prove.score import score
+from deltactl.proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
+
+TENTH, TURN = 10, 7
+"""A tenth takes another residue in every round of groups, so that it holds all groups."""
+Answer = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Frozen:
+    """One case: files, group, and the truth as JSON."""
+
+    name: str
+    group: str
+    truth: Any
+    folder: Path
+    recording: Path
+    robot: Path
+    holdout: Path | None
+    seed: int | None = None
+    number: int = 0
+
+
+def simulated(keep: Path, seeds: Sequence[int], count: int, tenth: bool) -> Iterator[Frozen]:
+    """Proof cases, seeds in turn, so that a run that is cut off has its share of each."""
+    for number in range(count):
+        if tenth and (number - TURN * (number // len(ROUND))) % TENTH:
+            continue
+        for seed in seeds:
+            name = f"{seed}_{number:04d}"
+            folder = keep / "cases" / name
+            yield Frozen(
+                name, ROUND[number % len(ROUND)], None, folder, folder / RECORDING,
+                folder / ROBOT_FILE, folder / HOLDOUT, seed, number,
+            )  # fmt: skip
+
+
+def practice(recordings: Path, tenth: bool) -> Iterator[Frozen]:
+    """The practice recordings with their answers."""
+    folder = recordings / "practice"
+    if not (folder / "answers.json").exists():
+        return
+    for truth in json.loads((folder / "answers.json").read_text())[:: TENTH if tenth else 1]:
+        case = folder / truth["case"]
+        yield Frozen(
+            f"practice__{truth['case']}", "practice", {"group": "practice", **truth}, case,
+            case / RECORDING, folder / ROBOT_FILE, case / HOLDOUT,
+        )  # fmt: skip
+
+
+def real(recordings: Path, tenth: bool) -> Iterator[Frozen]:
+    """Recordings of real machines with what is known of them, a group each."""
+    files = sorted(recordings.glob("*/expected.json"))
+    rows = [
+        (file.parent, name, known)
+        for file in files
+        for name, known in json.loads(file.read_text()).items()
+        if not name.startswith("_") and (file.parent / name).exists()
+    ]
+    for folder, name, known in rows[:: TENTH if tenth else 1]:
+        held = known.get("holdout")
+        there = isinstance(held, str) and (folder / held).exists()
+        yield Frozen(
+            f"real__{folder.name}__{name}", f"real {folder.name}", known, folder, folder / name,
+            folder / ROBOT_FILE, folder / held if there else None,
+        )  # fmt: skip
+
+
+def truth_of(case: Frozen, keep: Path) -> Any:
+    """What is known of a case; None for a simulated one that was not made yet."""
+    if case.seed is None:
+        return case.truth
+    file = keep / "cases" / f"{case.name}.truth.json"
+    return json.loads(file.read_text()) if file.exists() else None
+
+
+def answer_of(job: tuple[Frozen, Path, str]) -> tuple[str, float]:
+    """Diagnose one case, alone in its process, and keep the answer. Name and seconds."""
+    case, keep, label = job
+    _make(case, keep)
+    begun, answer, failure = time.perf_counter(), None, None
+    try:
+        with alone():
+            held_out = [case.holdout] if case.holdout is not None else []
+            answer = diagnose([case.recording], case.robot, held_out).to_json()
+    except Exception as error:  # whatever it is, it is what came out
+        failure = f"{type(error).__name__}: {error}"
+    seconds = time.perf_counter() - begun
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    kept = {"answer": answer, "failure": failure, "seconds": seconds, "peak_mb": peak_mb}
+    write(answer_file(keep, label, case.name), kept)
+    return case.name, seconds
+
+
+def _make(case: Frozen, keep: Path) -> None:
+    """Simulate a case that is not there yet; its truth is written last."""
+    truth = keep / "cases" / f"{case.name}.truth.json"
+    if case.seed is None or truth.exists():
+        return
+    drawn = draw(case.seed, case.number)
+    write_blind(drawn, case.folder, case.seed)
+    write(truth, drawn.truth())
+
+
+def answer_file(keep: Path, label: str, name: str) -> Path:
+    """Where the answer of a case is kept."""
+    return keep / "answers" / label / f"{name}.json"
+
+
+def write(path: Path, values: Any) -> None:
+    """All or nothing, so that a run that was cut off can go on."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(values))
+    os.replace(part, path)
+
 
 SEEDS = (14142135, 31415926)
 COUNT = 300
@@ -135,9 +256,9 @@ def cases_of(options: argparse.Namespace) -> Iterator[Frozen]:
     recordings = Path(options.recordings or os.environ.get("DELTACTL_RECORDINGS") or DEFAULT)
     if not recordings.exists():
         print(f"{recordings}: not there; only simulated cases", file=sys.stderr)
-    yield from frozen_cases.practice(recordings, options.tenth)
-    yield from frozen_cases.real(recordings, options.tenth)
-    yield from frozen_cases.simulated(options.keep, options.seeds, options.count, options.tenth)
+    yield from practice(recordings, options.tenth)
+    yield from real(recordings, options.tenth)
+    yield from simulated(options.keep, options.seeds, options.count, options.tenth)
 
 
 def make(options: argparse.Namespace) -> int:
@@ -150,7 +271,7 @@ def make(options: argparse.Namespace) -> int:
     ]
     spawn = multiprocessing.get_context("spawn")
     with spawn.Pool(options.processes, maxtasksperchild=1) as pool:
-        made = pool.imap_unordered(frozen_cases.answer_of, jobs)
+        made = pool.imap_unordered(answer_of, jobs)
         for number, (name, seconds) in enumerate(made, start=1):
             print(f"{number} of {len(jobs)}: {name} {seconds:.1f} s", flush=True)
     return 0
@@ -161,7 +282,7 @@ def compare(options: argparse.Namespace) -> int:
     groups: dict[str, list[Pair]] = defaultdict(list)
     for case in cases_of(options):
         files = [answer_file(options.keep, label, case.name) for label in options.labels]
-        truth = frozen_cases.truth_of(case, options.keep)
+        truth = truth_of(case, options.keep)
         if truth is not None and all(file.exists() for file in files):
             old, new = (json.loads(file.read_text()) for file in files)
             groups[case.group].append(Pair(case, truth, old, new))

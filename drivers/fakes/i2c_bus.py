@@ -68,10 +68,9 @@ class FakeI2cBus:
         self,
         clock: Clock,
         chips: Sequence[Chip],
-        clock_hz: int = 400_000,
-        takes_time: bool = False,
+        wire_hz: int | None = None,
     ):
-        """`takes_time`: every transfer advances the clock by its bits at `clock_hz`."""
+        """wire_hz: every transfer advances the clock by its bits at this rate; None: by nothing."""
         self.chips = list(chips)
         self.stuck = False
         self.gone = False
@@ -80,7 +79,7 @@ class FakeI2cBus:
         self.transfers = 0
         """How many transfers were tried."""
         self._clock = clock
-        self._ns_per_bit = NS_PER_S / clock_hz if takes_time else 0.0
+        self._ns_per_bit = NS_PER_S / wire_hz if wire_hz else 0.0
         self._lock = threading.RLock()
         self._open = True
 

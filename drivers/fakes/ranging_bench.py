@@ -46,13 +46,12 @@ def build_rig(
     noise: RangeNoise = RangeNoise(),  # noqa: B008 (immutable)
     factory: Any = None,
     oscillator_errors: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    bus_clock_hz: int = 400_000,
-    bus_takes_time: bool = False,
+    wire_hz: int | None = None,
 ) -> RangingRig:
     """Wire up three sensors. Each axis has its own sequence of noise (seed, seed + 1, seed + 2).
 
     `factory` is a gpiozero MockFactory to share with other simulated parts (default: an own one).
-    `oscillator_errors`, `bus_clock_hz` and `bus_takes_time`: see Vl53l1xChip and FakeI2cBus.
+    `oscillator_errors` and `wire_hz`: see Vl53l1xChip and FakeI2cBus.
     """
     factory = MockFactory() if factory is None else factory
     chips = {
@@ -64,7 +63,7 @@ def build_rig(
         )
         for index, axis in enumerate(AXES)
     }
-    bus = FakeI2cBus(clock, list(chips.values()), bus_clock_hz, bus_takes_time)
+    bus = FakeI2cBus(clock, list(chips.values()), wire_hz)
     for axis, number in zip(AXES, settings.xshut_pins, strict=True):
         connect_xshut(factory, number, chips[axis].set_xshut)
     lines = tuple(OpenDrainLine(factory, number) for number in settings.xshut_pins)

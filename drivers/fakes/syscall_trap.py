@@ -26,8 +26,6 @@ from typing import NamedTuple, Protocol, runtime_checkable
 from deltactl.foundation.places import IMPORT_ROOT
 from deltactl.foundation.plain_file import write_whole
 
-SOCKET_VARIABLE = "DELTACTL_SYSCALL_TRAP"
-
 
 class _Machine(NamedTuple):
     audit: int  # linux/audit.h

@@ -198,11 +198,6 @@ class SensorBank:
         """Samples per second of each sensor over the last seconds; None while not yet known."""
         return {slot.place.axis: slot.reader.measured_hz for slot in self._slots}
 
-    def set_offset_mm(self, axis: str, offset_mm: float) -> None:
-        """Add this to every distance of one axis from now on (calibration)."""
-        with self._lock:
-            self._slots[AXES.index(axis)].reader.offset_mm = offset_mm
-
     def close(self) -> None:
         """Stop ranging, hold the sensors in reset, and give back what came with `on_close`."""
         with self._lock:

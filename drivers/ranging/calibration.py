@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,7 +41,8 @@ class OffsetCalibration:
     """The same with the new one."""
     warning: str
     """Why the result should not be used; empty when it looks sound."""
-    applied: bool
+    applied: bool = False
+    """Always: what to put into the robot file is for its owner to enter."""
 
     def says(self) -> str:
         """The result in one line."""
@@ -51,7 +51,7 @@ class OffsetCalibration:
             f" {self.offset_before_mm:+.1f} -> {self.offset_after_mm:+.1f} mm"
             f" (+-{self.uncertainty_mm:.1f}), mean error {self.error_before_mm:+.1f} ->"
             f" {self.error_after_mm:+.1f} mm over {self.readings} readings"
-            + ("" if self.applied else "; nothing was changed (dry run)")
+            "; nothing was changed (dry run)"
         )
 
 
@@ -63,12 +63,10 @@ def calibrate_offset(
     offset_before_mm: float,
     rate_hz: float,
     readings: int = 200,
-    apply: Callable[[str, float], None] | None = None,
 ) -> OffsetCalibration:
     """Average `readings` good readings of a still target at `true_distance_m` from sensor `axis`.
 
-    A dry run unless `apply` is given (`SensorBank.set_offset_mm`); a result with a warning is
-    never applied. Polls the sensors itself, so nothing else may. Raises SensorFault when too
+    Polls the sensors itself, so nothing else may. Raises SensorFault when too
     few good readings come, ValueError for fewer than 20 readings.
     """
     if readings < 20:
@@ -80,9 +78,6 @@ def calibrate_offset(
     offset_mm = round(true_mm - _mean_without_outliers(learn_mm), 2)
     spread_mm = float(np.std(raw_mm))
     warning = _warning(offset_mm, spread_mm)
-    applied = apply is not None and not warning
-    if apply is not None and applied:
-        apply(axis, offset_mm)
     return OffsetCalibration(
         axis=axis,
         readings=len(found),
@@ -94,7 +89,6 @@ def calibrate_offset(
         error_before_mm=float(np.mean(test_mm) + offset_before_mm - true_mm),
         error_after_mm=float(np.mean(test_mm) + offset_mm - true_mm),
         warning=warning,
-        applied=applied,
     )
 
 

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from pathlib import Path
 from typing import Any
 
 from gpiozero import Device
 from gpiozero.exc import GPIOZeroError
 
-from deltactl.drivers.i2c import DEVICE_TREE, bus_clock_hz, open_bus
+from deltactl.drivers.i2c import open_bus
 from deltactl.drivers.ranging.bank import SensorBank
 from deltactl.drivers.settings import RangingSettings
 from deltactl.foundation.clock import Clock
 from deltactl.foundation.errors import SensorFault
-
-FULL_SPEED_HZ = 400_000
 
 
 class OpenDrainLine:
@@ -85,14 +82,3 @@ def _open_lines(
         given_back.callback(line.close)
         lines.append(line)
     return lines
-
-
-def bus_speed_advice(settings: RangingSettings, device_tree: Path = DEVICE_TREE) -> str | None:
-    """What to change when the device tree has the bus below 400 kHz; None when it is well."""
-    clock_hz = bus_clock_hz(settings.bus, device_tree)
-    if clock_hz is None or clock_hz >= FULL_SPEED_HZ:
-        return None
-    return (
-        f"I2C bus {settings.bus} runs at {clock_hz // 1000} kHz, three sensors need 400 kHz: set"
-        " dtparam=i2c_arm_baudrate=400000 in config.txt and restart"
-    )

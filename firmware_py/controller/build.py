@@ -20,10 +20,8 @@ from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.planning.prepared import Prepare, prepare_for
 from deltactl.firmware_py.planning.robot_read import ReadRobot, read_robot_here
 from deltactl.firmware_py.robot_file import RobotFile, check_said
-from deltactl.firmware_py.simulation.concealed import Concealed, nothing_apart
-from deltactl.firmware_py.simulation.noise import with_seed
-from deltactl.firmware_py.simulation.sensors import simulated_sensors
-from deltactl.firmware_py.simulation.world import SimulatedRobot
+from deltactl.firmware_py.simulation.sensors import simulated_sensors, with_seed
+from deltactl.firmware_py.simulation.world import Concealed, SimulatedRobot, nothing_apart
 from deltactl.foundation.clock import Clock, RealClock, VirtualClock
 from deltactl.foundation.errors import ConfigError
 

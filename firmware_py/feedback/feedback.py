@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from itertools import product
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from deltactl.firmware_py.feedback.residuals import Expectation, Residuals
 from deltactl.firmware_py.feedback.settings import FeedbackSettings
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import ns
-from deltactl.models.robot import FloatArray, per_arm
+from deltactl.models.linkage import Linkage, forward, jacobian
+from deltactl.models.robot import ARMS, DeltaRobot, FloatArray, per_arm
 
 LOOK_S = 0.1
 BASELINE_S = 3.0
@@ -133,3 +135,20 @@ class Feedback:
         moves = np.abs(wanted - self._goal) > np.maximum(REFINED * self._least, doubt)
         bounded = np.clip(np.rint(wanted), -self._most, self._most).astype(np.int64)
         self._goal = np.where(engaged & moves, bounded, self._goal)
+
+
+LOOKED_AT = 500
+
+
+def farthest_m(robot: DeltaRobot, settings: FeedbackSettings, angles_rad: FloatArray) -> float:
+    """Largest way of the platform [m] with all arms corrected by the most, over a path (n, 3).
+
+    Whatever the sensors say: `most_m` bounds each arm, here the arms are off in the worst way.
+    """
+    every = max(1, len(angles_rad) // LOOKED_AT)
+    linkage, looked = Linkage.of(robot.geometry), angles_rad[::every]
+    slopes = jacobian(linkage, looked, forward(linkage, looked).position_m)
+    most_rad = settings.most_m / per_arm(robot.geometry.upper_arm_m)
+    ways = np.array(list(product((-1.0, 1.0), repeat=ARMS))) * most_rad
+    moved_m = np.einsum("nij,kj->nki", slopes, ways)
+    return float(np.nanmax(np.linalg.norm(moved_m, axis=2)))

@@ -7,11 +7,18 @@ import stat
 from collections.abc import Callable
 from pathlib import Path
 
-from deltactl.firmware_py.install.boot import boot_file, with_options
-from deltactl.firmware_py.install.header import PULLED_UP_AT_BOOT
-from deltactl.firmware_py.install.steps import Run, Step, WriteFile, text_of
-from deltactl.firmware_py.install.unit import Place, service_unit, template
-from deltactl.firmware_py.install.wiring import as_text, wiring
+from deltactl.firmware_py.install.steps import (
+    Place,
+    Run,
+    Step,
+    WriteFile,
+    boot_file,
+    service_unit,
+    template,
+    text_of,
+    with_options,
+)
+from deltactl.firmware_py.install.wiring import PULLED_UP_AT_BOOT, as_text, wiring
 from deltactl.firmware_py.machine import is_raspberry_pi
 from deltactl.firmware_py.robot_file import RobotFile, check_said, load_robot
 from deltactl.foundation.errors import HardwareError, ServiceError

@@ -1,7 +1,8 @@
-"""The wiring table: what the pins of a robot file are to be connected to.
+"""The wiring table: what the pins of a robot file are to be connected to on the 40-pin header.
 
 `python -m deltactl.firmware_py.install.wiring config/zhao-2023.yaml` prints it as docs/wiring.md
-has it.
+has it. Source for the header: Raspberry Pi documentation, "GPIO and the 40-pin header" (and
+`pinout` of gpiozero).
 """
 
 from __future__ import annotations
@@ -10,10 +11,25 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-from deltactl.firmware_py.install.header import GROUND, I2C_GPIO, PIN_OF_GPIO, POWER_3V3
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.models.robot import AXES
+
+_PINS = "27 28 3 5 7 29 31 26 24 21 19 23 32 33 8 10 36 11 12 35 38 40 15 16 18 22 37 13"
+PIN_OF_GPIO: Final = {gpio: int(pin) for gpio, pin in enumerate(_PINS.split())}
+"""Header pin of each GPIO (BCM number)."""
+
+POWER_3V3: Final = (1, 17)
+GROUND: Final = (6, 9, 14, 20, 25, 30, 34, 39)
+
+I2C_GPIO: Final[dict[int, tuple[int, int]]] = {0: (0, 1), 1: (2, 3)}
+"""SDA and SCL of the buses that stand on the header by themselves; others need an overlay."""
+
+PULLED_UP_AT_BOOT: Final = range(9)
+"""GPIO 0 to 8 are pulled up until a program claims them, the others down (BCM2835 ARM
+Peripherals, table 6-31; the same on BCM2711 and RP1)."""
+
 
 TITLES = ("GPIO", "Header pin", "Signal", "Connect to")
 

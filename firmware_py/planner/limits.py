@@ -25,7 +25,6 @@ from deltactl.models.linkage import Linkage, Status, inverse
 from deltactl.models.robot import AXES, FloatArray
 
 ROUNDING_M = 1e-9
-ROUNDING_RAD = 1e-9
 
 
 @dataclass(frozen=True, slots=True)

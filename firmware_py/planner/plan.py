@@ -13,14 +13,12 @@ from deltactl.firmware_py.job_file import JobFile, Together
 from deltactl.firmware_py.job_timing import SLOWEST_MPS
 from deltactl.firmware_py.paths.path import Space
 from deltactl.firmware_py.paths.reach import Reach
-from deltactl.firmware_py.planner.approach import approach
+from deltactl.firmware_py.planner.approach import StraightWay, WayIn, approach
 from deltactl.firmware_py.planner.limits import joint_limits
 from deltactl.firmware_py.planner.motion import Schedule
-from deltactl.firmware_py.planner.straight import StraightWay, WayIn
 from deltactl.firmware_py.planner.targets import Lap
 from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule, timed_in
-from deltactl.firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
-from deltactl.firmware_py.planner.timing_together import TogetherSchedule
+from deltactl.firmware_py.planner.timing_moves import MotorLimits, MoveSchedule, TogetherSchedule
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.inverse_kinematics import InverseKinematics
 from deltactl.models.robot import FloatArray
@@ -82,11 +80,6 @@ class Plan:
             return WayIn(approach(self.robot, start_rad, goal_rad, None, speed_mps, fastest))
         straight = StraightWay(self.job, self.robot, self.kinematics, motors, speed_mps)
         return straight.way(start_rad, self.first.lap, self.preload_rad)
-
-    @property
-    def first_counts(self) -> Counts:
-        """Where the path begins."""
-        return _counts(self.first.lap, 0)
 
     @property
     def last_counts(self) -> Counts:

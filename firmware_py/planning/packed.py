@@ -22,8 +22,7 @@ from deltactl.firmware_py.planner.curve import Curve
 from deltactl.firmware_py.planner.plan import Plan, TimedLap
 from deltactl.firmware_py.planner.targets import Lap
 from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule
-from deltactl.firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
-from deltactl.firmware_py.planner.timing_together import TogetherSchedule
+from deltactl.firmware_py.planner.timing_moves import MotorLimits, MoveSchedule, TogetherSchedule
 from deltactl.firmware_py.planning.prepared import InForce, Prepared, kinematics_for
 from deltactl.firmware_py.program.instructions import (
     Block,

@@ -11,9 +11,8 @@ from pathlib import Path
 from deltactl.charts.page import HINT, columns, facts, folded, heading, page, paragraph, table
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.run_report import curves
-from deltactl.firmware_py.run_report.health import health_strip, sensor_health
+from deltactl.firmware_py.run_report.hardware import health_strip, sensor_health, servo_section
 from deltactl.firmware_py.run_report.reference import arrivals
-from deltactl.firmware_py.run_report.servo import servo_section
 from deltactl.firmware_py.run_report.tracking import (
     ENDED_EARLY,
     RunTracking,

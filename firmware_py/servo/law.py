@@ -84,7 +84,6 @@ class JointLaw:
         "_velocity_share",
         "current_a",
         "disturbance_a",
-        "velocity_radps",
     )
 
     def __init__(self, settings: LawSettings):
@@ -115,8 +114,6 @@ class JointLaw:
         """Newest command, within the limit."""
         self.disturbance_a = 0.0
         """Newest estimate of the disturbance as a current: what acceleration does not explain."""
-        self.velocity_radps = 0.0
-        """Newest estimate of the rotor's speed."""
 
     def tick(self, reference_rad: float, count: int) -> float:
         """One period: arm reference [rad] and encoder count in, motor current [A] out."""
@@ -152,7 +149,6 @@ class JointLaw:
             current = limit
         elif current < -limit:
             current = -limit
-        self.velocity_radps = velocity
         self.disturbance_a = disturbance
         self.current_a = current
         return current
@@ -181,15 +177,3 @@ class AccelerationControl:
             self._second(references_rad[1], counts[1]),
             self._third(references_rad[2], counts[2]),
         )
-
-    @property
-    def disturbances_a(self) -> Three:
-        """Newest disturbance estimates [A]."""
-        first, second, third = self.joints
-        return first.disturbance_a, second.disturbance_a, third.disturbance_a
-
-    @property
-    def currents_a(self) -> Three:
-        """Newest commands [A]."""
-        first, second, third = self.joints
-        return first.current_a, second.current_a, third.current_a

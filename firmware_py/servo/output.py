@@ -14,8 +14,7 @@ import numpy as np
 
 from deltactl.drivers.current_drives import CurrentDrives
 from deltactl.drivers.steps.contract import Counts, OutputState, OutputStatus, Ticks
-from deltactl.firmware_py.servo.loop import BLOCK_NS, ServoLoop
-from deltactl.firmware_py.servo.samples import ServoSample
+from deltactl.firmware_py.servo.loop import BLOCK_NS, ServoLoop, ServoSample
 from deltactl.foundation.clock import Clock, Task, sleep_s
 from deltactl.foundation.errors import EmergencyStop, HardwareError, NotReady, PulseFault
 from deltactl.models.servo_drive import ServoDrive

@@ -4,26 +4,91 @@ Does not model: dynamics between the chain's own effects, collisions, or cables.
 start against their stops, at the home angles (with home switches: hanging below them);
 releasing the drives puts them back there, and so does homing from anywhere else, as a careful
 operator would.
+
+What such a robot is really like may stand in a file apart from the robot file: recordings carry the
+robot file, so what stands in it is known to whoever diagnoses them; this file goes into none.
 """
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from deltactl.firmware_py.robot_file import RobotFile
-from deltactl.firmware_py.simulation.concealed import Effects, nothing_apart
-from deltactl.firmware_py.simulation.nominal import NominalRobot
 from deltactl.foundation.clock import NS_PER_S, ns
+from deltactl.foundation.errors import MissingFile
+from deltactl.foundation.strict_yaml import Document, StrictModel
 from deltactl.models.chain import OnlineChain
+from deltactl.models.chain.active import of_entries
 from deltactl.models.effects.joint_friction import without_swing
+from deltactl.models.linkage import Linkage
+from deltactl.models.linkage.scalar_forward import forward_one
 from deltactl.models.linkage.vectors import Vector
-from deltactl.models.robot import AXES, FloatArray
+from deltactl.models.robot import ARMS, AXES, EffectEntry, FloatArray
+
+Effects = tuple[EffectEntry, ...]
+
+
+class AsBuiltFile(StrictModel):
+    """All the effects that the simulated robot has; what the robot file says is only believed."""
+
+    effects: Effects
+
+
+class Concealed:
+    """Such a file, read again whenever the arms are put against their stops."""
+
+    def __init__(self, path: Path):
+        self._path = path
+
+    def effects(self) -> Effects | None:
+        """None while there is no such file. Raises ConfigError."""
+        try:
+            found = Document.read(self._path).check(AsBuiltFile).effects
+        except MissingFile:
+            return None
+        of_entries(found)
+        return found
+
+
+def nothing_apart() -> Effects | None:
+    """For a simulated robot that has no such file."""
+    return None
+
+
+class NominalRobot:
+    """What models/chain gives without effects, of counts: position, arm angles, and ranges, which
+    are NaN without sensors."""
+
+    def __init__(self, robot: RobotFile):
+        self._linkage = Linkage.of(robot.geometry)
+        self._step_rad = robot.drive.rad_per_step
+        sensors = robot.sensors
+        self._rows = [(math.nan, 0.0, 0.0, 0.0)] * ARMS
+        if sensors is not None:
+            rows = zip(sensors.offsets_m.tolist(), sensors.axes.tolist(), strict=True)
+            self._rows = [(offset, *axis) for offset, axis in rows]
+        self._at: Vector | None = None
+
+    def at(self, steps: Vector) -> tuple[Vector, Vector, Vector]:
+        """Platform [m], true arm angles [rad] and ranges [m] at commanded counts."""
+        if steps != self._at:  # the arms stand still most of the time
+            self._at, self._found = steps, self._find(steps)
+        return self._found
+
+    def _find(self, steps: Vector) -> tuple[Vector, Vector, Vector]:
+        first, second, third = (count * self._step_rad for count in steps)
+        x, y, z = position_m = forward_one(self._linkage, (first, second, third))
+        ranges = [offset + a * x + b * y + c * z for offset, a, b, c in self._rows]
+        return position_m, (first, second, third), (ranges[0], ranges[1], ranges[2])
+
 
 CountsAt = Callable[[int], tuple[float, float, float]]
 """Where the drives have brought the arms at a time, in counts."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.robot_file import AsBuilt, RobotFile, SensorNoise, load_robot
-from deltactl.firmware_py.simulation.noise import range_noise, with_seed
+from deltactl.firmware_py.simulation.sensors import range_noise, with_seed
 
 ZHAO = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
 

@@ -24,7 +24,7 @@ import pytest
 from deltactl.drivers.fakes.lines import BENCH_BYTES, BenchMemory
 from deltactl.drivers.settings import StepSettings
 from deltactl.firmware_py.daemon.client import Client
-from deltactl.firmware_py.install.unit import PROGRAM
+from deltactl.firmware_py.install.steps import PROGRAM
 from deltactl.foundation.errors import NotReady, ServiceError
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.reading.run import Run

@@ -13,10 +13,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.install.boot import WANTED, active_parameters, with_options
 from deltactl.firmware_py.install.install import hindrances, install, plan, writable_by_others
-from deltactl.firmware_py.install.steps import Run, WriteFile
-from deltactl.firmware_py.install.unit import PROGRAM, Place, service_unit
+from deltactl.firmware_py.install.steps import (
+    PROGRAM,
+    WANTED,
+    Place,
+    Run,
+    WriteFile,
+    active_parameters,
+    service_unit,
+    with_options,
+)
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError, HardwareError, ServiceError
 

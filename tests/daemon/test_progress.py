@@ -9,7 +9,7 @@ import pytest
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.progress import Progress
-from deltactl.firmware_py.install.unit import PROGRAM
+from deltactl.firmware_py.install.steps import PROGRAM
 from deltactl.foundation.clock import sleep_s
 
 

@@ -12,11 +12,17 @@ from gpiozero.pins.pi import PiBoardInfo
 from deltactl.drivers.settings import SwitchedPin
 from deltactl.drivers.steps.build import lgpio_pins
 from deltactl.drivers.steps.lgpio_lines import LgpioLines
-from deltactl.firmware_py.install.header import GROUND, PIN_OF_GPIO, POWER_3V3, POWER_5V
 from deltactl.firmware_py.install.install import hints
 from deltactl.firmware_py.install.make_safe import main, make_safe
-from deltactl.firmware_py.install.unit import PROGRAM
-from deltactl.firmware_py.install.wiring import as_markdown, as_text, wiring
+from deltactl.firmware_py.install.steps import PROGRAM
+from deltactl.firmware_py.install.wiring import (
+    GROUND,
+    PIN_OF_GPIO,
+    POWER_3V3,
+    as_markdown,
+    as_text,
+    wiring,
+)
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import PulseFault
 from tests.rigs import needs
@@ -43,7 +49,7 @@ def test_the_header_is_that_of_gpiozero(revision):
     named = {pin.name: number for number, pin in header.pins.items()}
     for gpio, number in PIN_OF_GPIO.items():
         assert named[f"GPIO{gpio}"] == number
-    for name, numbers in (("GND", GROUND), ("3V3", POWER_3V3), ("5V", POWER_5V)):
+    for name, numbers in (("GND", GROUND), ("3V3", POWER_3V3)):
         assert tuple(sorted(n for n, pin in header.pins.items() if pin.name == name)) == numbers
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deltactl.firmware_py.feedback.reach import farthest_m
+from deltactl.firmware_py.feedback.feedback import farthest_m
 from deltactl.firmware_py.feedback.settings import FeedbackSettings
 from deltactl.firmware_py.planner.check import home_counts
 from deltactl.models.robot import FloatArray

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.mutation.named import NAMED
-from benchmarks.mutation.table import TABLE
+from benchmarks.mutation.table import NAMED, TABLE
 from benchmarks.structure import (
     ROOT,
     at_odds,
@@ -123,4 +122,4 @@ def test_mistakes_are_put_where_something_stands() -> None:
     files |= {test for row in TABLE for test in row.tests} | {one.path for one in NAMED}
     assert not [name for name in sorted(files) if not (ROOT / name).exists()]
     moved = [one for one in NAMED if (ROOT / one.path).read_text().count(one.was) != 1]
-    assert not moved, "benchmarks/mutation/named.py and mended.py quote lines of the program"
+    assert not moved, "benchmarks/mutation/named.yaml quote lines of the program"

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deltactl.drivers.steps.build import minimum_period_ns
-from deltactl.firmware_py.planner import timing_together
+from deltactl.firmware_py.planner import timing_moves
 from deltactl.firmware_py.planner.check import home_counts, make_plan
 from deltactl.firmware_py.planner.stream import BLOCK, MotionStream
 from deltactl.foundation.clock import VirtualClock
@@ -197,7 +197,7 @@ def test_fast_motors_make_no_ticks_that_the_output_refuses(zhao, job_of, pulse_w
 
 def test_a_target_comes_with_the_chunk_in_whose_time_it_is_reached(zhao, job_of, monkeypatch):
     """Only the last of a block is kept back, until the last tick towards it is known."""
-    monkeypatch.setattr(timing_together, "_TICKS_AT_ONCE", 50)
+    monkeypatch.setattr(timing_moves, "_TICKS_AT_ONCE", 50)
     angles = [[40, 40, 40], [41, 40, 40], [42, 40, 40], [60, 40, 40]]
     plan = plan_for(job_of(path={"shape": "joints", "angles_deg": angles}), zhao)
     stream = MotionStream(plan, home_counts(zhao))

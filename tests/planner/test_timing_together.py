@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.planner import timing_together
+from deltactl.firmware_py.planner import timing_moves
 from deltactl.firmware_py.planner.step_gate import StepGate
-from deltactl.firmware_py.planner.timing_together import TogetherSchedule
+from deltactl.firmware_py.planner.timing_moves import TogetherSchedule
 
 step = st.integers(-60, 60)
 ways = st.lists(st.tuples(step, step, step), min_size=1, max_size=12)
@@ -81,8 +81,8 @@ def test_long_moves_come_in_pieces_that_fit_together(monkeypatch):
     counts = np.array([[0, 0, 0], [9000, -4000, 17], [0, 0, 0], [5, 5, 5]])
     schedule = TogetherSchedule(counts, np.array([0, 0.01, 0, 0]), 50e-6)
     parts = list(schedule.play(0, 3, 0, StepGate()))
-    assert max(len(part) for part in parts) == timing_together._TICKS_AT_ONCE
-    monkeypatch.setattr(timing_together, "_TICKS_AT_ONCE", 10**6)
+    assert max(len(part) for part in parts) == timing_moves._TICKS_AT_ONCE
+    monkeypatch.setattr(timing_moves, "_TICKS_AT_ONCE", 10**6)
     (whole,) = schedule.play(0, 3, 0, StepGate())
     assert (np.concatenate([part.due_ns for part in parts]) == whole.due_ns).all()
     assert (np.concatenate([part.steps for part in parts]) == whole.steps).all()

@@ -49,7 +49,7 @@ def planning() -> Iterator[PlanningProcess]:
 
 def motion(prepared: Prepared) -> list[tuple[object, ...]]:
     """Every tick and every target of the whole job."""
-    chunks = MotionStream(prepared.plan, prepared.plan.first_counts)
+    chunks = MotionStream(prepared.plan, tuple(prepared.plan.first.lap.counts[0].tolist()))
     return [
         (chunk.ticks.due_ns.tolist(), chunk.ticks.steps.tolist(), chunk.reached.counts.tolist())
         for chunk in chunks

@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.proofs.frozen_answers import Pair, changed, paired
-from benchmarks.proofs.frozen_cases import Frozen, simulated
+from benchmarks.proofs.frozen_answers import Frozen, Pair, changed, paired, simulated
 from deltactl.proof.cases import ROUND
 
 CASE = Frozen("case", "single", None, Path(), Path(), Path(), None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-from pathlib import Path
 
 import pytest
 from gpiozero import DigitalOutputDevice
@@ -13,7 +12,7 @@ from smbus2 import i2c_msg
 from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
 from deltactl.drivers.fakes.mock_pins import connect_xshut
 from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from deltactl.drivers.i2c import Registers, bus_clock_hz, open_bus
+from deltactl.drivers.i2c import Registers, open_bus
 from deltactl.drivers.ranging.robot_sensors import OpenDrainLine
 from deltactl.foundation.clock import VirtualClock, ns
 from deltactl.foundation.errors import BusDead
@@ -83,7 +82,7 @@ def test_a_closed_a_lost_and_a_stuck_bus_have_their_errno(clock: VirtualClock) -
 def test_a_result_read_takes_the_time_of_its_bits(
     clock: VirtualClock, clock_hz: int, read_s: float
 ) -> None:
-    bus = FakeI2cBus(clock, [_chip(clock)], clock_hz, takes_time=True)
+    bus = FakeI2cBus(clock, [_chip(clock)], wire_hz=clock_hz)
     _boot(clock)
     before_ns = clock.now_ns()
     Registers(bus, clock, 0x29, 0).read(0x0089, 17)
@@ -133,17 +132,6 @@ def test_a_slow_failure_is_not_retried(clock: VirtualClock) -> None:
 def test_a_bus_that_is_not_there_says_what_to_do() -> None:
     with pytest.raises(BusDead, match=r"/dev/i2c-19 does not exist: enable I2C"):
         open_bus(19)
-
-
-def test_the_clock_of_a_bus_is_read_from_the_device_tree(tmp_path: Path) -> None:
-    (tmp_path / "aliases").mkdir()
-    (tmp_path / "aliases" / "i2c1").write_bytes(b"/soc/i2c@7e804000\0")
-    node = tmp_path / "soc" / "i2c@7e804000"
-    node.mkdir(parents=True)
-    assert bus_clock_hz(1, tmp_path) is None
-    (node / "clock-frequency").write_bytes((100_000).to_bytes(4, "big"))
-    assert bus_clock_hz(1, tmp_path) == 100_000
-    assert bus_clock_hz(3, tmp_path) is None
 
 
 def test_an_open_drain_line_drives_low_or_lets_the_board_pull_up() -> None:

@@ -46,7 +46,7 @@ def test_times_hold_for_oscillators_that_are_off() -> None:
 
 def test_a_restart_takes_short_steps() -> None:
     """At 400 kHz no poll holds the bus for longer than a few block transfers."""
-    bench = RangingBench(bus_takes_time=True)
+    bench = RangingBench(wire_hz=400_000)
     bench.bank.start()
     bench.run(0.2)
     bench.chips["y"].brown_out()
@@ -62,7 +62,7 @@ def test_a_restart_takes_short_steps() -> None:
 
 @pytest.mark.parametrize(("clock_hz", "advised"), [(400_000, False), (100_000, True)])
 def test_a_slow_bus_is_remarked_on_once(clock_hz: int, advised: bool) -> None:
-    bench = RangingBench(bus_takes_time=True, bus_clock_hz=clock_hz)
+    bench = RangingBench(wire_hz=clock_hz)
     bench.bank.start()
     bench.run(3.0)
     remarks = [event for event in bench.bank.take_events() if "i2c_arm_baudrate" in event]

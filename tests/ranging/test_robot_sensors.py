@@ -11,7 +11,7 @@ from smbus2 import i2c_msg
 
 from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
 from deltactl.drivers.ranging import robot_sensors
-from deltactl.drivers.ranging.robot_sensors import bus_speed_advice, open_robot_sensors
+from deltactl.drivers.ranging.robot_sensors import open_robot_sensors
 from deltactl.drivers.settings import RangingSettings
 from deltactl.firmware_py.controller.build import real_machine
 from deltactl.firmware_py.robot_file import load_robot
@@ -50,17 +50,6 @@ def test_opened_sensors_are_in_reset_until_they_are_started(
         assert (pin.function, pin.state) == ("output", 0)
     assert bank.health() == dict.fromkeys("xyz", "off")
     bank.close()
-
-
-@pytest.mark.parametrize(("clock_hz", "advised"), [(100_000, True), (400_000, False)])
-def test_a_slow_bus_is_advised_on(tmp_path: Path, clock_hz: int, advised: bool) -> None:
-    (tmp_path / "aliases").mkdir()
-    (tmp_path / "aliases" / "i2c1").write_bytes(b"/i2c\0")
-    (tmp_path / "i2c").mkdir()
-    (tmp_path / "i2c" / "clock-frequency").write_bytes(clock_hz.to_bytes(4, "big"))
-    advice = bus_speed_advice(RangingSettings(), tmp_path)
-    assert (advice is not None and "runs at 100 kHz" in advice) == advised
-    assert bus_speed_advice(RangingSettings(bus=7), tmp_path) is None
 
 
 def test_a_robot_without_sensors_opens_neither_bus_nor_pins(

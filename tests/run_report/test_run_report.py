@@ -11,7 +11,7 @@ import pytest
 
 from deltactl.charts.document import library
 from deltactl.charts.spec import unpack
-from deltactl.firmware_py.run_report.health import STATES, health_strip, sensor_health
+from deltactl.firmware_py.run_report.hardware import STATES, health_strip, sensor_health
 from deltactl.firmware_py.run_report.report import report_html, write_report
 from deltactl.firmware_py.run_report.tracking import robot_of
 from deltactl.foundation.errors import RecordingError

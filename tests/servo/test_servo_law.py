@@ -146,5 +146,5 @@ def test_three_joints_are_three_laws(fine) -> None:
         references, counts = (0.1, 0.2 + 1e-5 * tick, 0.3), (tick, 2, -tick)
         expected = [law.tick(*each) for law, *each in zip(alone, references, counts, strict=True)]
         assert list(both.tick(references, counts)) == expected
-    assert both.currents_a == tuple(law.current_a for law in alone)
-    assert both.disturbances_a == tuple(law.disturbance_a for law in alone)
+    for law, same in zip(alone, both.joints, strict=True):
+        assert (same.current_a, same.disturbance_a) == (law.current_a, law.disturbance_a)

@@ -13,7 +13,7 @@ from deltactl.cli.robot.judged import (
     size_m,
     too_coarse,
 )
-from deltactl.firmware_py.feedback.reach import farthest_m as farthest_m_of
+from deltactl.firmware_py.feedback.feedback import farthest_m as farthest_m_of
 from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 from deltactl.firmware_py.planner.check import home_counts
 from deltactl.firmware_py.planner.summary import CheckSummary

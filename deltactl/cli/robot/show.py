@@ -9,9 +9,14 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from deltactl.cli.output import console, decimals, print_json, say, waiting, warn
-from deltactl.firmware_py.run_report.home_rounding import said_of_home
 from deltactl.firmware_py.run_report.report import write_report
-from deltactl.firmware_py.run_report.tracking import ENDED_EARLY, RunTracking, robot_of, track
+from deltactl.firmware_py.run_report.tracking import (
+    ENDED_EARLY,
+    RunTracking,
+    robot_of,
+    said_of_home,
+    track,
+)
 from deltactl.models.robot import AXES
 from deltactl.recording.reading.reader import read_run
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from deltactl.drivers.ranging.contract import Reading
 from deltactl.drivers.steps.contract import Counts, Ticks
 from deltactl.firmware_py.controller.jobs.view import View
-from deltactl.firmware_py.servo.samples import ServoSample
+from deltactl.firmware_py.servo.loop import ServoSample
 from deltactl.firmware_py.simulation.world import Truth
 from deltactl.recording.writing.writer import RunRecorder
 

@@ -17,7 +17,7 @@ from deltactl.drivers.fakes.i2c_bus import FakeI2cBus, I2cAdapter
 from deltactl.drivers.fakes.syscall_trap import SyscallTrap
 from deltactl.drivers.fakes.vl53l1x_chip import DistanceOver, Vl53l1xChip
 from deltactl.firmware_py.robot_file import RobotFile
-from deltactl.firmware_py.simulation.noise import range_noise
+from deltactl.firmware_py.simulation.sensors import range_noise
 from deltactl.firmware_py.simulation.world import SimulatedRobot
 from deltactl.foundation.clock import RealClock
 from deltactl.models.robot import AXES
