@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Callable
 from typing import Annotated, NoReturn
 
 import typer
 
-from deltactl.cli.called_otherwise import Commands
-from deltactl.cli.mistyped import typed_command, unknown_option
-from deltactl.cli.networks import collect, evaluate, reproduce, train
-from deltactl.cli.recordings import correct, demo, init, prove, robotless
-from deltactl.cli.robot import converting, jobs, moves, service
-from deltactl.cli.services import check_runs, foxglove, web
+from deltactl.cli import collect, evaluate, reproduce, train, web
+from deltactl.cli.mistyped import Commands, typed_command, unknown_option
+from deltactl.cli.recordings import correct, demo, diagnose, init, prove
+from deltactl.cli.robot import jobs, moves, service
 
 
 def _show_version(asked: bool) -> None:
@@ -65,22 +64,19 @@ def deltactl(
     pass
 
 
-jobs.register(app)
-moves.register(app)
-converting.register(app)
-service.register(app)
-robotless.register(app)
-correct.register(app)
-demo.register(app)
-init.register(app)
-prove.register(app)
-collect.register(app)
-train.register(app)
-evaluate.register(app)
-reproduce.register(app)
-web.register(app)
-foxglove.register(app)
-check_runs.register(app)
+COMMANDS: tuple[Callable[..., object], ...] = (
+    *(jobs.run, jobs.follow, jobs.check, jobs.verify, jobs.report, jobs.record, jobs.export),
+    *(moves.goto, moves.jog, moves.teach, moves.convert),
+    *(*service.SIMPLE, service.home, service.stop, service.status, service.sensors, service.daemon),
+    *(diagnose.diagnose, service.install, service.version),
+    *(correct.correct, demo.demo, init.init, prove.prove),
+    *(collect.collect, train.train, evaluate.evaluate, reproduce.reproduce),
+    *(web.web, web.web_user, web.foxglove, service.check_runs),
+)
+"""In the order of the help."""
+for command in COMMANDS:
+    negative = {"ignore_unknown_options": True} if command is moves.goto else None
+    app.command(context_settings=negative)(command)
 
 
 INTERRUPTED = 130

@@ -1,11 +1,14 @@
-"""Options that no command has, with the nearest that there is beside them."""
+"""Commands and options that are mistyped or called otherwise here, and what to type instead."""
 
 from __future__ import annotations
 
 import difflib
 import sys
+from itertools import pairwise, takewhile
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 from typer.main import get_command
 
 CLOSE = 0.6
@@ -44,3 +47,56 @@ def _set_keys() -> set[str]:
     from deltactl.recording.foreign.mapping import OF_THE_TABLE
 
     return {f"--{name.replace('_', '-')}" for name in OF_THE_TABLE}
+
+
+CALLED: dict[str, str] = {
+    "inspect": "deltactl diagnose TABLE.csv --inspect",
+    "simulate": "deltactl run JOB.yaml --simulate",
+    "calibrate": "deltactl sensors --calibrate z=0.412",
+    "move": "deltactl goto X Y Z",
+    "start": "deltactl on",
+    "serve": "deltactl web",
+}
+
+VALUES = {"Path": "FILE", "int": "NUMBER", "float": "NUMBER", "str": "TEXT"}
+"""What stands for the value of an option, by its type."""
+
+
+class Commands(TyperGroup):
+    """The commands of the program."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Which one is meant; ends with exit status 2 where there is none."""
+        if args[0] in CALLED and args[0] not in self.commands:
+            ctx.fail(f"No such command '{args[0]}'; type: {CALLED[args[0]]}")
+        if args[0] in self.commands:
+            command = self.commands[args[0]]
+            if wrong := _option_without_value(command, args):
+                type(ctx)(command, info_name=args[0], parent=ctx).fail(wrong)
+        return super().resolve_command(ctx, args)
+
+
+def _option_without_value(command: Any, args: list[str]) -> str:
+    """What is wrong where an option lacks its value, or has another option there; else empty."""
+    options = [one for one in command.params if one.param_type_name == "option"]
+    names = {name for one in options for name in one.opts}
+    valued = {name: one for one in options if not _alone(one) for name in one.opts}
+    typed = list(takewhile(lambda word: word != "--", args))
+    for name, value in pairwise(typed):
+        if name in valued and value in names:
+            return f"Option '{name}' needs a value, and '{value}' is another option"
+    if (last := typed[-1]) in valued and typed == args:
+        option = valued[last]
+        stands_for = VALUES.get(_named_type(option), "VALUE")
+        return f"Option '{last}' needs a value, as {last} {stands_for} ({option.help.rstrip('.')})"
+    return ""
+
+
+def _alone(option: Any) -> bool:
+    """Whether an option takes no value."""
+    return bool(option.is_flag or option.count)
+
+
+def _named_type(option: Any) -> str:
+    """The type of one value, as `Path`."""
+    return str(option.bare_type()).removeprefix("list[").removesuffix("]")

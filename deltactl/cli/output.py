@@ -1,9 +1,10 @@
-"""How the command line talks: rich tables for people, one JSON value for machines."""
+"""How the command line talks: rich tables and sentences for people, one JSON value for machines."""
 
 from __future__ import annotations
 
 import json
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -12,6 +13,7 @@ from typing import Any
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.table import Table
+from rich.text import Text
 
 from deltactl.foundation.printable import is_printable, printable
 
@@ -74,6 +76,35 @@ def waiting(first: str, hidden: bool) -> Iterator[Callable[[str], None]]:
         yield show
 
 
+@contextmanager
+def bar(
+    first: str = "", hidden: bool = False, total: int | None = None, took: bool = False
+) -> Iterator[Callable[[int, int, str], None]]:
+    """A bar on standard error: call it with what is done, of how many, and a word on it.
+
+    hidden: nothing is shown, as anywhere but in a terminal, where it would leave an empty line.
+    took: with the time it took so far.
+    """
+    from rich import progress as parts
+
+    elapsed = (parts.TimeElapsedColumn(),) if took else ()
+    shown = (parts.BarColumn(), parts.MofNCompleteColumn(), *elapsed, parts.TimeRemainingColumn())
+    disable = hidden or not errors.is_terminal
+    with parts.Progress(
+        *shown,
+        parts.TextColumn("{task.description}"),
+        console=errors,
+        transient=True,
+        disable=disable,
+    ) as bars:
+        task = bars.add_task(first, total=total)
+
+        def show(done: int, of: int, text: str) -> None:
+            bars.update(task, completed=done, total=of, description=text)
+
+        yield show
+
+
 def print_json(value: object) -> None:
     """Exactly one JSON document on standard output; NaN becomes null."""
     json.dump(_finite(value), sys.stdout, indent=2, default=str)
@@ -127,3 +158,34 @@ def duration(seconds: float | None) -> str:
     return (
         f"{minutes} min {rest:02d} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
     )
+
+
+_LEAD = re.compile(r"\s*(?:- |\d+\. )?")
+"""What stands before a sentence: spaces, a bullet, a number."""
+_TOGETHER = re.compile(r"((?<!\S)[(+\u2212-]?[\d.]+) (?=[^\W\d]|%)|\u00a0")
+"""Between a number and its unit, and between thousands, no line is broken."""
+_KEPT = "\ue000"
+NARROWEST = 20
+
+
+def print_wrapped(lines: Iterable[str]) -> None:
+    """Print lines of rich markup, each broken at the window's edge with a hanging indent."""
+    for line in lines:
+        for part in wrapped(Text.from_markup(line), console.width):
+            console.print(part, soft_wrap=True)
+
+
+def wrapped(text: Text, width: int) -> list[Text]:
+    """A line as lines of at most `width` characters, wherever words are no longer than that."""
+    found = _LEAD.match(text.plain)
+    indent = found.end() if found else 0
+    if indent == len(text) or width - indent < NARROWEST:
+        return [text]
+    lead, body = text.divide([indent]) if indent else (Text(), text)
+    body.plain = _TOGETHER.sub(lambda found: (found[1] or "") + _KEPT, body.plain)
+    made = []
+    for number, part in enumerate(body.wrap(console, width - indent)):
+        part.rstrip()
+        part.plain = part.plain.replace(_KEPT, " ")
+        made.append(Text.assemble(Text(" " * indent) if number else lead, part))
+    return made

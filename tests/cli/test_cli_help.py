@@ -9,8 +9,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from deltactl.cli.called_otherwise import CALLED
 from deltactl.cli.main import app
+from deltactl.cli.mistyped import CALLED
 
 JOBS = ["run", "check", "report", "export", "diagnose"]
 SERVICE = ["on", "off", "home", "pause", "resume", "cancel", "acknowledge", "stop", "status"]

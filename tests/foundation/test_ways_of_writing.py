@@ -15,7 +15,7 @@ OTHERWISE = {
     "deltactl/recording/writing/append_file.py": "a recording grows while it runs",
     "deltactl/fleet/book.py": "answers of a fleet are added as they come, a line each",
     "models/training/dataset_writer.py": "samples are added as they are taken, a line each",
-    "deltactl/cli/services/web_page.py": "the log of a process that runs",
+    "deltactl/cli/web.py": "the log of a process that runs",
     "deltactl/diagnosis/estimation/side_by_side.py": "a pipe between processes",
     "drivers/steps/hosts.py": "memory that two processes share, and no text",
     "firmware_py/daemon/listener.py": "an empty file that is locked",

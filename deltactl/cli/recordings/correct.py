@@ -7,19 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from deltactl.cli.output import console, facts, print_json, say, waiting
+from deltactl.cli.output import console, facts, print_json, print_wrapped, say, waiting
 from deltactl.cli.robot.jobs import JsonOption
-from deltactl.cli.wrapped import print_wrapped
 from deltactl.foundation.extras import needs
 
 if TYPE_CHECKING:
     from deltactl.repair.correct import Corrected
     from deltactl.repair.limit import Limit
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command of this file."""
-    app.command()(correct)
 
 
 def correct(

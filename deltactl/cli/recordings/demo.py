@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from deltactl.cli.file_arguments import refuse_existing
 from deltactl.cli.output import console, millimetres, print_json, say, waiting, warn
-from deltactl.cli.overwriting import refuse_existing
 from deltactl.cli.robot.jobs import JsonOption
 from deltactl.foundation.extras import needs
 from deltactl.foundation.plain_file import write_whole
@@ -20,11 +20,6 @@ if TYPE_CHECKING:
 USUAL = "home_offset,gear_backlash"
 PAGE, ABOUT = "demo.html", "about.txt"
 OURS = "Made by 'deltactl demo'. The next demonstration in this folder replaces what is here.\n"
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command of this file."""
-    app.command()(demo)
 
 
 def demo(

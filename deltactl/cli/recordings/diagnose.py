@@ -1,114 +1,141 @@
-"""`deltactl diagnose`: what the model of a robot leaves out."""
+"""Commands that need no robot: diagnose, install, version."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Annotated
 
-from rich.markup import escape
+import typer
 
-from deltactl.cli.missing import refuse_missing
-from deltactl.cli.output import print_json, say, waiting, warn
-from deltactl.cli.recordings.column_options import mapping_of
-from deltactl.cli.recordings.notes import Notes, next_commands
-from deltactl.cli.recordings.tables import read_plain
-from deltactl.cli.wrapped import print_wrapped
-from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
-from deltactl.foundation.errors import ConfigError
-from deltactl.foundation.extras import needs
-from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
-from deltactl.models.robot_files import load_with_effects
-
-if TYPE_CHECKING:
-    from deltactl.recording.tables.flat import FlatRecording
+from deltactl.cli.file_arguments import ForceOption, refuse_existing, refuse_other_page
+from deltactl.cli.output import waiting
 
 
-def diagnose_recordings(
-    recordings: list[Path],
-    robot: str,
-    holdout: list[Path],
-    json_file: Path | None,
-    report: Path | None,
-    save_robot: Path | None,
-    columns: list[str],
-    next_job: Path | None,
-    thorough: bool,
-    save_all: bool = False,
-    force: bool = False,
+def diagnose(
+    recordings: Annotated[
+        list[Path] | None, typer.Argument(help="Recordings: .mcap, .csv, .parquet.")
+    ] = None,
+    robot: Annotated[
+        str | None, typer.Option(help="Robot file: the machine as it should be.")
+    ] = None,
+    look: Annotated[
+        bool,
+        typer.Option(
+            "--inspect", help="Only show what the tables contain, and which command reads them."
+        ),
+    ] = False,
+    holdout: Annotated[
+        list[Path] | None,
+        typer.Option(help="Another run of the same robot, to test the answer on."),
+    ] = None,
+    json_file: Annotated[
+        Path | None,
+        typer.Option("--json", help="Write the answer here as JSON, - for the terminal."),
+    ] = None,
+    report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
+    save_robot: Annotated[
+        Path | None,
+        typer.Option(help="Write here the robot file with what is certain to be corrected."),
+    ] = None,
+    save_all: Annotated[
+        bool,
+        typer.Option(
+            "--all", help="With --save-robot: also findings that are improbable or not certain."
+        ),
+    ] = False,
+    next_job: Annotated[
+        Path | None,
+        typer.Option(help="Write the job that would separate tied explanations here."),
+    ] = None,
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(help="Mapping file for other columns and units, or NAME=COLUMN[unit]."),
+    ] = None,
+    set_columns: Annotated[
+        list[str] | None, typer.Option("--set", help="One column of a mapping, as t=time_ms*0.001.")
+    ] = None,
+    save_columns: Annotated[
+        Path | None, typer.Option(help="With --inspect: write the mapping file here.")
+    ] = None,
+    thorough: Annotated[
+        bool,
+        typer.Option(
+            "--thorough", help="Search without the limit of work, if the answer ended early."
+        ),
+    ] = False,
+    force: ForceOption = False,
+    fleet: Annotated[
+        str | None,
+        typer.Option(help="Many recordings instead, by a pattern such as 'runs/**/*.mcap'."),
+    ] = None,
+    robots: Annotated[
+        Path | None, typer.Option(help="With --fleet: folder of robot files.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="With --fleet: folder for table and page.")] = Path(
+        "fleet"
+    ),
+    workers: Annotated[
+        int, typer.Option(min=0, help="With --fleet: processes here; 0 is this one.")
+    ] = 2,
+    scheduler: Annotated[
+        str | None, typer.Option(help="With --fleet: address of a Dask scheduler.")
+    ] = None,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(help="With --fleet: the largest size allowed, as gear_backlash.width=0.01."),
+    ] = None,
+    sisters: Annotated[
+        bool, typer.Option(help="With --fleet: findings on sister machines count.")
+    ] = True,
 ) -> None:
-    """Diagnose, print the findings in plain sentences, and write the files asked for."""
-    quiet = json_file is not None and str(json_file) == "-"
-    with waiting("loading", quiet), needs("diagnosis", "diagnose"):
-        from deltactl.diagnosis.answer.corrected_robot import save_corrected
-        from deltactl.diagnosis.api import diagnose
-        from deltactl.diagnosis.experiment import write_job
-        from deltactl.diagnosis.report.page.html import write_report
-        from deltactl.diagnosis.report.sentences.saved import support
-        from deltactl.diagnosis.report.sentences.saved import written as what_is_written
-        from deltactl.diagnosis.report.sentences.summary import summary_lines
+    """Compare recordings with the robot file: what is missing, where, how sure.
 
-    robot_file = find(robot)
-    refuse_missing([*recordings, *holdout])
-    described = load_with_effects(robot_file)
-    if columns and isinstance(described, ServoAxis):
-        _refuse_other_motion(columns, described)
-    notes = Notes(described, columns)
-    read = notes.around(read_with(columns, described))
-    with waiting("reading", quiet) as show:
-        written = None if quiet else json_file
-        answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
-    notes.say_of(answer)
-    ways = notes.ways(answer, recordings)
-    if save_robot is not None:
-        ways = replace(ways, keep="", describe="")
-    if next_job is not None and answer.next_experiment is not None:
-        write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
-    if save_robot is not None:
-        save_corrected(robot_file, answer, save_robot, save_all, replace=force)
-    if report is not None:
-        write_report(answer, described, report, ways)
-    if quiet:
-        print_json(answer.to_json())
-        return
-    print_wrapped(summary_lines(answer, described, ways))
-    if next_job is not None:
-        why = "no run would tell more"
-        if not isinstance(described, DeltaRobot):
-            why = "only deltas have jobs"
-        made = answer.next_experiment is not None
-        say(f"job: {next_job}" if made else f"job: none, as {why}")
-    for name, path in (("report", report), ("answer", json_file)):
-        if path is not None:
-            say(f"{name}: {path}")
-    if save_robot is not None:
-        say(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
-        print_wrapped(escape(line) for line in support(answer, save_all, ways))
-        if save_robot.read_bytes() != robot_file.read_bytes():
-            for line in next_commands(recordings, save_robot, columns, described):
-                say(line)
-
-
-def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
-    """Raise ConfigError where a length was said of an axis that turns, or an angle of a slide."""
-    from deltactl.recording.foreign.doubts import other_motion
-
-    units = {name: one.unit for name, one in mapping_of(columns).columns.items()}
-    if why := other_motion(units, robot.motion):
-        raise ConfigError(f"--set: {why}")
-
-
-def read_with(
-    columns: list[str], robot: RobotModel | None = None
-) -> Callable[[Path], FlatRecording]:
-    """What reads recordings, with the mapping that these options say.
-
-    robot: the machine that they are said to be of.
+    ```
+    deltactl diagnose run.csv.gz --robot zhao-2023.yaml
+    deltactl diagnose a.mcap --robot zhao-2023.yaml --holdout b.mcap --report why.html
+    deltactl diagnose axis.csv --robot axis.yaml --set t=ms*0.001 --set "position=angle[deg]"
+    deltactl diagnose log.csv --inspect
+    deltactl diagnose --fleet 'runs/**/*.mcap' --robots robots/ --out fleet/
+    ```
     """
-    if not columns:
-        return partial(read_plain, robot=robot)
-    with needs("diagnosis", "--set"):
-        from deltactl.recording.foreign.reading import read_mapped
-    return partial(read_mapped, mapping=mapping_of(columns), tell=warn)
+    if fleet is not None:
+        from deltactl.cli.recordings.diagnosing import diagnose_many
+
+        diagnose_many(fleet, robots, out, workers, scheduler, limit or [], sisters)
+        return
+    if not recordings:
+        raise typer.BadParameter("name at least one, or many with --fleet", param_hint="RECORDINGS")
+    if look:
+        from deltactl.cli.recordings.inspect import inspect_recordings
+
+        refuse_existing(force, save_columns)
+        known = [*(columns or []), *(set_columns or [])]
+        inspect_recordings(recordings, robot, save_columns, json_file is not None, known)
+        return
+    if robot is None:
+        meant = f"did you mean --robot {robots}? (--robots goes with --fleet); " if robots else ""
+        raise typer.BadParameter(
+            f"{meant}say which robot file describes the machine, or look at the data with"
+            " --inspect",
+            param_hint="--robot",
+        )
+    if save_all and save_robot is None:
+        raise typer.BadParameter("add --save-robot FILE, which it is for", param_hint="--all")
+    with waiting("loading", str(json_file) == "-"):
+        from deltactl.cli.recordings.diagnosing import diagnose_recordings
+
+    refuse_existing(force, json_file, report, save_robot, next_job)
+    refuse_other_page(report)
+    diagnose_recordings(
+        recordings,
+        robot,
+        holdout or [],
+        json_file,
+        report,
+        save_robot,
+        [*(columns or []), *(set_columns or [])],
+        next_job,
+        thorough,
+        save_all,
+        force,
+    )

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from deltactl.cli.file_arguments import written_if_right
 from deltactl.cli.output import say, tell, warn
-from deltactl.cli.overwriting import written_if_right
 from deltactl.firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
 from deltactl.firmware_py.describing.robot_text import robot_text
 from deltactl.foundation.errors import ConfigError
@@ -42,11 +42,6 @@ class Kind(StrEnum):
     STEPPER_AXIS = "stepper_axis"
     SERVO_AXIS = "servo_axis"
     RANGE_SENSOR = "range_sensor"
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command of this file."""
-    app.command()(init)
 
 
 def init(
@@ -156,8 +151,8 @@ def _measured(
 
 def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
     """As it is said, and where that does not do as --inspect would read it, which is then said."""
-    from deltactl.cli.recordings.column_options import mapping_of
-    from deltactl.cli.recordings.diagnose import read_with
+    from deltactl.cli.recordings.diagnosing import read_with
+    from deltactl.cli.recordings.tables import mapping_of
     from deltactl.foundation.errors import RecordingError
 
     try:

@@ -12,10 +12,9 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
-from deltactl.cli.missing import refuse_missing
-from deltactl.cli.output import console, facts, print_json, say, warn
-from deltactl.cli.recordings.column_options import mapping_of
-from deltactl.cli.wrapped import print_wrapped
+from deltactl.cli.file_arguments import refuse_missing
+from deltactl.cli.output import console, facts, print_json, print_wrapped, say, warn
+from deltactl.cli.recordings.tables import mapping_of
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.plain_file import write_whole

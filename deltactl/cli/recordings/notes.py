@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from deltactl.cli.output import warn
-from deltactl.cli.recordings.column_options import is_mapping_file, mapping_of
+from deltactl.cli.recordings.tables import is_mapping_file, mapping_of
 from deltactl.foundation.errors import DeltactlError
 from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
 

@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from deltactl.cli.output import console, errors, say
+from deltactl.cli.output import bar, console, errors, facts, millimetres, say
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
+from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.proof.prove.resumable import Progress as Show
+    from deltactl.repair.campaign import Row
+
 
 Machine = Literal["delta", "axis"]
 Half = Literal["all", "even", "odd"]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command of this file."""
-    app.command()(prove)
 
 
 def prove(
@@ -89,14 +88,13 @@ def prove(
     if half != "all" or practice is not None:
         raise ConfigError("--half and --practice need --machine axis")
     if repair:
-        from deltactl.cli.recordings.prove_repair import prove_repair
-
         prove_repair(cases, seed, out, networks, workers, scheduler, minutes)
         return
     with needs("proof", "prove"):
         from deltactl.proof.prove.campaign import prove as run
     tied = cases // 10 if ties is None else ties
-    with _progress(cases + tied + more) as show:
+    with bar(total=cases + tied + more) as draw:
+        show = _with_lines(draw)
         outcome = run(cases, seed, out, tied, workers, scheduler, minutes, show, errors.print, more)
     table = Table(title=outcome.title, title_justify="left")
     for heading in ("figure", "goal", "reached", "95 % limits", "cases", "met"):
@@ -124,8 +122,8 @@ def _prove_axes(
         from deltactl.proof.prove.axis_campaign import prove_axes
         from deltactl.proof.prove.axis_table import beside
         from deltactl.proof.prove.resumable import Means
-    with _progress(cases) as show:
-        means = Means(count, scheduler, minutes, show, errors.print)
+    with bar(total=cases) as draw:
+        means = Means(count, scheduler, minutes, _with_lines(draw), errors.print)
         outcome = prove_axes(cases, seed, half, out, practice, means)
     table = Table(title=outcome.title, title_justify="left")
     for heading in ("figure", "goal", *outcome.columns):
@@ -138,18 +136,83 @@ def _prove_axes(
     say(f"confusion matrix: {outcome.matrix_file}")
 
 
-@contextmanager
-def _progress(total: int) -> Iterator[Show]:
-    """A bar on the terminal, with a line for each case that is finished."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+def _with_lines(draw: Show) -> Show:
+    """The bar, and a line for each case that is finished."""
 
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=errors, transient=True) as bars:
-        bar = bars.add_task("", total=total)
+    def show(done: int, of: int, text: str) -> None:
+        draw(done, of, "")
+        if text:
+            errors.print(text)
 
-        def show(done: int, all_: int, text: str) -> None:
-            bars.update(bar, completed=done, total=all_)
-            if text:
-                bars.console.print(text)
+    return show
 
-        yield show
+
+def prove_repair(
+    cases: int,
+    seed: int,
+    out: Path,
+    networks: bool,
+    workers: int,
+    scheduler: str | None,
+    minutes: float,
+) -> None:
+    """Run the cases and print the table."""
+    with needs("proof", "prove"):
+        from deltactl.repair.campaign import prove_repair as run
+        from deltactl.repair.campaign import summary
+    with bar(total=cases) as draw:
+
+        def show(done: int, of: int) -> None:
+            draw(done, of, "")
+
+        rows = run(cases, seed, out, networks, workers, scheduler, show, errors.print, minutes)
+    table = Table(
+        box=SIMPLE_HEAD,
+        title="Distance from the target while drawing the heart, RMS",
+        title_justify="left",
+    )
+    for heading, _ in COLUMNS:
+        table.add_column(heading, justify="right" if heading in MEASURED else "left")
+    for row in rows:
+        table.add_row(*(cell(row) for _, cell in COLUMNS))
+    console.print(table)
+    console.print(facts("", summary(rows)))
+    say(f"table: {_written(out / 'table.md', rows, summary(rows))}")
+
+
+def _written(path: Path, rows: Sequence[Row], figures: Sequence[tuple[str, str]]) -> Path:
+    """The same in Markdown, which no narrow window cuts off."""
+    headings = [heading for heading, _ in COLUMNS]
+    lines = [headings, ["---:" if one in MEASURED else "---" for one in headings]]
+    lines += [[cell(row).replace("\n", ", ") for _, cell in COLUMNS] for row in rows]
+    text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    text += "\n\n" + "\n".join(f"- {what}: {figure}" for what, figure in figures) + "\n"
+    write_whole(path, text)
+    return path
+
+
+def _names(names: tuple[str, ...]) -> str:
+    return "\n".join(names) or "nothing"
+
+
+def _size(size_m: float) -> str:
+    return "" if math.isnan(size_m) else millimetres(size_m)
+
+
+def _verdict(row: Row) -> str:
+    return row.failure or ("worse" if row.worse else "yes" if row.enough else "no")
+
+
+COLUMNS: tuple[tuple[str, Callable[[Row], str]], ...] = (
+    ("concealed", lambda row: _names(row.concealed)),
+    ("found", lambda row: _names(row.found)),
+    ("before", lambda row: _size(row.before_m)),
+    ("after", lambda row: _size(row.after_m)),
+    ("limit", lambda row: _size(row.limit_m)),
+    ("above it", lambda row: _size(max(row.after_m - row.limit_m, 0.0))),
+    ("sound robot", lambda row: _size(row.possible_m)),
+    ("by network", lambda row: _size(row.network_after_m)),
+    ("with tables", lambda row: _size(row.tables_m)),
+    ("enough", _verdict),
+)
+MEASURED = ("before", "after", "limit", "above it", "sound robot", "by network", "with tables")

@@ -1,4 +1,4 @@
-"""A table that is diagnosed and of which nobody said how it is read, and what is said of that."""
+"""How a table is read: as `--columns` and `--set` say, or, where nobody said it, as it looks."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from deltactl.cli.output import warn
-from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.foundation.extras import needs
 from deltactl.recording.tables.flat import UNITS
 from deltactl.recording.tables.flat_files import read_flat
@@ -17,7 +17,9 @@ from deltactl.recording.tables.table_format import first_cells
 if TYPE_CHECKING:
     from deltactl.models.robot import RobotModel
     from deltactl.recording.foreign.found import Inspection
+    from deltactl.recording.foreign.mapping import Mapping
     from deltactl.recording.tables.flat import FlatRecording
+
 
 BINARY = (".parquet", ".mat")
 MOST_LISTED = 200
@@ -103,3 +105,19 @@ def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RecordingErr
         return RecordingError(f"{own}; which options read them: deltactl diagnose --inspect {path}")
     also = looks_like(seen.kind, seen.kind_why, robot, str(path))
     return RecordingError(f"{path}: {also}" + (f". Its columns: {listed}" if seen.named else ""))
+
+
+def mapping_of(columns: list[str]) -> Mapping:
+    """Mapping files and single columns, as `--columns` and `--set` give them."""
+    from deltactl.recording.foreign.mapping import load_mapping
+
+    files = [one for one in columns if is_mapping_file(one)]
+    if len(files) > 1:
+        raise ConfigError(f"--columns: one mapping file at most, not {' and '.join(files)}")
+    options = [one for one in columns if one not in files]
+    return load_mapping(Path(files[0]) if files else None, options)
+
+
+def is_mapping_file(option: str) -> bool:
+    """Whether an option names a file of mappings, and not one column."""
+    return "=" not in option or Path(option).is_file()

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from deltactl.cli.output import waiting
-from deltactl.cli.overwriting import (
+from deltactl.cli.file_arguments import (
     ForceOption,
     refuse_existing,
     refuse_other_page,
     refuse_recorded,
 )
+from deltactl.cli.output import waiting
 
 JobArgument = Annotated[Path, typer.Argument(help="Job file; sought here, then in config/.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON document instead of tables.")]
@@ -30,17 +30,6 @@ AcceptOption = Annotated[
     ),
 ]
 SocketOption = Annotated[Path | None, typer.Option(help="Socket of the daemon.")]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands of this file."""
-    app.command()(run)
-    app.command()(follow)
-    app.command()(check)
-    app.command()(verify)
-    app.command()(report)
-    app.command()(record)
-    app.command()(export)
 
 
 def run(
@@ -115,7 +104,7 @@ def follow(
     deltactl follow 7 --json
     ```
     """
-    from deltactl.cli.robot.follow import follow_job
+    from deltactl.cli.robot.remote import follow_job
 
     follow_job(job_id, json_out, socket)
 
@@ -147,7 +136,7 @@ def verify(
     deltactl verify heart.yaml
     ```
     """
-    from deltactl.cli.robot.verify import verify_job
+    from deltactl.cli.robot.run import verify_job
 
     verify_job(job, simulate, json_out, socket)
 
@@ -189,7 +178,7 @@ def record(
     deltactl record by-hand.mcap --seconds 30
     ```
     """
-    from deltactl.cli.robot.record import record_sensors
+    from deltactl.cli.robot.sensors import record_sensors
 
     record_sensors(out, seconds, robot, realtime)
 

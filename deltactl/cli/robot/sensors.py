@@ -1,4 +1,4 @@
-"""`deltactl sensors`: live readings, from the daemon or directly, and offset calibration."""
+"""`deltactl sensors` and `record`: live readings, a sensor's offset, and sensors recorded alone."""
 
 from __future__ import annotations
 
@@ -9,20 +9,24 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rich.live import Live
+from rich.progress import track as progress
 from rich.table import Table
 
-from deltactl.cli.output import console, millimetres, print_json, say, warn
-from deltactl.cli.robot.which_robot import robot_or_here
+from deltactl.cli.file_arguments import robot_or_here
+from deltactl.cli.output import console, errors, millimetres, print_json, say, warn
 from deltactl.drivers.ranging.calibration import calibrate_offset
 from deltactl.firmware_py.controller.contract import SensorStatus
+from deltactl.firmware_py.controller.jobs.active_job import software_version
 from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
 from deltactl.firmware_py.daemon.client import Client, daemon_answers
 from deltactl.firmware_py.machine import Machine, is_raspberry_pi
 from deltactl.firmware_py.named_files import ROBOT_KEY, find
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
-from deltactl.foundation.clock import sleep_s
-from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.clock import ns, sleep_s
+from deltactl.foundation.errors import ConfigError, RecordingError, ServiceError
 from deltactl.models.robot import AXES
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.writing.writer import RunRecorder
 
 NO_SENSORS = "its file describes no ranging sensors (section 'sensors'); there is nothing to read"
 EVERY_S = 0.5
@@ -140,3 +144,54 @@ def _parse(text: str) -> tuple[str, float]:
             " for example z=0.412"
         )
     return match[1], float(match[2])
+
+
+SLICE_S = 0.1
+LONGEST_S = 24 * 3600.0
+
+
+def record_sensors(out: Path, seconds: float, robot: str | None, realtime: bool) -> None:
+    """Record readings for some seconds. Raises RecordingError, HardwareError, ServiceError."""
+    if not 0.0 < seconds <= LONGEST_S:
+        raise ConfigError(f"--seconds {seconds:g}: must lie above 0 and up to {LONGEST_S:g}")
+    if daemon_answers():
+        raise ServiceError(
+            "the daemon owns the sensors and records every run; stop it to record sensors alone"
+        )
+    robot_file = find(robot_or_here(robot), key=ROBOT_KEY)
+    settings = load_robot(robot_file)
+    with open_machine(settings, realtime) as machine:
+        machine.sensors.start()
+        recorder = RunRecorder(
+            out,
+            RunConfiguration(
+                robot_text=robot_file.read_text(encoding="utf-8"),
+                job_text="",
+                robot_name=settings.name,
+                job_name="sensors alone",
+                version=software_version(),
+                simulated=machine.simulated,
+            ),
+            start_ns=machine.clock.now_ns(),
+        )
+        loop = RangingLoop(
+            machine.sensors,
+            machine.clock,
+            settings.ranging.rate_hz,
+            recorder.reading,
+            lambda text: recorder.event(machine.clock.now_ns(), "sensor", text),
+        )
+        task = machine.clock.start("ranging", loop.task())
+        end_ns = machine.clock.now_ns() + ns(seconds)
+        try:
+            for _ in progress(range(round(seconds / SLICE_S)), "recording", console=errors):
+                sleep_s(machine.clock, SLICE_S)
+            machine.clock.sleep_until_ns(end_ns)
+        except KeyboardInterrupt:
+            errors.print("stopped early; what was recorded is kept")
+        finally:
+            task.stop()
+            recorder.close()
+    if recorder.failed:
+        raise RecordingError(f"{out}: {recorder.failed}")
+    console.print(f"recording: {out}")

@@ -1,7 +1,12 @@
-"""Commands that talk to the daemon: on, off, home, stop, pause, resume, status, sensors, daemon."""
+"""Commands that talk to the daemon, run it or install it, and the service that checks its runs."""
 
 from __future__ import annotations
 
+import os
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -9,34 +14,30 @@ import typer
 
 from deltactl.cli.robot.jobs import AcceptOption, JsonOption, SocketOption
 
-SIMPLE: dict[str, str] = {
-    "on": "Start the sensors and energise the drives.",
-    "off": "Release the drives. The arms may drop: hold them.",
-    "pause": "Decelerate on the path and hold.",
-    "resume": "Go on from where the job was paused.",
-    "cancel": "Decelerate on the path, drop the job, what is planned and the queue.",
-    "acknowledge": "Accept an emergency stop or fault whose cause is gone; home afterwards.",
-}
 
+def _simple(name: str, text: str) -> Callable[..., None]:
+    """A command that is one request without arguments."""
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this file."""
-    for name, text in SIMPLE.items():
-        app.command(name, help=f"{text}\n\n```\ndeltactl {name}\n```")(_simple(name))
-    app.command()(home)
-    app.command()(stop)
-    app.command()(status)
-    app.command()(sensors)
-    app.command()(daemon)
-
-
-def _simple(name: str):  # type: ignore[no-untyped-def]
     def command(socket: SocketOption = None) -> None:
         from deltactl.cli.robot.remote import do
 
         do(name, socket)
 
+    command.__name__ = name
+    command.__doc__ = f"{text}\n\n```\ndeltactl {name}\n```"
     return command
+
+
+SIMPLE = (
+    _simple("on", "Start the sensors and energise the drives."),
+    _simple("off", "Release the drives. The arms may drop: hold them."),
+    _simple("pause", "Decelerate on the path and hold."),
+    _simple("resume", "Go on from where the job was paused."),
+    _simple("cancel", "Decelerate on the path, drop the job, what is planned and the queue."),
+    _simple(
+        "acknowledge", "Accept an emergency stop or fault whose cause is gone; home afterwards."
+    ),
+)
 
 
 def home(
@@ -154,3 +155,102 @@ def daemon(
     if as_built is not None and not simulate:
         raise ConfigError("--as-built: of a simulated robot; add --simulate, or leave it out")
     raise typer.Exit(serve(find(robot), socket, simulate, recordings, as_built))
+
+
+def install(
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Robot file whose pins are wired; without it, the one in this folder."),
+    ] = None,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="Apply the changes; without this, only show them.")
+    ] = False,
+) -> None:
+    """Install the service on a Raspberry Pi: unit, udev rules, boot options, wiring table.
+
+    ```
+    deltactl install
+    sudo .venv/bin/deltactl install --apply
+    ```
+    """
+    from deltactl.cli.file_arguments import robot_or_here
+    from deltactl.firmware_py.install.install import install
+    from deltactl.firmware_py.named_files import find
+
+    install(find(robot_or_here(robot)), apply=apply)
+
+
+def version(json_out: JsonOption = False) -> None:
+    """Version of deltactl, Python and the network runtime.
+
+    ```
+    deltactl version
+    ```
+    """
+    import platform
+
+    import numpy
+
+    from deltactl.cli.output import console, facts, print_json
+    from deltactl.firmware_py.controller.jobs.active_job import software_version
+    from deltactl.models.network.runtime import runtime_names
+
+    versions = {
+        "deltactl": software_version(),
+        "python": platform.python_version(),
+        "numpy": numpy.__version__,
+        "network runtime": runtime_names()[0],
+        "machine": platform.machine(),
+    }
+    if json_out:
+        print_json(versions)
+    else:
+        console.print(facts("deltactl", list(versions.items())))
+
+
+def check_runs(
+    recordings: Annotated[Path, typer.Option(help="The daemon's folder of recordings.")] = Path(
+        "recordings"
+    ),
+    once: Annotated[
+        bool, typer.Option("--once", help="Check the existing recordings and exit.")
+    ] = False,
+    json_out: JsonOption = False,
+) -> None:
+    """Check every run when it is over, at low priority, and announce a mismatch that is new.
+
+    The page and `deltactl status` show what is announced.
+
+    ```
+    deltactl check-runs --recordings /var/lib/deltactl/recordings
+    deltactl check-runs --once
+    ```
+    """
+    from deltactl.cli.output import print_json, say
+    from deltactl.foundation.extras import needs
+
+    with needs("diagnosis", "check-runs"):
+        import deltactl.diagnosis.api  # noqa: F401
+        from deltactl.fleet.checks import RunChecks
+    os.nice(15)
+    checks = RunChecks(recordings)
+    try:
+        while True:
+            for row in checks.look():
+                verdict = row.get("verdict") or row.get("error") or row.get("skipped")
+                if not json_out:
+                    say(f"{Path(row['recording']).name}: {verdict}")
+            if once:
+                break
+            time.sleep(5.0)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        found = checks.announced()
+        checks.close()
+    if json_out:
+        print_json([asdict(one) for one in found])
+        return
+    for one in found:
+        since = datetime.fromtimestamp(one.since_s)
+        say(f"new: {one.says}, since {since:%Y-%m-%d %H:%M} (probability {one.probability:.2f})")

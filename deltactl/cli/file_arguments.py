@@ -1,15 +1,16 @@
-"""Files that are there are not written over, unless somebody says so."""
+"""Files that a command is given: what must be there, what is not written over, whose robot."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from deltactl.foundation.errors import ConfigError, DeltactlError
+from deltactl.cli.output import warn
+from deltactl.foundation.errors import ConfigError, DeltactlError, RecordingError
 from deltactl.foundation.plain_file import undone_on_failure, write_whole
 
 ForceOption = Annotated[
@@ -59,3 +60,37 @@ def written_if_right(path: Path, text: str, otherwise: str = "") -> Iterator[Non
         if otherwise and len(error.args) == 1:
             raise error.worded(f"{error}; {otherwise}") from error
         raise
+
+
+def refuse_missing(recordings: Iterable[Path]) -> None:
+    """Raise RecordingError for the first file or folder that is not there."""
+    import difflib
+
+    for path in recordings:
+        if path.exists():
+            continue
+        folder = path.parent
+        there = [one.name for one in folder.iterdir()] if folder.is_dir() else []
+        close = difflib.get_close_matches(path.name, there, n=1, cutoff=0.75)
+        hint = f"; did you mean '{folder / close[0]}'?" if close else ""
+        raise RecordingError(f"{path}: no such file{hint}")
+
+
+def robot_or_here(named: str | None) -> str:
+    """The file that was named, else the only one of this folder, else the example.
+
+    Says on standard error which one is taken. Raises ConfigError where several could be meant.
+    """
+    if named is not None:
+        return named
+    from deltactl.firmware_py.robots_here import EXAMPLE, robots_here
+
+    here = robots_here()
+    if len(here) > 1:
+        say = " or ".join(f"--robot {one}" for one in here)
+        raise ConfigError(f"{len(here)} robot files are in this folder; add {say}")
+    if here:
+        warn(f"Robot file: {here[0]}, the one in this folder.")
+        return here[0]
+    warn(f"Robot file: {EXAMPLE}, the example; --robot names another.")
+    return EXAMPLE

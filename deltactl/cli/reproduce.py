@@ -25,11 +25,6 @@ class Paper(StrEnum):
     UZUNOVIC = "uzunovic-2013"
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command of this file."""
-    app.command()(reproduce)
-
-
 def reproduce(
     paper: Annotated[Paper, typer.Argument(help="Whose experiments.")],
     out: Annotated[

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from deltactl.cli.networks.data_robot import robot_file_of
-from deltactl.cli.output import console, duration, errors, facts, print_json, say
+from deltactl.cli.collect import robot_file_of
+from deltactl.cli.output import bar, console, duration, facts, print_json, say
 from deltactl.cli.robot.jobs import JsonOption
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
@@ -20,6 +19,7 @@ from deltactl.foundation.extras import needs
 if TYPE_CHECKING:
     from deltactl.models.training.sources import Source
     from deltactl.models.training.train import Written
+
 
 Show = Callable[[int, int, str], None]
 
@@ -30,11 +30,6 @@ class Recipe(StrEnum):
     ZHAO = "zhao"
     UZUNOVIC = "uzunovic"
     OURS = "ours"
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command of this file."""
-    app.command()(train)
 
 
 def train(
@@ -74,7 +69,7 @@ def train(
     started_s = time.monotonic()
     source = _source(dataset, robot, samples, seed)
     training.check_writable(out)
-    with _bar(quiet=json_out) as show:
+    with bar(hidden=json_out, took=True) as show:
         if dataset is None and recipe is Recipe.OURS and source.robot.effects:
             task, _ = training.exact_task(source, seed)
             effort = corrected.with_iterations(corrected.EFFORT, epochs)
@@ -150,33 +145,3 @@ def _as_json(written: Written, source: Source, seconds: float) -> dict[str, Any]
         "course": [list(point) for point in written.trained.course],
         **metadata.model_dump(mode="json"),
     }
-
-
-@contextmanager
-def _bar(quiet: bool) -> Iterator[Show]:
-    """Done, of how many, time taken and left, and the result so far."""
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.description}"),
-    )
-    # Not on a terminal it would show nothing but an empty line at its end.
-    hidden = quiet or not errors.is_terminal
-    with Progress(*columns, console=errors, transient=True, disable=hidden) as bars:
-        bar = bars.add_task("", total=None)
-
-        def show(done: int, total: int, text: str) -> None:
-            bars.update(bar, completed=done, total=total, description=text)
-
-        yield show

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from deltactl.cli.networks.collect import SHIPPED_AS_BUILT
-from deltactl.cli.networks.data_robot import robot_file_of
+from deltactl.cli.collect import SHIPPED_AS_BUILT, robot_file_of
 from deltactl.cli.output import console, errors, print_json, say
 from deltactl.cli.robot.jobs import JsonOption
 from deltactl.foundation.extras import needs
@@ -21,11 +20,6 @@ if TYPE_CHECKING:
     from deltactl.models.training.calibrate import Calibrated
     from deltactl.models.training.dataset import DataSet
     from deltactl.reproduction.zhao_2023.as_built import AsBuiltFile
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command of this file."""
-    app.command()(evaluate)
 
 
 def evaluate(

@@ -1,31 +1,27 @@
-"""`deltactl collect`: a survey as a data set."""
+"""`deltactl collect`: a survey as a data set, and the robot file that one belongs to."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from deltactl.cli.output import NO_ROBOT, errors, say, tell, warn
+from deltactl.cli.output import NO_ROBOT, bar, errors, say, tell, warn
 from deltactl.cli.robot.jobs import SocketOption
-from deltactl.foundation.errors import ServiceError
+from deltactl.foundation.errors import ConfigError, MissingFile, ServiceError
 from deltactl.foundation.extras import needs
 
 if TYPE_CHECKING:
     from deltactl.firmware_py.controller.contract import JobResult, RobotController
     from deltactl.firmware_py.robot_file import RobotFile
+    from deltactl.models.training.dataset import DataSet
+
 
 SHIPPED_AS_BUILT = "zhao-2023"
 Show = Callable[[int], None]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command of this file."""
-    app.command()(collect)
 
 
 def collect(
@@ -53,7 +49,7 @@ def collect(
     deltactl collect --samples 5000 --as-built zhao-2023 --out data
     ```
     """
-    from deltactl.cli.robot.which_robot import robot_or_here
+    from deltactl.cli.file_arguments import robot_or_here
     from deltactl.firmware_py.named_files import find
     from deltactl.firmware_py.robot_file import load_robot
     from deltactl.firmware_py.robots_here import EXAMPLE
@@ -61,7 +57,11 @@ def collect(
 
     path = find(EXAMPLE if robot is None and as_built == SHIPPED_AS_BUILT else robot_or_here(robot))
     described = load_robot(path)
-    with _bar(samples) as show:
+    with bar(total=samples) as draw:
+
+        def show(done: int) -> None:
+            draw(done, samples, "")
+
         if as_built is not None:
             jammed = _as_built(as_built, described, out, samples, seed, show)
         else:
@@ -90,7 +90,7 @@ def _by_jobs(
     socket: Path | None,
     show: Show,
 ) -> None:
-    from deltactl.cli.robot.follow import interrupted_between_sleeps
+    from deltactl.cli.robot.remote import interrupted_between_sleeps
     from deltactl.firmware_py.collecting.by_jobs import collect as run
     from deltactl.firmware_py.collecting.settings import settings_of
     from deltactl.firmware_py.controller.build import build_controller
@@ -124,7 +124,7 @@ def _by_jobs(
 def _runner(
     controller: RobotController, sleep: Callable[[float], None]
 ) -> Callable[[Path], JobResult]:
-    from deltactl.cli.robot.follow import follow
+    from deltactl.cli.robot.remote import follow
 
     def run(job: Path) -> JobResult:
         number = controller.submit(job.resolve())
@@ -133,13 +133,20 @@ def _runner(
     return run
 
 
-@contextmanager
-def _bar(samples: int) -> Iterator[Show]:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+def robot_file_of(data: DataSet, named: str | None) -> Path:
+    """The named robot file, or the one called like the data set's robot.
 
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    # Not on a terminal it would show nothing but an empty line at its end.
-    hidden = not errors.is_terminal
-    with Progress(*columns, console=errors, transient=True, disable=hidden) as bars:
-        bar = bars.add_task("", total=samples)
-        yield lambda done: bars.update(bar, completed=done)
+    Raises MissingFile, or ConfigError where nothing was named and no file is called so.
+    """
+    from deltactl.firmware_py.named_files import find
+
+    if named is not None:
+        return find(named)
+    name = data.settings.robot
+    try:
+        return find(f"{name}.yaml")
+    except MissingFile:
+        raise ConfigError(
+            f"{data.folder}: was taken with robot '{name}', and there is no {name}.yaml here or "
+            "in config; name that robot's file with --robot"
+        ) from None

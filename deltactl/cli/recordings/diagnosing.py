@@ -1,0 +1,160 @@
+"""What `deltactl diagnose` does: one robot's recordings, or with `--fleet` many of many robots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.markup import escape
+
+from deltactl.cli.file_arguments import refuse_missing
+from deltactl.cli.output import bar, errors, print_json, print_wrapped, say, waiting, warn
+from deltactl.cli.recordings.notes import Notes, next_commands
+from deltactl.cli.recordings.tables import mapping_of, read_plain
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
+from deltactl.foundation.counting import count
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.extras import needs
+from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
+from deltactl.models.robot_files import load_with_effects
+
+if TYPE_CHECKING:
+    from deltactl.recording.tables.flat import FlatRecording
+
+
+def diagnose_recordings(
+    recordings: list[Path],
+    robot: str,
+    holdout: list[Path],
+    json_file: Path | None,
+    report: Path | None,
+    save_robot: Path | None,
+    columns: list[str],
+    next_job: Path | None,
+    thorough: bool,
+    save_all: bool = False,
+    force: bool = False,
+) -> None:
+    """Diagnose, print the findings in plain sentences, and write the files asked for."""
+    quiet = json_file is not None and str(json_file) == "-"
+    with waiting("loading", quiet), needs("diagnosis", "diagnose"):
+        from deltactl.diagnosis.answer.corrected_robot import save_corrected
+        from deltactl.diagnosis.api import diagnose
+        from deltactl.diagnosis.experiment import write_job
+        from deltactl.diagnosis.report.page.html import write_report
+        from deltactl.diagnosis.report.sentences.saved import support
+        from deltactl.diagnosis.report.sentences.saved import written as what_is_written
+        from deltactl.diagnosis.report.sentences.summary import summary_lines
+
+    robot_file = find(robot)
+    refuse_missing([*recordings, *holdout])
+    described = load_with_effects(robot_file)
+    if columns and isinstance(described, ServoAxis):
+        _refuse_other_motion(columns, described)
+    notes = Notes(described, columns)
+    read = notes.around(read_with(columns, described))
+    with waiting("reading", quiet) as show:
+        written = None if quiet else json_file
+        answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
+    notes.say_of(answer)
+    ways = notes.ways(answer, recordings)
+    if save_robot is not None:
+        ways = replace(ways, keep="", describe="")
+    if next_job is not None and answer.next_experiment is not None:
+        write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
+    if save_robot is not None:
+        save_corrected(robot_file, answer, save_robot, save_all, replace=force)
+    if report is not None:
+        write_report(answer, described, report, ways)
+    if quiet:
+        print_json(answer.to_json())
+        return
+    print_wrapped(summary_lines(answer, described, ways))
+    if next_job is not None:
+        why = "no run would tell more"
+        if not isinstance(described, DeltaRobot):
+            why = "only deltas have jobs"
+        made = answer.next_experiment is not None
+        say(f"job: {next_job}" if made else f"job: none, as {why}")
+    for name, path in (("report", report), ("answer", json_file)):
+        if path is not None:
+            say(f"{name}: {path}")
+    if save_robot is not None:
+        say(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
+        print_wrapped(escape(line) for line in support(answer, save_all, ways))
+        if save_robot.read_bytes() != robot_file.read_bytes():
+            for line in next_commands(recordings, save_robot, columns, described):
+                say(line)
+
+
+def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
+    """Raise ConfigError where a length was said of an axis that turns, or an angle of a slide."""
+    from deltactl.recording.foreign.doubts import other_motion
+
+    units = {name: one.unit for name, one in mapping_of(columns).columns.items()}
+    if why := other_motion(units, robot.motion):
+        raise ConfigError(f"--set: {why}")
+
+
+def read_with(
+    columns: list[str], robot: RobotModel | None = None
+) -> Callable[[Path], FlatRecording]:
+    """What reads recordings, with the mapping that these options say.
+
+    robot: the machine that they are said to be of.
+    """
+    if not columns:
+        return partial(read_plain, robot=robot)
+    with needs("diagnosis", "--set"):
+        from deltactl.recording.foreign.reading import read_mapped
+    return partial(read_mapped, mapping=mapping_of(columns), tell=warn)
+
+
+def diagnose_many(
+    pattern: str,
+    robots: Path | None,
+    out: Path,
+    workers: int,
+    scheduler: str | None,
+    limits: list[str],
+    sisters: bool = True,
+) -> None:
+    """Diagnose a fleet with a bar of progress; a bad file costs one line."""
+    if robots is None:
+        raise ConfigError("--fleet needs --robots FOLDER, where the robot files lie")
+    known = _limits(limits)
+    with needs("fleet", "deltactl diagnose --fleet"):
+        import deltactl.fleet.run as run
+
+    with bar("looking for recordings") as draw:
+
+        def progress(done: int, of: int, row: dict[str, Any]) -> None:
+            if "error" in row:
+                errors.print(row["error"], soft_wrap=True)
+            draw(done, of, Path(row["recording"]).name)
+
+        rows = run.diagnose_fleet(
+            pattern, robots, out, workers, scheduler, known, progress, sisters
+        )
+    bad = sum("error" in row for row in rows)
+    missing = sum(row.get("verdict", "nothing_missing") != "nothing_missing" for row in rows)
+    say(f"{count(len(rows), 'recording')}: {missing} with a mismatch, {bad} bad")
+    say(f"page:  {out / run.PAGE}\ntable: {out / run.TABLE}")
+    if bad == len(rows):
+        warn("no recording could be read")
+
+
+def _limits(given: list[str]) -> dict[str, float]:
+    found = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        try:
+            found[name] = float(value)
+        except ValueError:
+            value = ""
+        if name.count(".") != 1 or not value:
+            raise ConfigError(f"--limit {text}: write it as gear_backlash.width=0.01")
+    return found

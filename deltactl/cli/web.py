@@ -1,0 +1,209 @@
+"""`deltactl web`, `web-user` and `foxglove`: the robot in a browser."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from deltactl.cli.output import say, warn
+from deltactl.cli.robot.jobs import SocketOption
+from deltactl.foundation.errors import RecordingError, ServiceError
+from deltactl.foundation.extras import needs
+from deltactl.foundation.plain_file import write_whole
+
+if TYPE_CHECKING:
+    import subprocess
+
+READY_S = 60.0
+LOOK_S = 0.1
+END_S = 10.0
+
+
+def web(
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="With a simulated robot and a daemon of its own.")
+    ] = False,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            help="Robot file, to draw and to simulate; without it, the one in this folder."
+        ),
+    ] = None,
+    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen at.")] = 8080,
+    recordings: Annotated[Path, typer.Option(help="The daemon's folder of recordings.")] = Path(
+        "recordings"
+    ),
+    users: Annotated[
+        Path | None, typer.Option(help="Who may sign in; needed on a network (deltactl web-user).")
+    ] = None,
+    certificate: Annotated[Path | None, typer.Option(help="For https: certificate (PEM).")] = None,
+    key: Annotated[Path | None, typer.Option(help="For https: its private key (PEM).")] = None,
+    socket: SocketOption = None,
+) -> None:
+    """A page of the robot for browsers: see it move, stop, run, jog, diagnose.
+
+    ```
+    deltactl web --simulate            then open http://127.0.0.1:8080
+    deltactl web --recordings /var/lib/deltactl/recordings
+    deltactl web --host 0.0.0.0 --users users.yaml
+    ```
+    """
+    import os
+    from contextlib import nullcontext
+
+    from deltactl.cli.file_arguments import robot_or_here
+    from deltactl.firmware_py.daemon.client import daemon_answers
+    from deltactl.firmware_py.named_files import find
+
+    file = find(robot_or_here(robot))
+    with needs("web", "the page"):
+        from deltactl.web.serve import Where, serve
+    here = _simulated(file, recordings, socket) if simulate else nullcontext((socket, None))
+    with here as (where, as_built):
+        if not simulate and not daemon_answers(where):
+            warn("No daemon answers yet; the page will look for one until it comes.")
+        scheme = "http" if certificate is None else "https"
+        what = "the page and the robot" if simulate else "the page"
+        say(f"{scheme}://{host}:{port}  (Ctrl-C ends {what})")
+        state = os.environ.get("STATE_DIRECTORY", "").split(":")[0]
+        work = Path(state) if state else recordings.absolute() / "web"
+        serve(Where(host, port, where, recordings, work, file, users, certificate, key, as_built))
+
+
+def web_user(
+    name: Annotated[str, typer.Argument(help="Letters, digits, dots, dashes.")],
+    file: Annotated[Path, typer.Option(help="File of those who may sign in.")],
+    viewer: Annotated[
+        bool, typer.Option("--viewer", help="May look and stop, and nothing else.")
+    ] = False,
+    token: Annotated[
+        bool, typer.Option("--token", help="Make up a long password, and print it once.")
+    ] = False,
+) -> None:
+    """Let somebody sign in on the page, or change their password.
+
+    ```
+    deltactl web-user ada --file users.yaml
+    deltactl web-user hall-screen --file users.yaml --viewer --token
+    ```
+    """
+    with needs("web", "the page"):
+        from deltactl.web.access.users import add_user, new_token
+
+    if token:
+        password = new_token()
+    else:
+        password = typer.prompt("password", hide_input=True, confirmation_prompt=True)
+    add_user(file, name, "viewer" if viewer else "operator", password)
+    say(f"{name} may sign in as {'viewer' if viewer else 'operator'}; {file} holds only a hash")
+    if token:
+        say(f"token (shown this once): {password}")
+
+
+def foxglove(
+    recording: Annotated[
+        Path | None, typer.Argument(help="A recorded run (.mcap); none to serve the live robot.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write (.mcap).")] = None,
+    layout: Annotated[
+        Path | None, typer.Option(help="Write the layout for Foxglove here (.json).")
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Live: robot file to draw; without it, the one in this folder."),
+    ] = None,
+    host: Annotated[str, typer.Option(help="Live: address to listen at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Live: port.")] = 8765,
+    socket: SocketOption = None,
+) -> None:
+    """The robot in Foxglove's 3D panel: a converted recording, or the live robot.
+
+    ```
+    deltactl foxglove recordings/heart.mcap -o heart-foxglove.mcap
+    deltactl foxglove --layout deltactl-layout.json
+    deltactl foxglove                   then open ws://127.0.0.1:8765 in Foxglove
+    ```
+    """
+    from importlib.resources import files
+
+    from deltactl.cli.file_arguments import robot_or_here
+    from deltactl.firmware_py.named_files import find
+
+    with needs("web,foxglove", "deltactl foxglove"):
+        from deltactl.web.foxglove.convert import convert
+        from deltactl.web.foxglove.live import serve_live
+
+    if layout is not None:
+        if layout.exists():
+            raise RecordingError(f"{layout}: exists already; name another file")
+        write_whole(layout, (files("deltactl.web.foxglove") / "layout.json").read_bytes())
+        say(f"layout: {layout} (in Foxglove: Layouts, Import from file)")
+    if recording is not None:
+        target = out or recording.with_suffix(".foxglove.mcap")
+        scenes = convert(recording, target)
+        say(f"{target}: {scenes} scenes; open it in Foxglove")
+    elif layout is None:
+        file = find(robot_or_here(robot))
+        if host not in ("127.0.0.1", "localhost", "::1"):
+            warn("Foxglove's protocol asks for no password: whoever reaches this port may look.")
+        say(f"ws://{host}:{port}  (Foxglove: Open connection; Ctrl-C ends)")
+        serve_live(socket, file, host, port)
+
+
+@contextmanager
+def _simulated(
+    robot: Path, recordings: Path, given: Path | None
+) -> Iterator[tuple[Path, Path | None]]:
+    """A simulated daemon in a process of its own: its socket, and the file of what is concealed."""
+    import subprocess
+    import tempfile
+
+    from deltactl.firmware_py.robot_file import load_robot
+
+    with tempfile.TemporaryDirectory(prefix="deltactl-web-") as folder:
+        socket = given or Path(folder) / "d.sock"
+        call = ["daemon", str(robot), "--simulate", "--socket", str(socket)]
+        call += ["--recordings", str(recordings)]
+        servo = load_robot(robot).drive.kind == "servo"
+        as_built = None if servo else Path(folder) / "as-built.yaml"
+        call += [] if as_built is None else ["--as-built", str(as_built)]
+        with (Path(folder) / "daemon.log").open("wb") as log:
+            daemon = subprocess.Popen(
+                [sys.executable, "-P", "-m", "deltactl.cli.main", *call], stderr=log,
+                start_new_session=True,
+            )  # fmt: skip
+        try:
+            _wait_for(socket, daemon, Path(folder) / "daemon.log")
+            yield socket, as_built
+        finally:
+            daemon.terminate()
+            try:
+                daemon.wait(END_S)
+            except subprocess.TimeoutExpired:
+                daemon.kill()
+
+
+def _wait_for(socket: Path, daemon: subprocess.Popen[bytes], log: Path) -> None:
+    import time
+
+    give_up_s = time.monotonic() + READY_S
+    while not _answers(socket):
+        if daemon.poll() is not None or time.monotonic() > give_up_s:
+            last = log.read_text(errors="replace").strip().splitlines()[-1:]
+            raise ServiceError(f"the simulated daemon did not start: {''.join(last)}")
+        time.sleep(LOOK_S)
+
+
+def _answers(socket: Path) -> bool:
+    from deltactl.firmware_py.daemon.client import daemon_answers
+
+    try:
+        return socket.exists() and daemon_answers(socket)
+    except ServiceError:  # it is there, and still too busy to answer
+        return False
