@@ -24,12 +24,15 @@ Location = tuple[str | int, ...]
 MAX_DEPTH = 20
 MAX_VALUES = 1_000_000
 """Ten for each of the 100,000 legs or poses that a job may have."""
+MOST_DIGITS = 30
+"""Of a whole number; more takes a time that grows with their square."""
 SHOWN_CHARACTERS = 100
 """So much of a key is shown."""
 
 # The parser in C, where PyYAML was built with it, is about ten times faster.
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
+_Scalar = yaml.ScalarEvent
 _OF_NUMBERS = frozenset("0123456789+-.")
 """With which a number begins."""
 _DIGITS = r"[0-9]+(?:_[0-9]+)*"
@@ -64,7 +67,7 @@ class Tree:
     """The values of a YAML text and their lines. Raises YamlError.
 
     Its time and memory are proportional to the text, and what is refused is refused where it is
-    met: a text of 4 MB takes a second or two, whatever it holds.
+    met: a text of 4 MB takes a second, whatever it holds.
     """
 
     def __init__(self, text: str, most_values: int = MAX_VALUES):
@@ -123,40 +126,44 @@ class Tree:
             raise YamlError(_line(event), f"holds more than {self._most:,} values; split the file")
         if event.anchor is not None or event.tag is not None:
             _refuse_extras(event)
-        if type(event) is yaml.ScalarEvent:
-            value = _scalar(event)
+        if type(event) is _Scalar:
+            if not event.implicit[0]:
+                return _visible(event)
+            value = _plain(event)
             if type(value) is float and not math.isfinite(value):
                 key = f"{key_of(self._here)}: " if self._here else ""
                 raise YamlError(_line(event), f"{key}must be a finite number, not {value}")
             return value
         if len(self._here) > MAX_DEPTH:
             raise YamlError(_line(event), f"nested more than {MAX_DEPTH} deep")
-        return self._mapping() if isinstance(event, yaml.MappingStartEvent) else self._sequence()
+        return self._mapping() if type(event) is yaml.MappingStartEvent else self._sequence()
 
     def _mapping(self) -> dict[str, Any]:
         result: dict[str, Any] = {}
         lines: dict[str, int] = {}
         self._lines[id(result)] = lines
-        self._here.append("")
-        while type(event := self._next()) is not yaml.MappingEndEvent:
+        following, value_of, here = self._next, self._value, self._here
+        here.append("")
+        while type(event := following()) is not yaml.MappingEndEvent:
             key = _key(event)
             if key in result:
                 raise YamlError(_line(event), f"'{_shortened(key)}' stands here twice; remove one")
             lines[key] = event.start_mark.line + 1
-            self._here[-1] = key
-            result[key] = self._value(self._next())
-        self._here.pop()
+            here[-1] = key
+            result[key] = value_of(following())
+        here.pop()
         return result
 
     def _sequence(self) -> list[Any]:
         result: list[Any] = []
         lines = self._lines[id(result)] = array("L")
-        self._here.append(0)
-        while type(event := self._next()) is not yaml.SequenceEndEvent:
+        following, value_of, here = self._next, self._value, self._here
+        here.append(0)
+        while type(event := following()) is not yaml.SequenceEndEvent:
             lines.append(event.start_mark.line + 1)
-            self._here[-1] = len(result)
-            result.append(self._value(event))
-        self._here.pop()
+            here[-1] = len(result)
+            result.append(value_of(event))
+        here.pop()
         return result
 
 
@@ -177,7 +184,7 @@ def _events(text: str) -> Iterator[Callable[[], Any]]:
         line = text.count("\n", 0, directive.start()) + 1
         raise YamlError(line, "tags (!) are not taken; remove '%TAG'")
     try:
-        yield yaml.parse(text, Loader=_LOADER).__next__
+        yield _LOADER(text).get_event
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         problem = _one_line(error.problem or error.context)
@@ -197,39 +204,44 @@ def _refuse_extras(event: Any) -> None:
 
 
 def _key(event: Any) -> str:
-    if not isinstance(event, yaml.ScalarEvent):
+    if type(event) is not _Scalar:
         raise YamlError(_line(event), "a key must be a plain word")
     if event.anchor is not None or event.tag is not None:
         _refuse_extras(event)
-    if not event.value or not event.value.isprintable():
-        shown = _shortened(event.value)
-        raise YamlError(_line(event), f"a key must be a plain word, not {shown!a}")
-    return str(event.value)
+    key: str = event.value
+    if not key or not key.isprintable():
+        raise YamlError(_line(event), f"a key must be a plain word, not {_shortened(key)!a}")
+    return key
 
 
-def _scalar(event: Any) -> str | int | float | bool | None:
+def _visible(event: Any) -> str:
+    """A text; raises YamlError where a part of it cannot be seen."""
     text: str = event.value
     if not (text.isascii() and text.isprintable()):
         _refuse_half_characters(text, _line(event))
         if not is_printable(text, layout=True):
             raise YamlError(_line(event), f"holds characters that cannot be seen: {text[:60]!a}")
-    return _plain(text, event) if event.implicit[0] else text
+    return text
 
 
-def _plain(text: str, event: Any) -> str | int | float | bool | None:
+def _plain(event: Any) -> str | int | float | bool | None:
+    """What a scalar without quotes stands for."""
+    text: str = event.value
+    if text.isdigit() and text.isascii() and len(text) <= MOST_DIGITS and text[0] != "0":
+        return int(text)  # most of a long file
     if text in WORDS:
         return WORDS[text]
     if text[0] not in _OF_NUMBERS:
-        return text
+        return _visible(event)
     if _FLOAT.fullmatch(text):
         return float(text)
     if _INT.fullmatch(text) or _HEX.fullmatch(text):
-        if len(text) > 30:
+        if len(text) > MOST_DIGITS:
             raise YamlError(
                 _line(event), f"a number of {len(text)} digits; nothing here is that large"
             )
         return int(text, 0)
-    return text
+    return _visible(event)
 
 
 def _refuse_half_characters(text: str, line: int) -> None:
