@@ -30,6 +30,8 @@ class Claim:
         self.number = 0
         """Of its job; 0 for a homing, and for a job before its check."""
         self.name = ""
+        self.turn = 0
+        """The robot's turn (`Condition.turns`) in which it was accepted."""
         self._detach = detach
         self._why = ""
         self._callbacks: list[Callable[[], None]] = []

@@ -163,8 +163,17 @@ class OwnedController(RobotController, Protocol):
     A claim says whose a request is; without one it is of this process, and ends with it.
     """
 
-    def submit(self, job: Path, record: Path | None = None, claim: Claim | None = None) -> int:
-        """See RobotController."""
+    def accept(self, job: Path, claim: Claim) -> None:
+        """Take a job that is to be checked: its number is in the claim from now on.
+
+        Raises NotReady.
+        """
+
+    def check(self, job: Path, record: Path | None, claim: Claim) -> None:
+        """Check a job that was accepted, and queue it.
+
+        Raises what is wrong with it, and NotReady when it was called off meanwhile.
+        """
 
     def home(
         self, accept_unseen_deg: float = 0.0, robot: Path | None = None, claim: Claim | None = None

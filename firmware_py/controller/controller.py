@@ -189,17 +189,27 @@ class Controller:
         Raises what is wrong with the job, and NotReady when it was called off meanwhile.
         """
         claim = claim or Claim()
+        self.accept(job, claim)
+        self.check(job, record, claim)
+        return claim.number
+
+    def accept(self, job: Path, claim: Claim) -> None:
+        """Take a job, which is checked from now on; its number is in the claim."""
         with self.condition.lock:
             self.condition.require(Request.RUN)
-            turn = self.condition.turns
+            claim.turn = self.condition.turns
             self.jobs.plan(claim, job.stem)
             self.condition.go(Request.RUN, self.jobs.state())
+
+    def check(self, job: Path, record: Path | None, claim: Claim) -> None:
+        """Check a job that was accepted, and queue it. Raises what `submit` does."""
         try:
+            claim.must_hold("run")
             made = self._checked(job, record, claim)
             with self.condition.lock:
                 claim.must_hold("run")
                 self.condition.require(Request.RUN)
-                self.condition.same(turn, "run")
+                self.condition.same(claim.turn, "run")
                 self.jobs.add(made)
         except BaseException as error:
             with self.condition.lock:
@@ -208,7 +218,6 @@ class Controller:
                     self.condition.go(Happening.ENDED, self.jobs.state())
             claim.must_hold("run")  # whoever called it off is the reason, not what that led to
             raise
-        return claim.number
 
     def _checked(self, job: Path, record: Path | None, claim: Claim) -> QueuedJob:
         file = self._file

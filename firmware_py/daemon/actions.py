@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import logging
+import math
 import platform
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
 from pathlib import Path
@@ -20,6 +23,7 @@ from deltactl.firmware_py.controller.states import ALLOWED, State
 from deltactl.firmware_py.controller.states import Request as Asked
 from deltactl.firmware_py.daemon import protocol
 from deltactl.firmware_py.daemon.address import Peer
+from deltactl.firmware_py.daemon.job_checks import JobChecks
 from deltactl.firmware_py.daemon.job_store import JobStore, check_job
 from deltactl.firmware_py.daemon.protocol import SLOW, Message, Request
 from deltactl.foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
@@ -41,17 +45,17 @@ class Actions:
         jobs: JobStore,
         recordings: Path,
         note: Note | None = None,
+        most_waiting: int = 16,
     ):
+        """most_waiting: so many accepted jobs may wait for their check."""
         self._controller = controller
         self._jobs = jobs
         self._robots = jobs.within("robots")
         self._recordings = recordings
         self._note = note or (lambda text: None)
         self._ending = threading.Event()
-        self._slow: dict[str, Callable[[Request, Claim], Message]] = {
-            "home": self._home,
-            "run": self._run,
-        }
+        self.checks = JobChecks(most_waiting)
+        """Those of the jobs that `run` has accepted."""
         self._table: dict[str, Callable[[Request], Message]] = {
             "ping": self._ping,
             "version": self._version,
@@ -66,10 +70,13 @@ class Actions:
             "result": self._result,
         }
 
-    def perform(self, request: Request, peer: Peer, claim: Claim | None = None) -> Message:
+    def perform(
+        self, request: Request, peer: Peer, claim: Claim | None = None, due_s: float = math.inf
+    ) -> Message:
         """Carry out one request; returns its answer, whatever happens.
 
-        `claim`: of a request that moves.
+        `claim`: of a request that moves. `due_s`: from that moment on, of the monotonic clock, the
+        check of a job is no longer waited for.
         """
         try:
             if request.do == "stop":
@@ -80,8 +87,10 @@ class Actions:
                 raise NotReady(f"cannot {request.do}: the daemon is ending; start it again first")
             claim = claim or Claim()
             claim.must_hold(request.do)
-            if request.do in self._slow:
-                answer = self._slow[request.do](request, claim)
+            if request.do == "home":
+                answer = self._home(request, claim)
+            elif request.do == "run":
+                answer = self._run(request, claim, due_s)
             else:
                 answer = self._table[request.do](request)
             return protocol.success(request.id, **answer)
@@ -150,19 +159,34 @@ class Actions:
             seen = self._controller.home(accepted_deg, file, claim)
         return {"seen": seen.text, "warning": seen.warning}
 
-    def _run(self, request: Request, claim: Claim) -> Message:
+    def _run(self, request: Request, claim: Claim, due_s: float) -> Message:
+        """Accept a job; its check is waited for until the answer is due."""
         record = request.text("record")
         target = confined(self._recordings, record) if record else None
         named, text = request.text("job"), request.text("job_text")
         if (named is None) == (text is None):
             raise ConfigError("'run' needs either 'job', a path, or 'job_text' with a 'name'")
+        self.checks.must_have_room()
         if named is not None:
-            return {"job_id": self._controller.submit(check_job(named), target, claim)}
-        name = request.text("name") or "job.yaml"
-        path = self._jobs.keep(text or "", name)
-        claim.name = Path(name).stem
+            path = check_job(named)
+        else:
+            named = request.text("name") or "job.yaml"
+            path = self._jobs.keep(text or "", named)
+            claim.name = Path(named).stem
+        check = partial(self._check, path, named, target, claim)
+        self._controller.accept(path, claim)
+        found = self.checks.put(claim, check)
+        answer: Message = {"job_id": claim.number}
+        if not found.wait(due_s - time.monotonic()):
+            return answer | {"planning": True}
+        if found.refusal is not None:
+            raise found.refusal
+        return answer
+
+    def _check(self, path: Path, name: str, record: Path | None, claim: Claim) -> None:
+        """Refusals name the file as its sender does."""
         with _worded(path, name):
-            return {"job_id": self._controller.submit(path, target, claim)}
+            self._controller.check(path, record, claim)
 
     def _cancel(self, request: Request) -> Message:
         self._controller.cancel(request.arguments.get("job_id"))
@@ -172,8 +196,13 @@ class Actions:
         number = request.arguments.get("job_id")
         if number is None:
             raise ServiceError("the daemon knows no job None; give a 'job_id', as 'run' answered")
-        result = self._controller.result(number)
-        return {"result": None if result is None else asdict(result)}
+        check, result = self.checks.of(number), self._controller.result(number)
+        answer: Message = {"result": None if result is None else asdict(result)}
+        if check is not None and check.going_on:
+            answer["planning"] = True
+        elif check is not None and check.refusal is not None:
+            answer["error"] = wire_errors.as_message(check.refusal)
+        return answer
 
     def _sensors(self, request: Request) -> Message:
         return {"sensors": [asdict(sensor) for sensor in self.status().sensors]}

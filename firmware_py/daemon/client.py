@@ -9,6 +9,7 @@ from collections.abc import Generator
 from pathlib import Path
 from types import TracebackType
 
+from deltactl.firmware_py import wire_errors
 from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, SensorStatus, Status
 from deltactl.firmware_py.daemon import protocol
 from deltactl.firmware_py.daemon.line import Line, find_daemon
@@ -19,6 +20,10 @@ QUICK_S = 5.0
 SLOW_S = 600.0
 """Homing by switches and checking a long survey take minutes. A daemon that hangs is ended
 by its watchdog, which ends the connection too."""
+
+
+PLANNED_LOOK_S = 0.1
+"""How often a job that is being planned is looked at."""
 
 
 class Client:
@@ -87,16 +92,26 @@ class Client:
         extra: Message = {} if record is None else {"record": str(record)}
         extra |= {"detach": True} if detach else {}
         try:
-            answer = self._ask("run", job=str(job), **extra)
+            return self._submitted(job=str(job), **extra)
         except MissingFile as error:
             if not str(error).startswith(f"{job}:") or (text := _text_of(job)) is None:
                 raise
-            answer = self._ask("run", job_text=text, name=str(job), **extra)
-        return _number(answer.get("job_id"))
+            return self._submitted(job_text=text, name=str(job), **extra)
 
     def submit_text(self, text: str, name: str) -> int:
         """Check and queue a job that is no file; `name` stands for it in messages."""
-        return _number(self._ask("run", job_text=text, name=name).get("job_id"))
+        return self._submitted(job_text=text, name=name)
+
+    def _submitted(self, **arguments: object) -> int:
+        """The job's number, once it is checked. Raises what its check refuses it with."""
+        answer = self._ask("run", **arguments)
+        number = _number(answer.get("job_id"))
+        while answer.get("planning"):
+            time.sleep(PLANNED_LOOK_S)
+            answer = self._ask("result", job_id=number)
+            if "error" in answer:
+                raise wire_errors.as_exception(answer["error"])
+        return number
 
     def pause(self) -> None:
         """See RobotController."""

@@ -28,11 +28,13 @@ class Command:
     """A slow request, who asked, whether they are still there, and where the answer goes.
 
     Neither `reply` nor `is_gone` may block. `claim` is what moves by it, and can be called off.
+    `due_s` is the moment of the monotonic clock from which on a check is no longer waited for.
     """
 
     request: Request
     peer: Peer
     claim: Claim
+    due_s: float
     is_gone: Callable[[], bool]
     reply: Callable[[Message], None]
 
@@ -61,13 +63,14 @@ class CommandWorker:
 
     def start(self) -> None:
         """Begin to work."""
+        self._actions.checks.start()
         for thread in self._threads:
             thread.start()
 
     @property
     def alive(self) -> bool:
         """Whether commands are still carried out."""
-        return all(thread.is_alive() for thread in self._threads)
+        return self._actions.checks.alive and all(one.is_alive() for one in self._threads)
 
     def put(self, command: Command) -> None:
         """Queue a command, or refuse it when too many wait."""
@@ -97,7 +100,8 @@ class CommandWorker:
             self._refuse(command, why)
         if now is not None:
             now.claim.call_off(why)
-        return len(dropped) + (now is not None)
+        checks = self._actions.checks.call_off(why) if "run" in which else 0
+        return len(dropped) + (now is not None) + checks
 
     def close(self, timeout_s: float) -> None:
         """Finish the command that runs, drop the others."""
@@ -107,13 +111,16 @@ class CommandWorker:
             self._changed.notify_all()
         for thread in self._threads:
             thread.join(timeout_s)
+        self._actions.checks.close(timeout_s)
 
     def _work(self, take: Callable[[], Command | None]) -> None:
         while (command := take()) is not None:
             if command.is_gone():
                 _log.info("%s dropped: %s has gone", command.request.do, command.peer)
                 continue
-            answer = self._actions.perform(command.request, command.peer, command.claim)
+            answer = self._actions.perform(
+                command.request, command.peer, command.claim, command.due_s
+            )
             with self._changed:
                 self._now = None
             command.reply(answer)

@@ -180,7 +180,10 @@ class Connection:
         with self._count:
             self._pending += 1
         claim = Claim(self.owner, bool(request.arguments.get("detach")))
-        self._worker.put(Command(request, self.peer, claim, self._is_gone, self._answer_slow))
+        due_s = time.monotonic() + self._limits.answer_s
+        self._worker.put(
+            Command(request, self.peer, claim, due_s, self._is_gone, self._answer_slow)
+        )
 
     # Called by the worker: must not block
 

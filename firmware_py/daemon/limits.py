@@ -23,6 +23,8 @@ class Limits:
     """Pause after each read while a client is over its rate."""
     waiting_answers: int = 256
     waiting_commands: int = 16
+    answer_s: float = 1.0
+    """A job whose check takes longer is answered with 'planning', and its result asked for."""
     send_s: float = 2.0
     """A client that does not read for so long is cut off."""
     half_line_s: float = 5.0

@@ -53,7 +53,9 @@ class Server:
         limits: Limits | None = None,
     ):
         self._limits = limits or Limits()
-        self._actions = Actions(controller, JobStore(jobs), recordings, note)
+        self._actions = Actions(
+            controller, JobStore(jobs), recordings, note, self._limits.waiting_commands
+        )
         self._worker = CommandWorker(self._actions, self._limits.waiting_commands)
         self._clients: set[Connection] = set()
         self._changed = threading.Lock()

@@ -53,6 +53,7 @@ class MemoryController:
     let_go: threading.Event = field(default_factory=threading.Event)
     """Homing and checking a job wait for it; set, unless a test clears it."""
     _count: int = 0
+    _numbers: int = 0
     _at_s: float = field(default_factory=time.monotonic)
 
     def __post_init__(self) -> None:
@@ -79,20 +80,30 @@ class MemoryController:
     def fatal(self) -> str:
         return self.lost
 
-    def submit(self, job: Path, record: Path | None = None, claim: Claim | None = None) -> int:
-        claim = claim or Claim()
-        require(Request.RUN, self.state, self.why)
+    def submit(self, job: Path, record: Path | None = None) -> int:
+        claim = Claim()
+        self.accept(job, claim)
+        self.check(job, record, claim)
+        return claim.number
+
+    def accept(self, job: Path, claim: Claim) -> None:
+        with self.lock:
+            require(Request.RUN, self.state, self.why)
+            self._numbers += 1
+            claim.number = self._numbers
+
+    def check(self, job: Path, record: Path | None, claim: Claim) -> None:
         self.let_go.wait(30.0)
         claim.must_hold("run")
         text = job.read_text()
         if not text.startswith("duration: "):
             raise ConfigError(f"{job}:1: 'duration' is missing")
         with self.lock:
-            number = len(self.jobs) + 1
             self.calls.append("run")
-            self.jobs.append(MemoryJob(number, job.stem, job, record, float(text[10:]), claim))
+            self.jobs.append(
+                MemoryJob(claim.number, job.stem, job, record, float(text[10:]), claim)
+            )
             claim.accepted()
-        return number
 
     def leave(self, owner: Owner) -> None:
         with self.lock:
@@ -152,10 +163,10 @@ class MemoryController:
     def result(self, job_id: int) -> JobResult | None:
         with self.lock:
             self._go_on()
-            if not 0 < job_id <= len(self.jobs):
+            if not 0 < job_id <= self._numbers:
                 raise ServiceError(f"the daemon knows no job {job_id}")
-            job = self.jobs[job_id - 1]
-            if not job.outcome:
+            job = next((one for one in self.jobs if one.number == job_id), None)
+            if job is None or not job.outcome:
                 return None
             return JobResult(job.number, job.name, job.outcome, job.why or self.why, None)
 

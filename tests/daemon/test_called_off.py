@@ -117,7 +117,7 @@ def test_what_calls_a_job_off_reaches_who_waits_for_it(robot: ServedRobot, how: 
     named = {"cancel": "cancelled", "off": "switched", "stop": "stop"}
     assert "cannot run" in said
     assert named[how] in said
-    dropped = robot.clients[1].answer(behind)
+    dropped = robot.clients[1].outcome(behind)
     assert not dropped["ok"]
     assert named[how] in dropped["error"]["message"]
     for request in ("acknowledge", "on", "home"):
@@ -128,9 +128,9 @@ def test_what_calls_a_job_off_reaches_who_waits_for_it(robot: ServedRobot, how: 
 
 def test_a_pause_holds_a_job_that_is_planned_until_it_is_resumed(robot: ServedRobot) -> None:
     run = robot.clients[0].send("run", job=str(robot.jobs["there"]))
-    until(lambda: robot.state is State.PLANNING, "the job is planned")
+    until(lambda: bool(robot.gates), "the job is planned")
     assert robot.clients[1].ask("pause")["ok"]
-    robot.gates[0].opened.set()
+    robot.let_check_end()
     number = robot.clients[0].answer(run)["job_id"]
     _does_not_move(robot)
     assert robot.state is State.PAUSED
@@ -179,8 +179,7 @@ def test_a_job_ends_on_its_path_when_its_client_dies(
 
 def _accepted(robot: ServedRobot, client: int, name: str, **more: object) -> int:
     number = robot.clients[client].send("run", job=str(robot.jobs[name]), **more)
-    until(lambda: bool(robot.gates), "it is planned")
-    robot.gates[0].opened.set()
+    robot.let_check_end()
     answer = robot.clients[client].answer(number)
     assert answer["ok"], answer
     return int(answer["job_id"])
@@ -206,7 +205,7 @@ def test_a_pause_outlives_the_client_whose_job_it_holds(robot: ServedRobot) -> N
 
 def test_a_detached_job_goes_on_alone_and_can_be_followed(robot: ServedRobot) -> None:
     client = _in_a_process(robot, "run", str(robot.jobs["there"]), "--detach", "--json")
-    robot.gates[0].opened.set()
+    robot.let_check_end()
     number = json.loads(client.communicate(timeout=120.0)[0])["job_id"]
     assert client.returncode == 0
     robot.pass_s(8.0)
@@ -261,8 +260,7 @@ def test_a_client_that_only_ended_its_requests_is_there_until_its_job_ends(
     """As `socat` does it with a long -t."""
     number = robot.clients[0].send("run", job=str(robot.jobs["there"]))
     robot.clients[0].half_close()
-    until(lambda: bool(robot.gates), "it is planned")
-    robot.gates[0].opened.set()
+    robot.let_check_end()
     job = robot.clients[0].answer(number)["job_id"]
     robot.pass_s(8.0)
     assert robot.clients[1].ask("result", job_id=job)["result"]["outcome"] == "done"
@@ -288,5 +286,5 @@ def test_nothing_goes_on_when_the_check_ends_just_as_it_is_called_off(robot: Ser
             robot.gates[0].opened.set()
             with suppress(NotReady):
                 call_off()
-        assert not robot.clients[0].answer(number)["ok"]
+        assert not robot.clients[0].outcome(number)["ok"]
         _does_not_move(robot)

@@ -83,14 +83,12 @@ class Robot(RuleBasedStateMachine):
         before, robot = self.robot.state, self.robot
         wire = robot.clients[client]
         job = str(robot.jobs[name])
+        known = len(robot.controller.jobs.planned)
         asked = Asked(client, wire.send("run", job=job, detach=detached), detached)
-        if self.covers.planned:  # behind another: nothing is known of it until its turn
-            self._wire_has_read(client)
-            self.covers.planned.append(asked)
-            return
         if Request.RUN in taken(before):
-            until(lambda: bool(robot.gates), "planning begins")
+            until(lambda: len(robot.controller.jobs.planned) > known, "the job is accepted")
             self.covers.planned.append(asked)
+            self._next_is_planned()
             self._follows(Request.RUN, before)
         else:
             self._refused(wire.answer(asked.request), Request.RUN, before)
@@ -100,8 +98,8 @@ class Robot(RuleBasedStateMachine):
     def planned(self) -> None:
         """The job that is planned passes its check."""
         asked = self.covers.planned.pop(0)
-        self.robot.gates[0].opened.set()
-        answer = self.robot.clients[asked.client].answer(asked.request)
+        self.robot.let_check_end()
+        answer = self.robot.clients[asked.client].outcome(asked.request)
         assert answer["ok"], answer
         asked.number = answer["job_id"]
         self.covers.accepted.append(asked)
@@ -150,17 +148,14 @@ class Robot(RuleBasedStateMachine):
             self._nothing_any_more()
 
     @rule(client=CLIENTS)
-    @precondition(lambda self: not self.covers.planned)
     def on(self, client: int) -> None:
         self._ask(client, Request.ON)
 
     @rule(client=CLIENTS)
-    @precondition(lambda self: not self.covers.planned)
     def acknowledge(self, client: int) -> None:
         self._ask(client, Request.ACKNOWLEDGE)
 
     @rule(client=CLIENTS)
-    @precondition(lambda self: not self.covers.planned)
     def home(self, client: int) -> None:
         before = self.robot.state
         answer = self.robot.clients[client].ask("home")
@@ -220,16 +215,16 @@ class Robot(RuleBasedStateMachine):
         owned = [one for one in self.covers.accepted if one.client == client and not one.detached]
         going = [one for one in owned if self._result(one) is None]
         planned = [one for one in self.covers.planned if one.client == client]
-        first = bool(planned) and self.covers.planned[0] is planned[0]
         robot.clients[client].close()
         numbers = {one.number for one in going}
         until(lambda: not numbers & self._not_called_off(), "its jobs are called off")
         for one in planned:
             self.covers.planned.remove(one)
-        if first:
-            self._next_is_planned()
+        known = robot.controller.jobs.planned
+        until(lambda: len(known) == len(self.covers.planned), "its checks are given up")
+        self._next_is_planned()
         robot.reconnect(client)
-        if going or first:
+        if going or planned:
             self._follows(Happening.GONE, before)
         for one in owned:
             self.covers.accepted.remove(one)
@@ -367,7 +362,7 @@ class Robot(RuleBasedStateMachine):
         """Whoever waits for a job that was called off is answered, and it has a result."""
         robot = self.robot
         for asked in self.covers.planned:
-            answer = robot.clients[asked.client].answer(asked.request)
+            answer = robot.clients[asked.client].outcome(asked.request)
             assert not answer["ok"], answer
             assert answer["error"]["kind"] == "NotReady", answer
         until(lambda: not robot.gates and not self._busy(), "the check is given up")
@@ -399,10 +394,6 @@ class Robot(RuleBasedStateMachine):
     def _next_is_planned(self) -> None:
         """The command behind one that has ended has its turn."""
         until(lambda: len(self.robot.gates) == bool(self.covers.planned), "the next job is planned")
-
-    def _wire_has_read(self, client: int) -> None:
-        """Requests of one client are read in their order."""
-        assert self.robot.clients[client].ask("ping")["ok"]
 
     def _time_passed_otherwise(self) -> None:
         """What has ended covers nothing; a pause ends with the last job that it holds."""

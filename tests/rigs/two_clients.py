@@ -71,6 +71,17 @@ class Wire:
             self._answers[answer["id"]] = answer
         return self._answers.pop(number)
 
+    def outcome(self, number: int) -> Answer:
+        """The answer of a `run` and, where that came before the end of its check, what came of it."""
+        answer = self.answer(number)
+        job, planning = answer.get("job_id"), answer.get("planning")
+        while planning:
+            found = self.ask("result", job_id=job)
+            planning = found.get("planning")
+            if "error" in found:
+                return {"id": number, "ok": False, "error": found["error"]}
+        return {name: value for name, value in answer.items() if name != "planning"}
+
     def ask(self, do: str, **arguments: object) -> Answer:
         """Ask and wait."""
         return self.answer(self.send(do, **arguments))
@@ -99,7 +110,8 @@ class ServedRobot:
     _prepared: ClassVar[dict[tuple[str, str], Prepared]] = {}
     """Planned once for all robots: what is tried here is when, not what."""
 
-    def __init__(self, folder: Path, robot_file: Path = ROBOT_FILE):
+    def __init__(self, folder: Path, robot_file: Path = ROBOT_FILE, answer_s: float = 0.0):
+        """answer_s: a check that takes longer is answered with 'planning'; 0: every one."""
         folder.mkdir(parents=True, exist_ok=True)
         robot = load_robot(robot_file)
         self.machine = simulated_machine(robot, False)
@@ -109,7 +121,7 @@ class ServedRobot:
         self._quick = False
         self.path = folder / "socket"
         # On a virtual clock a walk asks faster than any client may.
-        limits = Limits(requests_hz=1e6, burst=10**6)
+        limits = Limits(requests_hz=1e6, burst=10**6, answer_s=answer_s)
         self._server = Server(
             self.controller, Listener(self.path), folder / "jobs", folder, limits=limits
         )
@@ -143,6 +155,13 @@ class ServedRobot:
             act()
 
         self.clock.start("meanwhile", task())
+
+    def let_check_end(self) -> None:
+        """Open the way for the job that is planned, and wait until it is checked."""
+        until(lambda: bool(self.gates), "planning begins")
+        first = self.controller.jobs.planned[0]
+        self.gates[0].opened.set()
+        until(lambda: first not in self.controller.jobs.planned, "the check ends")
 
     @contextmanager
     def quick_checks(self) -> Iterator[None]:

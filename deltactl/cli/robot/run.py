@@ -129,7 +129,7 @@ def _say_where(simulate: bool, quiet: bool) -> None:
 
 def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
     with Client(socket) as client:
-        with dropped_when_interrupted():
+        with dropped_when_interrupted(), waiting("planning the job", quiet):
             number = client.submit(path.resolve(), record)
         if not quiet:
             _say_what_it_believes(path, client.status())
@@ -137,7 +137,11 @@ def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet:
 
 
 def _hand_over(path: Path, record: Path | None, socket: Path | None, json_out: bool) -> None:
-    with Client(socket) as client, dropped_when_interrupted("; 'deltactl status' says whether"):
+    with (
+        Client(socket) as client,
+        dropped_when_interrupted("; 'deltactl status' says whether"),
+        waiting("planning the job", json_out),
+    ):
         number = client.submit(path.resolve(), record, detach=True)
     if json_out:
         print_json({"job_id": number})
