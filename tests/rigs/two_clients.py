@@ -72,7 +72,7 @@ class Wire:
         return self._answers.pop(number)
 
     def outcome(self, number: int) -> Answer:
-        """The answer of a `run` and, where that came before the end of its check, what came of it."""
+        """The answer of a `run`, once its check has ended."""
         answer = self.answer(number)
         job, planning = answer.get("job_id"), answer.get("planning")
         while planning:
