@@ -84,7 +84,7 @@ def main() -> None:
     """Watch the fakes, then be `deltactl`; the pulse process, which has to start quickly, needs
     none of what is imported here."""
     from deltactl.cli.main import main as deltactl
-    from deltactl.foundation.one_thread import one_thread_in_this_program
+    from deltactl.foundation.process import one_thread_in_this_program
 
     one_thread_in_this_program()
     from deltactl.drivers.fakes import bench

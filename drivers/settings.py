@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from deltactl.foundation.rules import RuledModel, rule
-from deltactl.foundation.strict_yaml import StrictModel
+from deltactl.foundation.strict_yaml import RuledModel, StrictModel, rule
 
 Pin = Annotated[int, Field(ge=0, le=27, description="BCM numbers of the 40-pin header")]
 PinPerMotor = tuple[Pin, Pin, Pin]

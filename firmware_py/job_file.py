@@ -21,8 +21,7 @@ from deltactl.firmware_py.job_timing import Accelerated, Timing, Together
 from deltactl.firmware_py.path_file import Joints, PathSpec, StraightTo, Way
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.explain import Mistake
-from deltactl.foundation.rules import valid_keys_of
-from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.foundation.strict_yaml import Document, StrictModel, valid_keys_of
 from deltactl.models.robot import KINDS
 
 __all__ = ["Accelerated", "CalibratedIk", "GeometryIk", "JobFile", "NetworkIk", "Together"]

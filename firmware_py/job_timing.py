@@ -6,8 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from deltactl.foundation.rules import RuledModel, rule
-from deltactl.foundation.strict_yaml import StrictModel
+from deltactl.foundation.strict_yaml import RuledModel, StrictModel, rule
 
 SLOWEST_MPS, FASTEST_MPS = 1e-6, 10.0
 

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from deltactl.foundation.errors import ConfigError, MissingFile
-from deltactl.foundation.places import PACKAGE
+from deltactl.foundation.process import PACKAGE
 
 CONFIG_FOLDER = (PACKAGE / "config").resolve()
 TRAINED_FOLDER = (PACKAGE / "models" / "trained").resolve()

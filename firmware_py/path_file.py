@@ -10,8 +10,7 @@ from pydantic import Field
 
 from deltactl.firmware_py.paths import circle, heart, points, spiral, way
 from deltactl.firmware_py.paths.path import MAX_TARGETS
-from deltactl.foundation.rules import RuledModel, rule
-from deltactl.foundation.strict_yaml import StrictModel
+from deltactl.foundation.strict_yaml import RuledModel, StrictModel, rule
 
 FARTHEST_M = 10.0
 SPEEDS_MPS = (1e-6, 10.0)

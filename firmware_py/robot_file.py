@@ -22,8 +22,7 @@ from deltactl.firmware_py.pins_named import named_twice, pins_named
 from deltactl.firmware_py.servo.as_built import AsBuiltServo
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.explain import Mistake
-from deltactl.foundation.rules import RuledModel, rule, valid_keys_of
-from deltactl.foundation.strict_yaml import Document, StrictModel
+from deltactl.foundation.strict_yaml import Document, RuledModel, StrictModel, rule, valid_keys_of
 from deltactl.models.chain.stated import of_delta, wrong_effects, wrong_entries, wrong_values
 from deltactl.models.gearing import LEAST_RATIO, too_small_ratio
 from deltactl.models.robot import KINDS, AnyDrive, DeltaRobot, DriveSection, EffectEntry, Masses

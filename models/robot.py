@@ -11,8 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Discriminator, Field, Tag
 
-from deltactl.foundation.rules import RuledModel, rule
-from deltactl.foundation.strict_yaml import StrictModel
+from deltactl.foundation.strict_yaml import RuledModel, StrictModel, rule
 from deltactl.models.servo_drive import ServoDrive
 
 AXES = ("x", "y", "z")

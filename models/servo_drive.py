@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from deltactl.foundation.rules import RuledModel, rule
+from deltactl.foundation.strict_yaml import RuledModel, rule
 
 Bandwidth = Annotated[
     float, Field(gt=1.0, le=2e4, description="rad/s; a 10 kHz loop sees nothing faster")

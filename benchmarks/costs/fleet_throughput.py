@@ -35,9 +35,8 @@ from benchmarks.costs.fleet_machines import (
     record_axis,
     record_delta,
 )
-from deltactl.fleet.groups import groups
 from deltactl.fleet.run import diagnose_fleet
-from deltactl.fleet.trends import courses, trends
+from deltactl.fleet.together import courses, groups, trends
 from deltactl.models.effects.gear_backlash import EFFECT as PLAY
 
 DAYS = 180

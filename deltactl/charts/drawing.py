@@ -32,8 +32,7 @@ from bokeh.models import (
 from bokeh.models.annotations import BoxAnnotation, Label, Span, Title
 from bokeh.models.css import InlineStyleSheet
 
-from deltactl.charts.spec import unpack
-from deltactl.charts.thin import FloatArray
+from deltactl.charts.spec import FloatArray, unpack
 
 LEFT_PX = 62
 """Room for numbers: charts of a group start at the same place, times stand above one another."""

@@ -12,10 +12,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from deltactl.charts.spec import Colour, Mark, Series, Span, Style, pack, script_json, series_spec
-from deltactl.charts.spoken import column_names, spoken
-from deltactl.charts.thin import MAXIMUM_POINTS, FloatArray
-from deltactl.foundation.counting import count
+from deltactl.charts.spec import (
+    MAXIMUM_POINTS,
+    Colour,
+    FloatArray,
+    Mark,
+    Series,
+    Span,
+    Style,
+    column_names,
+    pack,
+    script_json,
+    series_spec,
+    spoken,
+)
+from deltactl.foundation.printable import count
 
 LINE_HEIGHT_PX = 260
 EQUAL_HEIGHT_PX = 460

@@ -1,4 +1,4 @@
-"""What a chart is, before it is drawn: the parts of its picture, in plain data classes."""
+"""Fewer points for the same picture: peaks stay where they are."""
 
 from __future__ import annotations
 
@@ -12,8 +12,44 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from deltactl.charts import thin
-from deltactl.charts.thin import FloatArray
+FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+Index = np.ndarray[Any, np.dtype[np.intp]]
+
+MAXIMUM_POINTS = 20_000
+"""More than any screen has columns; zooming in still finds the peaks of every bucket."""
+
+
+def keep(x: FloatArray, y: FloatArray, maximum: int = MAXIMUM_POINTS) -> Index:
+    """Indices of at most about `maximum` points, in order.
+
+    A curve over increasing `x` keeps the lowest and highest point (and the first gap) of every
+    bucket; any other curve keeps every k-th point.
+    """
+    n = len(x)
+    if n <= maximum:
+        return np.arange(n)
+    if not is_increasing(x):
+        return np.append(np.arange(0, n - 1, -(-n // maximum)), n - 1)
+    starts = np.linspace(0, n, max(1, maximum // 3) + 1).astype(np.intp)[:-1]
+    kept: Index = np.unique(np.concatenate([[0, n - 1], *_extremes(y, starts)]))
+    return kept
+
+
+def is_increasing(x: FloatArray) -> bool:
+    """Whether `x` never goes back (and holds no NaN)."""
+    return bool(np.all(np.diff(x) >= 0.0)) and not bool(np.isnan(x).any())
+
+
+def _extremes(y: FloatArray, starts: Index) -> list[Index]:
+    """Per bucket the index of its lowest, highest and first missing value."""
+    found: list[list[int]] = [[], [], []]
+    missing = np.isnan(y)
+    low, high = np.where(missing, np.inf, y), np.where(missing, -np.inf, y)
+    for start, end in zip(starts, [*starts[1:], len(y)], strict=True):
+        found[0].append(start + int(np.argmin(low[start:end])))
+        found[1].append(start + int(np.argmax(high[start:end])))
+        found[2].append(start + int(np.argmax(missing[start:end])))
+    return [np.array(part, dtype=np.intp) for part in found]
 
 
 class Style(enum.Enum):
@@ -97,14 +133,14 @@ def series_spec(series: Series) -> tuple[dict[str, Any], int]:
     Raises ValueError when its arrays differ in length.
     """
     x, y = _column(series, series.x), _column(series, series.y)
-    kept = thin.keep(x, y)
+    kept = keep(x, y)
     spec: dict[str, Any] = {
         "name": series.name,
         "colour": series.colour.value,
         "style": series.style.value,
         "dashed": series.dashed,
         "hidden": series.hidden,
-        "sorted": thin.is_increasing(x),
+        "sorted": is_increasing(x),
         "x": pack(x[kept]),
         "y": pack(y[kept]),
     }
@@ -125,3 +161,47 @@ def script_json(data: Any) -> str:
     """JSON that cannot end the script element it stands in."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def spoken(spec: dict[str, Any]) -> str:
+    """Axes, and where each curve lies: read out instead of the picture."""
+    if spec["kind"] == "heat":
+        names = ", ".join(spec["rows"])
+        states = ", ".join(state["name"] for state in spec["states"]) or spec["unit"]
+        return f"Rows {names} over {spec['xLabel']}; colours: {states}."
+    said = [f"{spec['yLabel']} over {spec['xLabel']}."]
+    for series in spec["series"]:
+        x, y = unpack(series["x"]), unpack(series["y"])
+        known = np.isfinite(x) & np.isfinite(y)
+        if not known.any():
+            said.append(f"{series['name']}: empty.")
+            continue
+        x, y = x[known], y[known]
+        said.append(
+            f"{series['name']}: {len(y)} points from {y.min():.4g} to {y.max():.4g}, mean "
+            f"{y.mean():.4g}, between {x.min():.4g} and {x.max():.4g}{_band(series)}."
+        )
+    said += [f"Mark at {mark['x']:.4g}: {mark['label']}." for mark in spec["marks"]]
+    return " ".join(said)
+
+
+def _band(series: dict[str, Any]) -> str:
+    """How far the band around a curve reaches; empty without one."""
+    if "low" not in series or "high" not in series:
+        return ""
+    low, high = unpack(series["low"]), unpack(series["high"])
+    if not (np.isfinite(low).any() and np.isfinite(high).any()):
+        return ""
+    return f", in a band from {np.nanmin(low):.4g} to {np.nanmax(high):.4g}"
+
+
+def column_names(spec: dict[str, Any]) -> dict[str, str]:
+    """Heads of the columns of a saved table, by their names in the drawing."""
+    if spec["kind"] == "heat":
+        value = f"value [{spec['unit']}]" if spec["unit"] else "value"
+        return {"left": f"from {spec['xLabel']}", "right": f"to {spec['xLabel']}", "value": value}
+    names = {"x": spec["xLabel"]}
+    for number, series in enumerate(spec["series"]):
+        for column, suffix in (("y", ""), ("low", ", low"), ("high", ", high")):
+            names[f"{column}{number}"] = f"{series['name']}{suffix}"
+    return names

@@ -86,7 +86,7 @@ INTERRUPTED = 130
 def main() -> None:
     """Run the command line; what the `deltactl` script calls."""
     from deltactl.foundation.errors import ConfigError, DeltactlError
-    from deltactl.foundation.one_thread import one_thread_in_this_program
+    from deltactl.foundation.process import one_thread_in_this_program
 
     one_thread_in_this_program()
     try:

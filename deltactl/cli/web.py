@@ -136,13 +136,12 @@ def foxglove(
     from deltactl.firmware_py.named_files import find
 
     with needs("web,foxglove", "deltactl foxglove"):
-        from deltactl.web.foxglove.convert import convert
-        from deltactl.web.foxglove.live import serve_live
+        from deltactl.web.foxglove import convert, serve_live
 
     if layout is not None:
         if layout.exists():
             raise RecordingError(f"{layout}: exists already; name another file")
-        write_whole(layout, (files("deltactl.web.foxglove") / "layout.json").read_bytes())
+        write_whole(layout, (files("deltactl.web") / "foxglove_layout.json").read_bytes())
         say(f"layout: {layout} (in Foxglove: Layouts, Import from file)")
     if recording is not None:
         target = out or recording.with_suffix(".foxglove.mcap")

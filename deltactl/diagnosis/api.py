@@ -31,9 +31,8 @@ from deltactl.diagnosis.report.phrases.axis_units import with_units
 from deltactl.diagnosis.report.sentences.summary import left_out_line
 from deltactl.diagnosis.report.sentences.telling import told
 from deltactl.foundation.errors import MissingColumns, RecordingError
-from deltactl.foundation.one_thread import one_thread
 from deltactl.foundation.plain_file import write_whole
-from deltactl.foundation.rarely_collected import rarely_collected
+from deltactl.foundation.process import one_thread, rarely_collected
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.robot import DeltaRobot, RobotModel
 from deltactl.models.robot_files import load_with_effects

@@ -14,8 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from deltactl.fleet.book import Book, Row, stamp_of
-from deltactl.fleet.task import diagnose_one
+from deltactl.fleet.task import Book, Row, diagnose_one, stamp_of
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.recording.writing.names import ENDING

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from deltactl.charts.figures import LineChart
 from deltactl.charts.page import heading, page, paragraph, table, unfolds
 from deltactl.charts.spec import Colour, Series, Style
-from deltactl.fleet.book import Row
-from deltactl.fleet.groups import Group, groups
-from deltactl.fleet.trends import DAY_S, Course, Trend, courses, trends
-from deltactl.foundation.counting import count
-from deltactl.foundation.plain_file import write_whole
+from deltactl.fleet.task import Row
+from deltactl.fleet.together import DAY_S, Course, Group, Trend, courses, groups, trends
+from deltactl.foundation.plain_file import whole_file, write_whole
+from deltactl.foundation.printable import count
 
 CHARTS, CHARTS_SHOWN = 12, 1
 ROWS_SHOWN = 5
@@ -267,3 +268,30 @@ def _rate(trend: Trend) -> str:
     week = [7.0 * rate for rate in (trend.per_day, trend.low_per_day, trend.high_per_day)]
     unit = _unit(trend.course.unit)
     return f"{week[0]:+.3g}{unit} a week ({week[1]:+.3g} to {week[2]:+.3g})"
+
+
+NUMBERS = ("false_alarm_p", "rms_before", "rms_after", "noise_floor", "seconds", "value", "low",
+           "high", "probability", "alone", "share")  # fmt: skip
+TEXTS = ("recording", "robot", "verdict", "error", "effect", "named", "component", "parameter",
+         "unit", "sisters", "rather")  # fmt: skip
+SCHEMA = pa.schema(
+    [("time", pa.timestamp("ms", tz="UTC"))]
+    + [(name, pa.string()) for name in TEXTS]
+    + [(name, pa.float64()) for name in NUMBERS]
+)
+
+
+def flat_rows(rows: list[Row]) -> Iterator[Row]:
+    """One row a size found; one of a recording where nothing was found, or that is bad."""
+    for row in rows:
+        head = {name: row.get(name) for name in (*TEXTS, *NUMBERS)}
+        head["time"] = int(row["time_s"] * 1e3) if "time_s" in row else None
+        for finding in row.get("findings") or [{}]:
+            yield head | {name: finding.get(name) for name in (*TEXTS, *NUMBERS) if name in finding}
+
+
+def write_table(rows: list[Row], path: Path) -> None:
+    """Write the table; an earlier one is replaced whole."""
+    table = pa.Table.from_pylist(list(flat_rows(rows)), schema=SCHEMA)
+    with whole_file(path) as out:
+        pq.write_table(table, out, compression="zstd")

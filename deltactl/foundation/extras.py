@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from deltactl.foundation.errors import MissingExtra
-from deltactl.foundation.places import IMPORT_ROOT
+from deltactl.foundation.process import IMPORT_ROOT
 
 
 @contextmanager

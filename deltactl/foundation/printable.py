@@ -2,7 +2,7 @@
 
 An escape sequence in a name can rewrite a terminal's title or hide a line, a line break forges
 an entry of a log, and a mark that turns the direction of reading makes one name look like
-another. All of them come out as what they are: `\\x1b`, `\\u202e`.
+another. All of them come out as what they are: `\x1b`, `\u202e`.
 """
 
 from __future__ import annotations
@@ -28,3 +28,10 @@ def printable(text: str, layout: bool = False) -> str:
 
 def _written_out(found: re.Match[str]) -> str:
     return found.group().encode("unicode_escape").decode("ascii")
+
+
+def count(number: int, one: str, more: str | None = None) -> str:
+    """'one finding', '3 findings'."""
+    if number == 1:
+        return f"one {one}"
+    return f"{number} {more or one + 's'}"

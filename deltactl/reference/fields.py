@@ -17,7 +17,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from deltactl.foundation.schema_keys import models_in
-from deltactl.reference.units import BOUNDED_ELSEWHERE, unit_of
+from deltactl.reference.words import BOUNDED_ELSEWHERE, unit_of
 
 NAMES = {int: "whole number", float: "number", str: "text", bool: "true or false"}
 SIGNS = {"gt": "above", "ge": "from", "lt": "below", "le": "to"}

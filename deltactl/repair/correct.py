@@ -1,4 +1,4 @@
-"""Recordings in, a corrected robot out: its file, and a network that knows what the file knows."""
+"""The network that belongs to a corrected robot file."""
 
 from __future__ import annotations
 
@@ -12,14 +12,51 @@ from deltactl.diagnosis.answer.corrected_robot import corrected_text, lasts, sur
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables, table_of
 from deltactl.diagnosis.api import diagnose
+from deltactl.firmware_py.named_files import TRAINED_FOLDER
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
-from deltactl.foundation.errors import ConfigError, RecordingError
+from deltactl.foundation.errors import ConfigError, DeltactlError, RecordingError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.models.calibrated_inverse import corrections_of
+from deltactl.models.network.file import NetworkFile
 from deltactl.repair.coverage import Coverage, robot_coverage
-from deltactl.repair.network import trained
 
 Progress = Callable[[str], None]
+
+
+def trained(
+    robot: RobotFile, out: Path, progress: Progress = lambda _: None
+) -> tuple[str, Path, float] | None:
+    """Train what knows the effects of a robot file: the network it stands for, its file, its error.
+
+    The error is in degrees RMS, held out. None where no network of this robot is shipped. Raises
+    NetworkError.
+    """
+    shipped = _shipped_network(robot)
+    if shipped is None:
+        return None
+    from deltactl.models.training.corrected import train_corrected
+    from deltactl.models.training.recipe import Task
+
+    metadata = shipped.metadata
+    task = Task(robot, metadata.domain, metadata.training.seed, metadata.angle_deg)
+
+    def follow(done: int, total: int, text: str) -> None:
+        progress(f"training the network: {100 * done // max(total, 1)} %, {text}")
+
+    written = train_corrected(task, out, follow=follow)
+    return shipped.path.name, out, written.file.metadata.validation.rmse_deg
+
+
+def _shipped_network(robot: RobotFile) -> NetworkFile | None:
+    """The network in models/trained that is of this robot."""
+    for path in sorted(TRAINED_FOLDER.glob("*.tflite")):
+        file = NetworkFile.load(path)
+        try:
+            file.check(robot)
+        except DeltactlError:
+            continue
+        return file
+    return None
 
 
 @dataclass(frozen=True)

@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
+import html
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
+
+from deltactl.charts.figures import LineChart
+from deltactl.charts.page import columns, heading, page, paragraph, table
+from deltactl.charts.spec import Colour, Series
 from deltactl.diagnosis.answer.corrected_robot import save_corrected
-from deltactl.diagnosis.answer.records import Diagnosis, Finding
+from deltactl.diagnosis.answer.records import Channel, Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables
 from deltactl.diagnosis.api import diagnose
+from deltactl.diagnosis.report.drawing import machine_drawing
+from deltactl.diagnosis.report.phrases.sizes import quantity
 from deltactl.firmware_py.planner.check import plan_of
 from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.plain_file import write_whole
+from deltactl.models.robot import FloatArray
+from deltactl.models.robot_files import load_with_effects
 from deltactl.proof.hidden.hidden import Hidden
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import held_back
 from deltactl.repair.coverage import Coverage, coverage_of
 from deltactl.repair.limit import Limit, limit_of
-from deltactl.repair.machine import conceal
-from deltactl.repair.played import played
-from deltactl.repair.tracking import Drawn
+from deltactl.repair.played import Drawn, conceal, played
 
 Progress = Callable[[str], None]
 RECORDING, CORRECTED = "survey.csv.gz", "corrected.yaml"
@@ -100,3 +112,168 @@ def demonstrate(
         recording=recording,
         survey_s=survey_s,
     )
+
+
+MM = 1e3
+MAGNIFIED = (1, 2, 5, 10, 20, 50)
+SEEN_M = 0.012
+SMOOTHED = 25
+"""Readings of a mismatch in one median: half a second, so that outliers do not hide it."""
+STYLE = """
+.figures { display: flex; flex-wrap: wrap; gap: 1rem 2.5rem; margin: 1rem 0 1.5rem; }
+.figures div { min-width: 9rem; }
+.figures b { display: block; font-size: 2rem; font-weight: 600; line-height: 1.2; }
+"""
+
+
+def write_page(demo: Demonstration, out: Path) -> None:
+    """Write the page; an earlier one is replaced whole or not at all. Raises RecordingError."""
+    try:
+        write_whole(out, page_html(demo))
+    except OSError as error:
+        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
+
+
+def page_html(demo: Demonstration) -> str:
+    """The page as one HTML document."""
+    robot = load_with_effects(demo.robot_file)
+    parts = [
+        _headline(demo),
+        _picture(demo),
+        columns([machine_drawing(robot, demo.diagnosis.findings), _error_chart(demo)]),
+        *_mismatch(demo),
+        heading("What was concealed, what was found"),
+        _found(demo),
+        heading("What is done about it"),
+        *_covered(demo.coverage),
+        paragraph(
+            "The robot is a MuJoCo model with its own bodies, contacts and friction; the diagnosis "
+            "saw nothing of it but the readings of three ranging sensors and the commanded counts.",
+            "note",
+        ),
+    ]
+    lead = (
+        f"A robot with something concealed drew a heart, was recorded for "
+        f"{demo.survey_s / 60.0:.0f} minutes, diagnosed and corrected, and drew it again."
+    )
+    return page("From a concealed fault to better tracking", parts, lead, _style())
+
+
+def _style() -> str:
+    # The drawing of the robot is the diagnosis report's.
+    return (files("deltactl.diagnosis.report.page") / "report.css").read_text(
+        encoding="utf-8"
+    ) + STYLE
+
+
+def _headline(demo: Demonstration) -> str:
+    cells = [
+        ("before", demo.before.rms_m),
+        ("after", demo.after.rms_m),
+        ("sound robot", demo.possible.rms_m),
+    ]
+    if demo.limit is not None:
+        cells.append(("limit", demo.limit.rms_m))
+    shown = "".join(
+        f"<div>{html.escape(name)}<b>{MM * rms_m:.2f} mm</b></div>" for name, rms_m in cells
+    )
+    about = paragraph(
+        "Distance of the platform from its target while it drew, root mean square. Sound robot: "
+        "the same with nothing concealed in it. Limit: what the corrected robot file leaves open.",
+        "note",
+    )
+    return f'<div class="figures">{shown}</div>{about}'
+
+
+def _picture(demo: Demonstration) -> str:
+    target, times = demo.before.target_m, _magnified(demo.before)
+
+    def shown(run: Drawn) -> tuple[FloatArray, FloatArray]:
+        return _plane(run.target_m + times * (run.true_m - run.target_m))
+
+    curves = [
+        Series("before", *shown(demo.before), Colour.BAD),
+        Series("after", *shown(demo.after), Colour.FIRST),
+        Series("target", *_plane(target), Colour.ASKED, dashed=True),
+    ]
+    note = "Where the platform truly was, seen from above"
+    note += f"; what it is off by is drawn {times} times as large." if times > 1 else "."
+    chart = LineChart("The heart", "x [mm]", "y [mm]", curves, equal_aspect=True, note=note)
+    return chart.html()
+
+
+def _magnified(before: Drawn) -> int:
+    """So many times larger are errors drawn, for the worst to be well seen."""
+    worst_m = max(before.worst_m, 1e-6)
+    return next((times for times in MAGNIFIED if times * worst_m >= SEEN_M), MAGNIFIED[-1])
+
+
+def _error_chart(demo: Demonstration) -> str:
+    def over_time(name: str, run: Drawn, colour: Colour) -> Series:
+        return Series(name, run.t_s - run.t_s[0], MM * run.error_m, colour)
+
+    curves = [
+        over_time("before", demo.before, Colour.BAD),
+        over_time("after", demo.after, Colour.FIRST),
+        over_time("possible", demo.possible, Colour.QUIET),
+    ]
+    return LineChart("Distance from the target", "time [s]", "distance [mm]", curves).html()
+
+
+def _mismatch(demo: Demonstration) -> list[str]:
+    """Readings of the survey minus prediction, before and after."""
+    picture = demo.diagnosis.picture
+    if picture is None:
+        return []
+    charts = []
+    for channel in picture.channels:
+        left = [
+            Series("before", picture.t_s, _median(channel, channel.before), Colour.BAD),
+            Series("after", picture.t_s, _median(channel, channel.after), Colour.FIRST),
+        ]
+        title = f"{channel.name} in the survey, measured minus predicted, smoothed over 0.5 s"
+        charts.append(
+            LineChart(title, "time [s]", "measured - predicted [mm]", left, group="survey").html()
+        )
+    return [heading("Measured minus predicted"), *charts]
+
+
+def _median(channel: Channel, predicted: FloatArray) -> FloatArray:
+    left_mm = MM * (channel.observed - predicted)
+    if len(left_mm) < SMOOTHED:
+        return left_mm
+    half = SMOOTHED // 2
+    windows = np.lib.stride_tricks.sliding_window_view(left_mm, SMOOTHED)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a stretch without any good reading
+        smooth: FloatArray = np.full(len(left_mm), np.nan)
+        smooth[half : len(left_mm) - half] = np.nanmedian(windows, axis=1)
+    return smooth
+
+
+def _found(demo: Demonstration) -> str:
+    concealed = [(f"{one.effect} on {one.where}", "concealed", _size(one)) for one in demo.answers]
+    found = [
+        (f"{one.effect} on {one.component}", "found", one.says) for one in demo.diagnosis.findings
+    ]
+    return table(("effect", "", "size"), [*concealed, *found], numbers_from=9)
+
+
+def _size(one: Hidden) -> str:
+    """In the units that what was found is told in."""
+    parts = np.ravel(one.parameters[one.main])
+    return ", ".join(quantity(float(part), one.unit, one.main, 3) for part in parts)
+
+
+def _covered(coverage: Coverage) -> list[str]:
+    if not coverage.effects:
+        return [paragraph("Nothing was found that could be corrected: nothing is changed.")]
+    rows = [
+        (f"{one.effect} on {one.component}", one.how or f"not compensated: {one.why_not}")
+        for one in coverage.effects
+    ]
+    return [table(("effect", "compensation"), rows, numbers_from=9)]
+
+
+def _plane(position_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return MM * position_m[:, 0], MM * position_m[:, 1]

@@ -8,12 +8,10 @@ from nicegui import events, ui
 
 from deltactl.firmware_py.controller.states import ALLOWED, Request
 from deltactl.foundation.errors import DeltactlError
-from deltactl.web.access.texts import MAX_CHARACTERS, kind_of
 from deltactl.web.behind.own_recordings import plain_name
-from deltactl.web.behind.whose_job import of_another_robot
-from deltactl.web.offers import what_next, why_not
-from deltactl.web.scripts import PICK_JOB
-from deltactl.web.visit import Visit
+from deltactl.web.behind.texts import MAX_CHARACTERS, kind_of, of_another_robot
+from deltactl.web.style import PICK_JOB
+from deltactl.web.visit import Visit, what_next, why_not
 
 FACTS: tuple[tuple[str, str, str, float], ...] = (
     ("duration_s", "duration", "s", 1.0),

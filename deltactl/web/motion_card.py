@@ -12,10 +12,9 @@ from nicegui import events, ui
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.firmware_py.controller.states import State
 from deltactl.models.linkage.vectors import Vector
-from deltactl.web.attributes import marked
 from deltactl.web.behind.belief import Belief
-from deltactl.web.offers import offer, why_not
-from deltactl.web.visit import Visit
+from deltactl.web.style import marked
+from deltactl.web.visit import Visit, offer, why_not
 
 STEPS_MM = {0.1: "0.1 mm", 1: "1 mm", 10: "10 mm", 50: "50 mm"}
 STEPS_DEG = {0.1: "0.1°", 1: "1°", 5: "5°", 20: "20°"}

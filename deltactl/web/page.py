@@ -7,15 +7,13 @@ from datetime import datetime
 from nicegui import ui
 
 from deltactl.fleet.checks import read_announced
-from deltactl.web.access.sessions import Session
-from deltactl.web.attributes import attribute
+from deltactl.web.access.users import Session
 from deltactl.web.behind.link import STALE_S, Seen
 from deltactl.web.behind.site import Site
 from deltactl.web.files_tab import FilesTab
-from deltactl.web.recordings.recordings_tab import RecordingsTab
-from deltactl.web.scripts import TURNED, WEBGL
+from deltactl.web.recordings_tab import RecordingsTab
 from deltactl.web.state_card import StateCard
-from deltactl.web.style import DARK, PAPER, STYLE
+from deltactl.web.style import DARK, PAPER, STYLE, TURNED, WEBGL, attribute
 from deltactl.web.visit import Visit
 
 REFRESH_S = 0.08

@@ -23,14 +23,12 @@ from deltactl.web.access.guard import LOCAL, MAX_BODY, UPLOAD, Guard
 from deltactl.web.access.login import add_login
 from deltactl.web.access.pages import BuiltPages, FilesOfPages, judge_messages, nothing_here
 from deltactl.web.access.policy import put_into_pages
-from deltactl.web.access.sessions import Session, Sessions, operates
-from deltactl.web.access.users import Users
+from deltactl.web.access.users import Session, Sessions, Users, operates
 from deltactl.web.behind.belief import Beliefs
-from deltactl.web.behind.concealment import Concealment
 from deltactl.web.behind.link import DaemonLink
-from deltactl.web.behind.site import Site
+from deltactl.web.behind.site import Concealment, Site
 from deltactl.web.page import RobotPage
-from deltactl.web.scripts import KNOWN
+from deltactl.web.style import KNOWN
 
 TITLE = "deltactl"
 RECONNECT_S = 8.0

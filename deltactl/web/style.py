@@ -1,4 +1,13 @@
-"""How the page looks: on a desk, on a phone, in the dark and on paper."""
+"""What the browser is given beside elements: styles, scripts, and attributes with texts in them."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final, TypeVar
+
+from nicegui import ui
+
+from deltactl.web.behind.own_recordings import MAX_BYTES
 
 STYLE = """
 .stop-button { position: fixed; top: 4px; right: 8px; z-index: 9900; min-width: 7rem;
@@ -51,3 +60,72 @@ PAPER = """
   .body--dark .scene-box, .body--dark .editor { filter: none; } }
 """
 """What can only be pressed stays off the paper."""
+
+
+WEBGL: Final = """<script>if (!document.createElement("canvas").getContext("webgl2"))
+  document.documentElement.classList.add("without-webgl");</script>"""
+"""Marks the page of a browser that cannot draw in 3D, where words stand instead."""
+
+TURNED: Final = """(() => { window.scrollTo(0, 0);
+setTimeout(() => window.dispatchEvent(new Event("resize")), 100); })()"""
+"""A tab begins at its top; and the drawing, which has no size while it is hidden, finds its own."""
+
+PICK_JOB: Final = "() => document.querySelector('.job-upload input[type=file]').click()"
+PICK_RECORDING: Final = "() => document.querySelector('[data-testid=own-file]').click()"
+"""In the browser itself, which opens its dialog for nothing but a click."""
+
+SEND: Final = f"""async (event) => {{
+  const field = event.target, file = field.files[0];
+  const tell = (text) => field.dispatchEvent(new CustomEvent("told", {{detail: text}}));
+  if (!file) return;
+  if (file.size > {MAX_BYTES}) {{
+    tell(file.name + ": more than {MAX_BYTES // 2**20} MB are not taken");
+  }} else {{
+    tell("sending " + file.name);
+    try {{
+      const answer = await fetch("/recording?name=" + encodeURIComponent(file.name),
+                                 {{method: "POST", body: file}});
+      tell((await answer.text()).trim());
+    }} catch (error) {{ tell(file.name + ": could not be sent (" + error.message + ")"); }}
+  }}
+  field.value = "";
+}}"""
+"""The browser sends the file itself: through the page's connection it would block a stop."""
+
+KNOWN: Final = (TURNED, PICK_JOB, PICK_RECORDING, SEND)
+"""Expressions that NiceGUI has the browser evaluate."""
+
+
+Part = TypeVar("Part", bound=ui.element)
+TEXTS = re.compile(r"(aria|data)-[a-z-]+|alt|color|label|placeholder|title")
+"""Attributes that the browser takes as text. A handler of an event, an address or a style is none,
+and no name that begins with a colon."""
+
+
+def attribute(part: Part, name: str, value: str | int | float | None) -> Part:
+    """Set one attribute to a value as it is; None removes it.
+
+    Raises ValueError for a name of which a browser could run the value.
+    """
+    if not TEXTS.fullmatch(name):
+        raise ValueError(f"{name!r} is no attribute for text; see TEXTS")
+    props: Any = part.props
+    if props.get(name) != value:
+        props.set_optional(name, value)
+    return part
+
+
+def marked(part: Part, mark: str) -> Part:
+    """Give an element the name by which tests and scripts find it."""
+    return attribute(part, "data-testid", mark)
+
+
+def labelled(part: Part, text: str) -> Part:
+    """Say to screen readers what an element is."""
+    return attribute(part, "aria-label", text)
+
+
+def tell_problem(text: str) -> None:
+    """One line in red, until it is closed."""
+    close = {"label": "Close", "color": "white"}
+    ui.notify(text, type="negative", multi_line=True, timeout=12_000, actions=[close])

@@ -23,8 +23,8 @@ from fcntl import ioctl
 from pathlib import Path
 from typing import NamedTuple, Protocol, runtime_checkable
 
-from deltactl.foundation.places import IMPORT_ROOT
 from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.process import IMPORT_ROOT
 
 
 class _Machine(NamedTuple):

@@ -28,7 +28,7 @@ from deltactl.drivers.steps.output import PlayerStepOutput
 from deltactl.drivers.steps.player import PlayerSettings, PulsePlayer
 from deltactl.foundation.clock import Clock, Task, TaskHandle
 from deltactl.foundation.errors import ConfigError, MissingFile, PulseFault
-from deltactl.foundation.places import importable
+from deltactl.foundation.process import importable
 
 WATCH_NS = 10_000_000
 """While nothing moves, inputs are looked at this often."""

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from deltactl.foundation.rules import RuledModel, rule
+from deltactl.foundation.strict_yaml import RuledModel, rule
 
 
 class FeedbackSettings(RuledModel):

@@ -17,8 +17,8 @@ from typing import Final, Protocol
 
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError, ServiceError
-from deltactl.foundation.places import IMPORT_ROOT, PACKAGE
 from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.process import IMPORT_ROOT, PACKAGE
 
 BOOT_FILES: Final = ("boot/firmware/config.txt", "boot/config.txt")
 """Raspberry Pi OS 12 and later, and before; relative to the root."""

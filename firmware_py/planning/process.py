@@ -23,7 +23,7 @@ from deltactl.firmware_py.planning.prepared import CalledOff, InForce, Prepared
 from deltactl.firmware_py.planning.robot_read import RobotRead
 from deltactl.firmware_py.wire_errors import as_exception
 from deltactl.foundation.errors import ConfigError, ServiceError
-from deltactl.foundation.places import importable
+from deltactl.foundation.process import importable
 
 MOST_BYTES = 4 * 2**20
 """A survey of 100 000 poses written out is about 3 MB."""

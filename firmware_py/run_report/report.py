@@ -21,9 +21,9 @@ from deltactl.firmware_py.run_report.tracking import (
     robot_of,
     track,
 )
-from deltactl.foundation.counting import count
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.printable import count
 from deltactl.models.robot import AXES
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.reading.run import Run

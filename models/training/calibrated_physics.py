@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
-from deltactl.foundation.one_thread import one_thread
+from deltactl.foundation.process import one_thread
 from deltactl.models.robot import DeltaRobot, FloatArray
 from deltactl.models.training.arm_networks import train_arms
 from deltactl.models.training.calibrate import Calibrated, Plausible, calibrate

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.foundation.errors import NetworkError
-from deltactl.foundation.one_thread import one_thread
+from deltactl.foundation.process import one_thread
 from deltactl.models.calibrated_inverse import CalibratedInverse, corrections_of
 from deltactl.models.network.domain import Box, Cylinder
 from deltactl.models.robot import FloatArray

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from deltactl.foundation.errors import NetworkError
-from deltactl.foundation.one_thread import one_thread
 from deltactl.foundation.plain_file import check_place
+from deltactl.foundation.process import one_thread
 from deltactl.models.network.file import NetworkFile
 from deltactl.models.training import shared_arm
 from deltactl.models.training.calibrated_physics import CalibratedSettings, train_calibrated

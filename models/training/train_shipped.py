@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from deltactl.foundation.places import PACKAGE
+from deltactl.foundation.process import PACKAGE
 from deltactl.models.network.domain import Box, Cylinder, Range
 from deltactl.models.network.file import TRAINED_FOLDER, NetworkFile
 from deltactl.models.robot_files import load_delta

@@ -13,7 +13,7 @@ from itertools import islice
 import numpy as np
 
 from deltactl.foundation.errors import NetworkError
-from deltactl.foundation.one_thread import one_thread
+from deltactl.foundation.process import one_thread
 from deltactl.models.robot import ARMS, FloatArray
 from deltactl.models.training.graph import Graph
 from deltactl.models.training.perceptron import Perceptron, Scaling, add_layers, fold

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from deltactl.foundation.errors import NetworkError
-from deltactl.foundation.one_thread import one_thread
+from deltactl.foundation.process import one_thread
 from deltactl.models.robot import ARMS, FloatArray
 from deltactl.models.training.adam import advance
 from deltactl.models.training.graph import Graph

@@ -11,9 +11,18 @@ import numpy as np
 import pytest
 
 from deltactl.charts import drawing
-from deltactl.charts.document import library
 from deltactl.charts.figures import Bar, BarChart, HeatStrip, LineChart, histogram
-from deltactl.charts.page import THINNED, columns, facts, folded, heading, page, paragraph, table
+from deltactl.charts.page import (
+    THINNED,
+    columns,
+    facts,
+    folded,
+    heading,
+    library,
+    page,
+    paragraph,
+    table,
+)
 from deltactl.charts.spec import Colour, Mark, Series, Span, Style, pack, unpack
 
 NASTY = "</script><script>alert('x')</script> & \"quoted\" \u2028"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from deltactl.foundation.places import IMPORT_ROOT, PACKAGE
+from deltactl.foundation.process import IMPORT_ROOT, PACKAGE
 
 NAMES = sorted(path.name for path in PACKAGE.iterdir() if path.is_dir() and path.name[0] != "_")
 

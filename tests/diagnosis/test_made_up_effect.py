@@ -17,7 +17,7 @@ from deltactl.diagnosis.report.sentences.summary import plain_lines
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.effects import CARDS, VOCABULARY, register
 from deltactl.models.robot import DeltaRobot, EffectEntry
-from deltactl.reference.pages import pages
+from deltactl.reference.write import pages
 from deltactl.repair.coverage import robot_coverage
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from deltactl.fleet.cluster import connected
+from deltactl.fleet.run import connected
 
 
 def callbacks(dask_worker: Any) -> set[str]:

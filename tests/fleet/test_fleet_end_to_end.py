@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from deltactl.cli.main import app
-from deltactl.fleet.book import NAME, Book
 from deltactl.fleet.run import PAGE, TABLE, diagnose_fleet
-from deltactl.fleet.trends import courses, trends
+from deltactl.fleet.task import NAME, Book
+from deltactl.fleet.together import courses, trends
 from deltactl.foundation.errors import ConfigError, MissingFile
 
 

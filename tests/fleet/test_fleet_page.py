@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from deltactl.fleet.book import Row
 from deltactl.fleet.page import fleet_html
+from deltactl.fleet.task import Row
 from tests.charts.conftest import Open
 from tests.fleet.test_trends_and_groups import rows_of
 

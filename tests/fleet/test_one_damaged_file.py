@@ -14,7 +14,7 @@ from deltactl.cli.main import app
 from deltactl.diagnosis.api import diagnose
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.fleet.checks import RunChecks
-from deltactl.fleet.robots import Robots
+from deltactl.fleet.task import Robots
 from deltactl.foundation.errors import RecordingError
 
 ROBOT = CONFIG_FOLDER / "servo-axis.yaml"

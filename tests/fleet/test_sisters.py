@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from deltactl.fleet.sisters import Sisters, sharpened
+from deltactl.fleet.together import Sisters, sharpened
 from deltactl.models.effects import VOCABULARY
 
 ARM, PLAY = ("upper_arm_length", "arm1", "length_error"), ("gear_backlash", "motor1", "width")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.fleet.groups import groups
-from deltactl.fleet.trends import DAY_S, courses, trends
+from deltactl.fleet.together import DAY_S, courses, groups, trends
 
 
 def rows_of(robot: str, values: np.ndarray, sigma: float, effect: str = "gear_ratio") -> list[dict]:

@@ -26,7 +26,7 @@ HOMONYMS = {
     "benchmarks/proofs/recording_variations.py": 2,
     "deltactl/cli/recordings/init.py": 3,
     "deltactl/diagnosis/plants/lone/forced_axis.py": 7,
-    "deltactl/reference/units.py": 2,
+    "deltactl/reference/words.py": 2,
     "firmware_py/robot_file.py": 1,
     "firmware_py/describing/asked_of_all.py": 1,
     "firmware_py/describing/asked_of_an_axis.py": 2,

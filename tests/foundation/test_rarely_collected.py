@@ -6,7 +6,7 @@ import gc
 
 import pytest
 
-from deltactl.foundation.rarely_collected import SELDOM, rarely_collected
+from deltactl.foundation.process import SELDOM, rarely_collected
 
 
 @rarely_collected

@@ -16,9 +16,9 @@ from deltactl.models.effects import TABLES, VOCABULARY
 from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 from deltactl.models.robot import RangeSensor, ServoAxis, StepperAxis
-from deltactl.reference import effect_schemas
 from deltactl.reference.examples import EXAMPLES, READ, example_of, shipped_examples
-from deltactl.reference.socket_words import ARGUMENT_WORDS
+from deltactl.reference.schemas import example
+from deltactl.reference.words import ARGUMENT_WORDS
 
 
 def models() -> list[type[BaseModel]]:
@@ -76,7 +76,7 @@ def effects() -> Iterator[EffectKind]:
 
 @pytest.mark.parametrize("kind", list(effects()), ids=lambda kind: kind.name)
 def test_an_effect_takes_the_examples_of_its_parameters(kind: EffectKind) -> None:
-    given = {one.name: effect_schemas.example(kind, one) for one in kind.parameters}
+    given = {one.name: example(kind, one) for one in kind.parameters}
     if kind.name in TABLES:  # where it begins must lie below where it ends
         given |= {"lowest": -0.2, "highest": 0.2}
     for component in kind.components:

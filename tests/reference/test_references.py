@@ -6,9 +6,8 @@ import pytest
 
 from deltactl.firmware_py.daemon.protocol import ARGUMENTS
 from deltactl.recording.tables.flat import UNITS
-from deltactl.reference.column_words import COLUMN_WORDS, stem_of
 from deltactl.reference.fields import sections
-from deltactl.reference.socket_words import ARGUMENT_WORDS, REQUEST_WORDS
+from deltactl.reference.words import ARGUMENT_WORDS, COLUMN_WORDS, REQUEST_WORDS, stem_of
 from deltactl.reference.write import made
 from tests.rigs.documented import ROOT
 

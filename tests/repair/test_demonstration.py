@@ -17,11 +17,8 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.check import plan_of
 from deltactl.foundation.errors import ConfigError
 from deltactl.proof.hidden.hidden import Hidden
-from deltactl.repair.demonstration import CORRECTED, RECORDING, demonstrate
-from deltactl.repair.machine import conceal
-from deltactl.repair.page import _size, page_html
-from deltactl.repair.played import played
-from deltactl.repair.tracking import Drawn
+from deltactl.repair.demonstration import CORRECTED, RECORDING, _size, demonstrate, page_html
+from deltactl.repair.played import Drawn, conceal, played
 
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
 

@@ -16,8 +16,7 @@ from deltactl.firmware_py.program.includes import read_whole
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.robot import EffectEntry, FoundBy
 from deltactl.repair.coverage import coverage
-from deltactl.repair.limit import Limit, limit_of
-from deltactl.repair.program_limit import limit_of_program
+from deltactl.repair.limit import Limit, limit_of, limit_of_program
 
 JOB = CONFIG_FOLDER / "demo-heart.yaml"
 STEP_RAD = np.deg2rad(0.0225)

@@ -23,7 +23,7 @@ from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.clock import sleep_s
 from deltactl.foundation.errors import ConfigError
 from deltactl.recording.reading.reader import read_run
-from deltactl.web.behind.concealment import NOTHING, SURPRISE, Concealment, defects
+from deltactl.web.behind.site import NOTHING, SURPRISE, Concealment, defects
 from tests.web.conftest import CIRCLE, Browser, WebPage, at_home, switch_off
 
 Open = Callable[..., Browser]

@@ -28,8 +28,7 @@ from deltactl.recording.reading.reader import read_run
 from deltactl.recording.writing.writer import RunRecorder
 from deltactl.web.behind.belief import Beliefs
 from deltactl.web.behind.link import Seen
-from deltactl.web.foxglove.convert import convert
-from deltactl.web.foxglove.live import LiveServer
+from deltactl.web.foxglove import LiveServer, convert
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 HOME = (1333, 1333, 1333)
@@ -165,7 +164,7 @@ def heard(server: LiveServer, viewer: ClientConnection, ids: dict[int, Any]) -> 
 
 
 def test_the_layout_names_topics_that_exist(converted: Path) -> None:
-    layout = json.loads((files("deltactl.web.foxglove") / "layout.json").read_text())
+    layout = json.loads((files("deltactl.web") / "foxglove_layout.json").read_text())
     with converted.open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None

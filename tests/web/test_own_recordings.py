@@ -14,7 +14,7 @@ from starlette.testclient import TestClient
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.web.access.guard import MAX_UPLOAD, UPLOAD, Guard
-from deltactl.web.access.sessions import Session, Sessions
+from deltactl.web.access.users import Session, Sessions
 from deltactl.web.behind import own_recordings
 from deltactl.web.behind.belief import Beliefs
 from deltactl.web.behind.link import DaemonLink

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import deltactl.web
-from deltactl.web.attributes import attribute
+from deltactl.web.style import attribute
 
 RUN = frozenset({
     "props", "style", "classes", "default_props", "default_style", "default_classes", "html",
@@ -57,7 +57,7 @@ def test_nothing_that_is_parsed_or_run_contains_a_text_from_elsewhere() -> None:
     assert len(files) > 20
     found = [f"{file.name}, {one}" for file in files
              for one in not_constant(file.read_text(encoding="utf-8"))]  # fmt: skip
-    assert not found, "use deltactl.web.attributes.attribute: " + "; ".join(found)
+    assert not found, "use deltactl.web.style.attribute: " + "; ".join(found)
 
 
 @pytest.mark.parametrize(

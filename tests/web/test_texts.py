@@ -7,7 +7,7 @@ import yaml
 
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.foundation.errors import ConfigError
-from deltactl.web.access.texts import kind_of
+from deltactl.web.behind.texts import kind_of
 from deltactl.web.motion_card import to_angles, to_point
 from deltactl.web.state_card import in_degrees, in_millimetres
 

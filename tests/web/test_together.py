@@ -16,10 +16,15 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.writing.writer import RunRecorder
-from deltactl.web.behind.carried import carried_by
-from deltactl.web.behind.columns import Chosen, inspected, mapping_text
-from deltactl.web.behind.own_recordings import CHOSEN, OwnRecordings
+from deltactl.web.behind.own_recordings import (
+    CHOSEN,
+    Chosen,
+    OwnRecordings,
+    inspected,
+    mapping_text,
+)
 from deltactl.web.behind.shelf import Shelf
+from deltactl.web.behind.worker import carried_by
 from tests.web.conftest import Browser, WebPage
 
 ZHAO = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")

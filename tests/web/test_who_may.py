@@ -22,8 +22,7 @@ from starlette.websockets import WebSocketDisconnect
 from deltactl.foundation.errors import ConfigError
 from deltactl.web.access.guard import MAX_BODY, Guard
 from deltactl.web.access.login import add_login
-from deltactl.web.access.sessions import LASTS_S, Sessions
-from deltactl.web.access.users import Users, add_user, load_users, right
+from deltactl.web.access.users import LASTS_S, Sessions, Users, add_user, load_users, right
 from deltactl.web.serve import Where, not_cut_off, serve
 
 HERE = "http://127.0.0.1:8080"

@@ -71,7 +71,7 @@ def _limit_of(job: Path, found: Corrected) -> Limit | str:
     from deltactl.firmware_py.planner.check import home_counts
     from deltactl.firmware_py.program.dry_run import program_of
     from deltactl.firmware_py.program.totals import summarise_program
-    from deltactl.repair.program_limit import limit_of_program
+    from deltactl.repair.limit import limit_of_program
 
     program = program_of(job, found.robot)
     summarise_program(program, home_counts(program.robot))

@@ -54,8 +54,7 @@ def demo(
     ```
     """
     with waiting("loading", json_out), needs("proof", "demo"):
-        from deltactl.repair.demonstration import CORRECTED, RECORDING, demonstrate
-        from deltactl.repair.page import write_page
+        from deltactl.repair.demonstration import CORRECTED, RECORDING, demonstrate, write_page
     from deltactl.firmware_py.job_file import load_job
     from deltactl.firmware_py.named_files import find
 

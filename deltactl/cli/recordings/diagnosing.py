@@ -15,9 +15,9 @@ from deltactl.cli.output import bar, errors, print_json, print_wrapped, say, wai
 from deltactl.cli.recordings.notes import Notes, next_commands
 from deltactl.cli.recordings.tables import mapping_of, read_plain
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
-from deltactl.foundation.counting import count
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
+from deltactl.foundation.printable import count
 from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_with_effects
 

@@ -16,8 +16,7 @@ from deltactl.firmware_py.program.totals import summarise_program
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.robot import AXES, FloatArray
 from deltactl.repair.coverage import Coverage, coverage_of
-from deltactl.repair.limit import Limit
-from deltactl.repair.program_limit import limit_of_program, microstep_m
+from deltactl.repair.limit import Limit, limit_of_program, microstep_m
 
 
 def check_job(job: Path, robot: str | None, json_out: bool) -> None:

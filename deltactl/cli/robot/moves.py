@@ -289,8 +289,8 @@ def convert(
     from deltactl.firmware_py.program.building import make_program
     from deltactl.firmware_py.program.naming import told_with
     from deltactl.firmware_py.robot_file import load_robot
-    from deltactl.foundation.counting import count
     from deltactl.foundation.errors import ConfigError
+    from deltactl.foundation.printable import count
     from deltactl.repair.coverage import coverage
 
     code, skip = code or [], skip or []

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.observations.options import OBSERVATIONS
-from deltactl.foundation.counting import count
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.printable import count
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, cast
 
-from deltactl.fleet.cluster import connected
+from deltactl.fleet.run import connected
 from deltactl.foundation.errors import ConfigError, ServiceError
 from deltactl.foundation.extras import how_to_install
 

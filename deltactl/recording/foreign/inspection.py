@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.foundation.counting import count
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.printable import count
 from deltactl.recording.foreign.by_values import EARLIER
 from deltactl.recording.foreign.found import Inspection
 from deltactl.recording.foreign.guess import guess_columns, of_other_joints

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.foundation.counting import count
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.printable import count
 from deltactl.recording.foreign.doubts import doubt, of_counts, of_degrees, of_radians
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.missing import no_column, no_time, other_separator

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from deltactl.foundation.counting import count
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.printable import count
 
 _MOST_SHOWN = 40
 MOSTLY = 0.5

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.foundation.counting import count
 from deltactl.foundation.errors import RecordingError
+from deltactl.foundation.printable import count
 from deltactl.recording.reading.columns import FloatArray
 from deltactl.recording.tables.moment import FAR_BACK, advice, not_increasing
 

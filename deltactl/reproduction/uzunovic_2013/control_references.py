@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.foundation.places import PACKAGE
+from deltactl.foundation.process import PACKAGE
 from deltactl.models.inverse_kinematics import InverseKinematics
 from deltactl.models.network.inverse import InverseNetwork
 from deltactl.models.robot import DeltaRobot, FloatArray

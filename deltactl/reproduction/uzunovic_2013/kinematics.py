@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.charts.page import heading, paragraph
-from deltactl.foundation.one_thread import one_thread
+from deltactl.foundation.process import one_thread
 from deltactl.models.linkage import Linkage, forward, inverse
 from deltactl.models.robot import DeltaRobot, FloatArray
 from deltactl.models.robot_files import load_delta

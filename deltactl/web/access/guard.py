@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 from deltactl.firmware_py.daemon.limits import Allowance
 from deltactl.web.access.door import network_of
 from deltactl.web.access.policy import new_nonce, policy
-from deltactl.web.access.sessions import ASKS, NOBODY_ASKED, Session, Sessions, word_in
+from deltactl.web.access.users import ASKS, NOBODY_ASKED, Session, Sessions, word_in
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]

@@ -14,8 +14,7 @@ from starlette.responses import HTMLResponse, RedirectResponse, Response
 from deltactl.firmware_py.daemon.limits import Allowance
 from deltactl.web.access.door import network_of
 from deltactl.web.access.policy import NONCE
-from deltactl.web.access.sessions import Sessions, cookie, word_in
-from deltactl.web.access.users import Users, right
+from deltactl.web.access.users import Sessions, Users, cookie, right, word_in
 
 ADDRESS_HZ, ADDRESS_BURST = 0.1, 12
 """Wrong tries from one address: six a minute."""

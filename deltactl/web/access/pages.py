@@ -20,7 +20,7 @@ from starlette.responses import PlainTextResponse, Response
 
 from deltactl.web.access.door import network_of
 from deltactl.web.access.guard import App, Receive, Scope, Send
-from deltactl.web.access.sessions import Session, asking
+from deltactl.web.access.users import Session, asking
 
 MOST_UNSEEN, MOST_UNSEEN_EACH = 24, 8
 """Pages that were built and have no browser yet, in all and for one address."""

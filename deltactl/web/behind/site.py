@@ -1,26 +1,139 @@
-"""What all open pages share: the link to the daemon, the folders, the workers."""
+"""A corrected robot file in force for a while, and the way back to the one before."""
 
 from __future__ import annotations
 
 import contextlib
 import itertools
+import json
 import re
 import secrets
 import shutil
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import yaml
+
+from deltactl.firmware_py.controller.contract import HomeSeen, Status
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.foundation.errors import NotReady
 from deltactl.foundation.plain_file import write_whole
+from deltactl.models.effects import CARDS, EffectCard
+from deltactl.models.effects.card import Defect
+from deltactl.models.robot import per_arm
 from deltactl.web.behind.belief import Belief, Beliefs
-from deltactl.web.behind.concealment import Concealment
 from deltactl.web.behind.link import DaemonLink, Seen
 from deltactl.web.behind.own_recordings import OwnRecordings
 from deltactl.web.behind.shelf import Listed, Shelf
 from deltactl.web.behind.tasks import Tasks
-from deltactl.web.behind.trial import Trial
+
+NAME = "corrected.yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """A corrected file that the daemon was given."""
+
+    before: str
+    """The robot file that was in force."""
+    in_force: str
+    """Where the daemon keeps the corrected one."""
+    found_in: str
+    """The recordings by which it was corrected, as the list calls them."""
+
+
+class Trial:
+    """One for everybody who looks at the page; noted in a file, as the page may be started anew."""
+
+    def __init__(self, link: DaemonLink, note: Path):
+        self._link, self._note = link, note
+        self._tried: Tried | None = None
+        with suppress(OSError, ValueError, TypeError):
+            self._tried = Tried(**json.loads(note.read_text(encoding="utf-8")))
+
+    def of(self, status: Status) -> Tried | None:
+        """What is being tried; None while the robot runs with a file that the page did not give."""
+        tried = self._tried
+        return tried if tried is not None and tried.in_force == status.robot_path else None
+
+    def begin(self, corrected: str, found_in: str) -> HomeSeen:
+        """Home by this text of a robot file. Raises what the daemon answers."""
+        with self._link.client() as client:
+            status = client.status()
+            tried = self.of(status)
+            before = status.robot_path if tried is None else tried.before
+            try:
+                return client.home_by_text(corrected, NAME)
+            finally:  # also where the sensors did not agree: the file is in force all the same
+                in_force = client.status().robot_path
+                if in_force not in (status.robot_path, before):
+                    self._keep(Tried(before, in_force, found_in))
+
+    def end(self) -> HomeSeen:
+        """Home by the file before. Raises NotReady, and what the daemon answers."""
+        with self._link.client() as client:
+            tried = self.of(client.status())
+            if tried is None:
+                raise NotReady("no corrected file is being tried")
+            return client.home(robot=Path(tried.before))
+
+    def _keep(self, tried: Tried) -> None:
+        self._tried = tried
+        self._note.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(self._note, json.dumps(asdict(tried)))
+
+
+Entry = dict[str, Any]
+NOTHING = "nothing"
+SURPRISE = "a surprise"
+
+
+def defects() -> dict[str, Callable[[RobotFile], Entry]]:
+    """What the cards offer to hide, in words, and its entry of `effects` in a robot."""
+    offered = [(card.defect, card) for card in CARDS.values() if card.defect]
+    offered.sort(key=lambda pair: pair[0].listed)
+    return {defect.text: partial(_entry, card, defect) for defect, card in offered}
+
+
+def _entry(card: EffectCard, defect: Defect, robot: RobotFile) -> Entry:
+    unit = 1.0
+    if card.length:
+        lengths_m = per_arm(getattr(robot.geometry, card.length))
+        unit = float(lengths_m[int(defect.component[-1]) - 1])
+    parameters = {name: size * unit for name, size in defect.parameters.items()}
+    return {"effect": card.name, "component": defect.component, "parameters": parameters}
+
+
+class Concealment:
+    """One choice, for everybody who looks at the page."""
+
+    def __init__(self, path: Path):
+        """path: which the simulated daemon reads when it homes."""
+        self._path = path
+        self.chosen = NOTHING
+        """As it was chosen: a surprise stays one."""
+        self.really = NOTHING
+        """Which defect that is."""
+
+    @property
+    def choices(self) -> list[str]:
+        """What can be chosen."""
+        return [NOTHING, SURPRISE, *defects()]
+
+    def conceal(self, choice: str, robot: RobotFile) -> None:
+        """Write the file anew. Raises KeyError for what is no choice."""
+        drawn = secrets.choice(list(defects())) if choice == SURPRISE else choice
+        if drawn == NOTHING:
+            self._path.unlink(missing_ok=True)
+        else:
+            # The daemon reads all of it or the one before.
+            write_whole(self._path, yaml.safe_dump({"effects": [defects()[drawn](robot)]}))
+        self.chosen, self.really = choice, drawn
+
 
 FIRST = "heart.yaml"
 Act = Callable[..., Coroutine[Any, Any, bool]]

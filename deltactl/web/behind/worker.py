@@ -1,22 +1,54 @@
-"""Work that takes the processor for seconds, in a process of its own and at low priority.
-
-`python -m deltactl.web.behind.worker KIND FILE...` writes one JSON object a line:
-{"progress": text} any number of times, then {"result": {...}} or
-{"error": text}. The files are named by the page, never by a browser.
-"""
+"""Which robot file recordings are compared with: the one that they carry."""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.errors import DeltactlError, RecordingError
 from deltactl.foundation.extras import missing
 from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.strict_yaml import Document
+from deltactl.recording.format.configuration import RunConfiguration
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.writing.names import ENDING
+
+MAY_DIFFER = ("effects", "networks", "as_built", "recordings")
+"""Sections in which two files of one machine may differ: counts mean the same by both."""
+
+
+def carried_by(recordings: Sequence[Path], believed: Path) -> RunConfiguration:
+    """Robot and job of the last run among these, which are in order of time.
+
+    believed: of tables, which carry none. Raises RecordingError where runs are of several robots.
+    """
+    runs = [one for one in recordings if one.suffix == ENDING]
+    carried = {one: read_run(one).configuration for one in runs}
+    if not runs:
+        return RunConfiguration(believed.read_text(encoding="utf-8"), "")
+    last = runs[-1]
+    for one in runs:
+        if differing := _differing(carried[one].robot_text, carried[last].robot_text):
+            raise RecordingError(
+                f"{one} and {last} are of two robots (their robot files differ in"
+                f" {', '.join(differing)}): only recordings of one robot are diagnosed together"
+            )
+    return carried[last]
+
+
+def _differing(text: str, other: str) -> list[str]:
+    one, two = _machine(text), _machine(other)
+    return [key for key in {**one, **two} if one.get(key) != two.get(key)]
+
+
+def _machine(text: str) -> dict[str, Any]:
+    data = Document(Path("robot.yaml"), text).data
+    return {key: value for key, value in data.items() if key not in MAY_DIFFER}
+
 
 NICE = 10
 
@@ -58,9 +90,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     from deltactl.diagnosis.report.sentences.ways import PAGE
     from deltactl.firmware_py.named_files import CONFIG_FOLDER
     from deltactl.models.robot_files import load_with_effects
-    from deltactl.web.behind.carried import carried_by
-    from deltactl.web.behind.columns import reader
-    from deltactl.web.behind.own_recordings import name_beside
+    from deltactl.web.behind.own_recordings import name_beside, reader
 
     for name in ("corrected.yaml", "next.yaml", "job.yaml"):
         (folder / name).unlink(missing_ok=True)
@@ -117,7 +147,7 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
 
 def inspect(table: Path) -> dict[str, Any]:
     """How a table is read, as far as it tells."""
-    from deltactl.web.behind.columns import inspected
+    from deltactl.web.behind.own_recordings import inspected
 
     return inspected(table)
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from deltactl.charts.figures import LineChart
 from deltactl.charts.page import HINT, heading, paragraph
-from deltactl.charts.spec import Colour, Series, Span, Style
-from deltactl.charts.thin import keep
+from deltactl.charts.spec import Colour, Series, Span, Style, keep
 from deltactl.diagnosis.answer.records import Finding, Picture
 from deltactl.diagnosis.report.drawing.scene import hue
 from deltactl.diagnosis.report.page.residuals import Mismatch, rms, smoothed

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from deltactl.foundation.counting import count as count
+from deltactl.foundation.printable import count as count
 from deltactl.models.effects import CARDS, card_of
 
 BEYOND = "{phrase} beyond what the robot file has"

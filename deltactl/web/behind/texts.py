@@ -1,13 +1,15 @@
-"""Job and robot files as browsers send them: looked at before anything reads them."""
+"""Job and robot files as browsers send them: what they may name, and whose robot they are for."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.strict_yaml import Document
 from deltactl.foundation.yaml_tree import Location
+from deltactl.web.behind.belief import Belief
+from deltactl.web.behind.site import Site
 
 MAX_CHARACTERS = 60_000
 """What the daemon takes of a job's text."""
@@ -41,3 +43,33 @@ def _refuse_paths(document: Document, value: Any, place: Location) -> None:
 
 def _has_folder(name: str) -> bool:
     return "/" in name or "\\" in name or name.startswith(".")
+
+
+def of_another_robot(site: Site, name: str, text: str) -> str:
+    """Which robot a job is for, and what to do, in one line; empty where it is for this one.
+
+    name: of the job, as it is shown. Raises ConfigError for a text that is no YAML.
+    """
+    status = site.link.seen.status
+    belief = site.belief(site.link.seen)
+    wanted = Document(Path(name), text.replace("\r\n", "\n")).data.get("robot")
+    if status is None or belief is None or not isinstance(wanted, str) or wanted == belief.file:
+        return ""
+    theirs = site.files().get(wanted)
+    if theirs is not None and same_machine(belief, theirs):
+        return ""
+    page = "deltactl web --simulate --robot" if status.simulated else "the daemon with"
+    there = "" if theirs is not None else ", a file that is not here"
+    return (
+        f"{name} is a job for another robot: {wanted}{there}. This one is {belief.file}. To run"
+        f" the job on it, write 'robot: {belief.file}' in the job; to run it on the robot it is"
+        f" for, start {page} {wanted}."
+    )
+
+
+def same_machine(belief: Belief, theirs: Path) -> bool:
+    """Whether a robot file describes the machine that runs here."""
+    try:
+        return belief.robot.is_machine_of(Belief.of(theirs).robot)
+    except DeltactlError:
+        return False

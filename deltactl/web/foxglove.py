@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
+import foxglove
 import numpy as np
 from foxglove import Context
 from foxglove.channels import (
@@ -32,11 +35,17 @@ from foxglove.messages import (
     Vector3,
 )
 
-from deltactl.models.linkage import skeleton
+from deltactl.firmware_py.controller.contract import Status
+from deltactl.firmware_py.run_report.tracking import robot_of
+from deltactl.foundation.errors import RecordingError, ServiceError
+from deltactl.models.linkage import Linkage, skeleton
 from deltactl.models.linkage.skeleton import Placed, Skeleton
 from deltactl.models.linkage.vectors import Vector
 from deltactl.models.robot import AXES, FloatArray
-from deltactl.web.behind.belief import Belief
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.reading.run import Run
+from deltactl.web.behind.belief import Belief, Beliefs
+from deltactl.web.behind.link import DaemonLink
 
 BASE: Final = "base"
 ARM_M, ROD_M, PLATE_M = 0.024, 0.010, 0.012
@@ -180,3 +189,134 @@ def _vector(point: Vector) -> Vector3:
 
 def _pose(point: Vector) -> Pose:
     return Pose(position=_vector(point), orientation=Quaternion(x=0.0, y=0.0, z=0.0, w=1.0))
+
+
+SCENE_HZ = 25.0
+NS = 1e9
+
+
+def convert(recording: Path, out: Path) -> int:
+    """Write `out` (.mcap) for Foxglove; returns how many scenes it holds.
+
+    Raises RecordingError when the recording cannot be read, or `out` exists.
+    """
+    run = read_run(recording)
+    robot = robot_of(run)
+    belief = Belief(f"{robot.name}.yaml", robot, Linkage.of(robot.geometry))
+    context = foxglove.Context()
+    channels = RobotChannels(belief, context)
+    try:
+        with foxglove.open_mcap(out, context=context):
+            return _write(run, belief, channels)
+    except FileExistsError:
+        raise RecordingError(f"{out}: exists already; name another file") from None
+    except OSError as error:
+        raise RecordingError(f"{out}: cannot be written ({error.strerror or error})") from error
+
+
+def _write(run: Run, belief: Belief, channels: RobotChannels) -> int:
+    start_ns = run.configuration.start_epoch_ns
+    times_ns = np.arange(0, run.end_ns + 1, int(NS / SCENE_HZ), dtype=np.int64)
+    every = run.edges.counts_at(times_ns)
+    for t_ns, counts in zip(times_ns.tolist(), every.tolist(), strict=True):
+        channels.counts(start_ns + t_ns, counts)
+    for t_ns, point in zip(run.targets.t_ns.tolist(), run.targets.position_m.tolist(), strict=True):
+        if np.isfinite(point).all():
+            channels.pose(start_ns + t_ns, "target", (point[0], point[1], point[2]))
+    for axis, readings in run.readings.items():
+        good = readings.where(readings.good)
+        for t_ns, far_m in zip(good.t_ns.tolist(), good.distance_m.tolist(), strict=True):
+            channels.range(start_ns + t_ns, axis, far_m)
+    _measured(run, belief, channels, start_ns)
+    for event in run.events:
+        channels.event(start_ns + event.t_ns, event.kind, event.text)
+    return len(times_ns)
+
+
+def _measured(run: Run, belief: Belief, channels: RobotChannels, start_ns: int) -> None:
+    """Positions from three good ranges, brought to the times of the first sensor."""
+    sensors = belief.robot.sensors
+    if sensors is None or any(axis not in run.readings for axis in AXES):
+        return
+    good = {axis: run.readings[axis].where(run.readings[axis].good) for axis in AXES}
+    if any(len(readings.t_ns) < 2 for readings in good.values()):
+        return
+    t_ns = good[AXES[0]].t_ns
+    ranges = np.stack([np.interp(t_ns, good[axis].t_ns, good[axis].distance_m) for axis in AXES])
+    places = np.linalg.solve(sensors.axes, ranges - sensors.offsets_m[:, None]).T
+    for when_ns, place in zip(t_ns.tolist(), places.tolist(), strict=True):
+        channels.measured(start_ns + when_ns, (place[0], place[1], place[2]))
+
+
+PORT = 8765
+LOOK_S = 0.02
+TITLE = "deltactl"
+
+
+class LiveServer:
+    """Hands every new status on. Raises ServiceError when the port is taken."""
+
+    def __init__(self, link: DaemonLink, beliefs: Beliefs, host: str, port: int):
+        self._link, self._beliefs = link, beliefs
+        self._context = foxglove.Context()
+        self._channels: dict[str, RobotChannels] = {}
+        self._last, self._state = -1, ""
+        try:
+            self._server = foxglove.start_server(
+                name=TITLE, host=host, port=port, context=self._context
+            )
+        except (OSError, RuntimeError) as error:
+            raise ServiceError(f"cannot listen at {host}:{port}: {error}") from error
+
+    @property
+    def port(self) -> int:
+        """Where it listens."""
+        return int(self._server.port)
+
+    def look(self) -> bool:
+        """Hand on what is new; whether there was anything."""
+        seen = self._link.seen
+        if seen.serial == self._last or seen.status is None:
+            return False
+        self._last = seen.serial
+        self._send(seen.status)
+        return True
+
+    def close(self) -> None:
+        """End the server."""
+        self._server.stop()
+
+    def _send(self, status: Status) -> None:
+        belief = self._beliefs.of(status.robot)
+        if belief is None:
+            return
+        if status.robot not in self._channels:
+            self._channels[status.robot] = RobotChannels(belief, self._context)
+        channels, now_ns = self._channels[status.robot], time.time_ns()
+        channels.counts(now_ns, status.counts)
+        for sensor in status.sensors:
+            if sensor.distance_m is not None and sensor.gate == "good":
+                channels.range(now_ns, sensor.axis, sensor.distance_m)
+        if status.target_m is not None:
+            channels.pose(now_ns, "target", status.target_m)
+        if (measured := belief.measured(status.sensors)) is not None:
+            channels.measured(now_ns, measured)
+        if status.state != self._state:
+            self._state = status.state
+            channels.event(now_ns, status.state, f"{status.state} {status.why}".strip())
+
+
+def serve_live(socket: Path | None, robot: Path, host: str, port: int) -> None:
+    """Serve until Ctrl-C."""
+    link = DaemonLink(socket)
+    link.start()
+    server = LiveServer(link, Beliefs(robot), host, port)
+    try:
+        while True:
+            if not server.look():
+                time.sleep(LOOK_S)
+    except KeyboardInterrupt:
+        return
+    finally:
+        server.close()
+        link.close()

@@ -10,10 +10,9 @@ from nicegui import ui
 
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
-from deltactl.web.attributes import labelled
-from deltactl.web.behind.columns import AS_IT_IS, Chosen, mapping_text
-from deltactl.web.behind.own_recordings import CHOSEN
+from deltactl.web.behind.own_recordings import AS_IT_IS, CHOSEN, Chosen, mapping_text
 from deltactl.web.behind.shelf import Listed
+from deltactl.web.style import labelled
 from deltactl.web.visit import Visit
 
 NOT_USED = "not used"

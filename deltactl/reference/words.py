@@ -1,0 +1,137 @@
+"""Words of the reference: the unit of every key that is a number, columns, requests."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from deltactl.firmware_py.daemon.connection import USUAL_WATCH_HZ
+
+BY_SUFFIX = {
+    "m": "m", "mm": "mm", "rad": "rad", "deg": "degrees", "s": "s", "ms": "ms", "us": "us",
+    "hz": "Hz", "kg": "kg", "n": "N", "nm": "N m", "radps": "rad/s", "radps2": "rad/s2",
+    "mps": "m/s", "gib": "GiB", "days": "days", "a": "A", "nmpa": "N m/A", "kgm2": "kg m2",
+    "nmsprad": "N m s/rad", "1ps": "1/s", "1ps2": "1/s2", "mcps": "Mcps", "pin": "BCM number",
+    "pins": "BCM numbers", "scale": "ratio", "ratio": "ratio", "fraction": "ratio",
+}  # fmt: skip
+
+BY_KEY = {
+    "pin": "BCM number",
+    "turns": "turns",
+    "repeats": "count",
+    "repeat": "count",
+    "retries": "count",
+    "count": "count",
+    "skip_lines": "count",
+    "seed": "any number",
+    "microsteps_per_rev": "count",
+    "singularity_margin": "sine",
+    "correlation": "ratio",
+    "probability": "ratio",
+    "axis": "ratio",
+    "chip": "number of a chip",
+    "bus": "number of a bus",
+    "addresses": "7-bit address",
+    "joint": "number of a joint",
+    "inertia": "kg m2 or kg",
+    "effort_gain": "N m or N",
+    "drive_stiffness": "N m/rad or N/m",
+    "parameters": "SI units",
+    "ci95": "SI units",
+    "scale": "ratio",
+    "offset": "SI units",
+    "value": "SI units",
+}
+
+BOUNDED_ELSEWHERE = {"parameters": "those of the effect", "ci95": "those of the effect"}
+"""Numbers whose bounds depend on another key."""
+
+
+def unit_of(key: str) -> str:
+    """The unit of a key; empty where its name tells none."""
+    return BY_KEY.get(key) or (BY_SUFFIX.get(key.rsplit("_", 1)[-1], "") if "_" in key else "")
+
+
+_NUMBERED = re.compile(r"_[123xyz]$")
+
+COLUMN_WORDS: dict[str, tuple[float, str]] = {
+    "t": (0.02, "time"),
+    "steps": (1840, "counts that the motor was sent, from where its arm is level"),
+    "command": (0.52, "where the arm, or the axis, was told to be"),
+    "range": (0.412, "what the ranging sensor read"),
+    "status": (0, "0: the reading is valid; anything else: it is not"),
+    "theta": (0.523, "the angle of the arm, measured"),
+    "pos": (0.05, "where the platform was, measured from outside"),
+    "t_pwm": (0.006, "step period in force"),
+    "current": (0.35, "current of the servo drive"),
+    "disturbance": (0.02, "what the disturbance observer added"),
+    "temp_c": (23.5, "temperature of the machine"),
+    "position": (0.523, "where the axis was, measured"),
+    "effort": (1.2, "torque, force or current that the drive gave"),
+    "velocity": (0.8, "speed of the axis; absent: from its position"),
+    "load": (4.9, "what pulled at the axis from outside"),
+    "distance": (0.4, "the true distance"),
+    "segment": (0, "number of the run; where it changes, another begins"),
+}
+"""By name, without the number of the motor or the sensor's letter."""
+
+
+def stem_of(column: str) -> str:
+    """A column's name without its number or letter."""
+    return _NUMBERED.sub("", column)
+
+
+_JOB = "robot: zhao-2023.yaml\nname: circle\n"
+_ROBOT = "kind: delta\nname: my-delta\n"
+
+REQUEST_WORDS = {
+    "ping": "Whether the controller runs.",
+    "version": "Versions of the program, of Python and of the protocol.",
+    "on": "Switch the drives on.",
+    "off": "Switch the drives off; what is planned, waits or homes is dropped.",
+    "home": "Find out where the arms are. Ends with the connection.",
+    "run": "Check a job and queue it. Ends with the connection, unless it is to `detach`.",
+    "pause": "Slow down to a standstill on the path; a job that has not begun is held.",
+    "resume": "Go on after a pause.",
+    "cancel": "End a job on its path, before it begins, or while it is planned; or a homing.",
+    "stop": "Stop at once; acknowledge and home before going on.",
+    "acknowledge": "Leave a stop or a fault behind.",
+    "status": "All that is known of the robot.",
+    "sensors": "Readings of the ranging sensors.",
+    "watch": "The status, again and again.",
+    "result": "What became of a job.",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ArgumentWords:
+    """What an argument says; a default of None: nothing is taken in its place."""
+
+    says: str
+    example: Any
+    default: Any = None
+    unit: str = ""
+
+
+ARGUMENT_WORDS = {
+    "accept_unseen_deg": ArgumentWords(
+        "By how much an arm may be off unseen; somebody has looked", 40.0, 0.0, "degrees"
+    ),
+    "robot": ArgumentWords(
+        "Whole path of another file of this machine", "/var/lib/deltactl/my-delta.yaml"
+    ),
+    "robot_text": ArgumentWords("Its text, in place of a path", _ROBOT),
+    "job": ArgumentWords("Whole path of the job", "/var/lib/deltactl/circle.yaml"),
+    "job_text": ArgumentWords("Its text, in place of a path", _JOB),
+    "name": ArgumentWords(
+        "What a text is called in messages; absent: `job.yaml`, `robot.yaml`", "circle.yaml"
+    ),
+    "record": ArgumentWords(
+        "Name of the recording; absent: that of the job and the time", "first-circle.mcap"
+    ),
+    "job_id": ArgumentWords("Number of a job, as `run` gave it; `cancel` without: all jobs", 7),
+    "detach": ArgumentWords("The job goes on when the connection ends", True, False),
+    "reason": ArgumentWords("Why, for the log", "the gripper is jammed", "stop requested"),
+    "rate_hz": ArgumentWords("How often", 5.0, USUAL_WATCH_HZ, "Hz"),
+}  # fmt: skip
