@@ -114,7 +114,7 @@ def diagnose_fleet(
 ) -> list[Row]:
     """Diagnose what the pattern names and is not answered yet; write table and page.
 
-    sisters: what lasts on the other machines counts in the probabilities (`fleet.sisters`); the
+    sisters: what lasts on the other machines counts in the probabilities (`fleet.together`); the
     answers that are kept are those of each recording alone.
     Returns the newest answer of every recording. Raises MissingFile, ConfigError, RecordingError.
     """
