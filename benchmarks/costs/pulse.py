@@ -89,7 +89,7 @@ def blink(period_us: float, seconds: float) -> Facts:
     """gpiozero as its recipes use it: on, off, sleep until the next absolute time, in a thread."""
     from gpiozero import OutputDevice
 
-    from deltactl.drivers.pin_factory import lgpio_pin_factory
+    from deltactl.drivers.steps.lgpio_pins import lgpio_pin_factory
 
     factory = lgpio_pin_factory(PULSE.chip)
     pins = [OutputDevice(pin, pin_factory=factory) for pin in PULSE.step_pins]

@@ -12,7 +12,7 @@ import time
 from statistics import median
 
 from deltactl.drivers.fakes.ranging_bench import RangingBench
-from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_scene import RangeNoise
 from deltactl.drivers.settings import RangingSettings
 from deltactl.foundation.clock import NS_PER_S
 

@@ -24,8 +24,7 @@ from deltactl.diagnosis.estimation.side_by_side import alone
 from deltactl.firmware_py.job_file import JobFile, NetworkIk, load_job
 from deltactl.firmware_py.kinematics_of_job import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.firmware_py.planner.check import make_plan
-from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.plan import Plan, make_plan
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole

@@ -20,7 +20,7 @@ from deltactl.diagnosis.answer.tables import Tables
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.report.drawing import machine_drawing
 from deltactl.diagnosis.report.phrases.sizes import quantity
-from deltactl.firmware_py.planner.check import plan_of
+from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole

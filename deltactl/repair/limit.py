@@ -16,8 +16,7 @@ import numpy as np
 
 from deltactl.drivers.steps.contract import Counts
 from deltactl.firmware_py.paths.path import Space
-from deltactl.firmware_py.planner.check import home_counts
-from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.plan import Plan, home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.program.instructions import Leaf, Move, Program, visit
 from deltactl.foundation.clock import NS_PER_S

@@ -9,8 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from deltactl.drivers.steps.contract import Counts
-from deltactl.firmware_py.planner.check import home_counts
-from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.plan import Plan, home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.foundation.errors import ConfigError

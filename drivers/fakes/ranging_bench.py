@@ -18,7 +18,7 @@ from smbus2 import i2c_msg
 from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
 from deltactl.drivers.fakes.mock_pins import connect_xshut
 from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_scene import RangeNoise
 from deltactl.drivers.ranging.bank import AXES, SensorBank
 from deltactl.drivers.ranging.contract import Reading
 from deltactl.drivers.ranging.robot_sensors import OpenDrainLine

@@ -18,8 +18,15 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-from deltactl.drivers.fakes.vl53l1x_faults import ChipFaults
-from deltactl.drivers.fakes.vl53l1x_optics import SPADS, Limits, RangeNoise, Scene, Seen, look
+from deltactl.drivers.fakes.vl53l1x_scene import (
+    SPADS,
+    ChipFaults,
+    Limits,
+    RangeNoise,
+    Scene,
+    Seen,
+    look,
+)
 from deltactl.foundation.clock import Clock
 
 DistanceOver = Callable[[int, int], float]

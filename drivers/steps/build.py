@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from deltactl.drivers.pin_factory import lgpio_pin_factory
 from deltactl.drivers.settings import SHORTEST_PERIOD_S, InputSettings, StepSettings
 from deltactl.drivers.steps.contract import StepOutput
 from deltactl.drivers.steps.gpiozero_pins import GpiozeroLines
 from deltactl.drivers.steps.hosts import ProcessStepOutput, PulseProcess, TaskStepOutput
-from deltactl.drivers.steps.lgpio_lines import LgpioLines, LgpioPins
+from deltactl.drivers.steps.lgpio_pins import LgpioLines, LgpioPins, lgpio_pin_factory
 from deltactl.drivers.steps.lines import (
     ALARM_BITS,
     ENABLE_BIT,
@@ -24,7 +23,7 @@ from deltactl.foundation.clock import Clock, VirtualClock, ns
 
 SIGNALS_BEFORE_ENA = 6
 """STEP 1 to 3 and DIR 1 to 3, see drivers/steps/lines.py."""
-LGPIO = "deltactl.drivers.steps.lgpio_lines:of_config"
+LGPIO = "deltactl.drivers.steps.lgpio_pins:of_config"
 """What opens the lines in the pulse process, see pulse_main.open_lines."""
 POLL_NS = 2_000_000
 """Between edges that are far apart; before each edge there is a look of its own."""

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from deltactl.drivers.fakes.bench import simulated_step_output
-from deltactl.drivers.fakes.home_switch import FakeHomeSwitch
+from deltactl.drivers.fakes.mock_pins import FakeHomeSwitch
 from deltactl.drivers.ranging.contract import NoSensors, RangingSensors
 from deltactl.drivers.steps.build import build_step_output, release_drives
 from deltactl.drivers.steps.contract import MOTORS
@@ -104,8 +104,8 @@ def simulated_machine(robot: RobotFile, realtime: bool, as_built: Path | None = 
 
 def real_machine(robot: RobotFile) -> Machine:
     """The Pi's pins and bus. Raises HardwareError naming what is not there, ConfigError."""
-    from deltactl.drivers.pin_factory import lgpio_pin_factory
     from deltactl.drivers.ranging.robot_sensors import open_robot_sensors
+    from deltactl.drivers.steps.lgpio_pins import lgpio_pin_factory
 
     if robot.drive.kind == "servo":
         raise ConfigError(

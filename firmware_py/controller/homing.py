@@ -30,8 +30,8 @@ from deltactl.firmware_py.controller.states import (
 from deltactl.firmware_py.controller.switch_search import Push, SwitchSearch, wait_until_still
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.planner.approach import approach
-from deltactl.firmware_py.planner.check import home_counts
-from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.planner.motion import StepGate
+from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, ns, sleep_s
 from deltactl.foundation.errors import DeltactlError, NotReady

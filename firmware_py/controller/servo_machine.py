@@ -8,7 +8,7 @@ from functools import partial
 from deltactl.drivers.current_drives import JOINTS, Plant
 from deltactl.drivers.fakes.bench import FakeBench
 from deltactl.drivers.fakes.current_drives import FakeCurrentDrives
-from deltactl.drivers.fakes.home_switch import FakeHomeSwitch
+from deltactl.drivers.fakes.mock_pins import FakeHomeSwitch
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.servo.as_built import AsBuiltServo

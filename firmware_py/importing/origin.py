@@ -16,7 +16,7 @@ from deltactl.firmware_py.importing.drawn import Drawn, Point, job_data
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.kinematics_of_job import kinematics_of
 from deltactl.firmware_py.named_files import find
-from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.planner.plan import make_plan
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import MotionError
 from deltactl.models.robot import FloatArray

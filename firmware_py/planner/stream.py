@@ -17,9 +17,8 @@ from deltactl.drivers.steps.contract import NO_TICKS, Counts, Int64Array, Ticks
 from deltactl.firmware_py.compensation.lead import Lead, ahead_s, lags_s, smoothed_s
 from deltactl.firmware_py.compensation.ringing import Ringing, knot_s, rings
 from deltactl.firmware_py.paths.path import BoolArray, Space
-from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached, Schedule
+from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached, Schedule, StepGate
 from deltactl.firmware_py.planner.plan import Plan, TimedLap
-from deltactl.firmware_py.planner.step_gate import StepGate
 from deltactl.firmware_py.planner.targets import Lap, in_repeat
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, ns

@@ -16,8 +16,7 @@ from deltactl.drivers.steps.contract import MOTORS, Int64Array, Ticks
 from deltactl.firmware_py.job_timing import FASTEST_MPS, SLOWEST_MPS
 from deltactl.firmware_py.paths.path import BoolArray
 from deltactl.firmware_py.planner.curve import LONGEST_STEPS, curve_through, squared_rates
-from deltactl.firmware_py.planner.motion import Schedule
-from deltactl.firmware_py.planner.step_gate import NEVER, StepGate
+from deltactl.firmware_py.planner.motion import NEVER, Schedule, StepGate
 from deltactl.firmware_py.planner.timing_moves import MotorLimits
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.foundation.errors import LimitExceeded

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, Int8Array, Int64Array, Ticks
-from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.planner.motion import StepGate
 from deltactl.foundation.clock import NS_PER_S, ns
 from deltactl.models.robot import FloatArray
 

@@ -19,7 +19,7 @@ from deltactl.firmware_py.job_steps import (
     WaitStep,
 )
 from deltactl.firmware_py.path_file import PathSpec, Way
-from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.planner.plan import home_counts, make_plan
 from deltactl.firmware_py.program.instructions import (
     Block,
     Instruction,

@@ -7,7 +7,7 @@ from pathlib import Path
 from deltactl.drivers.steps.contract import Counts
 from deltactl.firmware_py.kinematics_of_job import kinematics_of
 from deltactl.firmware_py.named_files import ROBOT_KEY, find
-from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.planner.summary import CheckSummary
 from deltactl.firmware_py.program.building import make_program
 from deltactl.firmware_py.program.includes import read_whole

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.run_report.reference import (
     arrivals,

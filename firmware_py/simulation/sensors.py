@@ -5,7 +5,7 @@ from __future__ import annotations
 from zlib import crc32
 
 from deltactl.drivers.fakes.ranging_bench import RangingRig, build_rig
-from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_scene import RangeNoise
 from deltactl.drivers.ranging.contract import NoSensors, RangingSensors
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.simulation.world import SimulatedRobot

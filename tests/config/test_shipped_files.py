@@ -10,7 +10,7 @@ import yaml
 
 from deltactl.firmware_py.job_file import GeometryIk, JobFile, load_job
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
-from deltactl.firmware_py.planner.check import home_counts, plan_of
+from deltactl.firmware_py.planner.plan import home_counts, plan_of
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.planner.summary import CheckSummary
 from deltactl.firmware_py.program.building import make_program

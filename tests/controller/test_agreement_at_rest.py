@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.drivers.fakes.vl53l1x_faults import ChipFaults
+from deltactl.drivers.fakes.vl53l1x_scene import ChipFaults
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.sensing.cause import causes

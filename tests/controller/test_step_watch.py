@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_scene import RangeNoise
 from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.drivers.steps.contract import Ticks
 from deltactl.firmware_py.controller.controller import Controller

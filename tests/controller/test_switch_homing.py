@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.drivers.fakes.home_switch import exchange
+from deltactl.drivers.fakes.mock_pins import exchange
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.switch_search import MARGIN_RAD

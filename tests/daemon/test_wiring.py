@@ -11,7 +11,7 @@ from gpiozero.pins.pi import PiBoardInfo
 
 from deltactl.drivers.settings import SwitchedPin
 from deltactl.drivers.steps.build import lgpio_pins
-from deltactl.drivers.steps.lgpio_lines import LgpioLines
+from deltactl.drivers.steps.lgpio_pins import LgpioLines
 from deltactl.firmware_py.install.install import hints
 from deltactl.firmware_py.install.make_safe import main, make_safe
 from deltactl.firmware_py.install.steps import PROGRAM

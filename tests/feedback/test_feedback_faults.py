@@ -7,7 +7,7 @@ import pytest
 
 from deltactl.firmware_py.feedback.feedback import farthest_m
 from deltactl.firmware_py.feedback.settings import FeedbackSettings
-from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.models.robot import FloatArray
 from tests.feedback.loop import ROBOT, Lie, Loop, planned, rms_m
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.planner.plan import home_counts, make_plan
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.foundation.errors import LimitExceeded
 from deltactl.models.inverse_kinematics import GeometricInverse

@@ -14,8 +14,7 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.paths.corner import from_polyline
 from deltactl.firmware_py.paths.merging import longest
 from deltactl.firmware_py.paths.way import Leg, way
-from deltactl.firmware_py.planner.check import make_plan
-from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.plan import Plan, make_plan
 from deltactl.firmware_py.planner.summary import slower
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.inverse_kinematics import GeometricInverse

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.planner.plan import home_counts, make_plan
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.planner.summary import summarise
 from deltactl.models.inverse_kinematics import GeometricInverse

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from deltactl.drivers.steps.build import minimum_period_ns
 from deltactl.firmware_py.planner import timing_moves
-from deltactl.firmware_py.planner.check import home_counts, make_plan
+from deltactl.firmware_py.planner.plan import home_counts, make_plan
 from deltactl.firmware_py.planner.stream import BLOCK, MotionStream
 from deltactl.foundation.clock import VirtualClock
 from deltactl.foundation.errors import MotionError

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deltactl.firmware_py.planner.check import make_plan
-from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.plan import Plan, make_plan
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.models.inverse_kinematics import GeometricInverse
 from deltactl.models.linkage import Linkage, forward

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deltactl.firmware_py.paths.points import target_count
-from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.planner.plan import make_plan
 from deltactl.foundation.errors import LimitExceeded, UnreachablePoint
 from deltactl.models.inverse_kinematics import GeometricInverse
 from deltactl.models.linkage import Linkage, Status, inverse

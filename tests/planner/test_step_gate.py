@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.planner.motion import StepGate
 
 WINDOW_NS, GAP_NS = 50_000, 250_000
 

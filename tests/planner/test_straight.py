@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.planner.check import make_plan
-from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.planner.plan import Plan, make_plan
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.foundation.errors import LimitExceeded
 from deltactl.models.inverse_kinematics import GeometricInverse

@@ -20,8 +20,8 @@ from hypothesis import strategies as st
 
 from deltactl.firmware_py.paths.heart import heart
 from deltactl.firmware_py.paths.points import points
+from deltactl.firmware_py.planner.motion import StepGate
 from deltactl.firmware_py.planner.plan import motor_limits
-from deltactl.firmware_py.planner.step_gate import StepGate
 from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule
 from deltactl.firmware_py.planner.timing_moves import MotorLimits
 from deltactl.models.linkage import Linkage, inverse

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.planner.motion import StepGate
 from deltactl.firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
 
 STEP_RAD = 2 * np.pi / 16_000

@@ -7,7 +7,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from deltactl.firmware_py.planner import timing_moves
-from deltactl.firmware_py.planner.step_gate import StepGate
+from deltactl.firmware_py.planner.motion import StepGate
 from deltactl.firmware_py.planner.timing_moves import TogetherSchedule
 
 step = st.integers(-60, 60)

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deltactl.drivers.steps.contract import Ticks
-from deltactl.firmware_py.planner.check import home_counts, make_plan
 from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk
+from deltactl.firmware_py.planner.plan import home_counts, make_plan
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.planner.time_scaling import Pacing, TimeScaledMotion
 from deltactl.models.inverse_kinematics import GeometricInverse

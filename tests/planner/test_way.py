@@ -15,7 +15,7 @@ from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.paths.corner import from_polyline
 from deltactl.firmware_py.paths.way import Leg, courses_of, way
-from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.planner.plan import make_plan
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.inverse_kinematics import GeometricInverse
 

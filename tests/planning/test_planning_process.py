@@ -13,7 +13,7 @@ import pytest
 
 from deltactl.firmware_py.controller.claim import Claim
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.planning.packed import pack, unpack
 from deltactl.firmware_py.planning.prepared import InForce, Prepared, prepare_here

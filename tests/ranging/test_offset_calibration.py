@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from deltactl.drivers.fakes.ranging_bench import RangingBench
-from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_scene import RangeNoise
 from deltactl.drivers.ranging.calibration import OffsetCalibration, calibrate_offset
 from deltactl.drivers.settings import RangingSettings
 from deltactl.foundation.errors import SensorFault

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from deltactl.drivers.fakes.ranging_bench import RangingBench
-from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_scene import RangeNoise
 from deltactl.drivers.ranging.contract import Reading
 from deltactl.foundation.clock import ns
 

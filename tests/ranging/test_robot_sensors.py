@@ -56,7 +56,7 @@ def test_a_robot_without_sensors_opens_neither_bus_nor_pins(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     factory = MockFactory()
-    monkeypatch.setattr("deltactl.drivers.pin_factory.lgpio_pin_factory", lambda _: factory)
+    monkeypatch.setattr("deltactl.drivers.steps.lgpio_pins.lgpio_pin_factory", lambda _: factory)
     robot = load_robot(Path(__file__).parents[2] / "config" / "zhao-2023.yaml")
     steps = robot.steps.model_copy(update={"backend": "gpiozero"})
     machine = real_machine(robot.model_copy(update={"sensors": None, "steps": steps}))

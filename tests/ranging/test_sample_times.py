@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.drivers.ranging.sample_times import DRIFT, SAMPLES_PER_ANCHOR, SampleTimes
+from deltactl.drivers.ranging.sample_reader import DRIFT, SAMPLES_PER_ANCHOR, SampleTimes
 from deltactl.foundation.clock import ns
 
 RANGE_NS, COLLECTION_NS = ns(0.0126), ns(0.008)

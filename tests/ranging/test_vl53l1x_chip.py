@@ -9,7 +9,7 @@ import pytest
 from smbus2 import i2c_msg
 
 from deltactl.drivers.fakes.ranging_bench import ChipBench
-from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_scene import RangeNoise
 
 
 def test_it_is_silent_for_its_boot_time_and_while_held_in_reset(one: ChipBench) -> None:

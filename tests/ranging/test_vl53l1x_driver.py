@@ -6,7 +6,7 @@ import pytest
 
 from deltactl.drivers.fakes.i2c_bus import FakeI2cBus
 from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from deltactl.drivers.fakes.vl53l1x_optics import RangeNoise
+from deltactl.drivers.fakes.vl53l1x_scene import RangeNoise
 from deltactl.drivers.i2c import Registers
 from deltactl.drivers.ranging.registers import BUDGET_TIMEOUTS
 from deltactl.drivers.ranging.vl53l1x import Vl53l1x

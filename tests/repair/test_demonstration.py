@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.firmware_py.planner.check import plan_of
+from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.foundation.errors import ConfigError
 from deltactl.proof.hidden.hidden import Hidden
 from deltactl.repair.demonstration import CORRECTED, RECORDING, _size, demonstrate, page_html

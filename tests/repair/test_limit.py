@@ -10,7 +10,7 @@ import pytest
 from deltactl.firmware_py.job_file import load_job
 from deltactl.firmware_py.kinematics_of_job import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.firmware_py.planner.check import make_plan
+from deltactl.firmware_py.planner.plan import make_plan
 from deltactl.firmware_py.program.dry_run import program_of
 from deltactl.firmware_py.program.includes import read_whole
 from deltactl.firmware_py.robot_file import load_robot

@@ -13,7 +13,7 @@ from random import Random
 import numpy as np
 import yaml
 
-from deltactl.drivers.fakes.home_switch import FakeHomeSwitch, exchange
+from deltactl.drivers.fakes.mock_pins import FakeHomeSwitch, exchange
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.switch_search import MARGIN_RAD

@@ -7,7 +7,7 @@ import pytest
 
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps.build import lgpio_pins, player_settings, release_drives
-from deltactl.drivers.steps.lgpio_lines import LgpioLines
+from deltactl.drivers.steps.lgpio_pins import LgpioLines
 from deltactl.drivers.steps.lines import ALARM_BITS, ALARM_SHIFT, ENABLE_BIT, ESTOP_BIT
 from deltactl.foundation.errors import PulseFault
 from tests.steps.step_rig import SWITCHES

@@ -21,7 +21,7 @@ BCM2711, RP1, OTHER = "pinctrl-bcm2711", "pinctrl-rp1", "gpio-brcmstb@107d508500
 
 ALL_USERS = """
 import sys
-from deltactl.drivers.pin_factory import lgpio_pin_factory
+from deltactl.drivers.steps.lgpio_pins import lgpio_pin_factory
 from deltactl.drivers.settings import InputSettings, StepSettings
 from deltactl.drivers.steps.build import build_step_output, release_drives
 from deltactl.foundation.clock import RealClock

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from deltactl.cli.output import console, duration, facts, millimetres, print_json, say, warn
 from deltactl.firmware_py.feedback.feedback import farthest_m as farthest_m_of
 from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
-from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.planner.summary import CheckSummary
 from deltactl.firmware_py.program.dry_run import program_of
 from deltactl.firmware_py.program.instructions import Program

@@ -153,7 +153,7 @@ def _go_simulated(
     from deltactl.cli.output import say
     from deltactl.cli.robot.run import run_job
     from deltactl.firmware_py.named_files import ROBOT_KEY, find
-    from deltactl.firmware_py.planner.check import plan_of
+    from deltactl.firmware_py.planner.plan import plan_of
     from deltactl.models.calibrated_inverse import CalibratedInverse
     from deltactl.models.linkage.counted_pose import counted_pose
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from deltactl.firmware_py.controller.contract import SensorStatus
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.firmware_py.planner.check import home_counts
+from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, MissingFile
 from deltactl.models.linkage import Linkage, inverse
