@@ -73,12 +73,9 @@ def file_imports(root: Path) -> dict[str, dict[str, None]]:
 def crumbs(root: Path) -> list[str]:
     """Files of at most CRUMB_LINES that at most one other file imports."""
     users = Counter(name for others in file_imports(root).values() for name in others)
-    return [
-        name
-        for name in sorted(file_imports(root))
-        if users[name] <= 1 and not name.startswith(NO_CRUMBS)
-        and len((root / name).read_text(encoding="utf-8").splitlines()) <= CRUMB_LINES
-    ]  # fmt: skip
+    alone = [name for name in sorted(file_imports(root)) if users[name] <= 1]
+    lines = {name: (root / name).read_text(encoding="utf-8").count("\n") for name in alone}
+    return [n for n in alone if lines[n] <= CRUMB_LINES and not n.startswith(NO_CRUMBS)]
 
 
 def _imported(root: Path) -> dict[Path, set[Path]]:

@@ -67,8 +67,7 @@ def record_axis(path: Path, rng: np.random.Generator, its: Concealed) -> None:
     steps = np.round(asked / RAD_PER_STEP)
     theta = play(steps * RAD_PER_STEP * its.ratio, its.play_rad)
     theta += AXIS_NOISE_RAD * rng.standard_normal(len(t_s))
-    np.savetxt(path, np.stack([t_s, steps, theta], axis=1), fmt=("%.3f", "%d", "%.7f"),
-               delimiter=",", comments="", header="t,steps_1,theta_1")  # fmt: skip
+    _write(path, "t,steps_1,theta_1", [t_s, steps, theta], ["%.3f", "%d", "%.7f"])
 
 
 def record_delta(path: Path, rng: np.random.Generator, its: Concealed) -> None:
@@ -82,9 +81,16 @@ def record_delta(path: Path, rng: np.random.Generator, its: Concealed) -> None:
     ranges = OFFSETS_M + platform_m(arms, UPPER_M * its.arm)
     ranges += RANGE_NOISE_M * rng.standard_normal(ranges.shape)
     ranges = np.round(ranges / RANGE_STEP_M) * RANGE_STEP_M
-    np.savetxt(path, np.concatenate([t_s[:, None], steps, ranges], axis=1),
-               fmt=("%.3f", *["%d"] * 3, *["%.3f"] * 3), delimiter=",", comments="",
-               header="t,steps_1,steps_2,steps_3,range_x,range_y,range_z")  # fmt: skip
+    head, formats = (
+        "t,steps_1,steps_2,steps_3,range_x,range_y,range_z",
+        "%.3f %d %d %d %.3f %.3f %.3f",
+    )
+    _write(path, head, [t_s, steps, ranges], formats.split())
+
+
+def _write(path: Path, head: str, columns: list[FloatArray], formats: list[str]) -> None:
+    table = np.column_stack(columns)
+    np.savetxt(path, table, fmt=formats, delimiter=",", comments="", header=head)
 
 
 def platform_m(arms_rad: FloatArray, upper_m: float) -> FloatArray:

@@ -50,19 +50,27 @@ class Kind:
 
     file: str
     record: Callable[[Path, np.random.Generator, Concealed], None]
-    play_rad: tuple[float, float]
+    first_play_rad: float
+    last_play_rad: float
     """At the start and at the end of the half year."""
     batch: Concealed
     span_s: float
-    limit: dict[str, float]
+    most_play_rad: float
+
+    @property
+    def limit(self) -> dict[str, float]:
+        """For a trend: the play that is too much."""
+        return {f"{PLAY.name}.{PLAY.main.name}": self.most_play_rad}
 
 
 KINDS = {
-    "axis": Kind(AXIS_FILE, record_axis, (0.0005, 0.006), Concealed(ratio=1.004), AXIS_SPAN_S,
-                 {f"{PLAY.name}.{PLAY.main.name}": 0.0087}),
-    "delta": Kind(DELTA_FILE, record_delta, (0.001, 0.012), Concealed(arm=1.012), DELTA_SPAN_S,
-                  {f"{PLAY.name}.{PLAY.main.name}": 0.0175}),
-}  # fmt: skip
+    "axis": Kind(
+        AXIS_FILE, record_axis, 0.0005, 0.006, Concealed(ratio=1.004), AXIS_SPAN_S, 0.0087
+    ),
+    "delta": Kind(
+        DELTA_FILE, record_delta, 0.001, 0.012, Concealed(arm=1.012), DELTA_SPAN_S, 0.0175
+    ),
+}
 
 
 def make_fleet(
@@ -79,7 +87,7 @@ def make_fleet(
         (folder / "runs" / name).mkdir(parents=True)
         for number in range(recordings):
             part = number / max(1, recordings - 1)
-            low, high = kind.play_rad
+            low, high = kind.first_play_rad, kind.last_play_rad
             its = Concealed()
             if robot < GROWING:
                 its = Concealed(play_rad=low + part * (high - low))
@@ -125,8 +133,8 @@ def _measured(name: str, cores: int, call: Callable[[Watch], object]) -> None:
     watch = Watch()
     call(watch)
     hour, memory = watch.an_hour(), watch.memory_mb or [_memory_mb()]
-    print(f"{name:<34}{hour:>9.0f} an hour{hour / cores:>9.0f} a worker"
-          f"   memory {', '.join(f'{one:.0f}' for one in memory)} MB", flush=True)  # fmt: skip
+    pace = f"{hour:>9.0f} an hour{hour / cores:>9.0f} a worker"
+    print(f"{name:<34}{pace}   memory {', '.join(f'{mb:.0f}' for mb in memory)} MB", flush=True)
 
 
 def main() -> None:
@@ -163,8 +171,9 @@ def _through_scheduler(pattern: str, robots: Path, out: Path, kind: Kind) -> Non
 
     make: Any = distributed
     with make.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
-        _measured("2 workers behind --scheduler", 2, lambda watch: diagnose_fleet(
-            pattern, robots, out, 0, cluster.scheduler_address, kind.limit, watch))  # fmt: skip
+        address = cluster.scheduler_address
+        diagnosing = partial(diagnose_fleet, pattern, robots, out, 0, address, kind.limit)
+        _measured("2 workers behind --scheduler", 2, diagnosing)
 
 
 def _judge(pattern: str, robots: Path, out: Path, broken: int, machine: str) -> None:
@@ -176,18 +185,15 @@ def _judge(pattern: str, robots: Path, out: Path, broken: int, machine: str) -> 
     names = sorted({trend.course.key[0] for trend in moving})
     wanted = [f"{machine}-{number:02d}" for number in range(GROWING)]
     print(f"growing play: found on {', '.join(names) or 'none'}; built into {', '.join(wanted)}")
-    true_rate = (kind.play_rad[1] - kind.play_rad[0]) / DAYS * 7.0
+    true_rate = (kind.last_play_rad - kind.first_play_rad) / DAYS * 7.0
     for trend in moving:
         low, high = (7.0 * rate for rate in (trend.low_per_day, trend.high_per_day))
-        print(f"  {trend.course.name}: {7 * trend.per_day:.2e} a week ({low:.2e} to {high:.2e}), "
-              f"true {true_rate:.2e}")  # fmt: skip
+        week = f"{7 * trend.per_day:.2e} a week ({low:.2e} to {high:.2e})"
+        print(f"  {trend.course.name}: {week}, true {true_rate:.2e}")
     for group in groups(found, moving):
         print(f"group: {group.effect} {group.median:.5f} on {', '.join(group.robots)}")
-    healthy = [
-        row
-        for row in rows
-        if "error" not in row and row["robot"] > f"{machine}-{GROWING + BATCH - 1:02d}"
-    ]
+    last_ill = f"{machine}-{GROWING + BATCH - 1:02d}"
+    healthy = [row for row in rows if "error" not in row and row["robot"] > last_ill]
     alarms = sum(row["verdict"] != "nothing_missing" for row in healthy)
     print(f"false alarms: {alarms} of {len(healthy)} recordings of healthy robots")
     bad = sum("error" in row for row in rows)

@@ -114,10 +114,8 @@ class Bench:
         more = ["--socket", str(self.socket), "--recordings", str(self._folder / "recordings")]
         there = {TALLY: str(self.tally), "PYTHONPATH": str(ROOT)}
         with (self._folder / f"{call[0]}.log").open("wb") as log:
-            return subprocess.Popen(
-                [sys.executable, "-P", "-m", PROGRAMS[call[0]], *call, *more],
-                stdout=log, stderr=log, env=os.environ | there,
-            )  # fmt: skip
+            command = [sys.executable, "-P", "-m", PROGRAMS[call[0]], *call, *more]
+            return subprocess.Popen(command, stdout=log, stderr=log, env=os.environ | there)
 
     def _wait_for_page(self) -> None:
         while True:
@@ -139,11 +137,9 @@ class BarePage:
         self.updates_s: list[float] = []
         self._socket: Any = socketio.Client()
         self._socket.on("update", lambda *_: self.updates_s.append(time.monotonic()))
-        query = (f"client_id={found[1]}&tab_id={uuid.uuid4()}&document_id={uuid.uuid4()}"
-                 "&next_message_id=0&implicit_handshake=true")  # fmt: skip
-        self._socket.connect(
-            f"{place}?{query}", socketio_path="/_nicegui_ws/socket.io", transports=["websocket"]
-        )
+        query = f"client_id={found[1]}&tab_id={uuid.uuid4()}&document_id={uuid.uuid4()}"
+        url, sockets = f"{place}?{query}&next_message_id=0&implicit_handshake=true", ["websocket"]
+        self._socket.connect(url, socketio_path="/_nicegui_ws/socket.io", transports=sockets)
 
     def rate_hz(self) -> float:
         """Changes a second, from the first to the last."""
@@ -165,9 +161,9 @@ def chromium(url: str) -> Any:
 
     options = webdriver.ChromeOptions()
     options.binary_location = binary
-    for word in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
-                 "--enable-unsafe-swiftshader", "--use-angle=swiftshader"):  # fmt: skip
-        options.add_argument(word)
+    words = "headless=new no-sandbox disable-dev-shm-usage enable-unsafe-swiftshader"
+    for word in (*words.split(), "use-angle=swiftshader"):
+        options.add_argument(f"--{word}")
     browser = webdriver.Chrome(options=options, service=Service(driver))
     browser.get(url)
     return browser
@@ -248,9 +244,12 @@ def stopped_after_ms(bench: Bench, browser: Any) -> float:
 
 
 def _tell(what: str, found: dict[str, float]) -> None:
-    print(f"{what:<16}page {found['page']:5.1f} %  daemon {found['daemon']:5.1f} % of a core "
-          f"({found['simulated']:.1f} of it simulated hardware; {found['rounds']:.0f} rounds a "
-          f"second), schedule slipped {found['slip_ms']:.2f} ms", flush=True)  # fmt: skip
+    used = f"page {found['page']:5.1f} %  daemon {found['daemon']:5.1f} % of a core"
+    share = (
+        f"{found['simulated']:.1f} of it simulated hardware; {found['rounds']:.0f} rounds a second"
+    )
+    slip = f"schedule slipped {found['slip_ms']:.2f} ms"
+    print(f"{what:<16}{used} ({share}), {slip}", flush=True)
 
 
 def main() -> None:
@@ -282,8 +281,8 @@ def main() -> None:
             lag = 1e3 * lags_s(had, seen)
             gaps = np.diff([when for when, _ in seen])
             print(f"update rate: {1e3 / gaps.mean():.1f} Hz; longest gap {gaps.max():.0f} ms")
-            print(f"lag: p50 {np.percentile(lag, 50):.0f} ms, p95 {np.percentile(lag, 95):.0f} ms, "
-                  f"max {lag.max():.0f} ms ({len(lag)} values)")  # fmt: skip
+            p50, p95, most = np.percentile(lag, [50, 95, 100])
+            print(f"lag: p50 {p50:.0f} ms, p95 {p95:.0f} ms, max {most:.0f} ms ({len(lag)} values)")
             print(f"STOP pressed to the last edge: {stopped_after_ms(bench, opened[0]):.0f} ms")
             for browser in opened:
                 browser.quit()

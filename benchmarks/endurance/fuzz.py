@@ -154,10 +154,9 @@ def by_atheris(measured: Measured, inputs: int, seed: int, folder: Path) -> None
     longest = 2 * max(len(one) for one in measured.fuzzed.seeds)
     words = folder / f"words-{measured._name}"
     words.write_text("".join(f'"{_escaped(word)}"\n' for word in measured.fuzzed.words))
-    arguments = [sys.argv[0], f"-runs={inputs}", f"-seed={seed}", f"-max_len={longest}",
-                 "-timeout=60", f"-dict={words}", "-verbosity=0", "-rss_limit_mb=4096",
-                 str(corpus)]  # fmt: skip
-    atheris.Setup(arguments, measured.one)
+    limits = ["-timeout=60", "-rss_limit_mb=4096", "-verbosity=0", f"-max_len={longest}"]
+    asked = [f"-runs={inputs}", f"-seed={seed}", f"-dict={words}", *limits, str(corpus)]
+    atheris.Setup([sys.argv[0], *asked], measured.one)
     atheris.Fuzz()
 
 
@@ -165,9 +164,8 @@ def _instrument() -> None:
     """Load our modules with counters in them, before anybody else loads them."""
     import atheris
 
-    parts = ("foundation", "recording", "firmware_py.daemon", "firmware_py.job_file",
-             "models.network", "firmware_py.robot_file")  # fmt: skip
-    ours = [f"deltactl.{part}" for part in parts]
+    firmware = [f"firmware_py.{part}" for part in ("daemon", "job_file", "robot_file")]
+    ours = [f"deltactl.{part}" for part in ("foundation", "recording", "models.network", *firmware)]
     with atheris.instrument_imports(include=ours):
         import benchmarks.endurance.fuzz_targets  # noqa: F401
 

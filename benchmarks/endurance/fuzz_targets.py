@@ -28,13 +28,10 @@ from deltactl.models.network.file import checked_metadata, checksum, checksum_st
 from deltactl.models.network.flat import FlatError
 from deltactl.models.network.runtime import open_interpreter
 from deltactl.models.network.structure import check_structure
-from deltactl.recording.format.channels import CHANNEL_IDS
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.csv_table import read_csv
 from deltactl.recording.tables.rounds import flatten
-from deltactl.recording.writing.append_file import AppendFile
-from deltactl.recording.writing.container import Container, record_bytes
 from deltactl.recording.writing.names import confined
 from deltactl.recording.writing.writer import RunRecorder
 
@@ -121,9 +118,9 @@ def job_target() -> Fuzzed:
             assert confined(folder.path, job.record).parent == folder.path
 
     seeds = [path.read_bytes() for path in sorted(CONFIG_FOLDER.glob("*.yaml"))]
-    words = (b"&a ", b"*a", b"!!python/object", b"1e999", b"0x", b"<<: ", b"---", b"\xff", b"? ",
-             b"record: ../x", b"repeats: ", b"{", b"[", b"\t", b"|", b"\xed\xa0\x80")  # fmt: skip
-    return Fuzzed(run, tuple(seeds), words)
+    words = [b"&a ", b"*a", b"!!python/object", b"1e999", b"0x", b"<<: ", b"---", b"\xff", b"? "]
+    words += [b"record: ../x", b"repeats: ", b"{", b"[", b"\t", b"|", b"\xed\xa0\x80"]
+    return Fuzzed(run, tuple(seeds), tuple(words))
 
 
 def socket_target() -> Fuzzed:
@@ -156,9 +153,9 @@ def socket_target() -> Fuzzed:
     ]
     job = (CONFIG_FOLDER / "heart.yaml").read_text()
     seeds.append(json.dumps({"id": "x", "do": "run", "job_text": job, "name": "heart.yaml"}))
-    words = (b'"job_text"', b'"record":"../x.mcap"', b"\n", b"1e400", b"-1", b"[[[[", b"\\ud800",
-             b"null", b"\xff", b'{"id":', b"9" * 40, b'"do":"stop"')  # fmt: skip
-    return Fuzzed(run, tuple(f"{one}\n".encode() for one in seeds), words)
+    words = [b'"job_text"', b'"record":"../x.mcap"', b"\n", b"1e400", b"-1", b"[[[[", b"\\ud800"]
+    words += [b"null", b"\xff", b'{"id":', b"9" * 40, b'"do":"stop"']
+    return Fuzzed(run, tuple(f"{seed}\n".encode() for seed in seeds), tuple(words))
 
 
 def recording_target() -> Fuzzed:
@@ -169,9 +166,9 @@ def recording_target() -> Fuzzed:
         flatten(read_run(folder.put("x.mcap", data)))
 
     packed = _small_recording(folder)
-    words = (b"\x89MCAP0\r\n", b"\x06", b"\x05", b"zstd", b"lz4", b'"t_ns":', b"9" * 20, b"null",
-             b"[[", b'"count":-1', b"\xff" * 8, b"\x00" * 8, b"/edges")  # fmt: skip
-    return Fuzzed(run, (packed, _unpacked(packed)), words)
+    words = [b"\x89MCAP0\r\n", b"\x06", b"\x05", b"zstd", b"lz4", b'"t_ns":', b"9" * 20, b"null"]
+    words += [b"[[", b'"count":-1', b"\xff" * 8, b"\x00" * 8, b"/edges"]
+    return Fuzzed(run, (packed, _unpacked(packed)), tuple(words))
 
 
 def values_target() -> Fuzzed:
@@ -276,25 +273,8 @@ def _unpacked(packed: bytes) -> bytes:
     """The same without compression and checksums: what is changed in it is really read."""
     import io
 
-    from mcap import records
     from mcap.reader import make_reader
 
-    folder = Folder()
-    path = folder.path / "plain.mcap"
-    container = Container(AppendFile(path), "plain")
-    container._file.close()
-    container._chunk_index.close()
-    body = b"".join(
-        record_bytes(
-            records.Message(
-                channel_id=CHANNEL_IDS[channel.topic], log_time=message.log_time,
-                publish_time=message.log_time, sequence=0, data=message.data,
-            )
-        )
-        for _, channel, message in make_reader(io.BytesIO(packed)).iter_messages()
-    )  # fmt: skip
-    chunk = records.Chunk(
-        compression="", data=body, message_start_time=0, message_end_time=0,
-        uncompressed_crc=0, uncompressed_size=len(body),
-    )  # fmt: skip
-    return path.read_bytes() + record_bytes(chunk)
+    messages = make_reader(io.BytesIO(packed)).iter_messages()
+    body = [fuzz_values.packed(ch.topic, one.log_time, one.data) for _, ch, one in messages]
+    return fuzz_values.head(Folder().path) + fuzz_values.chunk(b"".join(body))

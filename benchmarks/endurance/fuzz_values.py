@@ -70,15 +70,12 @@ class Recordings:
         self._limits = MotionLimits.of(Document.read(ROBOT).data)
         self._messages = _messages(folder)
         self._topics = sorted({topic for topic, _ in self._messages})
-        container = Container(AppendFile(folder / "head.mcap"), "head")
-        container._file.close()
-        container._chunk_index.close()
-        self._head = (folder / "head.mcap").read_bytes()
+        self._head = head(folder)
 
     def write(self, data: bytes) -> Path:
         """The file that these bytes stand for."""
-        body = b"".join(_packed(topic, one) for topic, one in self.changed(data))
-        self._path.write_bytes(self._head + _chunk(body))
+        body = b"".join(_with_fields(topic, fields) for topic, fields in self.changed(data))
+        self._path.write_bytes(self._head + chunk(body))
         return self._path
 
     def read(self, data: bytes) -> FlatRecording:
@@ -118,28 +115,33 @@ def _change(fields: dict[str, Any], which: int, value: int) -> None:
         fields[name] = NUMBERS[value % len(NUMBERS)]
 
 
-def _packed(topic: str, fields: dict[str, Any]) -> bytes:
-    from mcap import records
-
+def _with_fields(topic: str, fields: dict[str, Any]) -> bytes:
     t_ns = fields.get("t_ns")
     log_ns = int(t_ns) % 2**64 if isinstance(t_ns, int) else 0
-    return record_bytes(
-        records.Message(
-            channel_id=CHANNEL_IDS[topic], log_time=log_ns, publish_time=log_ns, sequence=0,
-            data=json.dumps(fields).encode(),
-        )
-    )  # fmt: skip
+    return packed(topic, log_ns, json.dumps(fields).encode())
 
 
-def _chunk(body: bytes) -> bytes:
+def head(folder: Path) -> bytes:
+    """What a recording begins with."""
+    path = folder / "head.mcap"
+    container = Container(AppendFile(path), "head")
+    container._file.close()
+    container._chunk_index.close()
+    return path.read_bytes()
+
+
+def packed(topic: str, log_ns: int, data: bytes) -> bytes:
+    """A message as it stands in a chunk."""
     from mcap import records
 
-    return record_bytes(
-        records.Chunk(
-            compression="", data=body, message_start_time=0, message_end_time=0,
-            uncompressed_crc=0, uncompressed_size=len(body),
-        )
-    )  # fmt: skip
+    return record_bytes(records.Message(CHANNEL_IDS[topic], log_ns, data, log_ns, sequence=0))
+
+
+def chunk(body: bytes) -> bytes:
+    """Messages, uncompressed and without a checksum."""
+    from mcap import records
+
+    return record_bytes(records.Chunk("", body, 0, 0, 0, uncompressed_size=len(body)))
 
 
 def _messages(folder: Path) -> list[Message]:
@@ -178,8 +180,8 @@ def _run() -> Iterator[Callable[[RunRecorder], None]]:
         steps = (np.arange(many)[:, None] < np.abs(moved)) * np.sign(moved)
         yield lambda recorder, d=due_ns, s=steps: recorder.edges(d, s.astype(np.int8))  # type: ignore[misc]
         for i, axis in enumerate("xyz"):
-            one = Reading(axis, int(t_ns[k]), float(ranges[k, i]), 0, 9, 4.0, 0.1, 0.002, k % 256,
-                          Gate.GOOD)  # fmt: skip
+            light = (0, 9, 4.0, 0.1, 0.002, k % 256, Gate.GOOD)
+            one = Reading(axis, int(t_ns[k]), float(ranges[k, i]), *light)
             yield lambda recorder, r=one: recorder.reading(r)  # type: ignore[misc]
         yield lambda recorder, k=k: recorder.commanded(int(t_ns[k]), tuple(counts[k].tolist()))  # type: ignore[misc]
         yield lambda recorder, k=k: recorder.event(int(t_ns[k]), "note", "text")  # type: ignore[misc]

@@ -97,10 +97,11 @@ def main() -> None:
                     loaded += 1
                     browser.execute_script(WATCHED)
                 heap = heap_mb(browser)
-                print(f"{passed_min:6.1f}{service.memory_info().rss / MB:12.1f}"
-                      f"{renderer(browser).memory_info().rss / MB:12.1f}{heap:9.1f}{elements:10d}"
-                      f"{(changes or 0) / (60.0 * given.every):10.1f}{loaded:13d}{again:17d}",
-                      flush=True)  # fmt: skip
+                held_mb = [one.memory_info().rss / MB for one in (service, renderer(browser))]
+                rate_hz = (changes or 0) / (60.0 * given.every)
+                memory = f"{held_mb[0]:12.1f}{held_mb[1]:12.1f}{heap:9.1f}{elements:10d}"
+                row = f"{passed_min:6.1f}{memory}{rate_hz:10.1f}{loaded:13d}{again:17d}"
+                print(row, flush=True)
                 if passed_min >= given.minutes:
                     break
                 pause_min = min(given.every, given.minutes - passed_min + 0.01)

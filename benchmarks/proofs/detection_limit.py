@@ -27,10 +27,8 @@ from deltactl.proof.prove.certainty import wilson
 from deltactl.proof.prove.one_case import diagnose_blind
 from deltactl.proof.write_case import write_blind
 
-KINDS = (
-    "home_offset", "gear_ratio", "sensor_offset", "sensor_scale", "forearm_length",
-    "sensor_latency", "joint_friction", "joint_compliance",
-)  # fmt: skip
+OF_SHAPE = ("home_offset", "gear_ratio", "sensor_offset", "sensor_scale", "forearm_length")
+KINDS = (*OF_SHAPE, "sensor_latency", "joint_friction", "joint_compliance")
 POWER = 0.8
 
 

@@ -81,16 +81,17 @@ def sizes(case: Case) -> str:
     return "; ".join(parts)
 
 
+def _in_words(finding: Case) -> str:
+    name = f"{finding['effect']}@{finding['component']}"
+    follows = f"({'/'.join(finding['depends_on'])})" if finding["depends_on"] else ""
+    others = ", ".join(f"{a['effect']}@{a['component']}" for a in finding["alternatives"])
+    return name + follows + (f" (or {others})" if others else "")
+
+
 def row(case: Case) -> str:
     """One line of the table."""
     fit = case["result"]["fit"]
-    found = ", ".join(
-        f"{f['effect']}@{f['component']}"
-        + (f"({'/'.join(f['depends_on'])})" if f["depends_on"] else "")
-        + (f" (or {', '.join(a['effect'] + '@' + a['component'] for a in f['alternatives'])})"
-           if f["alternatives"] else "")
-        for f in case["result"]["findings"]
-    )  # fmt: skip
+    found = ", ".join(_in_words(finding) for finding in case["result"]["findings"])
     truth = ", ".join(f"{a['effect']}@{a['where']}" for a in case["answers"]) or "nothing"
     gain = (
         f"{1e3 * fit['holdout_rms_before_m']:5.2f} {1e3 * fit['holdout_rms_after_m']:5.2f} "

@@ -70,10 +70,8 @@ def simulated(keep: Path, seeds: Sequence[int], count: int, tenth: bool) -> Iter
         for seed in seeds:
             name = f"{seed}_{number:04d}"
             folder = keep / "cases" / name
-            yield Frozen(
-                name, ROUND[number % len(ROUND)], None, folder, folder / RECORDING,
-                folder / ROBOT_FILE, folder / HOLDOUT, seed, number,
-            )  # fmt: skip
+            files = (folder, folder / RECORDING, folder / ROBOT_FILE, folder / HOLDOUT)
+            yield Frozen(name, ROUND[number % len(ROUND)], None, *files, seed, number)
 
 
 def practice(recordings: Path, tenth: bool) -> Iterator[Frozen]:
@@ -83,10 +81,9 @@ def practice(recordings: Path, tenth: bool) -> Iterator[Frozen]:
         return
     for truth in json.loads((folder / "answers.json").read_text())[:: TENTH if tenth else 1]:
         case = folder / truth["case"]
-        yield Frozen(
-            f"practice__{truth['case']}", "practice", {"group": "practice", **truth}, case,
-            case / RECORDING, folder / ROBOT_FILE, case / HOLDOUT,
-        )  # fmt: skip
+        files = (case, case / RECORDING, folder / ROBOT_FILE, case / HOLDOUT)
+        known = {"group": "practice", **truth}
+        yield Frozen(f"practice__{truth['case']}", "practice", known, *files)
 
 
 def real(recordings: Path, tenth: bool) -> Iterator[Frozen]:
@@ -101,10 +98,9 @@ def real(recordings: Path, tenth: bool) -> Iterator[Frozen]:
     for folder, name, known in rows[:: TENTH if tenth else 1]:
         held = known.get("holdout")
         there = isinstance(held, str) and (folder / held).exists()
-        yield Frozen(
-            f"real__{folder.name}__{name}", f"real {folder.name}", known, folder, folder / name,
-            folder / ROBOT_FILE, folder / held if there else None,
-        )  # fmt: skip
+        case, holdout = f"real__{folder.name}__{name}", folder / str(held) if there else None
+        paths = (folder, folder / name, folder / ROBOT_FILE, holdout)
+        yield Frozen(case, f"real {folder.name}", known, *paths)
 
 
 def truth_of(case: Frozen, keep: Path) -> Any:

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from deltactl.diagnosis.answer.consistency import contradictions
-from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.foundation.errors import DeltactlError
 from deltactl.models.effects import Rule, Search, card_of, found_by
@@ -300,6 +300,11 @@ def agreeing(cases: Sequence[Sizes]) -> list[tuple[tuple[str, str], bool]]:
     ]
 
 
+def _in_words(finding: Finding) -> str:
+    values = [size.value for size in finding.parameters.values()]
+    return f"{finding.effect} " + ", ".join(f"{v:.4g}" for v in values if isinstance(v, float))
+
+
 def scored(
     folder: Path, job: tuple[str, str, str, dict[str, Any]]
 ) -> tuple[list[tuple[str, str]], list[Sizes]]:
@@ -320,14 +325,10 @@ def scored(
         why, dishonest = judge.judge(answer.to_json(), truth)
         dishonest += contradictions(answer)
         grade = "dishonest" if dishonest else "wrong" if why else "right"
-        sizes = [
-            f"{f.effect} " + ", ".join(f"{v.value:.4g}" for v in f.parameters.values()
-                                       if isinstance(v.value, float))
-            for f in answer.findings
-        ]  # fmt: skip
+        wrong = "; ".join([*why, *dishonest])
+        said = f"{answer.verdict} {'; '.join(_in_words(finding) for finding in answer.findings)}"
         took = time.perf_counter() - start
-        found.append((grade, f"{label}: {'; '.join([*why, *dishonest])} | {answer.verdict} "
-                             f"{'; '.join(sizes)} ({took:.1f} s)"))  # fmt: skip
+        found.append((grade, f"{label}: {wrong} | {said} ({took:.1f} s)"))
     return found, known
 
 
@@ -352,22 +353,22 @@ def main() -> None:
             for name, agrees in agreeing(sizes):
                 pairs[job[0]][agrees] += 1
                 if not agrees:
-                    each = "; ".join("{:.4g} [{:.4g}, {:.4g}]".format(*s[name]) for s in sizes
-                                     if name in s)  # fmt: skip
-                    print(f"disagrees {job[0]} {job[1]}/{job[2]}: {' '.join(name)} {each}",
-                          flush=True)  # fmt: skip
+                    known = [case[name] for case in sizes if name in case]
+                    each = "; ".join("{:.4g} [{:.4g}, {:.4g}]".format(*size) for size in known)
+                    place = f"{job[0]} {job[1]}/{job[2]}"
+                    print(f"disagrees {place}: {' '.join(name)} {each}", flush=True)
             for grade, line in results:
                 grades[job[0]][grade] += 1
                 if grade != "right" or options.all:
                     print(f"{grade:9} {line}", flush=True)
     print(f"{'variation':14} cases  right  wrong  dishonest  refused")
     for kind, count in [*grades.items(), ("all", sum(grades.values(), Counter()))]:
-        print(f"{kind:14} {count.total():5} {count['right']:6} {count['wrong']:6} "
-              f"{count['dishonest']:10} {count['refused']:8}")  # fmt: skip
+        good = f"{count.total():5} {count['right']:6} {count['wrong']:6}"
+        print(f"{kind:14} {good} {count['dishonest']:10} {count['refused']:8}")
     for kind, both in pairs.items():
         if both.total():
-            print(f"{kind}: sizes of two parts agree within their intervals in "
-                  f"{both[True]} of {both.total()}")  # fmt: skip
+            share = f"{both[True]} of {both.total()}"
+            print(f"{kind}: sizes of two parts agree within their intervals in {share}")
 
 
 if __name__ == "__main__":

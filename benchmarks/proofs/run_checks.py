@@ -46,8 +46,8 @@ def run(folder: str, number: int, play_deg: float) -> Row:
     rng = np.random.default_rng([7, number])
     record_delta(recording, rng, Concealed(play_rad=math.radians(play_deg)))
     row = diagnose_one(str(recording), str(robot))
-    row |= {"recording": str(recording), "robot": "checked", "time_s": 3600.0 * number,
-            "play_deg": play_deg}  # fmt: skip
+    row |= {"recording": str(recording), "robot": "checked", "play_deg": play_deg}
+    row["time_s"] = 3600.0 * number
     kept.write_text(json.dumps(row))
     return row
 
@@ -94,17 +94,18 @@ def main() -> None:
 
 def _judge(later: list[Row], healthy: list[Row]) -> None:
     limits = [row.get("detectable", {}).get(f"{PLAY.name} motor1", math.nan) for row in later]
-    ready = next((k for k, row in enumerate(later)
-                  if math.radians(row["play_deg"]) >= limits[k]), None)  # fmt: skip
-    when = next((k - len(healthy) for k, one in announced_at([*healthy, *later])
-                 if one.effect == PLAY.name and one.component == "motor1"), None)  # fmt: skip
+    plays = [math.radians(row["play_deg"]) for row in later]
+    ready = next((k for k, play in enumerate(plays) if play >= limits[k]), None)
+    told = [(k, one.effect, one.component) for k, one in announced_at([*healthy, *later])]
+    when = next((k - len(healthy) for k, *its in told if its == [PLAY.name, "motor1"]), None)
     if when is None:
         print("the play was never announced")
         return
-    said = "it was never larger than the smallest detectable" if ready is None else (
-        f"it was detectable from run {ready} on, {when - ready} runs before")  # fmt: skip
-    print(f"play announced after run {when} of {len(later)}, at {later[when]['play_deg']:.2f} deg; "
-          f"{said}")  # fmt: skip
+    said = "it was never larger than the smallest detectable"
+    if ready is not None:
+        said = f"it was detectable from run {ready} on, {when - ready} runs before"
+    place = f"after run {when} of {len(later)}, at {later[when]['play_deg']:.2f} deg"
+    print(f"play announced {place}; {said}")
 
 
 if __name__ == "__main__":

@@ -118,7 +118,7 @@ class FakeBench:
 
     def trip(self, motor: int) -> None:
         """Make the drive of a motor (1 to 3) raise its alarm."""
-        self.memory.ask_trip(motor - 1)
+        self.memory.ask_trips(1 << motor - 1)
         self._tell_drives()
 
     def slip(self, motor: int, steps: int) -> None:

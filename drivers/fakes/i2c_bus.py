@@ -20,7 +20,6 @@ import struct
 import threading
 from collections import Counter
 from collections.abc import Sequence
-from types import TracebackType
 from typing import Protocol
 
 from smbus2 import i2c_msg
@@ -86,12 +85,7 @@ class FakeI2cBus:
     def __enter__(self) -> FakeI2cBus:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -134,10 +128,7 @@ class FakeI2cBus:
             return errno.ENODEV
         if self.stuck:
             return errno.ETIMEDOUT
-        for chip in self.chips:
-            if chip.holds_sda:
-                return errno.ETIMEDOUT
-        return None
+        return errno.ETIMEDOUT if any(chip.holds_sda for chip in self.chips) else None
 
     def _disturbed(self, addressed: Sequence[Chip]) -> int | None:
         """The errno that the faults of the chips give; one undisturbed chip is enough to go on."""

@@ -89,10 +89,6 @@ class BenchMemory:
         """Tripped drives, a bit each."""
         return self._words[_ALARMS]
 
-    def ask_trip(self, motor: int) -> None:
-        """Have a drive (0 to 2) trip the next time its alarm is read."""
-        self.ask_trips(1 << motor)
-
     def ask_trips(self, motors: int) -> None:
         """Have drives trip, a bit each, the next time their alarms are read."""
         self._words[_TRIP] |= motors

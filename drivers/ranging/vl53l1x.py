@@ -95,15 +95,6 @@ class Vl53l1x:
         """Where it is spoken to now."""
         return self._chip.address
 
-    @property
-    def retried(self) -> int:
-        """How many transfers had to be repeated at this address."""
-        return self._chip.retried
-
-    def answers(self) -> bool:
-        """Whether somebody acknowledges its address."""
-        return self._chip.answers()
-
     def was_reset(self) -> None:
         """XSHUT was low: the chip is back at 0x29 with nothing set."""
         self._chip = self._at(reg.DEFAULT_ADDRESS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -11,6 +12,7 @@ import numpy as np
 MOTORS = 3
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]
 Int8Array = np.ndarray[Any, np.dtype[np.int8]]
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 Counts = tuple[int, int, int]
 
 
@@ -27,6 +29,18 @@ class Ticks:
 
     def __len__(self) -> int:
         return len(self.due_ns)
+
+    def part(self, rows: slice | BoolArray) -> Ticks:
+        """Some of the ticks."""
+        return Ticks(self.due_ns[rows], self.steps[rows])
+
+    @staticmethod
+    def joined(parts: Sequence[Ticks]) -> Ticks:
+        """Ticks of several runs, one after another."""
+        if len(parts) == 1:
+            return parts[0]
+        due_ns = np.concatenate([NO_TICKS.due_ns, *(part.due_ns for part in parts)])
+        return Ticks(due_ns, np.concatenate([NO_TICKS.steps, *(part.steps for part in parts)]))
 
 
 NO_TICKS = Ticks(np.empty(0, dtype=np.int64), np.empty((0, MOTORS), dtype=np.int8))

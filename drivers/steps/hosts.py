@@ -140,12 +140,7 @@ class PulseProcess:
         try:
             self._block = mmap(descriptor, b.BOARD_BYTES)
             self.board = b.Board(self._block)
-            config = {
-                "controller": os.getpid(),
-                "board": descriptor,
-                "settings": settings,
-                **lines,
-            }
+            config = {"controller": os.getpid(), "board": descriptor, "settings": settings} | lines
             self._folder = tempfile.TemporaryDirectory(prefix="deltactl-pulses-")
             self._process = _start(config, (descriptor, *share), self._folder.name)
         finally:
@@ -154,7 +149,7 @@ class PulseProcess:
         try:
             self._await_start()
         except PulseFault:
-            self._end()
+            self.close()
             raise
 
     @property
@@ -182,10 +177,6 @@ class PulseProcess:
             self.board.words[b.CLOSE] = b.CLOSED
             self._process.kill()  # should it wake up, it must not go on; and it frees its lines
         return self._fault
-
-    def close(self) -> None:
-        """End the process; by force when it does not listen."""
-        self._end()
 
     def _waiting(self) -> bool:
         words = self.board.words
@@ -215,7 +206,8 @@ class PulseProcess:
             lines = stream.read().decode("utf-8", "replace").strip().splitlines()
         return lines[-1] if lines else ""
 
-    def _end(self) -> None:
+    def close(self) -> None:
+        """End the process; by force when it does not listen."""
         self.board.words[b.CLOSE] = self.board.words[b.CLOSE] or b.CLOSED
         try:
             self._process.wait(1.0)
@@ -255,17 +247,15 @@ def last_counts(board_path: Path) -> Counts:
     Good for a report, not for going on: whoever starts again must home. Raises MissingFile.
     """
     try:
-        with board_path.open("rb") as file, contextlib.closing(_read_only(file.fileno())) as block:
+        with board_path.open("rb") as file:
+            block = mmap(file.fileno(), b.BOARD_BYTES, access=ACCESS_READ)
+        with contextlib.closing(block):
             words = memoryview(block)[: b.WORDS * 8].cast("q")
             counts = (words[b.COUNTS], words[b.COUNTS + 1], words[b.COUNTS + 2])
             words.release()
             return counts
     except (OSError, ValueError) as error:
         raise MissingFile(f"{board_path}: holds no step counters ({error})") from error
-
-
-def _read_only(descriptor: int) -> mmap:
-    return mmap(descriptor, b.BOARD_BYTES, access=ACCESS_READ)
 
 
 def _board_file(path: Path | None) -> int:

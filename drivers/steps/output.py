@@ -11,6 +11,7 @@ import numpy as np
 from deltactl.drivers.steps import board as b
 from deltactl.drivers.steps.contract import (
     MOTORS,
+    BoolArray,
     Counts,
     Int8Array,
     Int64Array,
@@ -20,6 +21,7 @@ from deltactl.drivers.steps.contract import (
 )
 from deltactl.foundation.clock import Clock, sleep_s
 from deltactl.foundation.errors import (
+    DeltactlError,
     DriveAlarm,
     EmergencyStop,
     LimitExceeded,
@@ -28,7 +30,6 @@ from deltactl.foundation.errors import (
 )
 
 Codes = np.ndarray[Any, np.dtype[np.uint8]]
-BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
 _MOTORS = np.arange(MOTORS, dtype=np.uint8)
 _STEPPING = np.array([1, 2, 4], dtype=np.uint8)
@@ -69,12 +70,20 @@ ENABLE_SETTLE_S = 0.2
 ANSWER_S = 1.0
 """A player that has not answered a request for so long is not there any more."""
 
-_STATES = {
-    b.DISABLED: OutputState.DISABLED,
-    b.READY: OutputState.READY,
-    b.MOVING: OutputState.MOVING,
-    b.STOPPED: OutputState.STOPPED,
+_STATES = tuple(OutputState)
+"""By the board's numbers for them."""
+_REFUSED: dict[int, tuple[type[DeltactlError], str]] = {
+    b.IS_STOPPED: (NotReady, "stopped ({why}); acknowledge the stop first"),
+    b.IS_DISABLED: (NotReady, "the drives are not enabled; enable them first"),
+    b.IS_MOVING: (NotReady, "the motors are moving; wait or stop"),
+    b.ESTOP_OPEN: (EmergencyStop, "the e-stop is pressed or its wire is open; release the button"),
+    b.ALARM_ON + b.ALL_MOTORS: (
+        DriveAlarm,
+        "all three drives report an alarm at once; look whether they have power, or disable the"
+        " drives",
+    ),
 }
+_ALARM = "the drive of motor{motor} reports an alarm; disable the drives or cycle their power"
 
 
 class Host(Protocol):
@@ -107,7 +116,7 @@ class PlayerStepOutput:
         self._codes = np.frombuffer(self._board.codes, dtype=np.uint8)
         self._collected = self._pushed = 0
         self._last_due_ns = 0
-        self._sent: list[tuple[Int64Array, Int8Array]] = []
+        self._sent: list[Ticks] = []
         self._last: OutputStatus | None = None
 
     @property
@@ -158,30 +167,14 @@ class PlayerStepOutput:
             if self._last is not None:
                 return self._last
             self._host.kick()
-            words, fault = self._board.words, self._host.fault()
-            state = OutputState.STOPPED if fault else _STATES[words[b.STATE]]
-            return OutputStatus(
-                state,
-                self._board.counts(self._fence),
-                0 if fault else words[b.PUSHED] - words[b.PLAYED],
-                words[b.SLIP],
-                fault or self._board.reason_text(),
-                bool(words[b.ENERGISED]),
-                bool(fault),
-                words[b.SWITCHED],
-            )
+            fault = self._host.fault()
+            return self._status(bool(fault), fault)
 
     def take_sent(self) -> Ticks:
         with self._lock:
             self._collect()
             sent, self._sent = self._sent, []
-        if len(sent) == 1:
-            return Ticks(*sent[0])
-        empty = (np.empty(0, np.int64), np.empty((0, 3), np.int8))
-        return Ticks(
-            np.concatenate([empty[0], *(due for due, _ in sent)]),
-            np.concatenate([empty[1], *(steps for _, steps in sent)]),
-        )
+        return Ticks.joined(sent)
 
     def set_counts(self, counts: Counts) -> None:
         self._ask(b.SET_COUNTS, "set the counters", counts)
@@ -222,20 +215,21 @@ class PlayerStepOutput:
                 self._host.close()
             finally:
                 self._collect()
-                self._last = self._final_status()
+                self._last = self._status(ended=True)
                 del self._due, self._codes
                 self._board.release()
 
-    def _final_status(self) -> OutputStatus:
+    def _status(self, ended: bool, fault: str = "") -> OutputStatus:
         words = self._board.words
         return OutputStatus(
-            OutputState.STOPPED,
+            OutputState.STOPPED if ended else _STATES[words[b.STATE]],
             self._board.counts(self._fence),
-            0,
+            0 if ended else words[b.PUSHED] - words[b.PLAYED],
             words[b.SLIP],
-            self._board.reason_text(),
+            fault or self._board.reason_text(),
             bool(words[b.ENERGISED]),
-            switched=words[b.SWITCHED],
+            bool(fault),
+            words[b.SWITCHED],
         )
 
     def _ask(self, kind: int, what: str, arguments: Counts = (0, 0, 0)) -> None:
@@ -258,29 +252,10 @@ class PlayerStepOutput:
             self._explain(words[b.RESULT], what)
 
     def _explain(self, result: int, what: str) -> None:
-        if result == b.IS_STOPPED:
-            raise NotReady(
-                f"cannot {what}: stopped ({self._board.reason_text()}); acknowledge the stop first"
-            )
-        if result == b.IS_DISABLED:
-            raise NotReady(f"cannot {what}: the drives are not enabled; enable them first")
-        if result == b.IS_MOVING:
-            raise NotReady(f"cannot {what}: the motors are moving; wait or stop")
-        if result == b.ESTOP_OPEN:
-            raise EmergencyStop(
-                f"cannot {what}: the e-stop is pressed or its wire is open; release the button"
-            )
-        if result >= b.ALARM_ON:
-            motor = result - b.ALARM_ON
-            if motor == b.ALL_MOTORS:
-                raise DriveAlarm(
-                    f"cannot {what}: all three drives report an alarm at once; look whether they"
-                    " have power, or disable the drives"
-                )
-            raise DriveAlarm(
-                f"cannot {what}: the drive of motor{motor} reports an alarm; "
-                "disable the drives or cycle their power"
-            )
+        if result != b.DONE:
+            alarm = DriveAlarm, _ALARM.format(motor=result - b.ALARM_ON)
+            kind, why = _REFUSED.get(result, alarm)
+            raise kind(f"cannot {what}: {why.replace('{why}', self._board.reason_text())}")
 
     def _check_alive(self, what: str) -> None:
         fault = "closed" if self._last is not None else self._host.fault()
@@ -293,7 +268,7 @@ class PlayerStepOutput:
         if state == b.STOPPED:
             self._explain(b.IS_STOPPED, "queue ticks")
         if state == b.DISABLED:
-            raise NotReady("cannot queue ticks: the drives are not enabled; enable them first")
+            self._explain(b.IS_DISABLED, "queue ticks")
 
     def _check_gaps(self, due_ns: Int64Array) -> None:
         gaps = np.diff(due_ns)
@@ -322,5 +297,5 @@ class PlayerStepOutput:
         codes = self._codes[slots]
         sent = stepping(codes)
         if sent.any():
-            self._sent.append((self._due[slots][sent], as_steps(codes[sent])))
+            self._sent.append(Ticks(self._due[slots][sent], as_steps(codes[sent])))
         self._collected = played

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from deltactl.drivers.steps.contract import MOTORS, Counts, Int64Array, Ticks
+from deltactl.drivers.steps.contract import MOTORS, NO_TICKS, Counts, Int64Array, Ticks
 from deltactl.firmware_py.compensation.lead import GRID_S, lags_s
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S
@@ -89,7 +89,7 @@ class Ringing:
         self._step_rad = robot.drive.rad_per_step
         self._limits = np.radians(robot.limits.arm_deg) / self._step_rad
         self._start = self._count = np.array(start, dtype=np.int64)
-        self._waiting = Ticks(np.empty(0, dtype=np.int64), np.empty((0, MOTORS), dtype=np.int8))
+        self._waiting = NO_TICKS
         self._known = 0
         self._rows = np.empty((0, 2 * MOTORS))
         """Places and counts of the grid points that are still needed."""
@@ -124,16 +124,15 @@ class Ringing:
 
     def _planned(self, ticks: Ticks, until_ns: int) -> Int64Array:
         """Counts at grid points up to `until_ns`, (n, 3)."""
-        due_ns = np.concatenate([self._waiting.due_ns, ticks.due_ns])
-        steps = np.concatenate([self._waiting.steps, ticks.steps])
+        every = Ticks.joined([self._waiting, ticks])
         grid_ns = np.arange(self._known, until_ns // GRID_NS + 1, dtype=np.int64) * GRID_NS
-        total = np.vstack([np.zeros(MOTORS), np.cumsum(steps, axis=0)]).astype(np.int64)
-        row = np.searchsorted(due_ns, grid_ns, side="right")
+        total = np.vstack([np.zeros(MOTORS), np.cumsum(every.steps, axis=0)]).astype(np.int64)
+        row = np.searchsorted(every.due_ns, grid_ns, side="right")
         planned: Int64Array = self._count + total[row]
         done = int(row[-1]) if len(row) else 0
         self._count = self._count + total[done]
         self._known += len(grid_ns)
-        self._waiting = Ticks(due_ns[done:], steps[done:])
+        self._waiting = every.part(slice(done, None))
         return planned
 
     def _places_m(self, angles_rad: FloatArray) -> FloatArray:

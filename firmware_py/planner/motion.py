@@ -9,19 +9,15 @@ a tick never holds two steps of one motor, and no step moves by more than a wind
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, NO_TICKS, Int64Array, Ticks
 from deltactl.firmware_py.paths.path import BoolArray
 from deltactl.models.robot import FloatArray
-
-if TYPE_CHECKING:
-    from deltactl.firmware_py.planner.motion import StepGate
-
 
 LONG_AGO = -(2**62)
 NEVER = 2**62
@@ -85,8 +81,8 @@ class StepGate:
 
     def _keep(self, t_ns: Int64Array, signs: Int64Array, motor: Int64Array) -> None:
         """Steps of the ticks that may yet get company."""
-        self._wait_ns = [t_ns[motor == one] for one in range(MOTORS)]
-        self._wait_steps = [signs[motor == one] for one in range(MOTORS)]
+        self._wait_ns = [t_ns[motor == its] for its in range(MOTORS)]
+        self._wait_steps = [signs[motor == its] for its in range(MOTORS)]
 
     def _keep_gap(self, motor: int, t_ns: Int64Array) -> Int64Array:
         if not len(t_ns):
@@ -163,15 +159,17 @@ class Reached:
     def part(self, rows: slice) -> Reached:
         """Some of the targets."""
         return Reached(
-            index=self.index[rows],
-            number=self.number[rows],
-            repeat=self.repeat[rows],
-            t_ns=self.t_ns[rows],
-            position_m=self.position_m[rows],
-            angles_rad=self.angles_rad[rows],
-            counts=self.counts[rows],
-            left=self.left[rows],
+            *(self.index[rows], self.number[rows], self.repeat[rows], self.t_ns[rows]),
+            *(self.position_m[rows], self.angles_rad[rows], self.counts[rows], self.left[rows]),
         )
+
+    @staticmethod
+    def joined(parts: Sequence[Reached]) -> Reached:
+        """The targets of one part or more, one after another."""
+        if len(parts) == 1:
+            return parts[0]
+        columns = ([getattr(part, name) for part in parts] for name in Reached.__slots__)
+        return Reached(*(np.concatenate(column) for column in columns))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,37 +187,21 @@ class Chunk:
         """What is due up to and including `at_ns`, and the rest."""
         tick = int(np.searchsorted(self.ticks.due_ns, at_ns, side="right"))
         target = int(np.searchsorted(self.reached.t_ns, at_ns, side="right"))
-        ticks = self.ticks
-        before = Chunk(
-            ticks=Ticks(ticks.due_ns[:tick], ticks.steps[:tick]),
-            reached=self.reached.part(slice(None, target)),
-            until_ns=min(at_ns, self.until_ns),
-        )
-        after = Chunk(
-            ticks=Ticks(ticks.due_ns[tick:], ticks.steps[tick:]),
-            reached=self.reached.part(slice(target, None)),
-            until_ns=self.until_ns,
-        )
-        return before, after
+        ticks, reached = self.ticks.part(slice(tick)), self.reached.part(slice(target))
+        before = Chunk(ticks, reached, min(at_ns, self.until_ns))
+        ticks, reached = self.ticks.part(slice(tick, None)), self.reached.part(slice(target, None))
+        return before, Chunk(ticks, reached, self.until_ns)
 
     def at(self, tick_ns: Int64Array, target_ns: Int64Array, until_ns: int) -> Chunk:
         """The same with other times."""
-        return Chunk(
-            ticks=Ticks(tick_ns, self.ticks.steps),
-            reached=replace(self.reached, t_ns=target_ns),
-            until_ns=until_ns,
-        )
+        reached = replace(self.reached, t_ns=target_ns)
+        return Chunk(Ticks(tick_ns, self.ticks.steps), reached, until_ns)
 
 
+_NONE, _NO_ROWS = np.empty(0, dtype=np.int64), np.empty((0, MOTORS))
 NOTHING_REACHED = Reached(
-    index=np.empty(0, dtype=np.int64),
-    number=np.empty(0, dtype=np.int64),
-    repeat=np.empty(0, dtype=np.int64),
-    t_ns=np.empty(0, dtype=np.int64),
-    position_m=np.empty((0, MOTORS)),
-    angles_rad=np.empty((0, MOTORS)),
-    counts=np.empty((0, MOTORS), dtype=np.int64),
-    left=np.empty(0, dtype=np.bool_),
+    *(_NONE, _NONE, _NONE, _NONE),
+    *(_NO_ROWS, _NO_ROWS, _NO_ROWS.astype(np.int64), _NONE.astype(np.bool_)),
 )
 
 

@@ -91,9 +91,15 @@ class Plan:
         return straight.way(start_rad, self.first.lap, self.preload_rad)
 
     @property
+    def timed(self) -> list[TimedLap]:
+        """The first lap, and that of every other repeat where there is one."""
+        return [self.first] if self.again is None else [self.first, self.again]
+
+    @property
     def last_counts(self) -> Counts:
         """Where the arms are when the job is done."""
-        return _counts((self.again or self.first).lap, -1)
+        first, second, third = (self.again or self.first).lap.counts[-1].tolist()
+        return first, second, third
 
     @property
     def jump_hz(self) -> float:
@@ -118,8 +124,7 @@ class Plan:
         spare = limits.acceleration_radps2 - limits.planned_acceleration_radps2
         if self._all_together:
             return TOGETHER_RAMP_S
-        laps = [self.first] if self.again is None else [self.first, self.again]
-        peak_hz = max(float(timed.schedule.peak_rate_hz.max()) for timed in laps)
+        peak_hz = max(float(timed.schedule.peak_rate_hz.max()) for timed in self.timed)
         speed_radps = max(peak_hz * limits.rad_per_step, self.robot.limits.approach_speed_radps)
         if self.way_in_mps is not None:
             speed_radps = max(speed_radps, limits.planned_speed_radps)
@@ -167,11 +172,6 @@ def motor_limits(job: JobFile, robot: RobotFile) -> MotorLimits:
         rad_per_step=robot.drive.rad_per_step,
         tick_s=robot.tick_s,
     )
-
-
-def _counts(lap: Lap, row: int) -> Counts:
-    first, second, third = lap.counts[row].tolist()
-    return first, second, third
 
 
 USUAL_START_S = 3.0
@@ -277,10 +277,8 @@ def _with_memory(
         again = _timed(job, robot, limits, built, 2)
         for _ in range(TIMED_AGAIN):
             again = _timed(job, robot, limits, (memory.again(again, first), None), 2)
-    return Plan(
-        job, robot, kinematics, first, again, float(path.dwell_s[0]), memory.preload_rad(),
-        way_in_mps(job),
-    )  # fmt: skip
+    rest_s, preload_rad = float(path.dwell_s[0]), memory.preload_rad()
+    return Plan(job, robot, kinematics, first, again, rest_s, preload_rad, way_in_mps(job))
 
 
 TIMED_AGAIN = 2

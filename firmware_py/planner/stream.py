@@ -62,7 +62,7 @@ class LeadStream:
         if ringing is not None:
             jump_hz, least_s, reach_s = 0.0, BETWEEN_COUNTS_S, ringing.reach_s
         smoothed = [max(smoothed_s(lag, acceleration, jump_hz), least_s) for _, lag in pairs]
-        ahead = [ahead_s(dead, one) for (dead, _), one in zip(pairs, smoothed, strict=True)]
+        ahead = [ahead_s(dead, over_s) for (dead, _), over_s in zip(pairs, smoothed, strict=True)]
         self.after_ns = ns(max(ahead) + reach_s) if self.active else 0
         self._leads = [
             Lead(dead, lag, self.after_ns, fastest, acceleration, jump_hz, least_s)
@@ -108,19 +108,11 @@ class LeadStream:
         """Targets that are due by then, moved as the whole motion is."""
         if not waiting:
             return NOTHING_REACHED
-        first, *rest = waiting
-        for more in rest:
-            first = _joined(first, more)
+        first = Reached.joined(waiting)
         t_ns = first.t_ns + self.after_ns
         count = int(np.searchsorted(t_ns, until_ns, side="right"))
         waiting[:] = [first.part(slice(count, None))] if count < len(first) else []
         return replace(first.part(slice(None, count)), t_ns=t_ns[:count])
-
-
-def _joined(one: Reached, more: Reached) -> Reached:
-    return Reached(
-        *(np.concatenate([getattr(one, name), getattr(more, name)]) for name in Reached.__slots__)
-    )
 
 
 BLOCK = 256
@@ -261,7 +253,7 @@ def _ringing(plan: Plan, from_counts: Counts) -> Ringing | None:
     if not rings(plan.robot):
         return None
     begins_s, times_s, rows = 0.0, [], []
-    for timed in [plan.first] if plan.again is None else [plan.first, plan.again]:
+    for timed in plan.timed:
         arrives_s = begins_s + timed.schedule.reached_ns / NS_PER_S
         times_s.append(np.stack([arrives_s, arrives_s + timed.lap.dwell_s], axis=1).ravel())
         rows.append(np.repeat(np.hstack([timed.lap.angles_rad, timed.lap.position_m]), 2, axis=0))

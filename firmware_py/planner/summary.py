@@ -73,7 +73,7 @@ class CheckSummary:
 
 def summarise(plan: Plan, from_counts: Counts) -> CheckSummary:
     """Figures of a plan run from some counts. Raises UnreachablePoint for the approach."""
-    job, timed = plan.job, _laps(plan)
+    job, timed = plan.job, plan.timed
     stream = MotionStream(plan, from_counts)
     times = [1] if plan.again is None else [1, job.repeats - 1]
     length_m = sum(n * lap.length_m for n, lap in zip(times, timed, strict=True))
@@ -110,10 +110,6 @@ def _targets_in_all(plan: Plan) -> int:
     return len(plan.first.lap) + (plan.job.repeats - 1) * again
 
 
-def _laps(plan: Plan) -> list[TimedLap]:
-    return [plan.first] if plan.again is None else [plan.first, plan.again]
-
-
 def _moving_s(timed: TimedLap) -> float:
     return (timed.schedule.duration_ns - timed.schedule.rest_ns) / NS_PER_S
 
@@ -122,16 +118,12 @@ def _margin(timed: TimedLap) -> float:
     return float(min(timed.margins.min(), timed.reach.margin.min(initial=1.0)))
 
 
-def _arm_range_deg(
-    laps: list[TimedLap],
-) -> tuple[Range, Range, Range]:
+def _arm_range_deg(laps: list[TimedLap]) -> tuple[Range, Range, Range]:
     angles = np.rad2deg(np.concatenate([timed.lap.angles_rad for timed in laps]))
     return _pairs(angles.min(axis=0), angles.max(axis=0))
 
 
-def _box(
-    laps: list[TimedLap],
-) -> tuple[Range, Range, Range]:
+def _box(laps: list[TimedLap]) -> tuple[Range, Range, Range]:
     places = [timed.lap.position_m for timed in laps]
     lows = [*places, *(timed.reach.low_m for timed in laps)]
     highs = [*places, *(timed.reach.high_m for timed in laps)]
@@ -218,10 +210,10 @@ def slower(plans: Iterable[Plan]) -> Slower | None:
     """Of paths one after another the one that comes nearest to its speed; where that is reached, a
     way that is slow on the whole. None where there is none, or no speed is asked for.
     """
-    found = [one for plan in plans if (one := _fastest(plan)) is not None]
-    best = max(found, key=lambda one: one.top_mps / one.asked_mps, default=None)
-    slowest = min(found, key=lambda one: one.mean_share, default=None)
-    return next((one for one in (best, slowest) if one is not None and one.matters), None)
+    found = [held for plan in plans if (held := _fastest(plan)) is not None]
+    best = max(found, key=lambda held: held.top_mps / held.asked_mps, default=None)
+    slowest = min(found, key=lambda held: held.mean_share, default=None)
+    return next((held for held in (best, slowest) if held is not None and held.matters), None)
 
 
 def _fastest(plan: Plan) -> Slower | None:

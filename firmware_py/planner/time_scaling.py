@@ -189,18 +189,5 @@ def _joined(chunks: list[Chunk], until_ns: int) -> Chunk:
     chunks = [chunk for chunk in chunks if len(chunk.ticks) or len(chunk.reached)]
     if not chunks:
         return Chunk(NO_TICKS, NOTHING_REACHED, until_ns)
-    if len(chunks) == 1:
-        return Chunk(chunks[0].ticks, chunks[0].reached, until_ns)
-    return Chunk(
-        ticks=Ticks(
-            np.concatenate([chunk.ticks.due_ns for chunk in chunks]),
-            np.concatenate([chunk.ticks.steps for chunk in chunks]),
-        ),
-        reached=Reached(
-            *(
-                np.concatenate([getattr(chunk.reached, name) for chunk in chunks])
-                for name in Reached.__slots__
-            )
-        ),
-        until_ns=until_ns,
-    )
+    ticks = Ticks.joined([chunk.ticks for chunk in chunks])
+    return Chunk(ticks, Reached.joined([chunk.reached for chunk in chunks]), until_ns)

@@ -217,8 +217,7 @@ def said_of_home(run: Run, robot: RobotFile, tracking: RunTracking) -> str:
     if not len(errors_m):
         return ""
     left_m, all_m = (np.sqrt(np.mean(x**2, axis=0)) for x in (errors_m - mean_m, errors_m))
-    told = [axis for axis, some, every in zip(AXES, left_m, all_m, strict=True)
-            if some < TELLS * every]  # fmt: skip
+    told = [axis for axis, less in zip(AXES, left_m < TELLS * all_m, strict=True) if less]
     if not told:
         return ""
     most = max(told, key=lambda axis: abs(mean_m[AXES.index(axis)]))

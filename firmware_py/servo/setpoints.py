@@ -10,10 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from deltactl.drivers.current_drives import JOINTS, Three
-from deltactl.drivers.steps.contract import Counts, Ticks
+from deltactl.drivers.steps.contract import NO_TICKS, Counts, Ticks
 from deltactl.models.robot import FloatArray
 
-NOTHING = Ticks(np.empty(0, dtype=np.int64), np.empty((0, JOINTS), dtype=np.int8))
 AHEAD = 100
 """References are worked out for so many ticks at once: an array costs little more than a number."""
 
@@ -30,10 +29,10 @@ class Setpoints:
     def restart(self, counts: Counts, now_ns: int) -> None:
         """Forget what is queued: the arms are asked to be where the counts say."""
         self.counts = counts
-        self._ticks = NOTHING
+        self._ticks = NO_TICKS
         self._after = np.empty((0, JOINTS), dtype=np.int64)
         self._passed = 0
-        self._known = [(np.array([float(now_ns)]), np.array([float(one)])) for one in counts]
+        self._known = [(np.array([float(now_ns)]), np.array([float(count)])) for count in counts]
         self._ready: list[list[float]] = [[], [], []]
         self._ready_ns = now_ns
 
@@ -55,10 +54,7 @@ class Setpoints:
                 np.concatenate([places, half]),
             )
         passed, self._passed = self._passed, 0
-        self._ticks = Ticks(
-            np.concatenate([self._ticks.due_ns[passed:], ticks.due_ns]),
-            np.concatenate([self._ticks.steps[passed:], ticks.steps]),
-        )
+        self._ticks = Ticks.joined([self._ticks.part(slice(passed, None)), ticks])
         self._after = np.concatenate([self._after[passed:], after])
         self._ready = [[], [], []]
 
@@ -77,12 +73,8 @@ class Setpoints:
 
     def take_sent(self) -> Ticks:
         """Ticks that were passed since the last call, without those that ask for no step."""
-        sent, self._sent = self._sent, []
-        if not sent:
-            return NOTHING
-        steps = np.concatenate([one.steps for one in sent])
-        moving = (steps != 0).any(axis=1)
-        return Ticks(np.concatenate([one.due_ns for one in sent])[moving], steps[moving])
+        sent, self._sent = Ticks.joined(self._sent), []
+        return sent.part((sent.steps != 0).any(axis=1))
 
     def references_now_rad(self) -> Three:
         """Where the counts put the arms."""
@@ -109,5 +101,4 @@ class Setpoints:
         self._passed = int(np.searchsorted(due_ns, until_ns, side="right"))
         first, second, third = self._after[self._passed - 1].tolist()
         self.counts = (first, second, third)
-        part = slice(before, self._passed)
-        self._sent.append(Ticks(due_ns[part], self._ticks.steps[part]))
+        self._sent.append(self._ticks.part(slice(before, self._passed)))
