@@ -122,7 +122,9 @@ def between_folders(root: Path) -> list[list[str]]:
         loose = root.joinpath(*name.split(".")).with_suffix(".py").exists()
         return name.rpartition(".")[0] if loose else name
 
-    return [one for one in circles(imports(root)) if len({folder(name) for name in one}) > 1]
+    return [
+        circle for circle in circles(imports(root)) if len({folder(name) for name in circle}) > 1
+    ]
 
 
 def _reached(edges: Mapping[str, Mapping[str, object]], start: str) -> set[str]:
@@ -163,8 +165,10 @@ def _numbers(tree: ast.Module) -> Iterator[tuple[str, str]]:
     """Names and values."""
     for node in tree.body:
         if isinstance(node, ast.ClassDef) and node.name.endswith(("Options", "EffectKind")):
-            yield from (one for part in node.body for one in _assigned(part) if one[0].islower())
-        yield from (one for one in _assigned(node) if one[0].isupper())
+            yield from (
+                number for part in node.body for number in _assigned(part) if number[0].islower()
+            )
+        yield from (number for number in _assigned(node) if number[0].isupper())
 
 
 def _assigned(node: ast.stmt) -> Iterator[tuple[str, str]]:

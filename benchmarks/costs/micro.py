@@ -42,7 +42,7 @@ def main() -> None:
     asked = references(EXPERIMENTS[0], shipped_network(), drive.period_s, 3.0)
     whole = min(
         (run(settings, MicroDelta(), asked.t_s, asked.angle_rad) for _ in range(ROUNDS)),
-        key=lambda one: one.cpu_s,
+        key=lambda run: run.cpu_s,
     )
     ticks = len(whole.t_s) - whole.on
     rows = list(

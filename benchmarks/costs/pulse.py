@@ -122,8 +122,8 @@ def wave(period_us: float, seconds: float) -> Facts:
     lgpio.group_claim_output(handle, list(PULSE.step_pins))
     count = round(seconds * 1e6 / period_us)
     width_us = round(PULSE.pulse_width_us)
-    one = [lgpio.pulse(7, 7, width_us), lgpio.pulse(0, 7, round(period_us) - width_us)]
-    lgpio.tx_wave(handle, PULSE.step_pins[0], one * count)
+    pulses = [lgpio.pulse(7, 7, width_us), lgpio.pulse(0, 7, round(period_us) - width_us)]
+    lgpio.tx_wave(handle, PULSE.step_pins[0], pulses * count)
     while lgpio.tx_busy(handle, PULSE.step_pins[0], lgpio.TX_WAVE):
         time.sleep(0.02)
     return {"sent": count, "asked": count}

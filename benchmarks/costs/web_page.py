@@ -172,8 +172,8 @@ def chromium(url: str) -> Any:
 def used_s(process: subprocess.Popen[bytes]) -> float:
     """Processor time of a process and its children."""
     found = psutil.Process(process.pid)
-    times = [one.cpu_times() for one in (found, *found.children(recursive=True))]
-    return float(sum(one.user + one.system for one in times))
+    times = [used.cpu_times() for used in (found, *found.children(recursive=True))]
+    return float(sum(used.user + used.system for used in times))
 
 
 def costs(bench: Bench, seconds: float) -> dict[str, float]:
@@ -267,8 +267,8 @@ def main() -> None:
             bare = [BarePage(bench.port) for _ in range(given.pages)]
             _tell(f"{given.pages} undrawn", costs(bench, given.seconds))
             print(f"changes sent to it: {bare[0].rate_hz():.1f} Hz")
-            for one in bare:
-                one.close()
+            for page in bare:
+                page.close()
             opened = [chromium(f"http://127.0.0.1:{bench.port}") for _ in range(given.pages)]
             if None in opened:
                 print("no Chromium here: apt-get install chromium chromium-driver")

@@ -33,7 +33,7 @@ def main() -> int:
             if options.kind in name:
                 found = measured(socket, do, path)
                 late += _is_late(found)
-                times = "".join(f"{found.meanwhile_s.get(one, 0.0):13.3f}" for one in ASKED)
+                times = "".join(f"{found.meanwhile_s.get(request, 0.0):13.3f}" for request in ASKED)
                 says = "late" if _is_late(found) else ""
                 print(f"{do + ': ' + name:36s}{found.answer_s:8.2f}{times} {says}", flush=True)
     print(f"{late} late")

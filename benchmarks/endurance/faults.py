@@ -42,7 +42,9 @@ def main() -> int:
     kinds = [kind for kind in KINDS if any(part in kind.name for part in wanted)]
     verdicts: list[Verdict] = []
     start_s = time.monotonic()
-    rest = {name: one for name, one in BESIDE_KINDS.items() if any(part in name for part in wanted)}
+    rest = {
+        name: kind for name, kind in BESIDE_KINDS.items() if any(part in name for part in wanted)
+    }
     parts = (
         campaign(options.faults, options.seed, kinds) if kinds else iter(()),
         rest_campaign(options.rest, options.seed, rest) if rest else iter(()),
@@ -53,10 +55,10 @@ def main() -> int:
         for problem in verdict.problems:
             waited = f"(waited {verdict.waited_s:.2f} s for a core)"
             print(f"{len(verdicts):4d} {verdict.kind}: {problem} {waited}", flush=True)
-    busy = sum(bool(one.problems) and not one.counts for one in verdicts)
-    verdicts = [settled(partial(once_more, one.kind), one) for one in verdicts]
+    busy = sum(bool(verdict.problems) and not verdict.counts for verdict in verdicts)
+    verdicts = [settled(partial(once_more, verdict.kind), verdict) for verdict in verdicts]
     print(f"{busy} tried again, because the machine had no core for the robot")
-    kinds_tried, took_s = len({one.kind for one in verdicts}), time.monotonic() - start_s
+    kinds_tried, took_s = len({verdict.kind for verdict in verdicts}), time.monotonic() - start_s
     print(f"{len(verdicts)} faults of {kinds_tried} kinds in {took_s:.0f} s")
     print("\n".join(table(verdicts)))
     return int(any(verdict.problems for verdict in verdicts))

@@ -149,9 +149,9 @@ def by_atheris(measured: Measured, inputs: int, seed: int, folder: Path) -> None
 
     corpus = folder / f"corpus-{measured._name}"
     corpus.mkdir(exist_ok=True)
-    for number, one in enumerate(measured.fuzzed.seeds):
-        (corpus / f"seed-{number}").write_bytes(one)
-    longest = 2 * max(len(one) for one in measured.fuzzed.seeds)
+    for number, seed_bytes in enumerate(measured.fuzzed.seeds):
+        (corpus / f"seed-{number}").write_bytes(seed_bytes)
+    longest = 2 * max(len(seed_bytes) for seed_bytes in measured.fuzzed.seeds)
     words = folder / f"words-{measured._name}"
     words.write_text("".join(f'"{_escaped(word)}"\n' for word in measured.fuzzed.words))
     limits = ["-timeout=60", "-rss_limit_mb=4096", "-verbosity=0", f"-max_len={longest}"]
@@ -175,7 +175,7 @@ def _hang(number: int, frame: FrameType | None) -> None:
 
 
 def _pieces(seeds: tuple[bytes, ...]) -> list[bytes]:
-    return [line for one in seeds for line in one.split(b"\n")[:40] if line][:100] or [b""]
+    return [line for seed in seeds for line in seed.split(b"\n")[:40] if line][:100] or [b""]
 
 
 def _as_bytes(text: str) -> bytes:

@@ -148,7 +148,9 @@ def socket_target() -> Fuzzed:
                 assert "failed inside" not in json.loads(said).get("error", {}).get("message", "")
 
     seeds = [
-        json.dumps({"id": 1, "do": do} | {name: _value(one) for name, one in taken.items()})
+        json.dumps(
+            {"id": 1, "do": do} | {name: _value(argument) for name, argument in taken.items()}
+        )
         for do, taken in protocol.ARGUMENTS.items()
     ]
     job = (CONFIG_FOLDER / "heart.yaml").read_text()
@@ -276,5 +278,7 @@ def _unpacked(packed: bytes) -> bytes:
     from mcap.reader import make_reader
 
     messages = make_reader(io.BytesIO(packed)).iter_messages()
-    body = [fuzz_values.packed(ch.topic, one.log_time, one.data) for _, ch, one in messages]
+    body = [
+        fuzz_values.packed(ch.topic, message.log_time, message.data) for _, ch, message in messages
+    ]
     return fuzz_values.head(Folder().path) + fuzz_values.chunk(b"".join(body))

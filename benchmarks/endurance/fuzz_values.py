@@ -181,7 +181,7 @@ def _run() -> Iterator[Callable[[RunRecorder], None]]:
         yield lambda recorder, d=due_ns, s=steps: recorder.edges(d, s.astype(np.int8))  # type: ignore[misc]
         for i, axis in enumerate("xyz"):
             light = (0, 9, 4.0, 0.1, 0.002, k % 256, Gate.GOOD)
-            one = Reading(axis, int(t_ns[k]), float(ranges[k, i]), *light)
-            yield lambda recorder, r=one: recorder.reading(r)  # type: ignore[misc]
+            reading = Reading(axis, int(t_ns[k]), float(ranges[k, i]), *light)
+            yield lambda recorder, r=reading: recorder.reading(r)  # type: ignore[misc]
         yield lambda recorder, k=k: recorder.commanded(int(t_ns[k]), tuple(counts[k].tolist()))  # type: ignore[misc]
         yield lambda recorder, k=k: recorder.event(int(t_ns[k]), "note", "text")  # type: ignore[misc]

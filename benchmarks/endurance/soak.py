@@ -148,8 +148,8 @@ class RealSoak:
         # Arms move between the looks at the one and the other: the smallest of several counts.
         drift = min(self._drift(client.status().counts, bench) for _ in range(5))
         found = [path.stat() for path in self.recordings.glob("*.mcap")]
-        oldest_s = time.time() - min((one.st_mtime for one in found), default=time.time())
-        size_mb = sum(one.st_size for one in found) / MB
+        oldest_s = time.time() - min((file.st_mtime for file in found), default=time.time())
+        size_mb = sum(file.st_size for file in found) / MB
         self.tally.samples.append(
             Sample(
                 (time.monotonic() - self._began_s) / 3600.0,

@@ -62,7 +62,7 @@ class Tally:
 
     def rows(self) -> list[str]:
         """The table."""
-        hours = np.array([one.hours for one in self.samples])
+        hours = np.array([sample.hours for sample in self.samples])
         late = hours >= WARM_UP * hours[-1]
         rows = [f"{'':28}{'first':>12}{'last':>12}{'worst':>12}{'slope an hour':>16}"]
         for name, values in self._columns().items():
@@ -294,8 +294,8 @@ class VirtualSoak:
 
     def _recorded(self) -> tuple[int, float, float]:
         found = [path.stat() for path in self.folder.glob("*.mcap")]
-        oldest_s = time.time() - min((one.st_mtime for one in found), default=time.time())
-        return len(found), sum(one.st_size for one in found) / MB, oldest_s
+        oldest_s = time.time() - min((file.st_mtime for file in found), default=time.time())
+        return len(found), sum(file.st_size for file in found) / MB, oldest_s
 
 
 def _job_files(folder: Path) -> list[Path]:
@@ -340,5 +340,5 @@ def soak_virtual(hours: float, folder: Path, seed: int) -> int:
     print(f"{soak.now_s / 3600.0:.1f} h of simulated running in {wall_s:.0f} s, {cpu_s:.0f} s CPU")
     print("\n".join(soak.tally.rows()))
     worst = soak.tally.samples
-    bad = any(one.drift for one in worst) or bool(soak.tally.problems)
+    bad = any(sample.drift for sample in worst) or bool(soak.tally.problems)
     return int(bad)

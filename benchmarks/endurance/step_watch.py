@@ -67,31 +67,32 @@ class Watched:
 
     def begin(self, warm_s: float) -> None:
         """From any state to the middle of a run."""
-        one = self.controller
-        if one.condition.state in (State.FAULT, State.STOPPED):
-            one.power_off()
-            one.acknowledge()
-        elif one.condition.state is State.OFF:
-            one.power_on()
-        one.home()
-        one.submit(self.job)
-        sleep_s(one.clock, warm_s + self.chance.uniform(0.0, 5.0))
-        assert one.condition.state is State.RUNNING, one.condition.why
+        controller = self.controller
+        if controller.condition.state in (State.FAULT, State.STOPPED):
+            controller.power_off()
+            controller.acknowledge()
+        elif controller.condition.state is State.OFF:
+            controller.power_on()
+        controller.home()
+        controller.submit(self.job)
+        sleep_s(controller.clock, warm_s + self.chance.uniform(0.0, 5.0))
+        assert controller.condition.state is State.RUNNING, controller.condition.why
 
     def seen_after_s(self, fault: Callable[[int], None], motor: int) -> tuple[float, bool]:
         """Seconds from the fault to its being seen (inf: not within WAIT_S); the right motor."""
-        one = self.controller
-        start_ns = one.clock.now_ns()
+        controller = self.controller
+        start_ns = controller.clock.now_ns()
         fault(motor)
         end_ns = start_ns + WAIT_S * NS_PER_S
-        while one.condition.state is State.RUNNING and one.clock.now_ns() < end_ns:
-            sleep_s(one.clock, 0.01)
-        if one.condition.state is State.RUNNING:
-            one.cancel()
-            sleep_s(one.clock, 3.0)
-            one.power_off()
+        while controller.condition.state is State.RUNNING and controller.clock.now_ns() < end_ns:
+            sleep_s(controller.clock, 0.01)
+        if controller.condition.state is State.RUNNING:
+            controller.cancel()
+            sleep_s(controller.clock, 3.0)
+            controller.power_off()
             return float("inf"), False
-        return (one.clock.now_ns() - start_ns) / NS_PER_S, f"motor{motor} " in one.condition.why
+        after_s = (controller.clock.now_ns() - start_ns) / NS_PER_S
+        return after_s, f"motor{motor} " in controller.condition.why
 
 
 def _robot(folder: Path, seed: int, built: str) -> Path:
@@ -173,18 +174,18 @@ def quiet(folder: Path, hours: float) -> None:
         ("circle", 0.002, BUILT),
     ):
         watched = Watched(folder, t_pwm_s, 3, shape, built)
-        one = watched.controller
+        controller = watched.controller
         watched.begin(0.0)
-        alarms, end_ns = 0, one.clock.now_ns() + round(hours * 3600 * NS_PER_S)
-        while one.clock.now_ns() < end_ns:
-            sleep_s(one.clock, 1.0)
-            if one.condition.state is not State.RUNNING:
-                alarms += "lost steps" in one.condition.why
+        alarms, end_ns = 0, controller.clock.now_ns() + round(hours * 3600 * NS_PER_S)
+        while controller.clock.now_ns() < end_ns:
+            sleep_s(controller.clock, 1.0)
+            if controller.condition.state is not State.RUNNING:
+                alarms += "lost steps" in controller.condition.why
                 watched.begin(0.0)
         errors = "with errors of the model" if built else "as its file says"
         said = f"{hours:g} h of {shape}s at {t_pwm_s * 1e3:g} ms, {errors}"
         print(f"{said}: {alarms} false alarms", flush=True)
-        one.close()
+        controller.close()
 
 
 def resting(folder: Path, hours: float) -> None:

@@ -37,15 +37,19 @@ return [before ? before.length : null, document.querySelectorAll("*").length];
 def renderer(browser: Any) -> psutil.Process:
     """The browser's process that draws the page: of its renderers the largest."""
     driver = psutil.Process(browser.service.process.pid)
-    all_ = [one for one in driver.children(recursive=True) if "--type=renderer" in one.cmdline()]
-    return max(all_, key=lambda one: one.memory_info().rss)
+    all_ = [
+        process
+        for process in driver.children(recursive=True)
+        if "--type=renderer" in process.cmdline()
+    ]
+    return max(all_, key=lambda process: process.memory_info().rss)
 
 
 def lower(browser: Any) -> None:
     """Its drawing takes what the robot and others leave."""
     driver = psutil.Process(browser.service.process.pid)
-    for one in (driver, *driver.children(recursive=True)):
-        os.setpriority(os.PRIO_PROCESS, one.pid, LOW)
+    for process in (driver, *driver.children(recursive=True)):
+        os.setpriority(os.PRIO_PROCESS, process.pid, LOW)
 
 
 def heap_mb(browser: Any) -> float:
@@ -97,7 +101,9 @@ def main() -> None:
                     loaded += 1
                     browser.execute_script(WATCHED)
                 heap = heap_mb(browser)
-                held_mb = [one.memory_info().rss / MB for one in (service, renderer(browser))]
+                held_mb = [
+                    process.memory_info().rss / MB for process in (service, renderer(browser))
+                ]
                 rate_hz = (changes or 0) / (60.0 * given.every)
                 memory = f"{held_mb[0]:12.1f}{held_mb[1]:12.1f}{heap:9.1f}{elements:10d}"
                 row = f"{passed_min:6.1f}{memory}{rate_hz:10.1f}{loaded:13d}{again:17d}"

@@ -247,7 +247,9 @@ def _run_tests(
     try:
         os.setpgid(0, 0)
         os.chdir(folder)
-        others = (one for one in sys.path if Path(one or ".").resolve() not in (PROGRAM, folder))
+        others = (
+            place for place in sys.path if Path(place or ".").resolve() not in (PROGRAM, folder)
+        )
         sys.path[:] = [str(folder), *others]
         for name in [name for name in sys.modules if name.split(".")[0] == "benchmarks"]:
             del sys.modules[name]
@@ -304,14 +306,15 @@ def main() -> int:
 def _row(copy: Copy, row: Row, results: Results, options: argparse.Namespace) -> None:
     """All mutants of a folder that are not known yet."""
     due = [
-        one
-        for one in _mutants(row, options.named)
-        if (not options.only or options.only in one.name) and _is_due(results, one, options.again)
+        mutant
+        for mutant in _mutants(row, options.named)
+        if (not options.only or options.only in mutant.name)
+        and _is_due(results, mutant, options.again)
     ]
     if not due:
         return
     paths = [f"{row.folder}/{name}" for name in row.files]
-    watched = list({*paths, *(one.path for one in due)})
+    watched = list({*paths, *(mutant.path for mutant in due)})
     coverage = copy.watched(row.tests, watched).no_longer_than(options.longest)
     usual_s = sum(map(coverage.took, coverage.tests))
     print(f"{row.folder}: {len(due)} mutants, {usual_s:.0f} s of tests", flush=True)
@@ -326,12 +329,12 @@ def _row(copy: Copy, row: Row, results: Results, options: argparse.Namespace) ->
 
 
 def _mutants(row: Row, named_only: bool) -> list[Mutant]:
-    found = [one for one in NAMED if one.path.startswith(row.folder)]
-    made = [_placed(one.path, one.was, one.now) for one in found]
+    found = [known for known in NAMED if known.path.startswith(row.folder)]
+    made = [_placed(known.path, known.was, known.now) for known in found]
     for name, count in () if named_only else row.files.items():
         path = f"{row.folder}/{name}"
         made += mutants_of(path, (PROGRAM / path).read_text(), count)
-    return list({one.name: one for one in made}.values())
+    return list({mutant.name: mutant for mutant in made}.values())
 
 
 def _placed(path: str, was: str, now: str) -> Mutant:
@@ -362,15 +365,15 @@ def _report(results: Results, rows: list[Row], named_only: bool) -> int:
     print(f"{'folder':24} {'mutants':>8} {'killed':>7} {'equivalent':>11} {'of the rest':>12}")
     total = killed = equal = 0
     for row in rows:
-        mine = [one.name for one in _mutants(row, named_only) if one.name in results]
-        dead = [one for one in mine if results[one]["verdict"] in (KILLED, HUNG)]
-        same = [one for one in mine if one in EQUIVALENT and one not in dead]
+        mine = [mutant.name for mutant in _mutants(row, named_only) if mutant.name in results]
+        dead = [name for name in mine if results[name]["verdict"] in (KILLED, HUNG)]
+        same = [name for name in mine if name in EQUIVALENT and name not in dead]
         total, killed, equal = total + len(mine), killed + len(dead), equal + len(same)
         part = len(dead) / max(1, len(mine) - len(same))
         print(f"{row.folder:24} {len(mine):8d} {len(dead):7d} {len(same):11d} {part:12.1%}")
-        for one in mine:
-            if one not in dead:
-                print(f"    survived: {one}\n        {EQUIVALENT.get(one, 'no test notices')}")
+        for name in mine:
+            if name not in dead:
+                print(f"    survived: {name}\n        {EQUIVALENT.get(name, 'no test notices')}")
     part = killed / max(1, total - equal)
     print(
         f"{'all':24} {total:8d} {killed:7d} {equal:11d} {part:12.1%}  {time.strftime('%Y-%m-%d')}"

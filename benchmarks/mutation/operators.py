@@ -59,7 +59,7 @@ class Mutant:
 
 def mutants_of(path: str, text: str, count: int, seed: int = 1) -> list[Mutant]:
     """`count` mutants spread evenly over a file; the same ones for the same text."""
-    found = list({one.name: one for one in _all(path, text)}.values())
+    found = list({mutant.name: mutant for mutant in _all(path, text)}.values())
     chance = Random(f"{seed} {path}")
     if len(found) <= count:
         return found
@@ -111,7 +111,7 @@ def _worth_it(tree: ast.AST) -> Iterator[ast.expr | ast.stmt]:
             waiting.extend(node.body)
         else:
             waiting.extend(ast.iter_child_nodes(node))
-    found.sort(key=lambda one: (one.lineno, one.col_offset, one.end_col_offset or 0))
+    found.sort(key=lambda place: (place.lineno, place.col_offset, place.end_col_offset or 0))
     yield from found
 
 

@@ -64,17 +64,17 @@ def found(seed: int, kind: str, seconds: float) -> tuple[bool, bool] | None:
     part = drawn.planned[0]
     nearly_none = answered(case_of(seed, kind, seconds, 1e-6), seed)
     named = [
-        one["value"]
-        for one in nearly_none["smallest_detectable"]
-        if (one["effect"], one["component"]) == (kind, part.component)
+        smallest["value"]
+        for smallest in nearly_none["smallest_detectable"]
+        if (smallest["effect"], smallest["component"]) == (kind, part.component)
     ]
     if not named:
         return None
     answer = answered(case_of(seed, kind, seconds, strength_of(drawn, named[0])), seed + 1_000_003)
     offered = {
-        (one["effect"], one["component"])
+        (offer["effect"], offer["component"])
         for finding in answer["findings"]
-        for one in (finding, *finding["alternatives"])
+        for offer in (finding, *finding["alternatives"])
     }
     return answer["verdict"] != "nothing_missing", (kind, part.component) in offered
 

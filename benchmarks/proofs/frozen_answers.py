@@ -201,17 +201,17 @@ def is_right(truth: Any, kept: dict[str, Any]) -> bool:
 
 
 def _as_planted(planted: Sequence[dict[str, Any]], answer: dict[str, Any]) -> bool:
-    found = {(one["effect"], one["component"]) for one in answer["findings"]}
-    if any(one["effect"] == "unknown" for one in planted):
+    found = {(finding["effect"], finding["component"]) for finding in answer["findings"]}
+    if any(cause["effect"] == "unknown" for cause in planted):
         return any(effect == "unknown" for effect, _ in found)
-    return found == {(one["effect"], one["where"]) for one in planted}
+    return found == {(cause["effect"], cause["where"]) for cause in planted}
 
 
 def _as_published(known: dict[str, Any], answer: dict[str, Any]) -> bool:
-    said = {one["effect"] for one in answer["findings"]}
-    said |= {other["effect"] for one in answer["findings"] for other in one["alternatives"]}
+    said = {finding["effect"] for finding in answer["findings"]}
+    said |= {other["effect"] for finding in answer["findings"] for other in finding["alternatives"]}
     honest = not contradictions(Diagnosis.model_validate(answer))
-    return honest and {one["effect"] for one in known.get("expected", [])} <= said
+    return honest and {cause["effect"] for cause in known.get("expected", [])} <= said
 
 
 def paired(pairs: Sequence[Pair]) -> Row:

@@ -76,9 +76,9 @@ def everywhere(case: Case, change: Callable[[FlatRecording], FlatRecording]) -> 
 
 def part(number: int, of: int, case: Case) -> Case:
     """One part of the recording, the held-out one whole."""
-    (one,) = case.recordings
-    edges = np.linspace(0, len(one), of + 1).astype(int)
-    return replace(case, recordings=[rows(one, slice(edges[number], edges[number + 1]))])
+    (recording,) = case.recordings
+    edges = np.linspace(0, len(recording), of + 1).astype(int)
+    return replace(case, recordings=[rows(recording, slice(edges[number], edges[number + 1]))])
 
 
 def every(stride: int, case: Case) -> Case | None:
@@ -189,12 +189,12 @@ def of_the_day(case: Case) -> Case:
 
 def with_zero_moved(case: Case) -> Case | None:
     """Command and reading counted from elsewhere."""
-    robot, one = case.robot, case.recordings[0]
+    robot, recording = case.robot, case.recordings[0]
     if isinstance(robot, RangeSensor) or (isinstance(robot, ServoAxis) and robot.gravity):
         return None
-    span = max(float(np.ptp(one.columns[n])) for n in READ if n in one.columns)
+    span = max(float(np.ptp(recording.columns[n])) for n in READ if n in recording.columns)
     names = ("position", "theta_1", "command", "command_1")
-    if "steps_1" in one.columns:
+    if "steps_1" in recording.columns:
         return None
     return everywhere(
         case, lambda r: with_columns(r, lambda n, v: v + 3.0 * span if n in names else v)

@@ -56,10 +56,10 @@ def announced_at(rows: list[Row]) -> Iterator[tuple[int, Announcement]]:
     """Each thing announced, and the run after which it first was."""
     known: set[tuple[str, str]] = set()
     for count in range(1, len(rows) + 1):
-        for one in standing(rows[:count]):
-            if (one.effect, one.component) not in known:
-                known.add((one.effect, one.component))
-                yield count - 1, one
+        for announced in standing(rows[:count]):
+            if (announced.effect, announced.component) not in known:
+                known.add((announced.effect, announced.component))
+                yield count - 1, announced
 
 
 def main() -> None:
@@ -82,8 +82,8 @@ def main() -> None:
     print(
         f"{len(healthy)} healthy runs: {len(told)} announced; single runs with a finding: {found}"
     )
-    for number, one in told:
-        print(f"  after run {number}: {one.says}")
+    for number, announced in told:
+        print(f"  after run {number}: {announced.says}")
     for row in later:
         its = [f for f in row.get("findings", []) if f["parameter"] == "width"]
         size = ", ".join(f"{math.degrees(f['value']):.3f} deg of {f['component']}" for f in its)
@@ -96,7 +96,10 @@ def _judge(later: list[Row], healthy: list[Row]) -> None:
     limits = [row.get("detectable", {}).get(f"{PLAY.name} motor1", math.nan) for row in later]
     plays = [math.radians(row["play_deg"]) for row in later]
     ready = next((k for k, play in enumerate(plays) if play >= limits[k]), None)
-    told = [(k, one.effect, one.component) for k, one in announced_at([*healthy, *later])]
+    told = [
+        (k, announced.effect, announced.component)
+        for k, announced in announced_at([*healthy, *later])
+    ]
     when = next((k - len(healthy) for k, *its in told if its == [PLAY.name, "motor1"]), None)
     if when is None:
         print("the play was never announced")

@@ -157,4 +157,4 @@ def _plan(
         plan.append((round(fault.at_s / period_s), fault.joint, fault.kind))
         if isfinite(fault.lasts_s):
             plan.append((round((fault.at_s + fault.lasts_s) / period_s), fault.joint, None))
-    return sorted(plan, key=lambda one: one[0], reverse=True)
+    return sorted(plan, key=lambda event: event[0], reverse=True)

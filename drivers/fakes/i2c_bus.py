@@ -20,43 +20,15 @@ import struct
 import threading
 from collections import Counter
 from collections.abc import Sequence
-from typing import Protocol
 
 from smbus2 import i2c_msg
 
 from deltactl.drivers.fakes.syscall_trap import Memory
+from deltactl.drivers.fakes.vl53l1x_chip import Vl53l1xChip
 from deltactl.foundation.clock import NS_PER_S, Clock, sleep_s
 
 _READ_FLAG = 0x0001
 """I2C_M_RD of linux/i2c.h."""
-
-
-class BusFaults(Protocol):
-    """The part of a chip's fault knobs that the bus sees."""
-
-    def transfer_errno(self) -> int | None:
-        """The errno with which the next transfer fails, counting it."""
-
-
-class Chip(Protocol):
-    """What the bus needs of a chip model."""
-
-    @property
-    def faults(self) -> BusFaults:
-        """Its fault knobs."""
-
-    @property
-    def holds_sda(self) -> bool:
-        """Whether it blocks the bus."""
-
-    def answers(self, address: int) -> bool:
-        """Whether it acknowledges this address now."""
-
-    def write(self, data: bytes) -> None:
-        """A write message."""
-
-    def read(self, count: int) -> bytes:
-        """A read message."""
 
 
 class FakeI2cBus:
@@ -66,7 +38,7 @@ class FakeI2cBus:
     def __init__(
         self,
         clock: Clock,
-        chips: Sequence[Chip],
+        chips: Sequence[Vl53l1xChip],
         wire_hz: int | None = None,
     ):
         """wire_hz: every transfer advances the clock by its bits at this rate; None: by nothing."""
@@ -130,12 +102,12 @@ class FakeI2cBus:
             return errno.ETIMEDOUT
         return errno.ETIMEDOUT if any(chip.holds_sda for chip in self.chips) else None
 
-    def _disturbed(self, addressed: Sequence[Chip]) -> int | None:
+    def _disturbed(self, addressed: Sequence[Vl53l1xChip]) -> int | None:
         """The errno that the faults of the chips give; one undisturbed chip is enough to go on."""
         failures = [chip.faults.transfer_errno() for chip in addressed]
         return failures[0] if None not in failures else None
 
-    def _message(self, message: i2c_msg, chips: Sequence[Chip]) -> None:
+    def _message(self, message: i2c_msg, chips: Sequence[Vl53l1xChip]) -> None:
         if message.flags & _READ_FLAG:
             data = chips[0].read(message.len)
             for other in chips[1:]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import errno
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from gpiozero.pins.mock import MockFactory
@@ -57,7 +58,7 @@ def build_rig(
     chips = {
         axis: Vl53l1xChip(
             clock,
-            _along(distance_m, axis),
+            partial(distance_m, axis),
             replace(noise, seed=noise.seed + index),
             oscillator_errors[index],
         )
@@ -69,13 +70,6 @@ def build_rig(
     lines = tuple(OpenDrainLine(factory, number) for number in settings.xshut_pins)
     closers = (bus.close, *(line.close for line in lines))
     return RangingRig(SensorBank(settings, bus, lines, clock, closers), chips, bus, lines)
-
-
-def _along(distance_m: DistanceAlong, axis: str) -> Callable[[int, int], float]:
-    def over(start_ns: int, end_ns: int) -> float:
-        return distance_m(axis, start_ns, end_ns)
-
-    return over
 
 
 TARGETS_M = {"x": 0.30, "y": 0.45, "z": 0.60}

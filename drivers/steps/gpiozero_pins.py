@@ -75,8 +75,8 @@ def named_inputs(settings: InputSettings, pin_factory: Any | None = None) -> dic
     found = settings.named.values()
     made: list[InputLine] = []
     try:
-        for one in found:
-            made.append(InputLine(one.pin, one.active_high, pin_factory))  # noqa: PERF401
+        for wired in found:
+            made.append(InputLine(wired.pin, wired.active_high, pin_factory))  # noqa: PERF401
     except ConfigError:
         for line in made:
             line.close()

@@ -45,27 +45,27 @@ def header_chip(gpio: Any, number: int | None) -> tuple[int, int]:
     or a stand-in. Raises NoHeader.
     """
     refused = []
-    for one in CHIPS if number is None else [number]:
+    for candidate in CHIPS if number is None else [number]:
         try:
-            handle = int(gpio.gpiochip_open(one))
+            handle = int(gpio.gpiochip_open(candidate))
         except gpio.error as error:
-            refused.append((one, error))
+            refused.append((candidate, error))
             continue
         label = str(gpio.gpio_get_chip_info(handle)[3])
         if label.startswith(HEADER_CHIPS):
-            return handle, one
+            return handle, candidate
         gpio.gpiochip_close(handle)
-        refused.append((one, label))
+        refused.append((candidate, label))
     raise NoHeader(_why_none(refused, number))
 
 
 def _why_none(refused: list[tuple[int, Any]], number: int | None) -> str:
     """refused: chips, each with the label that it has or the error with which it does not open."""
-    others = [f"{device(one)} is '{why}'" for one, why in refused if isinstance(why, str)]
+    others = [f"{device(chip)} is '{why}'" for chip, why in refused if isinstance(why, str)]
     shut = [
-        f"{device(one)} cannot be opened ({why})"
-        for one, why in refused
-        if not isinstance(why, str) and Path(device(one)).exists()
+        f"{device(chip)} cannot be opened ({why})"
+        for chip, why in refused
+        if not isinstance(why, str) and Path(device(chip)).exists()
     ]
     if not others and not shut:
         if number is None:

@@ -52,7 +52,7 @@ class Switches:
     @property
     def numbers(self) -> list[int]:
         """GPIO numbers."""
-        return [one.pin for one in self.pins.values()]
+        return [output.pin for output in self.pins.values()]
 
     @property
     def mask(self) -> int:
@@ -62,7 +62,7 @@ class Switches:
     @property
     def safe_levels(self) -> int:
         """Pin levels of the safe state, as lines have them."""
-        return self.levels({name: one.safe for name, one in self.pins.items()})[0]
+        return self.levels({name: output.safe for name, output in self.pins.items()})[0]
 
     def levels(self, on: Mapping[str, bool]) -> tuple[int, int]:
         """Pin levels that put some outputs on or off, and the mask of those."""

@@ -37,7 +37,7 @@ def lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
     """Dead times and lags of the drives as believed, both (3,) [s], bounded."""
     dead, lag = np.zeros(MOTORS), np.zeros(MOTORS)
     ahead = compensated(Compensated.AHEAD)
-    for active in of_entries(one for one in robot.effects if one.effect in ahead):
+    for active in of_entries(entry for entry in robot.effects if entry.effect in ahead):
         motor, values = active.kind.index(active.component), active.values
         if has(active.kind.name, Trait.DRIVE_DELAY):
             dead[motor] += scalar(values, "dead_time")

@@ -109,13 +109,15 @@ class Remembering:
         self._plain = robot.model_copy(update={"effects": ()})
         self._static = CalibratedInverse(robot)
         joint = compensated(Compensated.INVERSE, Compensated.AT_REVERSALS)
-        at_joints = [without_swing(one) for one in robot.effects if one.effect in joint]
+        at_joints = [without_swing(entry) for entry in robot.effects if entry.effect in joint]
         hangs = [Hanging.is_one(active) for active in of_entries(at_joints)]
-        hanging = (one for one, it_is in zip(at_joints, hangs, strict=True) if it_is)
+        hanging = (entry for entry, it_is in zip(at_joints, hangs, strict=True) if it_is)
         self._hanging = [Hanging(active) for active in of_entries(hanging)]
-        self._at_joints = [one for one, it_is in zip(at_joints, hangs, strict=True) if not it_is]
+        self._at_joints = [
+            entry for entry, it_is in zip(at_joints, hangs, strict=True) if not it_is
+        ]
         warming = compensated(Compensated.WARMING)
-        self._growth = [one for one in robot.effects if one.effect in warming]
+        self._growth = [entry for entry in robot.effects if entry.effect in warming]
         self._widths_rad = _widths_rad(robot.effects)
 
     @property
@@ -172,9 +174,9 @@ class Remembering:
         """What gears with play must be ahead of hanging arms by, (n, 3)."""
         increasing_s = _increasing(t_s)
         load, ahead = self._flow(increasing_s, true_rad).load, np.zeros_like(true_rad)
-        for one in self._hanging:
-            motor = one.motor
-            ahead[:, motor] += one.ahead_rad(
+        for hanging in self._hanging:
+            motor = hanging.motor
+            ahead[:, motor] += hanging.ahead_rad(
                 increasing_s, true_rad[:, motor], load.torque_nm[:, motor]
             )
         return ahead
@@ -210,7 +212,7 @@ def _widths_rad(effects: tuple[EffectEntry, ...]) -> FloatArray:
     """Play and wind-up of each arm, (3,) [rad]."""
     widths = np.zeros(ARMS)
     plays = compensated(Compensated.AT_REVERSALS)
-    for active in of_entries(one for one in effects if one.effect in plays):
+    for active in of_entries(entry for entry in effects if entry.effect in plays):
         widths[active.kind.index(active.component)] += float(active.values["width"])
     return widths
 

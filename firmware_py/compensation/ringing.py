@@ -41,7 +41,7 @@ GRID_NS = round(GRID_S * NS_PER_S)
 def rings(robot: RobotFile) -> bool:
     """Whether it is known to."""
     shaped = compensated(Compensated.SHAPED)
-    return any(one.effect in shaped for one in robot.effects)
+    return any(entry.effect in shaped for entry in robot.effects)
 
 
 def knot_s(robot: RobotFile, t_s: FloatArray, angle_rad: FloatArray, place_m: FloatArray) -> float:
@@ -151,7 +151,7 @@ class Ringing:
 
 def _mode(robot: RobotFile) -> Active:
     shaped = compensated(Compensated.SHAPED)
-    return of_entries(one for one in robot.effects if one.effect in shaped)[0]
+    return of_entries(entry for entry in robot.effects if entry.effect in shaped)[0]
 
 
 def _omega(mode: Active) -> float:
@@ -161,10 +161,10 @@ def _omega(mode: Active) -> float:
 def _at_joints(robot: RobotFile) -> list[Active]:
     """What moves arms, in its order, where some of it remembers."""
     plays = compensated(Compensated.AT_REVERSALS)
-    if not any(one.effect in plays for one in robot.effects):
+    if not any(entry.effect in plays for entry in robot.effects):
         return []
     known = plays | compensated(Compensated.INVERSE)
-    effects = of_entries([without_swing(one) for one in robot.effects if one.effect in known])
+    effects = of_entries([without_swing(entry) for entry in robot.effects if entry.effect in known])
     return [active for port in (Port.MOTOR, Port.GEAR, Port.ARM) for active in at(effects, port)]
 
 

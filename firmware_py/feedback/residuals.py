@@ -97,16 +97,16 @@ class Expectation:
         if self._sensors is None or not readings:
             return Residuals.none()
         self._take_edges()
-        t_ns = np.array([one.t_ns for one in readings])
+        t_ns = np.array([reading.t_ns for reading in readings])
         counts = self._counts_at(t_ns)
         angles_rad = self._belief.achieved_rad(counts * self._step_rad)
         turned_rad = (counts - self._counts_at(t_ns - ns(RATE_S))) * self._step_rad
         nudged = angles_rad[:, np.newaxis, :] + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
         positions_m = self._belief.place_m(nudged)
-        axis = np.array([AXES.index(one.axis) for one in readings])
+        axis = np.array([AXES.index(reading.axis) for reading in readings])
         ranges_m = np.einsum("nki,ni->nk", positions_m, self._sensors.axes[axis])
         slope_m = (ranges_m[:, 1:] - ranges_m[:, :1]) / NUDGE_RAD
-        measured_m = np.array([one.distance_m for one in readings])
+        measured_m = np.array([reading.distance_m for reading in readings])
         excess_m = measured_m - self._sensors.offsets_m[axis] - ranges_m[:, 0]
         known = np.isfinite(excess_m) & np.isfinite(slope_m).all(axis=1)
         rate_mps = (slope_m * turned_rad).sum(axis=1) / RATE_S

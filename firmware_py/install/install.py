@@ -132,9 +132,9 @@ def hindrances(place: Place) -> list[str]:
 
 def writable_by_others(path: Path) -> Path | None:
     """The first of a path's folders, itself, or what lies in it that group or others may write."""
-    for one in (*reversed(path.parents), path):
-        if _is_open(one):
-            return one
+    for place in (*reversed(path.parents), path):
+        if _is_open(place):
+            return place
     for folder, folders, files in os.walk(path):
         folders[:] = [name for name in folders if name not in (".git", "__pycache__")]
         for name in (*folders, *files):

@@ -33,7 +33,7 @@ def make_safe(robot: RobotFile, *, hold: bool = False, gpio: Any | None = None) 
 def main(arguments: list[str]) -> int:
     """Always 0."""
     hold = "--hold" in arguments
-    files = [one for one in arguments if not one.startswith("--")]
+    files = [word for word in arguments if not word.startswith("--")]
     try:
         if len(files) != 1:
             said = "no lines made safe: name one robot file"

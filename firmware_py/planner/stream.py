@@ -163,8 +163,8 @@ class MotionStream:
         first = self.plan.first
         self._map_again(first.lap, 0, 0, 1)
         self._gate.rules(*self.approach.gate_ns)
-        one = np.zeros(1, dtype=np.int64)
-        there = _rows(first.lap, one, one + self.approach.duration_ns, 1, one, one > 0)
+        row = np.zeros(1, dtype=np.int64)
+        there = _rows(first.lap, row, row + self.approach.duration_ns, 1, row, row > 0)
         moves = len(self.approach.reached_ns) - 1
         yield from _chunks(self.approach, 0, moves, 0, self._gate, there)
         if self.plan.first_dwell_s > 0.0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from deltactl.recording.reading.run import Run
 
 _NS = 1e-9
 _MM = 1e3
+COLOURS = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
 TIME_GROUP = "time"
 """Charts over run time zoom together."""
 SENT_POINTS = 20_000
@@ -39,7 +41,7 @@ def path_charts(run: Run, robot: RobotFile, tracking: RunTracking) -> list[LineC
 
 def error_charts(run: Run, tracking: RunTracking) -> list[LineChart]:
     """Errors along x, y and z over time (Figures 10 to 15)."""
-    shown = [one for one in (tracking.measured, tracking.truth) if one is not None]
+    shown = [seen for seen in (tracking.measured, tracking.truth) if seen is not None]
     return [
         LineChart(
             title=f"Error along {axis}",
@@ -58,28 +60,26 @@ def sent_chart(run: Run, robot: RobotFile) -> LineChart:
     """Arm angles from the counts that really went out."""
     t_s, counts = sent_counts(run, 0, run.end_ns)
     angles_deg = np.rad2deg(counts * robot.drive.rad_per_step)
-    colours = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
-    return LineChart(
-        title="Arm angles sent",
-        x_label="run time [s]",
-        y_label="angle [deg], positive = down",
-        series=[
-            Series(f"arm {arm + 1}", t_s, angles_deg[:, arm], colour)
-            for arm, colour in enumerate(colours)
-        ],
-        marks=_marks(run),
-        group=TIME_GROUP,
-        note="Counts of the edges (of a servo: set-points) that went out, as the robot file"
-        " turns them into angles.",
-    )
+    said = "Counts of the edges (of a servo: set-points) that went out, as the robot file"
+    chart = arms_chart("Arm angles sent", "angle [deg], positive = down", t_s, angles_deg)
+    return replace(chart, marks=_marks(run), note=f"{said} turns them into angles.")
+
+
+def arms_chart(
+    title: str, y_label: str, t_s: FloatArray, values: FloatArray, note: str = ""
+) -> LineChart:
+    """Something of all three arms, (n, 3), over run time."""
+    series = [
+        Series(f"arm {arm + 1}", t_s, values[:, arm], colour) for arm, colour in enumerate(COLOURS)
+    ]
+    return LineChart(title, "run time [s]", y_label, series, group=TIME_GROUP, note=note)
 
 
 def signal_chart(run: Run) -> LineChart:
     """Signal rate of each ranging sensor; weak signals come before wrong distances."""
-    colours = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
     series = [
         Series(f"range {axis}", seconds(samples.t_ns), samples.signal_mcps, colour, Style.POINTS)
-        for (axis, samples), colour in zip(run.readings.items(), colours, strict=True)
+        for (axis, samples), colour in zip(run.readings.items(), COLOURS, strict=True)
     ]
     return LineChart(
         "Signal of the sensors",

@@ -9,8 +9,8 @@ import numpy as np
 
 from deltactl.charts.figures import HeatStrip, LineChart
 from deltactl.charts.page import heading, paragraph, table
-from deltactl.charts.spec import Colour, Series
-from deltactl.firmware_py.run_report.curves import TIME_GROUP
+from deltactl.charts.spec import Colour
+from deltactl.firmware_py.run_report.curves import arms_chart
 from deltactl.firmware_py.run_report.reference import seconds
 from deltactl.models.robot import FloatArray
 from deltactl.recording.reading.run import Readings, Run
@@ -94,9 +94,6 @@ def _or_nan(measure: Any, values: Any) -> float:
     return float(measure(values)) if len(values) else float("nan")
 
 
-COLOURS = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
-
-
 @dataclass(frozen=True, slots=True)
 class Following:
     """How the arms followed their references on the path; every array has shape (3,)."""
@@ -168,32 +165,14 @@ def _table(found: Following) -> str:
 
 
 def _charts(run: Run) -> list[LineChart]:
-    servo = run.servo
+    servo, t_s = run.servo, seconds(run.servo.t_ns)
     error_deg = np.rad2deg(servo.angle_rad - servo.reference_rad)
-    return [
-        _chart(run, "Following error", "encoder minus reference [deg]", error_deg),
-        _chart(run, "Motor currents", "current [A]", servo.current_a),
-        _chart(
-            run,
-            "Disturbance estimates",
-            "current [A]",
-            servo.disturbance_a,
-            note="Of each current what the nominal inertia's acceleration does not explain:"
-            " gravity, friction, the other arms, and what is not as the robot file says.",
-        ),
-    ]
-
-
-def _chart(run: Run, title: str, y_label: str, values: FloatArray, note: str = "") -> LineChart:
-    t_s = seconds(run.servo.t_ns)
-    return LineChart(
-        title=title,
-        x_label="run time [s]",
-        y_label=y_label,
-        series=[
-            Series(f"arm {arm + 1}", t_s, values[:, arm], colour)
-            for arm, colour in enumerate(COLOURS)
-        ],
-        group=TIME_GROUP,
-        note=note,
+    note = (
+        "Of each current what the nominal inertia's acceleration does not explain:"
+        " gravity, friction, the other arms, and what is not as the robot file says."
     )
+    return [
+        arms_chart("Following error", "encoder minus reference [deg]", t_s, error_deg),
+        arms_chart("Motor currents", "current [A]", t_s, servo.current_a),
+        arms_chart("Disturbance estimates", "current [A]", t_s, servo.disturbance_a, note),
+    ]

@@ -99,18 +99,20 @@ def _one_place(run: Run, start_ns: int, end_ns: int) -> bool:
 
 def _leaves_ns(run: Run, after_ns: int) -> int:
     """When the way to the next path begins, or the recording ends."""
-    ways = (one.t_ns for one in run.events if one.kind == "approach" and one.t_ns >= after_ns)
+    ways = (
+        event.t_ns for event in run.events if event.kind == "approach" and event.t_ns >= after_ns
+    )
     return max(after_ns, next(ways, run.end_ns))
 
 
 def path_windows(run: Run) -> tuple[tuple[int, int], ...]:
     """Run times [ns] from every `path_start` to its `path_end` (or the end of the recording)."""
-    return tuple((one.start_ns, one.end_ns) for one in windows(run))
+    return tuple((window.start_ns, window.end_ns) for window in windows(run))
 
 
 def ran_to_its_end(run: Run) -> bool:
     """Whether the last path that was begun was also done; one not begun is no partial one."""
-    last = next((one for one in reversed(run.events) if one.kind in PATH_EVENTS), None)
+    last = next((event for event in reversed(run.events) if event.kind in PATH_EVENTS), None)
     return last is None or (last.kind == "path_end" and last.text == DONE)
 
 
@@ -131,7 +133,7 @@ def targets_at(run: Run, t_s: FloatArray) -> FloatArray:
     """
     asked_m = np.full((len(t_s), 3), np.nan)
     found = windows(run)
-    begun_ns = [one.start_ns - LATE_NS for one in found] + [np.iinfo(np.int64).max]
+    begun_ns = [window.start_ns - LATE_NS for window in found] + [np.iinfo(np.int64).max]
     for number, window in enumerate(found):
         inside = (t_s >= window.start_ns * _NS) & (t_s <= window.end_ns * _NS)
         # The last target may be due after the last step to it, and so after the noted end.

@@ -102,14 +102,14 @@ def _facts(run: Run, robot: RobotFile, tracking: RunTracking) -> Iterable[tuple[
 
 def _errors(tracking: RunTracking) -> str:
     rows = []
-    for one in tracking.all():
-        rows.append((one.name, "RMS", *(_mm(value_m) for value_m in one.rms_m)))
-        rows.append(("", "max", *(_mm(value_m) for value_m in one.max_m)))
+    for seen in tracking.all():
+        rows.append((seen.name, "RMS", *(_mm(value_m) for value_m in seen.rms_m)))
+        rows.append(("", "max", *(_mm(value_m) for value_m in seen.max_m)))
     head = ("target against", "", *(f"e_{axis}" for axis in AXES))
     caption = "Tracking errors on the path [mm]"
     notes = [
-        paragraph(f"{one.name}: {ABOUT[one.name]}; {_samples(one)}.", "note")
-        for one in tracking.all()
+        paragraph(f"{seen.name}: {ABOUT[seen.name]}; {_samples(seen)}.", "note")
+        for seen in tracking.all()
     ]
     return table(head, rows, numbers_from=2, caption=caption) + "".join(notes)
 
@@ -145,17 +145,17 @@ def _sensors(run: Run) -> list[str]:
     )
     rows = [
         (
-            f"range {one.axis}",
-            f"{one.samples}",
-            _number(one.rate_hz, 1),
-            _number(100.0 * one.good_share, 2, " %"),
-            ", ".join(f"{gate} {n}" for gate, n in one.gated.items()) or "\u2013",
-            f"{one.stale}",
-            _number(one.longest_silence_s, 3),
-            _number(one.signal_mcps, 2),
-            _mm(one.sigma_m),
+            f"range {health.axis}",
+            f"{health.samples}",
+            _number(health.rate_hz, 1),
+            _number(100.0 * health.good_share, 2, " %"),
+            ", ".join(f"{gate} {n}" for gate, n in health.gated.items()) or "\u2013",
+            f"{health.stale}",
+            _number(health.longest_silence_s, 3),
+            _number(health.signal_mcps, 2),
+            _mm(health.sigma_m),
         )
-        for one in sensor_health(run)
+        for health in sensor_health(run)
     ]
     return [
         heading("Sensors"),

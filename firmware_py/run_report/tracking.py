@@ -95,7 +95,7 @@ class RunTracking:
 
     def all(self) -> list[Tracking]:
         """Those there are."""
-        return [one for one in (self.truth, self.measured, self.commanded) if one is not None]
+        return [seen for seen in (self.truth, self.measured, self.commanded) if seen is not None]
 
 
 def robot_of(run: Run) -> RobotFile:
@@ -127,8 +127,8 @@ def _shapes(value: Any) -> Iterator[str]:
             yield value["shape"]
         value = list(value.values())
     if isinstance(value, list):
-        for one in value:
-            yield from _shapes(one)
+        for inner in value:
+            yield from _shapes(inner)
 
 
 def track(run: Run, robot: RobotFile) -> RunTracking:
@@ -141,7 +141,7 @@ def track(run: Run, robot: RobotFile) -> RunTracking:
         t_s = seconds(run.truth.t_ns)
         error_m = run.truth.position_m - targets_at(run, t_s)
         truth = _against(run, windows_ns, "simulated truth", t_s, error_m)
-    if robot.sensors is not None and any(len(one.t_ns) for one in run.readings.values()):
+    if robot.sensors is not None and any(len(samples.t_ns) for samples in run.readings.values()):
         measured = _against(run, windows_ns, "measured", *measured_errors(run, robot))
     if len(run.targets.t_ns) and not in_joint_space:
         there, targets = arrivals(run), run.targets

@@ -8,7 +8,7 @@ acceleration-control.md has the transfer functions.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import exp
 
 from deltactl.drivers.current_drives import JOINTS, Counts, Three
@@ -37,19 +37,8 @@ class LawSettings:
     @classmethod
     def of(cls, drive: ServoDrive) -> LawSettings:
         """The settings of a robot file's drive section."""
-        return cls(
-            period_s=drive.period_s,
-            gear_ratio=drive.gear_ratio,
-            rad_per_count=drive.rad_per_count,
-            torque_constant_nmpa=drive.torque_constant_nmpa,
-            nominal_inertia_kgm2=drive.nominal_inertia_kgm2,
-            current_limit_a=drive.current_limit_a,
-            reference_bandwidth_radps=drive.reference_bandwidth_radps,
-            velocity_bandwidth_radps=drive.velocity_bandwidth_radps,
-            disturbance_bandwidth_radps=drive.disturbance_bandwidth_radps,
-            velocity_gain_1ps=drive.velocity_gain_1ps,
-            position_gain_1ps2=drive.position_gain_1ps2,
-        )
+        taken = (field.name for field in fields(cls) if field.name != "disturbance_observer")
+        return cls(**{name: getattr(drive, name) for name in taken})
 
     @property
     def amperes_per_radps2(self) -> float:

@@ -60,7 +60,10 @@ class ServoOutput:
     def enable(self) -> None:
         """See StepOutput: lifts the brakes and holds the arms where they are."""
         with self._lock:
-            self._refuse_when_closed("energise the drives")
+            if self._closed:
+                raise PulseFault(
+                    "cannot energise the drives: closed; start the servo output again and home"
+                )
             self._refuse_when_pressed("energise the drives")
             if self._state is OutputState.STOPPED:
                 raise NotReady(
@@ -207,10 +210,6 @@ class ServoOutput:
         self._drives.make_safe()
         setpoints = self._loop.setpoints
         setpoints.restart(setpoints.counts, self._clock.now_ns())
-
-    def _refuse_when_closed(self, what: str) -> None:
-        if self._closed:
-            raise PulseFault(f"cannot {what}: closed; start the servo output again and home")
 
     def _refuse_when_pressed(self, what: str) -> None:
         if self._estop_pressed():

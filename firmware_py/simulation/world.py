@@ -176,7 +176,7 @@ class SimulatedRobot:
     def _put(self, counts: FloatArray) -> None:
         self._zero_steps = self._zero_at(counts)
         robot, self._built = self._robot, self._effects()
-        real = tuple(without_swing(one) for one in self._built)
+        real = tuple(without_swing(entry) for entry in self._built)
         self._chain = OnlineChain(robot.model_copy(update={"effects": ()}), real)
         self._nominal = None if real else NominalRobot(robot)
 
@@ -194,7 +194,9 @@ class SimulatedRobot:
             self._advance(end_ns)
             samples = self._window(start_ns, end_ns)
         column = AXES.index(axis)
-        return _mean([(one.t_ns, one.ranges_m[column]) for one in samples], start_ns, end_ns)
+        return _mean(
+            [(sample.t_ns, sample.ranges_m[column]) for sample in samples], start_ns, end_ns
+        )
 
     def keep_up(self, now_ns: int) -> None:
         """Work out what nobody has looked at, now and then; without effects nothing needs it."""
