@@ -9,11 +9,11 @@ from deltactl.models.chain.commands import Commands
 from deltactl.models.chain.delta import Chain
 from deltactl.models.effects import Compensated, compensated
 from deltactl.models.effects.flow import Flow, Load
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import Port
 from deltactl.models.effects.tables import shifted
 from deltactl.models.inverse_kinematics import targets_of
 from deltactl.models.linkage import Linkage, forward, inverse, inverse_one
-from deltactl.models.linkage.scalar_forward import forward_one
+from deltactl.models.linkage.scalar import forward_one
 from deltactl.models.linkage.vectors import Vector
 from deltactl.models.robot import ARMS, DeltaRobot, EffectEntry, FloatArray
 

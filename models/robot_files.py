@@ -1,4 +1,4 @@
-"""Robot files of any kind: reading them, and the names that an axis that slides has in its file.
+"""Robot files of any kind: reading them, and all that is wrong with the effects that they state.
 
 Inside, and in the JSON of an answer, one effect has one vocabulary whatever its motion. A file is
 read by people: a shift in m is no angle there, and a force in N no torque.
@@ -6,23 +6,119 @@ read by people: a shift in m is no angle there, and a force in N no torque.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.strict_yaml import Document
-from deltactl.models.chain.stated import forms_of, wrong_effects, wrong_values
-from deltactl.models.effects import card_of
+from deltactl.foundation.yaml_tree import Location
+from deltactl.models.chain.active import activate
+from deltactl.models.effects import TABLES, VOCABULARY, card_of
+from deltactl.models.effects.kind import EffectKind
+from deltactl.models.effects.lone_axis import (
+    Motion,
+    command_effects,
+    effort_effects,
+    sensor_effects,
+)
 from deltactl.models.robot import (
     KINDS,
     MACHINE_SECTIONS,
     DeltaRobot,
+    EffectEntry,
     RangeSensor,
     RobotModel,
     ServoAxis,
     StepperAxis,
 )
+
+Forms = Mapping[str, Sequence[EffectKind]]
+"""Effect -> what it may be: of an axis another thing with an effort column than with commands."""
+
+MOTIONS: tuple[Motion, ...] = ("linear", "rotary")
+
+
+def of_delta() -> Forms:
+    """What a delta may have."""
+    return {name: [kind] for name, kind in {**VOCABULARY, **TABLES}.items()}
+
+
+def wrong_effects(robot: RobotModel) -> Iterator[tuple[Location, str]]:
+    """Entries of `effects` that the vocabulary of such a machine does not have."""
+    forms = forms_of(robot.kind, getattr(robot, "motion", None))
+    yield from wrong_entries(("effects",), robot.effects, forms)
+
+
+def wrong_values(place: Location, entries: Any, forms: Forms) -> Iterator[tuple[Location, str]]:
+    """The same in the values of a file that has whatever other mistakes."""
+    for index, one in enumerate(entries if isinstance(entries, list) else ()):
+        try:
+            entry = EffectEntry.model_validate(one, strict=False)
+        except ValidationError:
+            continue  # said already
+        yield from (((*place, index), says) for _, says in wrong_entries((), (entry,), forms))
+
+
+def wrong_entries(
+    place: Location, entries: Sequence[EffectEntry], forms: Forms
+) -> Iterator[tuple[Location, str]]:
+    """Unknown effects, components and parameters, and values out of bounds, each where it is."""
+    for index, entry in enumerate(entries):
+        if says := _wrong(entry, forms):
+            yield (*place, index), says
+
+
+def forms_of(kind: str, motion: Any = None) -> Forms:
+    """What effects a machine of this kind may have; none of an axis whose motion is not known."""
+    if kind == "delta":
+        return of_delta()
+    if kind == "stepper_axis":
+        return _together(command_effects("rotary"))
+    if kind == "range_sensor":
+        return _together(sensor_effects())
+    if motion not in MOTIONS:
+        return {}
+    vocabularies = command_effects(motion), effort_effects(motion)
+    return _together(*map(_by_file, vocabularies) if motion == "linear" else vocabularies)
+
+
+def _together(*vocabularies: Mapping[str, EffectKind]) -> Forms:
+    names = sorted({name for kinds in vocabularies for name in kinds})
+    return {name: [kinds[name] for kinds in vocabularies if name in kinds] for name in names}
+
+
+def _by_file(kinds: Mapping[str, EffectKind]) -> Mapping[str, EffectKind]:
+    """With the names that a file has for the parameters of an axis that slides."""
+    return {name: _slide_named(kind, card_of(name).slide_names) for name, kind in kinds.items()}
+
+
+def _slide_named(kind: EffectKind, names: Mapping[str, str]) -> EffectKind:
+    named = tuple(replace(part, name=names.get(part.name, part.name)) for part in kind.parameters)
+    return replace(kind, parameters=named)
+
+
+def _wrong(entry: EffectEntry, forms: Forms) -> str:
+    """What is wrong with an entry; empty where one of the forms of its effect takes it."""
+    if not forms:
+        return ""
+    if entry.effect not in forms:
+        return f"effect '{entry.effect}' must be one of {', '.join(sorted(forms))}"
+    said = []
+    for kind in forms[entry.effect]:
+        known = {parameter.name for parameter in kind.parameters}
+        names = {a: b for a, b in card_of(entry.effect).slide_names.items() if b in known}
+        given = {names.get(name, name): value for name, value in entry.parameters.items()}
+        try:
+            activate(kind, entry.component, given)
+        except ConfigError as error:
+            said.append(str(error))
+        else:
+            return ""
+    return said[0]
 
 
 def load_robot_model(path: Path) -> RobotModel:

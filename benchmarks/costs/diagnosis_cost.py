@@ -24,10 +24,9 @@ import numpy as np
 
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.robot_files import load_delta
-from deltactl.proof.cases import assemble
-from deltactl.proof.hidden.build_in import SINGLES
+from deltactl.proof.cases import HOLDOUT, RECORDING, ROBOT_FILE, assemble, write_blind
 from deltactl.proof.hidden.oddities import ODDITIES
-from deltactl.proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
+from deltactl.proof.hidden.vocabulary import SINGLES
 
 COUNTS = {"nothing": 0, "single": 1, "two": 2, "three": 3, "tolerance": 1, "unknown": 1}
 LENGTH_S = 240.0

@@ -22,7 +22,7 @@ from deltactl.models.inverse_kinematics import GeometricInverse, TargetMapper
 from deltactl.models.linkage import Linkage, inverse
 from deltactl.models.network import Cylinder, InverseNetwork, NetworkFile
 from deltactl.models.network.file import TRAINED_FOLDER
-from deltactl.models.network.runtime import runtime_names
+from deltactl.models.network.inverse import runtime_names
 from deltactl.models.robot import DeltaRobot
 from deltactl.models.robot_files import load_delta
 

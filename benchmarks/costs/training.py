@@ -35,7 +35,7 @@ from deltactl.models.robot_files import load_delta
 from deltactl.models.training.accuracy import Effort, measure
 from deltactl.models.training.perceptron import Perceptron, Scaling
 from deltactl.models.training.recipe import Task
-from deltactl.models.training.samples_of_angles import random_poses, split
+from deltactl.models.training.samples import random_poses, split
 from deltactl.models.training.train_shipped import CONFIG_FOLDER
 from deltactl.models.training.uzunovic import UzunovicSettings, train_uzunovic
 from deltactl.models.training.zhao import AS_KERAS, AS_PRINTED, ZhaoSettings, train_zhao
@@ -125,8 +125,8 @@ def ablation(epochs: int) -> None:
 def levenberg_marquardt(library_steps: int) -> None:
     """Uzunovic's network: ours, and scipy from one random start."""
     from deltactl.reproduction.uzunovic_2013.kinematics import ROBOT_FILE
-    from deltactl.reproduction.uzunovic_2013.kinematics_as_built import StageRobot
     from deltactl.reproduction.uzunovic_2013.kinematics_stage import SAMPLES as ALL
+    from deltactl.reproduction.uzunovic_2013.kinematics_stage import StageRobot
     from deltactl.reproduction.uzunovic_2013.kinematics_stage import measure as lead
 
     measured = lead(load_delta(ROBOT_FILE), StageRobot())

@@ -40,13 +40,12 @@ from deltactl.diagnosis.selection.ambiguity import stands_of
 from deltactl.diagnosis.selection.credible_set import credible
 from deltactl.foundation.errors import DeltactlError
 from deltactl.models.effects import found_by
-from deltactl.models.effects.fit import Search as Searched
+from deltactl.models.effects.card import Search as Searched
 from deltactl.models.robot import DeltaRobot
 from deltactl.models.robot_files import load_robot_model
-from deltactl.proof.cases import MORE, draw, draw_more
-from deltactl.proof.prove.certainty import wilson
+from deltactl.proof.cases import MORE, RECORDING, ROBOT_FILE, draw, draw_more, write_blind
+from deltactl.proof.prove.reliability import wilson
 from deltactl.proof.prove.score import Score, score
-from deltactl.proof.write_case import RECORDING, ROBOT_FILE, write_blind
 from deltactl.recording.tables.flat_files import read_flat
 
 Name = tuple[str, str]

@@ -22,10 +22,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from deltactl.models.effects import effect_kind
-from deltactl.proof.cases import Case, assemble
-from deltactl.proof.prove.certainty import wilson
+from deltactl.proof.cases import Case, assemble, write_blind
 from deltactl.proof.prove.one_case import diagnose_blind
-from deltactl.proof.write_case import write_blind
+from deltactl.proof.prove.reliability import wilson
 
 OF_SHAPE = ("home_offset", "gear_ratio", "sensor_offset", "sensor_scale", "forearm_length")
 KINDS = (*OF_SHAPE, "sensor_latency", "joint_friction", "joint_compliance")

@@ -21,13 +21,11 @@ from deltactl.diagnosis.evidence.detection import Detection
 from deltactl.diagnosis.evidence.noise_estimation import prepare
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.models.robot_files import load_delta
-from deltactl.proof.cases import move
-from deltactl.proof.prove.certainty import wilson
+from deltactl.proof.cases import ROBOT, move
+from deltactl.proof.prove.reliability import wilson
+from deltactl.proof.ranging import Noise, read
 from deltactl.proof.recorded import Machine, sample_times, table
 from deltactl.proof.robot.run import run
-from deltactl.proof.sensors.noise import Noise
-from deltactl.proof.sensors.ranging import read
-from deltactl.proof.write_case import ROBOT
 
 LEVELS = (0.005, 0.01, 0.05, 0.1, 0.5)
 MOTIONS = ("survey", "circle", "heart", "spiral")

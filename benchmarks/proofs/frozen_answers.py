@@ -38,9 +38,8 @@ from deltactl.diagnosis.answer.consistency import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.estimation.side_by_side import alone
-from deltactl.proof.cases import ROUND, draw
+from deltactl.proof.cases import HOLDOUT, RECORDING, ROBOT_FILE, ROUND, draw, write_blind
 from deltactl.proof.prove.score import score
-from deltactl.proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
 
 TENTH, TURN = 10, 7
 """A tenth takes another residue in every round of groups, so that it holds all groups."""

@@ -142,7 +142,7 @@ def _asked_where_seen(
 
 
 def _show(words: str, found: dict[str, Errors]) -> None:
-    from deltactl.reproduction.sheet import Sheet
+    from deltactl.reproduction.outcome import Sheet
 
     rows = [
         [

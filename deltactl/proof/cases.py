@@ -1,13 +1,22 @@
-"""Draw a case by seed and number: a machine with something concealed, and how it moves."""
+"""Draw a case by seed and number: a machine with something hidden, and how it moves.
+
+On disk, what the diagnosis may see is in one folder, the answers in another file.
+"""
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from deltactl.proof.hidden.build_in import (
+from deltactl.foundation.plain_file import write_whole
+from deltactl.proof.hidden.hidden import Hidden
+from deltactl.proof.hidden.more_oddities import SEEN, SURVEY_ONLY, UNKNOWN, UNSEEN
+from deltactl.proof.hidden.oddities import ODDITIES
+from deltactl.proof.hidden.vocabulary import (
     SINGLES,
     VOCABULARY,
     Planned,
@@ -16,22 +25,49 @@ from deltactl.proof.hidden.build_in import (
     plan,
     settle,
 )
-from deltactl.proof.hidden.hidden import Hidden
-from deltactl.proof.hidden.more_oddities import SEEN, SURVEY_ONLY, UNKNOWN, UNSEEN
-from deltactl.proof.hidden.oddities import ODDITIES
-from deltactl.proof.hidden.tolerances import tolerances
-from deltactl.proof.motion.curves import SHAPES, curve
-from deltactl.proof.motion.survey import survey
-from deltactl.proof.recorded import Machine
-from deltactl.proof.robot.as_built import AsBuilt
-from deltactl.proof.robot.stepping import StepTrain
-from deltactl.proof.sensors.noise import Noise
-from deltactl.proof.sensors.ranging import Sensors
+from deltactl.proof.motions import SHAPES, curve, survey
+from deltactl.proof.ranging import Noise, Sensors
+from deltactl.proof.recorded import Machine, record, record_with_truth
+from deltactl.proof.robot.as_built import AsBuilt, StepTrain
+from deltactl.proof.robot.run import Truth
+from deltactl.recording.tables.flat_files import write_flat
+
+LENGTH_M = 1e-4
+ANGLE_RAD = 4e-4
+SENSOR_M = 4e-4
+SHARE = 3e-4
+
+
+def tolerances(machine: Machine, rng: np.random.Generator) -> None:
+    """Standard deviations: 0.1 mm in lengths, 0.023 degrees in angles, 0.4 mm in sensors."""
+    body, joints, sensors = machine.robot.body, machine.robot.joints, machine.sensors
+
+    def three(size: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        return size * np.clip(rng.standard_normal(3), -2.5, 2.5)
+
+    body.upper_arm_m += three(LENGTH_M)
+    body.forearm_m += three(LENGTH_M)
+    body.base_radius_m += three(LENGTH_M)
+    body.azimuth_rad += three(ANGLE_RAD)
+    joints.home_rad += three(ANGLE_RAD)
+    joints.scale += three(SHARE)
+    joints.wave_rad += np.abs(three(ANGLE_RAD))
+    joints.play_rad += np.abs(three(ANGLE_RAD))
+    joints.friction_nm += np.abs(three(0.5))
+    sensors.offset_m += three(SENSOR_M)
+    sensors.scale += three(SHARE)
+    sensors.turned_rad += three(ANGLE_RAD)
+
 
 ROUND = (
-    *["nothing"] * 4, *["single"] * 4, *["faint"] * 3, *["two"] * 2, *["three"] * 2,
-    *["tolerance"] * 2, *["unknown"] * 3,
-)  # fmt: skip
+    *["nothing"] * 4,
+    *["single"] * 4,
+    *["faint"] * 3,
+    *["two"] * 2,
+    *["three"] * 2,
+    *["tolerance"] * 2,
+    *["unknown"] * 3,
+)
 """Groups of twenty successive cases."""
 MORE_ROUND = ("four", "five", "seen", "unseen", "beside")
 """Groups of five successive cases of the second set: many causes, new unknowns of which the
@@ -172,3 +208,43 @@ def move(rng: np.random.Generator, motion: str, seconds: float, t_pwm_s: float) 
         return survey(rng, seconds, t_pwm_s)
     size_m, height_m = float(rng.uniform(0.06, 0.12)), float(rng.uniform(-0.5, -0.4))
     return curve(motion, size_m, height_m, seconds, t_pwm_s, bool(rng.random() < 0.5))
+
+
+ROBOT = """\
+# What the robot of the proof was meant to be (Zhao 2023, Tables 1 and 2).
+kind: delta
+name: proof-robot
+geometry:
+  base_radius_m: 0.325
+  platform_radius_m: 0.075
+  upper_arm_m: 0.25
+  forearm_m: 0.5
+  azimuth_deg: [0, 120, 240]
+masses: {upper_arm_kg: 0.205, forearm_kg: 0.153, platform_kg: 0.653}
+drive: {microsteps_per_rev: 1600, gear_ratio: 10}
+sensors:
+  x: {offset_m: 0.60, axis: [1, 0, 0]}
+  y: {offset_m: 0.60, axis: [0, 1, 0]}
+  z: {offset_m: 0.90, axis: [0, 0, 1]}
+"""
+RECORDING, HOLDOUT, ROBOT_FILE = "recording.csv.gz", "holdout.csv.gz", "robot.yaml"
+
+
+def write_blind(case: Case, folder: Path, seed: int) -> Truth:
+    """Simulate both runs and write them with the robot file; no word of what is concealed.
+
+    Returns what really happened in the first run.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng([seed, case.number, 1])
+    recording, truth = record_with_truth(case.machine, case.train, rng)
+    write_flat(recording, folder / RECORDING)
+    write_flat(record(case.holdout_machine, case.holdout_train, rng), folder / HOLDOUT)
+    write_whole(folder / ROBOT_FILE, ROBOT)
+    return truth
+
+
+def write_answers(case: Case, path: Path) -> None:
+    """The truth, as JSON."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, json.dumps(case.truth(), indent=1) + "\n")

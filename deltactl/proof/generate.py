@@ -16,12 +16,10 @@ import numpy as np
 
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.proof.axis import cases as axis_cases
-from deltactl.proof.axis import write as axis_write
-from deltactl.proof.cases import Case, assemble, draw, draw_more
-from deltactl.proof.hidden.build_in import VOCABULARY
+from deltactl.proof.cases import Case, assemble, draw, draw_more, write_answers, write_blind
 from deltactl.proof.hidden.more_oddities import UNKNOWN
-from deltactl.proof.motion.curves import SHAPES
-from deltactl.proof.write_case import write_answers, write_blind
+from deltactl.proof.hidden.vocabulary import VOCABULARY
+from deltactl.proof.motions import SHAPES
 
 
 def main() -> None:
@@ -56,9 +54,9 @@ def main() -> None:
 def _single_axis(seed: int, out: Path) -> str:
     """Write the case of a seed; returns what is hidden in it."""
     case = axis_cases.draw(seed)
-    axis_write.write_blind(case, out)
-    axis_write.write_answers(case, out / "answers.json")
-    return f"{out}: {', '.join(one.kind.effect for one in case.hidden) or 'nothing'}"
+    axis_cases.write_blind(case, out)
+    axis_cases.write_answers(case, out / "answers.json")
+    return f"{out}: {', '.join(cause.kind.effect for cause in case.hidden) or 'nothing'}"
 
 
 def _case(chosen: argparse.Namespace) -> Case:

@@ -12,14 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.proof.motion.survey import survey
+from deltactl.proof.motions import survey
+from deltactl.proof.ranging import ideal_ranges
 from deltactl.proof.recorded import Machine, sample_times
-from deltactl.proof.robot.as_built import Body, FloatArray, Joints
-from deltactl.proof.robot.assemble import Assembly
-from deltactl.proof.robot.bodies import build
+from deltactl.proof.robot.as_built import Body, FloatArray, Joints, StepTrain
+from deltactl.proof.robot.bodies import Assembly, build
 from deltactl.proof.robot.run import TIMESTEP_S, Truth, run
-from deltactl.proof.robot.stepping import StepTrain
-from deltactl.proof.sensors.ranging import ideal_ranges
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from deltactl.proof.robot.as_built import AsBuilt, FloatArray
+from deltactl.proof.ranging import Noise, Sensors, ideal_ranges, read
+from deltactl.proof.robot.as_built import AsBuilt, FloatArray, StepTrain
 from deltactl.proof.robot.run import Truth, run
-from deltactl.proof.robot.stepping import StepTrain
-from deltactl.proof.sensors.noise import Noise
-from deltactl.proof.sensors.ranging import Sensors, ideal_ranges, read
 from deltactl.recording.tables.flat import AnyArray, FlatRecording, from_columns
 
 RATE_HZ = 50.0

@@ -30,8 +30,8 @@ from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.models.effects import Compensated, compensated
-from deltactl.proof.hidden.build_in import SINGLES
-from deltactl.proof.prove.workers import workers
+from deltactl.proof.hidden.vocabulary import SINGLES
+from deltactl.proof.prove.resumable import workers
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import trained
 from deltactl.repair.coverage import coverage

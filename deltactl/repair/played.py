@@ -14,13 +14,13 @@ from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.robot import ARMS, FloatArray
-from deltactl.proof.hidden.build_in import VOCABULARY, construct, hidden, plan, settle
 from deltactl.proof.hidden.hidden import Hidden
 from deltactl.proof.hidden.oddities import ODDITIES
-from deltactl.proof.motion.survey import survey
+from deltactl.proof.hidden.vocabulary import VOCABULARY, construct, hidden, plan, settle
+from deltactl.proof.motions import survey
 from deltactl.proof.recorded import Machine, record
+from deltactl.proof.robot.as_built import StepTrain
 from deltactl.proof.robot.run import run
-from deltactl.proof.robot.stepping import StepTrain
 from deltactl.recording.tables.flat import FlatRecording
 
 IntArray = np.ndarray[Any, np.dtype[np.int64]]

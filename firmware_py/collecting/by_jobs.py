@@ -18,8 +18,13 @@ from deltactl.firmware_py.controller.contract import JobResult
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import MotionError, RecordingError
 from deltactl.foundation.plain_file import write_whole
-from deltactl.models.training.dataset import DataSettings, IntArray, load_dataset
-from deltactl.models.training.dataset_writer import DataSetWriter, Sample
+from deltactl.models.training.dataset import (
+    DataSettings,
+    DataSetWriter,
+    IntArray,
+    Sample,
+    load_dataset,
+)
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.reading.run import Run
 

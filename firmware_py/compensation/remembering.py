@@ -28,8 +28,7 @@ from deltactl.models.effects import Compensated, compensated
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.gear_backlash import STICKS, drag_on_teeth
 from deltactl.models.effects.joint_friction import without_swing
-from deltactl.models.effects.kind import scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import Port, scalar
 from deltactl.models.linkage import Linkage, forward, inverse
 from deltactl.models.robot import ARMS, EffectEntry, FloatArray
 

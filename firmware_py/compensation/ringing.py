@@ -22,8 +22,7 @@ from deltactl.models.chain.active import Active, at, of_entries
 from deltactl.models.effects import Compensated, compensated
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.joint_friction import without_swing
-from deltactl.models.effects.kind import scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import Port, scalar
 from deltactl.models.recursion import lagged
 from deltactl.models.robot import FloatArray
 

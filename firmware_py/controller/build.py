@@ -64,7 +64,7 @@ def _load_ahead() -> None:
     through everything that is imported.
     """
     from deltactl.models.network import InverseNetwork
-    from deltactl.models.network.runtime import load_runtime
+    from deltactl.models.network.inverse import load_runtime
 
     del InverseNetwork
     load_runtime()

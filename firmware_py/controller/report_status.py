@@ -12,7 +12,7 @@ from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.calibrated_inverse import CalibratedInverse
-from deltactl.models.linkage.counted_pose import counted_pose
+from deltactl.models.linkage.scalar import counted_pose
 
 TRUSTED = frozenset({State.READY, State.PLANNING, State.RUNNING, State.PAUSED})
 """States in which the counters say where the arms are."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from deltactl.firmware_py.describing.asked_of_all import GEAR, MICROSTEPS, NAME
 from deltactl.firmware_py.describing.question import Question
-from deltactl.models.gearing import LEAST_RATIO, too_small_ratio
+from deltactl.models.robot import LEAST_RATIO, too_small_ratio
 
 LEAST_MM, MOST_MM = 1.0, 9999.0
 

@@ -12,7 +12,7 @@ from deltactl.models.linkage import Linkage, forward
 from deltactl.models.network.metadata import NetworkMetadata
 from deltactl.models.robot import DeltaRobot, FloatArray
 from deltactl.models.training.dataset import DataSet
-from deltactl.models.training.samples_of_angles import IntArray, split
+from deltactl.models.training.samples import IntArray, split
 
 Angles = Callable[[FloatArray], FloatArray]
 """Positions (n, 3) [m] to commanded angles (n, 3) [rad], NaN where there are none."""

@@ -29,7 +29,7 @@ from deltactl.models.chain import OnlineChain
 from deltactl.models.chain.active import of_entries
 from deltactl.models.effects.joint_friction import without_swing
 from deltactl.models.linkage import Linkage
-from deltactl.models.linkage.scalar_forward import forward_one
+from deltactl.models.linkage.scalar import forward_one
 from deltactl.models.linkage.vectors import Vector
 from deltactl.models.robot import ARMS, AXES, EffectEntry, FloatArray
 

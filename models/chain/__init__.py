@@ -5,9 +5,7 @@ computes a whole recording at once; `OnlineChain` goes on block by block with th
 """
 
 from deltactl.models.chain.active import Active, activate
-from deltactl.models.chain.commands import Commands
-from deltactl.models.chain.delta import Chain
-from deltactl.models.chain.online import OnlineChain
-from deltactl.models.chain.outputs import Outputs
+from deltactl.models.chain.commands import Commands, Outputs
+from deltactl.models.chain.delta import Chain, OnlineChain
 
 __all__ = ["Active", "Chain", "Commands", "OnlineChain", "Outputs", "activate"]

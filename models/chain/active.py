@@ -10,8 +10,7 @@ import numpy as np
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.effects import EffectKind, effect_kind
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import Memory, Parameter
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import Memory, Parameter, Port
 from deltactl.models.robot import EffectEntry, FloatArray
 
 

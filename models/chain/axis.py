@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from deltactl.models.chain.active import Active, activate, at
-from deltactl.models.chain.commands import Commands
-from deltactl.models.effects.flow import Flow, Load
-from deltactl.models.effects.kind import EffectKind
-from deltactl.models.effects.lone_axis import Motion, command_effects
-from deltactl.models.effects.port import Port
-from deltactl.models.robot import AxisGravity, EffectEntry, FloatArray
+from deltactl.models.chain.commands import BoolArray, Commands
+from deltactl.models.effects.flow import EffortFlow, Flow, Load
+from deltactl.models.effects.kind import EffectKind, Port
+from deltactl.models.effects.lone_axis import (
+    Motion,
+    command_effects,
+    effort_effects,
+    sensor_effects,
+)
+from deltactl.models.robot import AxisGravity, EffectEntry, FloatArray, ServoAxis
 
 PORTS = (Port.MOTOR, Port.GEAR, Port.ARM)
 
@@ -85,3 +90,92 @@ class AxisChain:
         for effect in at(active, Port.ENCODER):
             effect.act(flow)
         return flow.measured_rad[:, 0]
+
+
+class SensorChain:
+    """The last links of the delta's chain, for one sensor."""
+
+    def __init__(self, believed: Sequence[EffectEntry] = ()):
+        self.kinds = sensor_effects()
+        self._believed = tuple(believed)
+        entries_of(self._believed, self.kinds)
+
+    def simulate(
+        self,
+        t_s: FloatArray,
+        distance_m: FloatArray,
+        fresh: BoolArray,
+        effects: Iterable[Active] = (),
+    ) -> FloatArray:
+        """What the sensor reports, shape (n,)."""
+        nothing = np.zeros((len(t_s), 1))
+        flow = Flow(t_s, fresh, float(t_s[0]), nothing, lambda: Load(nothing, nothing))
+        flow.ranges_m = np.array(distance_m)[:, None]
+        active = [*entries_of(self._believed, self.kinds), *effects]
+        for effect in at(active, Port.SENSOR):
+            effect.act(flow)
+        flow.measured_rad = flow.ranges_m
+        for effect in at(active, Port.ENCODER):
+            effect.act(flow)
+        return flow.measured_rad[:, 0]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Driven:
+    """Effort and measured motion over time; arrays of shape (n,)."""
+
+    t_s: FloatArray
+    fresh: BoolArray
+    effort: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    direction: FloatArray
+    """Of the motion, -1 to 1: friction changes its sign over as much speed as is hardly known."""
+    at_rest: BoolArray
+    load: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Force:
+    """What acts on the mass (n,) [N m or N], and how much mass there is [kg m2 or kg]."""
+
+    force: FloatArray
+    inertia: float
+
+
+class EffortChain:
+    """One axis of a known inertia, effort gain and gravity, with believed effects."""
+
+    def __init__(self, robot: ServoAxis):
+        self.robot = robot
+        self.kinds = effort_effects(robot.motion)
+        self._believed = entries_of(robot.effects, self.kinds)
+
+    def force(self, driven: Driven) -> Force:
+        """Force that is left to speed up the mass, and the mass."""
+        robot = self.robot
+        assert robot.inertia is not None
+        column = driven.position[:, None]
+        load = driven.load[:, None]
+        flow = EffortFlow(
+            t_s=driven.t_s,
+            fresh=driven.fresh,
+            start_s=float(driven.t_s[0]),
+            angles_rad=robot.effort_gain * driven.effort[:, None],
+            load_of=lambda: Load(load, np.zeros_like(load)),
+            position=column,
+            velocity=driven.velocity[:, None],
+            direction=driven.direction[:, None],
+            at_rest=driven.at_rest[:, None],
+            inertia=robot.inertia,
+        )
+        for effect in at(self._believed, Port.MOTOR):
+            effect.act(flow)
+        flow.angles_rad = flow.angles_rad + gravity_pull(robot.gravity, column) + load
+        for port in (Port.GEAR, Port.ARM):
+            for effect in at(self._believed, port):
+                effect.act(flow)
+        return Force(flow.angles_rad[:, 0], flow.inertia)
+
+
+__all__ = ["Driven", "EffortChain", "Force", "Motion"]

@@ -1,9 +1,9 @@
-"""What a robot was asked to do, over time."""
+"""What a robot was asked to do over time, and what a perfect instrument would have seen of it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,3 +44,16 @@ class Commands:
         """Commands given as microstep counts, (n, joints)."""
         angles_rad = np.asarray(counts, dtype=np.float64) * drive.rad_per_step
         return cls.of_angles(t_s, angles_rad, fresh)
+
+
+class Outputs(NamedTuple):
+    """Samples of one call."""
+
+    theta: FloatArray
+    """True arm angles [rad], shape (n, 3)."""
+    position: FloatArray
+    """Platform position [m], shape (n, 3); NaN where the linkage cannot be assembled."""
+    ranges: FloatArray
+    """What the three ranging sensors report [m], shape (n, 3)."""
+    measured: FloatArray
+    """What angle encoders on the arms report [rad], shape (n, 3)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cache
@@ -9,14 +10,40 @@ from functools import cache
 import numpy as np
 
 from deltactl.models.chain.active import Active, at, of_entries
-from deltactl.models.chain.assembled import Assembled
-from deltactl.models.chain.commands import Commands
-from deltactl.models.chain.outputs import Outputs
+from deltactl.models.chain.commands import Commands, Outputs
 from deltactl.models.effects.flow import Flow, Load
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import Port
 from deltactl.models.gravity import gravity_torque_nm, torque_per_kg_nm
 from deltactl.models.linkage import Linkage, forward
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray
+
+KEPT = 4
+
+
+class Assembled:
+    """Forward kinematics that remembers its last few results."""
+
+    def __init__(self) -> None:
+        self._last: deque[tuple[Linkage, FloatArray, FloatArray]] = deque(maxlen=KEPT)
+
+    def position_m(self, linkage: Linkage, angles_rad: FloatArray) -> FloatArray:
+        """Platform positions (n, 3), the caller's to change; angles (n, 3), not to change."""
+        for place, known in enumerate(self._last):
+            if np.array_equal(known[1], angles_rad) and _same(known[0], linkage):
+                del self._last[place]
+                self._last.append(known)
+                return known[2].copy()
+        position_m = forward(linkage, angles_rad).position_m
+        self._last.append((linkage, angles_rad, position_m.copy()))
+        return position_m
+
+
+def _same(one: Linkage, other: Linkage) -> bool:
+    return one is other or all(
+        np.array_equal(getattr(one, field.name), getattr(other, field.name))
+        for field in fields(Linkage)
+    )
+
 
 ANGLE_PORTS = (Port.MOTOR, Port.GEAR, Port.ARM)
 
@@ -38,7 +65,7 @@ class Chain:
         self.robot = robot
         self.linkage = Linkage.of(robot.geometry)
         self._believed = robot.effects
-        self._fields = [one.name for one in fields(Linkage)]
+        self._fields = [field.name for field in fields(Linkage)]
 
     @classmethod
     def delta(cls, robot: DeltaRobot) -> Chain:
@@ -144,3 +171,31 @@ def _activated(effects: Iterable[Active | EffectEntry]) -> list[Active]:
     for effect in effects:
         active += of_entries([effect]) if isinstance(effect, EffectEntry) else [effect]
     return active
+
+
+class OnlineChain:
+    """Carries the operators' state from block to block: same result as one whole call."""
+
+    def __init__(self, robot: DeltaRobot, effects: Iterable[EffectEntry] = ()):
+        self._chain = Chain(robot.model_copy(update={"effects": ()}))
+        self._effects: list[Active] = of_entries([*robot.effects, *effects])
+        self._start_s: float | None = None
+        self._previous_s = 0.0
+
+    def advance(self, t_s: FloatArray, counts: FloatArray) -> Outputs:
+        """Go on with samples at `t_s` (n,) and commanded counts (n, 3) there.
+
+        Times must go on increasing from call to call. Raises ValueError without a drive section.
+        """
+        drive = self._chain.robot.drive
+        if drive is None:
+            raise ValueError("the robot file needs a drive section to turn counts into angles")
+        commands = Commands.of_counts(t_s, counts, drive)
+        if self._start_s is None:
+            self._start_s = float(commands.t_s[0])
+            outputs = self._chain.simulate(commands, self._effects, self._start_s)
+        else:
+            commands.fresh[0] = False
+            outputs = self._chain.simulate(commands, self._effects, self._start_s, self._previous_s)
+        self._previous_s = float(commands.t_s[-1])
+        return outputs

@@ -20,10 +20,9 @@ import numpy as np
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.chain.active import Active, activate, at
 from deltactl.models.dynamics import mass_matrix_kgm2, velocity_torque_nm
-from deltactl.models.effects.flow import BoolArray, Load
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.flow import BoolArray, Load, TorqueFlow
+from deltactl.models.effects.kind import Port
 from deltactl.models.effects.servo_joints import PAYLOAD
-from deltactl.models.effects.torque_flow import TorqueFlow
 from deltactl.models.gravity import gravity_torque_nm, torque_per_kg_nm
 from deltactl.models.linkage import Linkage, forward
 from deltactl.models.robot import DeltaRobot, FloatArray

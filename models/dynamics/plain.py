@@ -137,7 +137,7 @@ class PlainBody:
         return elbows, slopes, arms
 
     def _platform(self, elbows: list[Vector]) -> Vector:
-        """The lower meeting point of the three spheres, as `models.linkage.forward` has it."""
+        """The lower meeting point of the three spheres, as `linkage.kinematics` has it."""
         (x1, y1, z1), (x2, y2, z2), (x3, y3, z3) = elbows
         f1, f2, f3 = self._forearms2
         ax, ay, az, bx, by, bz = x2 - x1, y2 - y1, z2 - z1, x3 - x1, y3 - y1, z3 - z1

@@ -15,13 +15,12 @@ from deltactl.models.effects.card import (
     Confusion,
     EffectCard,
     Rule,
+    Search,
     StandIn,
     Trait,
     Words,
 )
-from deltactl.models.effects.fit import Search
-from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values
-from deltactl.models.effects.port import PORT_TEXT, Port
+from deltactl.models.effects.kind import PORT_TEXT, EffectKind, Memory, Parameter, Port, Values
 
 CARDS: dict[str, EffectCard] = {}
 """Of every effect by name, also of those that act on no delta, and of `unknown`."""
@@ -81,10 +80,10 @@ def column_of(place: str) -> tuple[str, float]:
 def stand_ins(place: str, effect: str) -> tuple[tuple[str, StandIn], ...]:
     """Other effects that a column may be instead of the one that it is called after."""
     return tuple(
-        (one.other if one.other != effect else name, one.stands_in[place])
+        (confusion.other if confusion.other != effect else name, confusion.stands_in[place])
         for name, card in CARDS.items()
-        for one in card.confusions
-        if place in one.stands_in
+        for confusion in card.confusions
+        if place in confusion.stands_in
     )
 
 

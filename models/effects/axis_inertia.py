@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from deltactl.models.effects.card import Confusion, Drawing, EffectCard, StandIn, Trait, Words
-from deltactl.models.effects.effort_flow import effort_flow
-from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.flow import Flow, effort_flow
+from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Port, Values, scalar
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

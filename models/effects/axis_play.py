@@ -13,10 +13,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from deltactl.models.effects.effort_flow import BoolArray
-from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.flow import BoolArray, Flow
+from deltactl.models.effects.kind import (
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Port,
+    Values,
+    scalar,
+)
 from deltactl.models.recursion import clipped
 from deltactl.models.robot import FloatArray
 
@@ -25,9 +31,13 @@ LEAST_PULL = 0.1
 
 
 def loose(
-    driven: FloatArray, fresh: BoolArray, width: float | FloatArray, starts: FloatArray,
-    pull: FloatArray, before: float,
-) -> FloatArray:  # fmt: skip
+    driven: FloatArray,
+    fresh: BoolArray,
+    width: float | FloatArray,
+    starts: FloatArray,
+    pull: FloatArray,
+    before: float,
+) -> FloatArray:
     """The axis behind play of a width, all (n,); `before` is where it stood before the first.
 
     width: one, or (n,) where friction grows with the load that the bearings and teeth carry.

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Rule, Trait, Words
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Port, Values, scalar
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -12,11 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.models.effects.card import EffectCard, Words
-from deltactl.models.effects.fit import Coordinate, Fit, Search, Shape
+from deltactl.models.effects.card import Coordinate, EffectCard, Fit, Search, Shape, Words
 from deltactl.models.effects.flow import BoolArray, Flow
-from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import (
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Port,
+    Values,
+    scalar,
+)
 from deltactl.models.robot import FloatArray
 
 IntArray = np.ndarray[Any, np.dtype[np.signedinteger[Any]]]
@@ -43,9 +49,12 @@ def _hold(flow: Flow, height_m: float, grip: float, memory: Memory) -> None:
     x, y = held or (0.0, 0.0)
     path: list[tuple[float, float]] = []
     for on, start, sent, room in zip(
-        goes_on.tolist(), touched_m.tolist(), sent_m[down, :2].tolist(),
-        (grip * pressed_m[down]).tolist(), strict=True,
-    ):  # fmt: skip
+        goes_on.tolist(),
+        touched_m.tolist(),
+        sent_m[down, :2].tolist(),
+        (grip * pressed_m[down]).tolist(),
+        strict=True,
+    ):
         if not on:
             x, y = start
         east, north = sent[0] - x, sent[1] - y
@@ -65,8 +74,11 @@ def _touched(
     """Where the platform touched down, were each sample in `down` its first; (len(down), 2)."""
     before = np.maximum(down - 1, 0)
     fell = pressed_m[down] - pressed_m[before]
-    share = np.where((pressed_m[before] <= 0.0) & ~fresh[down] & (fell > 0.0),
-                     pressed_m[down] / np.where(fell > 0.0, fell, 1.0), 0.0)  # fmt: skip
+    share = np.where(
+        (pressed_m[before] <= 0.0) & ~fresh[down] & (fell > 0.0),
+        pressed_m[down] / np.where(fell > 0.0, fell, 1.0),
+        0.0,
+    )
     way = sent_m[down, :2] - sent_m[before, :2]
     touched: FloatArray = sent_m[down, :2] - share[:, None] * way
     return touched

@@ -6,15 +6,14 @@ from dataclasses import replace
 
 from deltactl.models.effects.card import Drawing, EffectCard, Rule, Words
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Values
-from deltactl.models.effects.periodic import (
+from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Port, Values
+from deltactl.models.effects.transmission_error import (
     PARAMETERS,
     PERIODIC,
     SECOND,
     add_periodic,
     size_in_words,
 )
-from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -99,3 +99,60 @@ class Flow:
         starts = np.flatnonzero(marks)
         start: FloatArray = self.t_s[starts][np.cumsum(marks) - 1]
         return start
+
+
+@dataclass
+class EffortFlow(Flow):
+    """`angles_rad`, shape (n, 1), carries the force (torque) that acts on the moving mass.
+
+    Friction is taken at the velocity that was measured (see models/chain/axis.py).
+    """
+
+    position: FloatArray = field(default_factory=lambda: np.empty((0, 1)))
+    """Measured position, shape (n, 1)."""
+    velocity: FloatArray = field(default_factory=lambda: np.empty((0, 1)))
+    """Its smoothed derivative, shape (n, 1)."""
+    direction: FloatArray = field(default_factory=lambda: np.empty((0, 1)))
+    """Which way it goes, -1 to 1, in between where the velocity hardly tells; shape (n, 1)."""
+    at_rest: BoolArray = field(default_factory=lambda: np.empty((0, 1), dtype=bool))
+    """Where the velocity cannot be told from zero: friction holds against the force there."""
+    inertia: float = 1.0
+
+
+def effort_flow(flow: Flow) -> EffortFlow:
+    """The flow of an effort-driven axis. Raises TypeError on that of another chain."""
+    if not isinstance(flow, EffortFlow):
+        raise TypeError("this effect acts on an axis that is driven by effort")
+    return flow
+
+
+def rub(flow: EffortFlow, moving: FloatArray, most: FloatArray | float) -> None:
+    """Take friction off the force: `moving` (n, 1) in motion; at rest what holds, up to `most`."""
+    held = np.clip(flow.angles_rad, -most, most)
+    flow.angles_rad -= np.where(flow.at_rest, held, moving)
+
+
+@dataclass
+class TorqueFlow(Flow):
+    """`angles_rad`, shape (n, 3), carries the torque [N m] that the motion asks of the motors.
+
+    Everything is at the arms' shafts. The motion itself is given: it was measured.
+    """
+
+    turned_rad: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    """Arm angles, (n, 3)."""
+    speed_radps: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    direction: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    """Sign of the speed."""
+    acceleration_radps2: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    per_kg_nm: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    """Torque that one kilogram more at the platform asks for: weight and inertia."""
+    rotor_kgm2: float = 0.0
+    """Rotor's inertia at the arm, by the robot file."""
+
+
+def torque_flow(flow: Flow) -> TorqueFlow:
+    """The flow of a servo delta. Raises TypeError on that of another chain."""
+    if not isinstance(flow, TorqueFlow):
+        raise TypeError("this effect acts on the torques of a servo delta")
+    return flow

@@ -6,17 +6,19 @@ from deltactl.models.effects.card import (
     ByHand,
     Compensated,
     Confusion,
+    Coordinate,
     Drawing,
     EffectCard,
     Equal,
+    Fit,
     Group,
     Rule,
+    Shape,
     Sizes,
     StandIn,
     Trait,
     Words,
 )
-from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -24,11 +26,11 @@ from deltactl.models.effects.kind import (
     EffectKind,
     Memory,
     Parameter,
+    Port,
     Values,
     joints,
     scalar,
 )
-from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Rule, Trait, Words
-from deltactl.models.effects.fit import Coordinate, Fit, Shape
+from deltactl.models.effects.card import (
+    Compensated,
+    Coordinate,
+    Drawing,
+    EffectCard,
+    Fit,
+    Rule,
+    Shape,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Values
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Port, Values
 from deltactl.models.robot import FloatArray
 
 

@@ -16,16 +16,18 @@ from deltactl.models.effects import axis_play
 from deltactl.models.effects.card import (
     Compensated,
     Confusion,
+    Coordinate,
     Defect,
     Drawing,
     EffectCard,
     Equal,
+    Fit,
     Rule,
+    Shape,
     StandIn,
     Trait,
     Words,
 )
-from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -33,10 +35,10 @@ from deltactl.models.effects.kind import (
     EffectKind,
     Memory,
     Parameter,
+    Port,
     Values,
     scalar,
 )
-from deltactl.models.effects.port import Port
 from deltactl.models.recursion import clipped
 from deltactl.models.robot import FloatArray
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from deltactl.models.effects.card import (
     Compensated,
     Confusion,
+    Coordinate,
     Drawing,
     EffectCard,
+    Fit,
     Rule,
+    Shape,
     StandIn,
     Trait,
     Words,
 )
-from deltactl.models.effects.fit import Coordinate, Fit, Shape
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -20,11 +22,11 @@ from deltactl.models.effects.kind import (
     EffectKind,
     Memory,
     Parameter,
+    Port,
     Values,
     joints,
     scalar,
 )
-from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -10,19 +10,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.models.effects import axis_play, coulomb_friction
+from deltactl.models.effects import axis_play
 from deltactl.models.effects.card import (
     Compensated,
     Confusion,
+    Coordinate,
     Defect,
     Drawing,
     EffectCard,
+    Fit,
     Rule,
+    Shape,
     Trait,
     Words,
 )
-from deltactl.models.effects.fit import Coordinate, Fit, Shape
-from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.flow import Flow, effort_flow, rub
 from deltactl.models.effects.gear_backlash import PLAYS_RAD
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -30,12 +32,33 @@ from deltactl.models.effects.kind import (
     EffectKind,
     Memory,
     Parameter,
+    Port,
     Values,
     scalar,
 )
-from deltactl.models.effects.port import Port
 from deltactl.models.recursion import clipped
 from deltactl.models.robot import EffectEntry, FloatArray
+
+
+def _brake(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow = effort_flow(flow)
+    torque, asymmetry = scalar(values, "torque"), scalar(values, "asymmetry")
+    rub(flow, torque * (flow.direction + asymmetry), torque)
+
+
+BY_EFFORT = EffectKind(
+    name="joint_friction",
+    port=Port.GEAR,
+    components=("axis",),
+    parameters=(
+        Parameter("torque", "N m", 0.0, 1e5, step=1e-3),
+        Parameter("asymmetry", "1", -1.0, 1.0, step=0.01, default=0.0),
+    ),
+    operate=_brake,
+    says=lambda component, v: f"dry (Coulomb) friction of {v['torque']:.4g} N m brakes the axis",
+    order=3,
+    smooth=False,
+)
 
 
 def without_swing(entry: EffectEntry) -> EffectEntry:
@@ -107,7 +130,7 @@ CARD = EffectCard(
     name=EFFECT.name,
     kind=EFFECT,
     listed=3,
-    on={"command": axis_play.FRICTION, "effort": coulomb_friction.EFFECT},
+    on={"command": axis_play.FRICTION, "effort": BY_EFFORT},
     says={
         "": "friction holds the axis back by {width} in all between its two directions",
         "effort": "dry (Coulomb) friction of {torque} brakes the axis, always against its motion",

@@ -1,17 +1,44 @@
-"""What every effect of the vocabulary is: an operator at a port with named parameters."""
+"""What every effect of the vocabulary is: an operator at a port of the chain, with parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.port import Port
 from deltactl.models.robot import FloatArray
+
+
+class Port(IntEnum):
+    """counts -> motor -> gear -> arm -> linkage -> platform -> sensor -> clock."""
+
+    MOTOR = 1
+    GEAR = 2
+    ARM = 3
+    LINKAGE = 4
+    PLATFORM = 5
+    SENSOR = 6
+    CLOCK = 7
+    ENCODER = 8
+    """Beside the chain: what an angle encoder on the arm makes of the true angle."""
+
+
+PORT_TEXT: dict[Port, str] = {
+    Port.MOTOR: "motor and drive",
+    Port.GEAR: "gearbox and shaft",
+    Port.ARM: "arm angle",
+    Port.LINKAGE: "linkage",
+    Port.PLATFORM: "platform",
+    Port.SENSOR: "ranging sensor",
+    Port.CLOCK: "time stamps",
+    Port.ENCODER: "angle encoder",
+}
+
 
 Values = Mapping[str, FloatArray]
 """Parameter name -> value, shape () for numbers and (3,) for vectors."""

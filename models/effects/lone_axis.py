@@ -13,8 +13,13 @@ from deltactl.models.effects.kind import EffectKind, Parameter
 Motion = Literal["linear", "rotary"]
 COMPONENT, COMMAND = "axis", "command"
 LINEAR_UNIT = {
-    "rad": "m", "N m": "N", "kg m2": "kg", "N m s/rad": "N s/m", "N m/rad": "N/m", "rad/s": "m/s",
-}  # fmt: skip
+    "rad": "m",
+    "N m": "N",
+    "kg m2": "kg",
+    "N m s/rad": "N s/m",
+    "N m/rad": "N/m",
+    "rad/s": "m/s",
+}
 """Linear axes use m, N, kg in place of rad, N m, kg m2 (contract)."""
 
 FINEST = 1e-6
@@ -89,11 +94,11 @@ def said(value: float, unit: str) -> str:
     return f"{plain(value)} {unit.replace('m2', SQUARE_METRE)}"
 
 
-def plain(value: float, digits: int = 3) -> str:
-    """So many significant digits, and no exponent where a person would write none."""
+def plain(value: float) -> str:
+    """Three significant digits, and no exponent where a person would write none."""
     if not math.isfinite(value) or value == 0.0 or not 1e-5 <= abs(value) < 1e6:
-        return f"{value:.{digits}g}"
-    decimals = digits - 1 - math.floor(math.log10(abs(value)))
+        return f"{value:.3g}"
+    decimals = 2 - math.floor(math.log10(abs(value)))
     return f"{value:.{max(decimals, 0)}f}"
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import Drawing, EffectCard, Trait, Words
-from deltactl.models.effects.fit import Coordinate, Fit, Search
+from deltactl.models.effects.card import Coordinate, Drawing, EffectCard, Fit, Search, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     MOTORS,
@@ -11,10 +10,10 @@ from deltactl.models.effects.kind import (
     EffectKind,
     Memory,
     Parameter,
+    Port,
     Values,
     scalar,
 )
-from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 from deltactl.models.effects.card import ByHand, Compensated, Drawing, EffectCard, Rule, Words
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import (
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Port,
+    Values,
+    scalar,
+)
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -6,12 +6,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.models.cosine_sine import cosine_and_sine
-from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Trait, Words
-from deltactl.models.effects.fit import Coordinate, Fit, Shape
+from deltactl.models.effects.card import (
+    Compensated,
+    Coordinate,
+    Drawing,
+    EffectCard,
+    Fit,
+    Shape,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import (
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Port,
+    Values,
+    scalar,
+)
+from deltactl.models.linkage.vectors import cosine_and_sine
 from deltactl.models.recursion import linear
 
 FASTEST_DECAY = 0.999

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Rule, Trait, Words
-from deltactl.models.effects.fit import Coordinate, Fit
+from deltactl.models.effects.card import (
+    Compensated,
+    Coordinate,
+    Drawing,
+    EffectCard,
+    Fit,
+    Rule,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     RANGES,
@@ -13,10 +21,10 @@ from deltactl.models.effects.kind import (
     EffectKind,
     Memory,
     Parameter,
+    Port,
     Values,
     scalar,
 )
-from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -5,17 +5,27 @@ from __future__ import annotations
 from deltactl.models.effects.card import (
     ByHand,
     Compensated,
+    Coordinate,
     Drawing,
     EffectCard,
     Equal,
+    Fit,
     Rule,
+    Search,
+    Shape,
     Trait,
     Words,
 )
-from deltactl.models.effects.fit import Coordinate, Fit, Search, Shape
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import (
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Port,
+    Values,
+    scalar,
+)
 from deltactl.models.recursion import delayed
 
 

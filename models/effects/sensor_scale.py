@@ -14,8 +14,7 @@ from deltactl.models.effects.card import (
     Words,
 )
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Port, Values, scalar
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

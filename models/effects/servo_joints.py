@@ -9,18 +9,17 @@ from __future__ import annotations
 import numpy as np
 
 from deltactl.models.effects.card import EffectCard, Words
-from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.flow import Flow, TorqueFlow, torque_flow
 from deltactl.models.effects.kind import (
     MOTORS,
     EffectKind,
     Memory,
     Operate,
     Parameter,
+    Port,
     Values,
     scalar,
 )
-from deltactl.models.effects.port import Port
-from deltactl.models.effects.torque_flow import TorqueFlow, torque_flow
 from deltactl.models.robot import FloatArray
 
 

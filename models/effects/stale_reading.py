@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.models.effects.card import Drawing, EffectCard, Trait, Words
-from deltactl.models.effects.fit import Coordinate, Fit, Search
+from deltactl.models.effects.card import Coordinate, Drawing, EffectCard, Fit, Search, Trait, Words
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Port, Values, scalar
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -10,8 +10,7 @@ import numpy as np
 
 from deltactl.models.effects.card import Compensated, EffectCard, Rule
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Port, Values, scalar
 from deltactl.models.robot import FloatArray
 
 STEEPEST = 0.5

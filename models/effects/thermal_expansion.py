@@ -7,11 +7,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.models.effects.card import Compensated, EffectCard, Rule, Words
-from deltactl.models.effects.fit import Coordinate, Fit
+from deltactl.models.effects.card import Compensated, Coordinate, EffectCard, Fit, Rule, Words
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import (
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Port,
+    Values,
+    scalar,
+)
 
 PHYSICAL_STRAIN = 0.012
 """Polyamide by 100 K (120e-6 per K; ABS 100e-6, PLA 70e-6, aluminium 23e-6, steel 12e-6; tables of

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Equal, Rule, Trait, Words
-from deltactl.models.effects.effort_flow import effort_flow
-from deltactl.models.effects.fit import Coordinate, Fit, Shape
-from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.card import (
+    Compensated,
+    Coordinate,
+    Drawing,
+    EffectCard,
+    Equal,
+    Fit,
+    Rule,
+    Shape,
+    Trait,
+    Words,
+)
+from deltactl.models.effects.flow import Flow, effort_flow
 from deltactl.models.effects.kind import (
     MOTORS,
     Discrepancy,
     EffectKind,
     Memory,
     Parameter,
+    Port,
     Values,
     joints,
     scalar,
 )
-from deltactl.models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

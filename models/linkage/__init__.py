@@ -5,18 +5,17 @@ horizontal and positive is down. `inverse`, `forward`, `jacobian` and the margin
 whole arrays; `inverse_one` on a single target in plain floats.
 """
 
-from deltactl.models.linkage.arms import Linkage
-from deltactl.models.linkage.forward import forward
-from deltactl.models.linkage.inverse import inverse
-from deltactl.models.linkage.jacobian import jacobian, parallel_margin, serial_margin
-from deltactl.models.linkage.scalar import inverse_one
-from deltactl.models.linkage.status import (
+from deltactl.models.linkage.arms import (
     SINGULAR_MARGIN,
     STATUS_TEXT,
     ArmAngles,
+    Linkage,
     PlatformPosition,
     Status,
 )
+from deltactl.models.linkage.jacobian import jacobian, parallel_margin, serial_margin
+from deltactl.models.linkage.kinematics import forward, inverse
+from deltactl.models.linkage.scalar import inverse_one
 
 __all__ = [
     "SINGULAR_MARGIN",

@@ -3,10 +3,9 @@
 Needs numpy and a TFLite runtime only; writing and training files is `deltactl.models.training`.
 """
 
-from deltactl.models.network.domain import Box, Cylinder, Domain
 from deltactl.models.network.file import NetworkFile
 from deltactl.models.network.inverse import InverseNetwork
-from deltactl.models.network.metadata import NetworkMetadata, fingerprint
+from deltactl.models.network.metadata import Box, Cylinder, Domain, NetworkMetadata, fingerprint
 
 __all__ = [
     "Box",

@@ -67,7 +67,7 @@ class _Network:
 
     def check(self) -> None:
         """Every operator has what it needs, from tensors that are there by then."""
-        ready = {index for index, one in enumerate(self._tensors) if one.data}
+        ready = {index for index, tensor in enumerate(self._tensors) if tensor.data}
         for index in self._graph.i32s(1):
             if self._tensor(index).data:
                 raise FlatError("has an input that is a constant")
@@ -119,13 +119,13 @@ class _Network:
             raise FlatError("has operators that do not follow from one another")
         given, made = [self._tensor(index) for index in inputs], self._tensor(outputs[0])
         if made.kind != FLOAT32 or not _FITS[code](given, made):
-            shapes = ", ".join(str(one.shape) for one in given)
+            shapes = ", ".join(str(tensor.shape) for tensor in given)
             raise FlatError(f"has an operator {code} from {shapes} to {made.shape}")
         ready.add(outputs[0])
 
 
 def _dense_fits(given: list[_Tensor], made: _Tensor) -> bool:
-    if not 2 <= len(given) <= 3 or any(one.kind != FLOAT32 for one in given):
+    if not 2 <= len(given) <= 3 or any(tensor.kind != FLOAT32 for tensor in given):
         return False
     x, weights = given[:2]
     if len(x.shape) != 2 or len(weights.shape) != 2 or not weights.data:
@@ -136,7 +136,7 @@ def _dense_fits(given: list[_Tensor], made: _Tensor) -> bool:
 
 
 def _same_fits(count: int, given: list[_Tensor], made: _Tensor) -> bool:
-    alike = all(one.kind == FLOAT32 and one.shape == made.shape for one in given)
+    alike = all(tensor.kind == FLOAT32 and tensor.shape == made.shape for tensor in given)
     return len(given) == count and alike
 
 

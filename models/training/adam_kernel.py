@@ -129,19 +129,20 @@ def _adam(
 def _epochs(
     weights: Float32Array,
     sizes: IntArray,
-    inputs: Float32Array,
-    wanted: Float32Array,
+    samples: tuple[Float32Array, Float32Array],
     moments: Float32Array,
     rates: Float32Array,
     batch: int,
-    done: int,
-    seed: int,
+    begun: tuple[int, int],
 ) -> int:
     """Train in place for `len(rates)` epochs; returns the steps taken in all.
 
-    inputs (n, k) and wanted (n, m), moments (2, weights). Every epoch is a new random order; the
+    samples: inputs (n, k) and wanted (n, m). moments (2, weights). begun: steps before, and what
+    seeds the orders. Every epoch is a new random order; the
     last batch is filled up from the order's beginning.
     """
+    inputs, wanted = samples
+    done, seed = begun
     np.random.seed(seed)
     count = len(inputs)
     steps = (count + batch - 1) // batch

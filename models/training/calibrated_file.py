@@ -133,8 +133,9 @@ def _sensors(found: Calibrated) -> list[EffectEntry]:
     matrix, entries = found.sensor_matrix, []
     turned = 0.5 * (matrix - matrix.T)
     rotation = (float(turned[2, 1]), float(turned[0, 2]), float(turned[1, 0]))
-    entries.append(EffectEntry(effect=TILT.name, component="frame",
-                               parameters={"rotation": rotation}))  # fmt: skip
+    entries.append(
+        EffectEntry(effect=TILT.name, component="frame", parameters={"rotation": rotation})
+    )
     for axis, name in enumerate(RANGES):
         far_m, bow = sensors.offsets_m[axis], found.sensor_curvature_per_m[axis]
         scale = 1.0 + matrix[axis, axis] - 2.0 * bow * far_m

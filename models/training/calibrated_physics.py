@@ -17,7 +17,7 @@ from deltactl.models.robot import DeltaRobot, FloatArray
 from deltactl.models.training.arm_networks import train_arms
 from deltactl.models.training.calibrate import Calibrated, Plausible, calibrate
 from deltactl.models.training.recipe import Follow, Settings, Trained, unseen
-from deltactl.models.training.samples_of_angles import SMALLEST_MARGIN, random_poses, split
+from deltactl.models.training.samples import SMALLEST_MARGIN, random_poses, split
 
 RECIPE = "ours"
 _BEYOND_DEG = 3.0

@@ -14,7 +14,7 @@ import numpy as np
 from deltactl.foundation.errors import NetworkError
 from deltactl.foundation.process import one_thread
 from deltactl.models.calibrated_inverse import CalibratedInverse, corrections_of
-from deltactl.models.network.domain import Box, Cylinder
+from deltactl.models.network.metadata import Box, Cylinder
 from deltactl.models.robot import FloatArray
 from deltactl.models.training.arm_networks import train_arms
 from deltactl.models.training.export import HeldOut, Origin, data_to_file

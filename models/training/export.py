@@ -43,19 +43,20 @@ class Origin:
     machine: str = ""
 
 
-def to_file(
-    path: Path, trained: Trained, task: Task, effort: Effort | None = None, source: str = "geometry"
-) -> NetworkFile:
+GEOMETRY = Origin("geometry")
+
+
+def to_file(path: Path, trained: Trained, task: Task, effort: Effort | None = None) -> NetworkFile:
     """Measure the network as it runs and write it. Raises NetworkError when it cannot be written.
 
     The bytes are checked like any file's before they replace what was at `path`.
     """
-    draft = _file(path, trained, _metadata(trained, task, Origin(source), _UNMEASURED))
+    draft = _file(path, trained, _metadata(trained, task, GEOMETRY, _UNMEASURED))
     measured = measure(draft, task, effort)
     rng = np.random.default_rng(task.seed)
     parity = parity_deg(draft, trained, spread(task.domain, rng, _PARITY_POINTS))
     measured = measured.model_copy(update={"parity_deg": parity})
-    return _write(path, trained, _metadata(trained, task, Origin(source), measured))
+    return _write(path, trained, _metadata(trained, task, GEOMETRY, measured))
 
 
 @dataclass(frozen=True, eq=False)

@@ -176,7 +176,7 @@ class _Writer:
                 for tensor in self.graph.tensors
             ]
         )
-        operators = self._tables([self._operator(one) for one in self.graph.operations])
+        operators = self._tables([self._operator(operation) for operation in self.graph.operations])
         inputs, outputs = self._integers([self.source]), self._integers([self.result])
         tflite.SubGraphStart(b)
         tflite.SubGraphAddTensors(b, tensors)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.models.network.domain import Box, Cylinder, Range
+from deltactl.models.network.metadata import Box, Cylinder, Range
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray
 from deltactl.models.training.graph import Graph
 

@@ -8,11 +8,10 @@ import numpy as np
 
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.linkage import Linkage
-from deltactl.models.network.domain import Box, Cylinder
+from deltactl.models.network.metadata import Box, Cylinder
 from deltactl.models.robot import DeltaRobot, FloatArray
 from deltactl.models.training.dataset import FEWEST, DataSet
-from deltactl.models.training.samples import labels_rad, spread
-from deltactl.models.training.samples_of_angles import random_poses
+from deltactl.models.training.samples import random_poses
 
 ANGLE_DEG = (-20.0, 110.0)
 """Zhao 2023, section 3: the angles that are drawn."""
@@ -59,22 +58,14 @@ def of_dataset(data: DataSet, robot: DeltaRobot, first: int | None = None) -> So
     )
 
 
-def of_geometry(
-    robot: DeltaRobot, count: int, seed: int, domain: Cylinder | Box | None = None
-) -> Source:
-    """Exact samples of the robot file's geometry: of random angles, or even in a domain.
+def of_geometry(robot: DeltaRobot, count: int, seed: int) -> Source:
+    """Exact samples of the robot file's geometry: of random angles.
 
     Raises NetworkError where the geometry cannot be assembled, ConfigError for too few samples.
     """
     if count < FEWEST:
         raise ConfigError(f"{count} samples are too few to learn from; take at least {FEWEST}")
     linkage = Linkage.of(robot.geometry)
-    if domain is not None:
-        position_m = spread(domain, np.random.default_rng(seed), count)
-        angles_rad = labels_rad(linkage, position_m)
-        return Source(
-            robot, position_m, angles_rad, domain, _outward(angles_rad), "geometry, even positions"
-        )
     position_m, angles_rad = random_poses(linkage, count, ANGLE_DEG, seed)
     low_m, high_m = position_m.min(axis=0), position_m.max(axis=0)
     x, y, z = ((float(low), float(high)) for low, high in zip(low_m, high_m, strict=True))

@@ -12,11 +12,11 @@ from deltactl.foundation.errors import NetworkError
 from deltactl.foundation.plain_file import check_place
 from deltactl.foundation.process import one_thread
 from deltactl.models.network.file import NetworkFile
-from deltactl.models.training import shared_arm
+from deltactl.models.training import arm_networks
 from deltactl.models.training.calibrated_physics import CalibratedSettings, train_calibrated
 from deltactl.models.training.export import HeldOut, Origin, data_to_file, to_file, unwritable
 from deltactl.models.training.recipe import Follow, Settings, Task, Trained, plain, unseen
-from deltactl.models.training.samples_of_angles import split
+from deltactl.models.training.samples import split
 from deltactl.models.training.sources import Source
 from deltactl.models.training.train_shipped import SHIPPED
 from deltactl.models.training.uzunovic import UzunovicSettings, train_uzunovic
@@ -101,7 +101,7 @@ def train_exact(task: Task, settings: Settings, path: Path, follow: Follow = uns
     Raises NetworkError when the arms differ, the domain cannot be reached or the disk is full.
     """
     check_writable(path)
-    trained = shared_arm.train(task, settings, follow=follow)
+    trained = arm_networks.train(task, settings, follow=follow)
     return Written(to_file(path, trained, task), trained)
 
 

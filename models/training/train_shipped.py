@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from deltactl.foundation.process import PACKAGE
-from deltactl.models.network.domain import Box, Cylinder, Range
 from deltactl.models.network.file import TRAINED_FOLDER, NetworkFile
+from deltactl.models.network.metadata import Box, Cylinder, Range
 from deltactl.models.robot_files import load_delta
-from deltactl.models.training import shared_arm
+from deltactl.models.training import arm_networks
 from deltactl.models.training.export import to_file
 from deltactl.models.training.recipe import Progress, Settings, Task
 
@@ -54,7 +54,7 @@ def train_one(shipped: Shipped, config: Path, folder: Path, progress: Progress) 
     """Train one network and write it to `folder`. Raises ConfigError or NetworkError."""
     robot = load_delta(config / f"{shipped.robot}.yaml")
     task = Task(robot, shipped.domain, shipped.seed, shipped.angle_deg)
-    trained = shared_arm.train(task, shipped.settings, progress)
+    trained = arm_networks.train(task, shipped.settings, progress)
     return to_file(folder / f"{shipped.robot}.tflite", trained, task)
 
 

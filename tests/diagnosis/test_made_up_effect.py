@@ -28,7 +28,7 @@ import numpy as np
 
 from deltactl.models.effects.card import Compensated, Drawing, EffectCard, Rule, Words
 from deltactl.models.effects.kind import MOTORS, EffectKind, Parameter, scalar
-from deltactl.models.effects.port import Port
+from deltactl.models.effects.kind import Port
 
 
 def _operate(flow, index, values, memory):

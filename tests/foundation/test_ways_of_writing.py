@@ -14,7 +14,7 @@ OTHERWISE = {
     "deltactl/foundation/plain_file.py": "is the one way",
     "deltactl/recording/writing/append_file.py": "a recording grows while it runs",
     "deltactl/fleet/task.py": "answers of a fleet are added as they come, a line each",
-    "models/training/dataset_writer.py": "samples are added as they are taken, a line each",
+    "models/training/dataset.py": "samples are added as they are taken, a line each",
     "deltactl/cli/web.py": "the log of a process that runs",
     "deltactl/diagnosis/estimation/side_by_side.py": "a pipe between processes",
     "drivers/steps/hosts.py": "memory that two processes share, and no text",

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from deltactl.models.linkage import Linkage, Status, forward
-from deltactl.models.linkage.scalar_forward import forward_one
+from deltactl.models.linkage.scalar import forward_one
 
 ANGLES = st.tuples(*[st.floats(-math.pi, math.pi)] * 3)
 LINKAGES = (

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from deltactl.models.network import Box, Cylinder
-from deltactl.models.network.domain import EDGE_M
+from deltactl.models.network.metadata import EDGE_M
 
 CYLINDER = Cylinder(radius_m=0.2, z_m=(-0.6, -0.35))
 BOX = Box(x_m=(-0.1, 0.2), y_m=(-0.3, 0.1), z_m=(-0.5, -0.4))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from deltactl.foundation.errors import LimitExceeded, MissingFile, NetworkError
-from deltactl.models.network import InverseNetwork, NetworkFile, runtime
+from deltactl.models.network import InverseNetwork, NetworkFile, inverse
 from deltactl.models.robot import DeltaRobot
 from deltactl.models.training.recipe import Task
 
@@ -106,12 +106,12 @@ def test_the_runtime_fits_python_and_numpy(
     names: tuple[str, ...],
 ) -> None:
     monkeypatch.setattr(sys, "version_info", (*python, 0))
-    monkeypatch.setattr(runtime.np, "__version__", numpy_version)
-    assert runtime.runtime_names() == names
+    monkeypatch.setattr(inverse.np, "__version__", numpy_version)
+    assert inverse.runtime_names() == names
 
 
 def test_a_missing_runtime_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in runtime.RUNTIMES:
+    for name in inverse.RUNTIMES:
         monkeypatch.setitem(sys.modules, f"{name}.interpreter", None)
     with pytest.raises(NetworkError, match=r"install (tflite-runtime|ai-edge-litert)"):
-        runtime.open_interpreter(b"")
+        inverse.open_interpreter(b"")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from deltactl.models.network import InverseNetwork, NetworkFile
-from deltactl.models.network.runtime import open_interpreter
+from deltactl.models.network.inverse import open_interpreter
 from deltactl.models.training.graph import Graph
 from deltactl.models.training.perceptron import Scaling, fold
 

@@ -13,7 +13,7 @@ from deltactl.foundation.errors import NetworkError
 from deltactl.models.linkage import Linkage, serial_margin
 from deltactl.models.network import Cylinder, InverseNetwork, NetworkFile
 from deltactl.models.robot import DeltaRobot
-from deltactl.models.training import shared_arm
+from deltactl.models.training import arm_networks
 from deltactl.models.training.accuracy import Effort, measure
 from deltactl.models.training.export import to_file
 from deltactl.models.training.recipe import Settings, Task
@@ -28,7 +28,7 @@ CYLINDER = Cylinder(radius_m=0.2, z_m=(-0.6, -0.35))
 
 @pytest.fixture
 def short(task: Task, tmp_path: Path) -> NetworkFile:
-    return to_file(tmp_path / "short.tflite", shared_arm.train(task, SHORT), task, QUICK)
+    return to_file(tmp_path / "short.tflite", arm_networks.train(task, SHORT), task, QUICK)
 
 
 def test_a_short_training_already_knows_the_robot(short: NetworkFile, task: Task) -> None:
@@ -41,11 +41,11 @@ def test_a_short_training_already_knows_the_robot(short: NetworkFile, task: Task
 
 
 def test_the_same_seed_gives_the_same_file(short: NetworkFile, task: Task) -> None:
-    again = to_file(short.path, shared_arm.train(task, SHORT), task, QUICK)
+    again = to_file(short.path, arm_networks.train(task, SHORT), task, QUICK)
     assert again.content == short.content
     other = replace(task, seed=task.seed + 1)
     assert (
-        to_file(short.path, shared_arm.train(other, SHORT), other, QUICK).content != short.content
+        to_file(short.path, arm_networks.train(other, SHORT), other, QUICK).content != short.content
     )
 
 
@@ -65,7 +65,7 @@ def test_the_stated_errors_are_those_of_the_running_network(short: NetworkFile, 
 
 def test_progress_is_told_stage_by_stage(task: Task) -> None:
     lines: list[str] = []
-    shared_arm.train(task, replace(SHORT, iterations=3, iterations_a_round=2), lines.append)
+    arm_networks.train(task, replace(SHORT, iterations=3, iterations_a_round=2), lines.append)
     assert len(lines) == 2
     assert "stage 1 of 1" in lines[1]
 
@@ -81,7 +81,7 @@ def test_arms_that_differ_are_refused(
     make_robot: Callable[..., DeltaRobot], task: Task, change: dict[str, object], field: str
 ) -> None:
     with pytest.raises(NetworkError, match=rf"arms differ \({field}\)"):
-        shared_arm.train(replace(task, robot=make_robot(**change)), SHORT)
+        arm_networks.train(replace(task, robot=make_robot(**change)), SHORT)
 
 
 def test_turned_robots_with_an_equal_home_offset_are_learned(
@@ -89,19 +89,19 @@ def test_turned_robots_with_an_equal_home_offset_are_learned(
 ) -> None:
     turned = make_robot(azimuth_deg=(30.0, 150.0, 270.0), home_offset_deg=(0.5, 0.5, 0.5))
     changed = replace(task, robot=turned)
-    file = to_file(tmp_path / "turned.tflite", shared_arm.train(changed, SHORT), changed, QUICK)
+    file = to_file(tmp_path / "turned.tflite", arm_networks.train(changed, SHORT), changed, QUICK)
     assert file.metadata.validation.rmse_deg < 0.05
 
 
 def test_a_domain_off_the_workspace_is_refused(task: Task) -> None:
     far = replace(task, domain=Cylinder(radius_m=0.3, z_m=(-0.7, -0.35)))
     with pytest.raises(NetworkError, match="cannot be reached; make the domain smaller"):
-        shared_arm.train(far, SHORT)
+        arm_networks.train(far, SHORT)
 
 
 def test_the_graph_sees_every_arm_from_its_own_motor(make_robot: Callable[..., DeltaRobot]) -> None:
     linkage = Linkage.of(make_robot().geometry)
-    rows = shared_arm.arm_rows(linkage, np.array([[0.1, 0.0, -0.4]]))
+    rows = arm_networks.arm_rows(linkage, np.array([[0.1, 0.0, -0.4]]))
     assert rows[0, 0].tolist() == pytest.approx([0.1, 0.0, -0.4])
     assert rows[0, 1].tolist() == pytest.approx([-0.05, 0.0075, -0.4])
     assert rows[0, 2].tolist() == pytest.approx([-0.05, 0.0075, -0.4])

@@ -15,7 +15,7 @@ from deltactl.models.inverse_kinematics import GeometricInverse, InverseKinemati
 from deltactl.models.linkage import Linkage, forward
 from deltactl.models.network import Cylinder, InverseNetwork
 from deltactl.models.robot import DeltaRobot, Drive, Geometry
-from deltactl.models.training import shared_arm
+from deltactl.models.training import arm_networks
 from deltactl.models.training.accuracy import Effort
 from deltactl.models.training.export import to_file
 from deltactl.models.training.recipe import Settings, Task
@@ -47,7 +47,7 @@ def network(tmp_path_factory: pytest.TempPathFactory) -> InverseNetwork:
     task = Task(robot, Cylinder(radius_m=0.15, z_m=(-0.55, -0.4)), seed=0)
     settings = Settings(hidden=(6,), spread=150, edge=50, cluster=50, iterations=50, rounds=0)
     path = tmp_path_factory.mktemp("network") / "bench.tflite"
-    return InverseNetwork(to_file(path, shared_arm.train(task, settings), task, Effort(2000, 5)))
+    return InverseNetwork(to_file(path, arm_networks.train(task, settings), task, Effort(2000, 5)))
 
 
 @pytest.fixture(params=["geometry", "network"])

@@ -13,14 +13,21 @@ pytest.importorskip("mujoco", reason="the command that writes cases needs the ex
 
 from deltactl.models.robot_files import load_with_effects
 from deltactl.proof import generate
-from deltactl.proof.axis.cases import MACHINES, ROUND, draw
+from deltactl.proof.axis.cases import (
+    HOLDOUT,
+    MACHINES,
+    RECORDING,
+    ROBOT_FILE,
+    ROUND,
+    draw,
+    write_blind,
+)
 from deltactl.proof.axis.catalogue import COMMANDED, FORCED, KINDS, UNKNOWN, Scale
 from deltactl.proof.axis.commanded import CommandedAxis
 from deltactl.proof.axis.forced import ForcedAxis
 from deltactl.proof.axis.motions import Pace, move
 from deltactl.proof.axis.observer import Observer, alternatives, bound, sized
 from deltactl.proof.axis.sensing import Mess, Noise, Rows, whitened
-from deltactl.proof.axis.write import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
 from deltactl.recording.tables.flat_files import read_flat
 
 ROWS_S = np.arange(1.0, 39.0, 0.02)

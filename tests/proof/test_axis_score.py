@@ -14,8 +14,7 @@ from deltactl.cli.main import app
 from deltactl.foundation.errors import ConfigError, MissingFile
 from deltactl.proof.prove import axis_campaign
 from deltactl.proof.prove.axis_campaign import confusion, prove_axes, seeds_of
-from deltactl.proof.prove.axis_score import score_axis
-from deltactl.proof.prove.axis_table import axis_rows, right
+from deltactl.proof.prove.axis_score import axis_rows, right, score_axis
 from deltactl.proof.prove.reliability import calibration_error
 from deltactl.proof.prove.resumable import Means
 

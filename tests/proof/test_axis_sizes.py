@@ -15,13 +15,11 @@ import numpy as np
 import pytest
 
 from deltactl.models.chain.active import activate
-from deltactl.models.chain.axis import AxisChain
+from deltactl.models.chain.axis import AxisChain, SensorChain
 from deltactl.models.chain.commands import Commands
-from deltactl.models.chain.range_sensor import SensorChain
 from deltactl.proof.axis.commanded import CommandedAxis
-from deltactl.proof.axis.drives import DeadBand, PositionLoop, ringing
+from deltactl.proof.axis.drives import DeadBand, LuGre, PositionLoop, play, ringing, wound_up
 from deltactl.proof.axis.forced import ForcedAxis
-from deltactl.proof.axis.friction import LuGre, play, wound_up
 from deltactl.proof.axis.motions import ONE_WAY, STYLES, Pace, move
 from deltactl.proof.axis.sensing import RangeSensor
 

@@ -15,9 +15,8 @@ from deltactl.proof.hidden.more_oddities import NEW, SEEN, SURVEY_ONLY, UNKNOWN,
 from deltactl.proof.prove.score import score
 from deltactl.proof.prove.table import more_rows
 from deltactl.proof.recorded import Machine, record_clean
-from deltactl.proof.robot.as_built import AsBuilt, FloatArray
+from deltactl.proof.robot.as_built import AsBuilt, FloatArray, StepTrain
 from deltactl.proof.robot.run import run
-from deltactl.proof.robot.stepping import StepTrain
 from tests.proof.test_proof_score import HOME, STRIPES, finding, result
 
 BEFORE = {

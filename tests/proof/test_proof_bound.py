@@ -10,9 +10,9 @@ import pytest
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
 from deltactl.proof.cases import assemble
-from deltactl.proof.prove.bound import as_recorded, bound, distance
+from deltactl.proof.prove.one_case import as_recorded, bound, distance
+from deltactl.proof.ranging import Noise
 from deltactl.proof.recorded import record_with_truth, sample_times
-from deltactl.proof.sensors.noise import Noise
 
 NOISE = Noise(0.002, 0.6, outliers=0.01, dropouts=0.03)
 

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from deltactl.cli.main import app
 from deltactl.foundation.errors import ConfigError, RecordingError, ServiceError
 from deltactl.proof.prove import campaign, one_case
+from deltactl.proof.prove.resumable import Means
 
 
 def small_result(seed: int, number: int) -> dict[str, object]:
@@ -38,11 +39,10 @@ def ran(monkeypatch):
 
 
 def test_a_proof_goes_on_where_it_ended(tmp_path, ran):
-    campaign.prove(2, 3, tmp_path, count=0)
+    campaign.prove(2, 3, tmp_path, means=Means(0))
     seen = []
-    outcome = campaign.prove(
-        4, 3, tmp_path, count=0, progress=lambda done, total, text: seen.append((done, total))
-    )
+    means = Means(0, progress=lambda done, total, text: seen.append((done, total)))
+    outcome = campaign.prove(4, 3, tmp_path, means=means)
     assert ran == [0, 1, 2, 3]
     assert seen == [(2, 4), (3, 4), (4, 4)]
     assert len(outcome.scores) == 4
@@ -53,25 +53,25 @@ def test_a_proof_goes_on_where_it_ended(tmp_path, ran):
 def test_an_unfinished_case_is_run_again(tmp_path, ran):
     (tmp_path / "case_0000").mkdir()
     (tmp_path / "case_0000" / "result.part").write_text("{")
-    campaign.prove(1, 3, tmp_path, count=0)
+    campaign.prove(1, 3, tmp_path, means=Means(0))
     assert ran == [0]
     assert json.loads((tmp_path / "case_0000" / "result.json").read_text())["seed"] == 3
 
 
 def test_another_seed_needs_another_folder(tmp_path, ran):
-    campaign.prove(1, 3, tmp_path, count=0)
+    campaign.prove(1, 3, tmp_path, means=Means(0))
     with pytest.raises(ConfigError, match="seed 3"):
-        campaign.prove(1, 4, tmp_path, count=0)
+        campaign.prove(1, 4, tmp_path, means=Means(0))
 
 
 def test_a_proof_that_is_cut_off_scores_what_comes_before_the_first_missing_case(tmp_path, ran):
-    outcome = campaign.prove(4, 3, tmp_path, count=0, minutes=0.0)
+    outcome = campaign.prove(4, 3, tmp_path, means=Means(0, minutes=0.0))
     assert ran == [0]
     assert outcome.title == "the first 1 of 4 cases and 0 ties of seed 3"
     (tmp_path / "case_0002").mkdir()
     late = {**small_result(3, 2), "failure": "ran before case 1"}
     (tmp_path / "case_0002" / "result.json").write_text(json.dumps(late))
-    assert len(campaign.prove(4, 3, tmp_path, count=0, minutes=0.0).scores) == 3
+    assert len(campaign.prove(4, 3, tmp_path, means=Means(0, minutes=0.0)).scores) == 3
 
 
 def test_ties_take_turns_with_cases(tmp_path, ran, monkeypatch):
@@ -83,7 +83,7 @@ def test_ties_take_turns_with_cases(tmp_path, ran, monkeypatch):
         }  # fmt: skip
 
     monkeypatch.setattr(campaign, "run_tie", tie)
-    campaign.prove(4, 3, tmp_path, ties=2, count=0)
+    campaign.prove(4, 3, tmp_path, ties=2, means=Means(0))
     assert ran == [0, "tie 0", 1, 2, "tie 1", 3]
 
 
@@ -133,7 +133,7 @@ def test_cases_run_on_a_schedulers_workers(tmp_path, monkeypatch):
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0"
     ) as cluster:
-        outcome = campaign.prove(3, 5, tmp_path, scheduler=cluster.scheduler_address)
+        outcome = campaign.prove(3, 5, tmp_path, means=Means(scheduler=cluster.scheduler_address))
     assert [marks.case for marks in outcome.scores] == ["case_0000", "case_0001", "case_0002"]
 
 
@@ -152,7 +152,7 @@ def test_a_lost_case_does_not_cost_the_others(tmp_path, monkeypatch):
         ) as cluster,
         pytest.raises(ServiceError, match=r"1 did not finish .* worker died.*same command again"),
     ):
-        campaign.prove(3, 5, tmp_path, scheduler=cluster.scheduler_address)
+        campaign.prove(3, 5, tmp_path, means=Means(scheduler=cluster.scheduler_address))
     assert (tmp_path / "case_0000" / "result.json").exists()
     assert (tmp_path / "case_0002" / "result.json").exists()
 
@@ -160,11 +160,11 @@ def test_a_lost_case_does_not_cost_the_others(tmp_path, monkeypatch):
 def test_without_dask_it_says_so_and_runs_here(tmp_path, ran, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     said = []
-    campaign.prove(1, 3, tmp_path, count=2, say=said.append)
+    campaign.prove(1, 3, tmp_path, means=Means(say=said.append))
     assert ran == [0]
     assert "Dask is not installed" in said[0]
     with pytest.raises(ConfigError, match=r"--scheduler tcp://nobody:1: Dask is not installed"):
-        campaign.prove(2, 3, tmp_path, scheduler="tcp://nobody:1")
+        campaign.prove(2, 3, tmp_path, means=Means(scheduler="tcp://nobody:1"))
 
 
 def test_no_cases_is_refused(tmp_path):

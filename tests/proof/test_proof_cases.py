@@ -12,13 +12,12 @@ pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' 
 
 from deltactl.foundation.errors import ConfigError
 from deltactl.proof import generate
-from deltactl.proof.cases import ROUND, assemble, draw
-from deltactl.proof.hidden.build_in import SINGLES
+from deltactl.proof.cases import ROUND, assemble, draw, write_blind
 from deltactl.proof.hidden.oddities import ODDITIES
+from deltactl.proof.hidden.vocabulary import SINGLES
+from deltactl.proof.ranging import ideal_ranges
 from deltactl.proof.recorded import Machine, record_clean
 from deltactl.proof.robot.run import run
-from deltactl.proof.sensors.ranging import ideal_ranges
-from deltactl.proof.write_case import write_blind
 from deltactl.recording.tables.flat_files import read_flat
 
 

@@ -7,16 +7,13 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
-from deltactl.proof.hidden.build_in import SINGLES, VOCABULARY, Planned, construct, heights_m
-from deltactl.proof.motion.survey import survey
+from deltactl.proof.hidden.vocabulary import SINGLES, VOCABULARY, Planned, construct, heights_m
+from deltactl.proof.motions import survey
+from deltactl.proof.ranging import SILENT, ideal_ranges, read
 from deltactl.proof.recorded import Machine
-from deltactl.proof.robot.as_built import AsBuilt, Body, Joints, three
-from deltactl.proof.robot.assemble import Assembly
-from deltactl.proof.robot.bodies import build
+from deltactl.proof.robot.as_built import AsBuilt, Body, Joints, StepTrain, three, together
+from deltactl.proof.robot.bodies import Assembly, build
 from deltactl.proof.robot.run import run
-from deltactl.proof.robot.stepping import StepTrain, together
-from deltactl.proof.sensors.noise import SILENT
-from deltactl.proof.sensors.ranging import ideal_ranges, read
 
 RAD_PER_STEP = Joints().rad_per_step
 SAG_M = 7e-5

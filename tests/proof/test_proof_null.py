@@ -10,13 +10,11 @@ from hypothesis import strategies as st
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
 from deltactl.foundation.errors import UnreachablePoint
-from deltactl.proof.motion.inverse import arm_angles
-from deltactl.proof.motion.survey import survey
+from deltactl.proof.motions import arm_angles, survey
 from deltactl.proof.null import silence
 from deltactl.proof.recorded import Machine, record_clean
 from deltactl.proof.robot.as_built import AsBuilt, Body, Joints
-from deltactl.proof.robot.assemble import Assembly
-from deltactl.proof.robot.bodies import build
+from deltactl.proof.robot.bodies import Assembly, build
 from deltactl.proof.robot.run import run
 
 ASSEMBLY = Assembly(build(Body(), Joints(), 0.001))

@@ -8,9 +8,8 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the proof's cases need the extra 'proof' (MuJoCo)")
 
-from deltactl.proof.prove.certainty import median_limits, wilson
-from deltactl.proof.prove.matrix import confusion, picture, rows_and_columns
-from deltactl.proof.prove.score import Score, score
+from deltactl.proof.prove.reliability import median_limits, wilson
+from deltactl.proof.prove.score import Score, confusion, picture, rows_and_columns, score
 from deltactl.proof.prove.table import markdown, table
 
 HOME = {

@@ -11,16 +11,12 @@ from hypothesis import strategies as st
 
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
-from deltactl.proof.motion.curves import SHAPES, curve
-from deltactl.proof.motion.survey import HIGHEST, LOWEST, survey
+from deltactl.proof.motions import HIGHEST, LOWEST, SHAPES, curve, survey
+from deltactl.proof.ranging import Noise, Sensors, dropouts, ideal_ranges, read, wander
 from deltactl.proof.recorded import sample_times
-from deltactl.proof.robot.as_built import Body, Joints, three
-from deltactl.proof.robot.assemble import Assembly
-from deltactl.proof.robot.bodies import build
+from deltactl.proof.robot.as_built import Body, Joints, StepTrain, three, together
+from deltactl.proof.robot.bodies import Assembly, build
 from deltactl.proof.robot.run import Truth
-from deltactl.proof.robot.stepping import StepTrain, together
-from deltactl.proof.sensors.noise import Noise, dropouts, wander
-from deltactl.proof.sensors.ranging import Sensors, ideal_ranges, read
 
 COUNT = st.integers(0, 400)
 TARGETS = st.lists(st.tuples(COUNT, COUNT, COUNT), min_size=1, max_size=5)

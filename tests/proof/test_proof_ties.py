@@ -8,11 +8,9 @@ import pytest
 pytest.importorskip("mujoco", reason="the proof's cases need the extra 'proof' (MuJoCo)")
 
 from deltactl.foundation.errors import ConfigError, UnreachablePoint
-from deltactl.proof.hidden.ties import TIES
-from deltactl.proof.motion.job import from_job
-from deltactl.proof.prove import one_tie
-from deltactl.proof.prove.one_tie import draw_tie, run_tie
-from deltactl.proof.prove.score_tie import score_tie, tie_rows
+from deltactl.proof.motions import from_job
+from deltactl.proof.prove import ties
+from deltactl.proof.prove.ties import TIES, draw_tie, run_tie, score_tie, tie_rows
 from deltactl.proof.robot.as_built import Joints
 
 RAD = Joints().rad_per_step
@@ -125,8 +123,8 @@ def test_the_proposed_job_is_run_on_the_same_robot_and_shown_with_the_first(monk
         assert also == ("second.csv.gz",) or len(shown) == 1
         return answer((*LAG, []), proposal=proposal), None
 
-    monkeypatch.setattr(one_tie, "diagnose_blind", diagnose)
-    monkeypatch.setattr(one_tie, "SECONDS", 2.0)
+    monkeypatch.setattr(ties, "diagnose_blind", diagnose)
+    monkeypatch.setattr(ties, "SECONDS", 2.0)
     result = run_tie(3, 2)
     files = ["holdout.csv.gz", "recording.csv.gz"]
     assert shown == [files, [*files, "second.csv.gz"]]

@@ -21,10 +21,10 @@ from deltactl.diagnosis.answer.tables import Tables, table_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError
-from deltactl.models.belief import merged
 from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.chain.active import of_entries
+from deltactl.models.merged_effects import merged
 from deltactl.models.robot import EffectEntry
 from deltactl.repair.correct import held_back
 

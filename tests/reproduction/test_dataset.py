@@ -15,8 +15,7 @@ from deltactl.foundation.errors import MissingFile, RecordingError
 from deltactl.models.network.metadata import fingerprint
 from deltactl.models.robot import DeltaRobot
 from deltactl.models.robot_files import load_delta
-from deltactl.models.training.dataset import SAMPLES, DataSettings, load_dataset
-from deltactl.models.training.dataset_writer import DataSetWriter
+from deltactl.models.training.dataset import SAMPLES, DataSettings, DataSetWriter, load_dataset
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 

@@ -18,10 +18,9 @@ from deltactl.models.robot_files import load_delta
 from deltactl.models.training.dataset import load_dataset
 from deltactl.models.training.sources import of_dataset
 from deltactl.models.training.train import train_from_samples
-from deltactl.reproduction.sheet import Sheet
-from deltactl.reproduction.stage_results import kept
-from deltactl.reproduction.zhao_2023.report import recipes
-from deltactl.reproduction.zhao_2023.scale import FULL
+from deltactl.reproduction.outcome import Sheet, kept
+from deltactl.reproduction.zhao_2023.run import recipes
+from deltactl.reproduction.zhao_2023.study import FULL
 
 
 def made_at(out: Path) -> dict[str, int]:

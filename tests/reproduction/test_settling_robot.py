@@ -13,11 +13,10 @@ from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError, UnreachablePoint
 from deltactl.models.linkage import Linkage, forward
 from deltactl.proof.recorded import Machine
+from deltactl.proof.robot.as_built import together
 from deltactl.proof.robot.run import run
-from deltactl.proof.robot.stepping import together
 from deltactl.reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built, machine_of
-from deltactl.reproduction.zhao_2023.limit import ExpectedMap
-from deltactl.reproduction.zhao_2023.settling import SettlingRobot
+from deltactl.reproduction.zhao_2023.settling import ExpectedMap, SettlingRobot
 
 START = np.array([1333, 1333, 1333])
 ROBOT = load_robot(find("zhao-2023.yaml"))

@@ -10,14 +10,18 @@ import pytest
 from deltactl.models.linkage import Linkage, inverse
 from deltactl.models.robot import DeltaRobot
 from deltactl.models.robot_files import load_delta
-from deltactl.models.training.samples_of_angles import split
+from deltactl.models.training.samples import split
 from deltactl.reproduction.uzunovic_2013.kinematics import (
     ROBOT_FILE,
     KinematicsPart,
     reproduce_kinematics,
 )
-from deltactl.reproduction.uzunovic_2013.kinematics_as_built import StageRobot
-from deltactl.reproduction.uzunovic_2013.kinematics_stage import SAMPLES, measure, reference_m
+from deltactl.reproduction.uzunovic_2013.kinematics_stage import (
+    SAMPLES,
+    StageRobot,
+    measure,
+    reference_m,
+)
 
 NONE = (0.0, 0.0, 0.0)
 PERFECT = StageRobot(NONE, NONE, NONE, NONE, play_deg=NONE, ripple_deg=NONE, worn_deg=0.0)

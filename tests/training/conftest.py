@@ -12,9 +12,8 @@ from deltactl.models.linkage import Linkage, forward
 from deltactl.models.network.metadata import fingerprint
 from deltactl.models.robot import DeltaRobot, FloatArray
 from deltactl.models.robot_files import load_delta
-from deltactl.models.training.dataset import DataSettings
-from deltactl.models.training.dataset_writer import DataSetWriter
-from deltactl.models.training.samples_of_angles import random_poses
+from deltactl.models.training.dataset import DataSettings, DataSetWriter
+from deltactl.models.training.samples import random_poses
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 SHORT_ANGLES_DEG = (0.0, 70.0)

@@ -10,7 +10,7 @@ import numpy as np
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.network import InverseNetwork
-from deltactl.models.network.domain import Cylinder
+from deltactl.models.network.metadata import Cylinder
 from deltactl.models.robot import EffectEntry
 from deltactl.models.robot_files import load_delta
 from deltactl.models.training.corrected import EFFORT, train_corrected

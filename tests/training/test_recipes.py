@@ -14,11 +14,16 @@ from deltactl.models.robot import DeltaRobot, FloatArray
 from deltactl.models.training.calibrate import Plausible, calibrate
 from deltactl.models.training.calibrated_physics import CalibratedSettings, train_calibrated
 from deltactl.models.training.recipe import Settings, plain
-from deltactl.models.training.samples_of_angles import random_poses, split
-from deltactl.models.training.start import starting_weights
+from deltactl.models.training.samples import random_poses, split
 from deltactl.models.training.train_shipped import SHIPPED
 from deltactl.models.training.uzunovic import UzunovicSettings, train_uzunovic
-from deltactl.models.training.zhao import AS_KERAS, AS_PRINTED, ZhaoSettings, train_zhao
+from deltactl.models.training.zhao import (
+    AS_KERAS,
+    AS_PRINTED,
+    ZhaoSettings,
+    starting_weights,
+    train_zhao,
+)
 
 Samples = tuple[FloatArray, FloatArray]
 

@@ -92,10 +92,11 @@ def prove(
         return
     with needs("proof", "prove"):
         from deltactl.proof.prove.campaign import prove as run
+        from deltactl.proof.prove.resumable import Means
     tied = cases // 10 if ties is None else ties
     with bar(total=cases + tied + more) as draw:
-        show = _with_lines(draw)
-        outcome = run(cases, seed, out, tied, workers, scheduler, minutes, show, errors.print, more)
+        means = Means(workers, scheduler, minutes, _with_lines(draw), errors.print)
+        outcome = run(cases, seed, out, tied, more, means)
     table = Table(title=outcome.title, title_justify="left")
     for heading in ("figure", "goal", "reached", "95 % limits", "cases", "met"):
         table.add_column(heading)
@@ -120,7 +121,7 @@ def _prove_axes(
     """Single axes and range sensors, even and odd seeds side by side."""
     with needs("proof", "prove"):
         from deltactl.proof.prove.axis_campaign import prove_axes
-        from deltactl.proof.prove.axis_table import beside
+        from deltactl.proof.prove.axis_score import beside
         from deltactl.proof.prove.resumable import Means
     with bar(total=cases) as draw:
         means = Means(count, scheduler, minutes, _with_lines(draw), errors.print)

@@ -155,7 +155,7 @@ def _go_simulated(
     from deltactl.firmware_py.named_files import ROBOT_KEY, find
     from deltactl.firmware_py.planner.plan import plan_of
     from deltactl.models.calibrated_inverse import CalibratedInverse
-    from deltactl.models.linkage.counted_pose import counted_pose
+    from deltactl.models.linkage.scalar import counted_pose
 
     with TemporaryDirectory() as folder:
         job = Path(folder) / f"{name}.yaml"

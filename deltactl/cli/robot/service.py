@@ -193,7 +193,7 @@ def version(json_out: JsonOption = False) -> None:
 
     from deltactl.cli.output import console, facts, print_json
     from deltactl.firmware_py.controller.jobs.active_job import software_version
-    from deltactl.models.network.runtime import runtime_names
+    from deltactl.models.network.inverse import runtime_names
 
     versions = {
         "deltactl": software_version(),

@@ -18,10 +18,10 @@ from deltactl.diagnosis.answer.verdict import differs_with_speed
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.strict_yaml import Document
-from deltactl.models.belief import merged
 from deltactl.models.effects import VOCABULARY, Port, Trait, has
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.lone_axis import COMPONENT, forms_of
+from deltactl.models.merged_effects import merged
 from deltactl.models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis
 from deltactl.models.robot_files import load_with_effects, named_for_file
 

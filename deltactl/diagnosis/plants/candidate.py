@@ -11,7 +11,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.models.chain import Active
 from deltactl.models.effects import EffectKind
-from deltactl.models.effects.fit import Coordinate, Shape
+from deltactl.models.effects.card import Coordinate, Shape
 
 
 @dataclass(frozen=True, slots=True, eq=False)

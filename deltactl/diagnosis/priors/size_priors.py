@@ -20,7 +20,7 @@ from deltactl.diagnosis.estimation.options import ESTIMATION
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.priors.options import PENALTIES, SIZE_PRIORS
-from deltactl.models.effects.fit import Coordinate
+from deltactl.models.effects.card import Coordinate
 
 
 @dataclass(frozen=True, slots=True, eq=False)

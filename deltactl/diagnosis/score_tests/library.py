@@ -18,7 +18,7 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.score_tests.options import SCORE_TESTS
-from deltactl.models.effects.fit import Shape
+from deltactl.models.effects.card import Shape
 
 PARTS = 8
 """In which the columns are whitened side by side."""

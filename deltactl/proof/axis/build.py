@@ -49,8 +49,9 @@ class Design:
     speed_column: bool
 
 
-def design(machine: str, rng: np.random.Generator, fine: bool = False,
-           style: str | None = None) -> Design:  # fmt: skip
+def design(
+    machine: str, rng: np.random.Generator, fine: bool = False, style: str | None = None
+) -> Design:
     """Draw one. fine: readings so good that something gross is a hundred times their noise."""
     rates = [rate for rate in RATES_HZ if machine != "effort" or rate >= 50.0]
     lengths = [length for length in LENGTHS_S if machine != "effort" or length <= 300.0]
@@ -70,9 +71,12 @@ def design(machine: str, rng: np.random.Generator, fine: bool = False,
     if machine == "effort":
         size = 10.0 ** rng.uniform(-5.5, -4.0)
     sigma = stroke * size
-    noise = Noise(sigma, float(rng.choice([0.0, 0.0, 0.3, 0.6, 0.85])),
-                  float(rng.choice([0.0, 0.0, 0.002, 0.006])),
-                  float(rng.choice([0.0, 1.0, 2.5])) * sigma)  # fmt: skip
+    noise = Noise(
+        sigma,
+        float(rng.choice([0.0, 0.0, 0.3, 0.6, 0.85])),
+        float(rng.choice([0.0, 0.0, 0.002, 0.006])),
+        float(rng.choice([0.0, 1.0, 2.5])) * sigma,
+    )
     inertia = float(np.exp(rng.uniform(*np.log([0.3, 60.0] if linear else [1e-3, 2.0]))))
     force = inertia * stroke / stroke_s**2
     falls = force * float(np.exp(rng.uniform(*np.log([0.5, 10.0]))))
@@ -109,11 +113,13 @@ def _mess(machine: str, rng: np.random.Generator, rate_hz: float) -> Mess:
     if tidy:
         return Mess()
     return Mess(
-        jitter=float(rng.choice([0.0, 0.1, 0.4])), stamp=float(rng.choice([0.0, 0.0, 0.1])),
-        drop=float(rng.choice([0.0, 0.01, 0.04])), gaps=int(rng.choice([0, 0, 1, 2])),
+        jitter=float(rng.choice([0.0, 0.1, 0.4])),
+        stamp=float(rng.choice([0.0, 0.0, 0.1])),
+        drop=float(rng.choice([0.0, 0.01, 0.04])),
+        gaps=int(rng.choice([0, 0, 1, 2])),
         held=float(rng.choice([0.0, 0.0, 0.0, 0.01])) if machine != "effort" else 0.0,
         clock_s=float(rng.choice([0.0, 0.0, 0.001])) if rate_hz <= 200.0 else 0.0,
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)

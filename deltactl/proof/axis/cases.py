@@ -1,4 +1,4 @@
-"""Draw a case by its seed: a machine, what is hidden in it, and two runs of it.
+"""Draw a case by its seed: a machine, what is hidden in it, and two runs of it; a case on disk.
 
 Even seeds are for tuning the diagnosis, odd ones for judging it; seeds 2k and 2k + 1 have the same
 tier and kind of machine, so that both halves of a range hold the same mixture.
@@ -6,12 +6,15 @@ tier and kind of machine, so that both halves of a range hold the same mixture.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from deltactl.foundation.plain_file import write_whole
 from deltactl.proof.axis.build import (
     HOLDOUT_SHARE,
     Design,
@@ -23,9 +26,12 @@ from deltactl.proof.axis.build import (
     untidy,
 )
 from deltactl.proof.axis.catalogue import KINDS, LIMITS, UNKNOWN, Kind, Scale
-from deltactl.proof.axis.commanded import Sizes, Values
-from deltactl.proof.axis.motions import ONE_WAY
+from deltactl.proof.axis.commanded import CommandedAxis, Sizes, Values
+from deltactl.proof.axis.forced import ForcedAxis
+from deltactl.proof.axis.motions import ONE_WAY, FloatArray
 from deltactl.proof.axis.observer import Alternatives, Observer, alternatives, bound, sized
+from deltactl.recording.tables.flat import from_columns
+from deltactl.recording.tables.flat_files import write_flat
 
 ROUND = (
     "none", "single", "unknown", "gross", "faint", "pair", "ambiguous", "single", "none",
@@ -35,10 +41,15 @@ ROUND = (
 """Tiers of twenty successive pairs of seeds."""
 MACHINES = ("commanded", "effort", "range", "commanded", "effort", "effort", "commanded")
 RATIOS = {
-    "single": (1.0, 16.0), "gross": (20.0, 100.0), "faint": (0.08, 0.33), "pair": (1.0, 12.0),
-    "three": (1.5, 12.0), "ambiguous": (1.0, 16.0), "unknown": (2.0, 20.0),
+    "single": (1.0, 16.0),
+    "gross": (20.0, 100.0),
+    "faint": (0.08, 0.33),
+    "pair": (1.0, 12.0),
+    "three": (1.5, 12.0),
+    "ambiguous": (1.0, 16.0),
+    "unknown": (2.0, 20.0),
     "tolerance": (5.0, 16.0),
-}  # fmt: skip
+}
 """Root mean square of an effect over that of the noise."""
 RATIOS_MOST = 1.6
 """How far an effect may exceed its tier's largest, where its size has no straight way there."""
@@ -80,9 +91,14 @@ class Hidden:
         names = {effect, *self.alike.same, *SAME_BY_WORD.get((machine, effect), ())}
         names |= {"unknown"} if effect in LIMITS else set()
         found: dict[str, Any] = {
-            "effect": effect, "where": "axis", "values": dict(self.values), "rms": self.rms,
-            "chi2": self.chi2, "names": sorted(names), "ties": self.alike.ties,
-        }  # fmt: skip
+            "effect": effect,
+            "where": "axis",
+            "values": dict(self.values),
+            "rms": self.rms,
+            "chi2": self.chi2,
+            "names": sorted(names),
+            "ties": self.alike.ties,
+        }
         if self.kind.unknown:
             found |= {"values": {}, "physics": self.kind.effect, "depends_on": self.kind.follows}
         return found
@@ -110,13 +126,16 @@ class AxisCase:
         """In the form of the practice axes' answers."""
         plan, noise = self.design, self.observer.noise.scatter
         signal = self.observer.signal(self.sizes) - self.observer.signal({})
-        unit = ("N" if plan.linear else "N m") if plan.machine == "effort" else (
-            "m" if plan.linear else "rad")  # fmt: skip
+        unit = (
+            ("N" if plan.linear else "N m")
+            if plan.machine == "effort"
+            else ("m" if plan.linear else "rad")
+        )
         high = max(noise, untidy(self.run, np.random.default_rng([self.seed, 47])))
         return {
             "case": f"axis_{self.seed:06d}", "seed": self.seed, "tier": self.tier,
             "machine": plan.machine, "unit": unit,
-            "answers": [one.truth(plan.machine) for one in self.hidden if one.culprit],
+            "answers": [cause.truth(plan.machine) for cause in self.hidden if cause.culprit],
             "also": self.also, "noise_rms": noise,
             "noise_rms_high": high,
             "mismatch_rms": self.observer.rms(signal), "rows": len(self.run.rows.true_s),
@@ -181,13 +200,18 @@ def _try(seed: int, tier: str, machine: str, rng: np.random.Generator) -> AxisCa
 def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> list[Kind] | None:
     """What to hide: of the vocabulary, or beyond it."""
     has = {
-        "zero": plan.absolute, "load": scale.load > 0.0, "steps": plan.counted,
-    }  # fmt: skip
+        "zero": plan.absolute,
+        "load": scale.load > 0.0,
+        "steps": plan.counted,
+    }
     if tier == "none":
         return []
     if tier == "unknown":
-        kinds = [kind for kind in UNKNOWN[plan.machine]
-                 if kind.effect != "weight_not_given" or _could_weigh(plan)]  # fmt: skip
+        kinds = [
+            kind
+            for kind in UNKNOWN[plan.machine]
+            if kind.effect != "weight_not_given" or _could_weigh(plan)
+        ]
         return [kinds[int(rng.integers(len(kinds)))]]
     kinds = [kind for kind in KINDS[plan.machine] if not kind.needs or has[kind.needs]]
     if tier == "tolerance":
@@ -220,35 +244,36 @@ def _seen(
 def _of_tier(tier: str, hidden: Sequence[Hidden], observer: Observer) -> bool:
     """Whether what came out is what the tier promises."""
     noise = observer.noise.scatter
-    culprits = [one for one in hidden if one.culprit]
+    culprits = [cause for cause in hidden if cause.culprit]
     if tier == "faint":
-        return all(one.rms < 0.5 * noise for one in culprits)
+        return all(cause.rms < 0.5 * noise for cause in culprits)
     if any(
-        min(one.chi2, one.alike.own) < SEEN or one.rms > RATIOS_MOST * RATIOS[tier][1] * noise
-        for one in culprits
+        min(cause.chi2, cause.alike.own) < SEEN or cause.rms > RATIOS_MOST * RATIOS[tier][1] * noise
+        for cause in culprits
     ):
         return False
     if tier == "gross":
         return culprits[0].rms > 12.0 * noise and not culprits[0].alike.ties
-    tied = [one for one in culprits if one.alike.ties]
+    tied = [cause for cause in culprits if cause.alike.ties]
     if tier == "ambiguous":
         # Beyond what is one operator in any motion: the motion itself makes this tie.
         return bool(_by_motion(culprits[0]))
     if tier == "unknown":
         return culprits[0].alike.nearest > SEEN
-    return not tied and not any(_by_motion(one) for one in culprits)
+    return not tied and not any(_by_motion(cause) for cause in culprits)
 
 
 ALWAYS = (
-    {"gear_backlash", "joint_friction"}, {"transmission_error", "encoder_error"},
+    {"gear_backlash", "joint_friction"},
+    {"transmission_error", "encoder_error"},
     {"following_lag", "sensor_latency"},
-)  # fmt: skip
+)
 
 
-def _by_motion(one: Hidden) -> set[str]:
+def _by_motion(cause: Hidden) -> set[str]:
     """Alternatives that another motion would separate from the effect."""
-    always = {name for pair in ALWAYS if one.kind.effect in pair for name in pair}
-    return {*one.alike.same, *one.alike.ties} - always
+    always = {name for pair in ALWAYS if cause.kind.effect in pair for name in pair}
+    return {*cause.alike.same, *cause.alike.ties} - always
 
 
 def _again(sizes: Sizes) -> Sizes:
@@ -261,11 +286,95 @@ def _also(
 ) -> list[str]:
     """What may be named beside without being needless."""
     names = {name for kind in chosen for name in kind.beside}
-    names |= {one.kind.effect for one in hidden if not one.culprit}
-    if not any(one.kind.unknown for one in hidden):
+    names |= {cause.kind.effect for cause in hidden if not cause.culprit}
+    if not any(cause.kind.unknown for cause in hidden):
         words = observer.signal(sizes, ideal=True)
         richer = observer.chi2(observer.signal(sizes) - words) > RICHER
         # Of a faint effect that is seen, it is no false statement that something is there.
-        faint = any(RICHER < one.chi2 < SEEN for one in hidden)
+        faint = any(RICHER < cause.chi2 < SEEN for cause in hidden)
         names |= {"unknown"} if richer or faint else set()
-    return sorted(names - {one.kind.effect for one in hidden if one.culprit})
+    return sorted(names - {cause.kind.effect for cause in hidden if cause.culprit})
+
+
+RECORDING, HOLDOUT, ROBOT_FILE = "recording.csv.gz", "holdout.csv.gz", "robot.yaml"
+DIGITS = 9
+
+
+def write_blind(case: AxisCase, folder: Path) -> None:
+    """What the diagnosis may see: no word of what is hidden."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng([case.seed, 43])
+    for run, name in ((case.run, RECORDING), (case.holdout, HOLDOUT)):
+        write_flat(from_columns(table(case, run, rng), name), folder / name)
+    write_whole(folder / ROBOT_FILE, robot_file(case.design))
+
+
+def write_answers(case: AxisCase, path: Path) -> None:
+    """The truth, as JSON."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, json.dumps(case.truth(), indent=1) + "\n")
+
+
+def table(case: AxisCase, run: Run, rng: np.random.Generator) -> dict[str, FloatArray]:
+    """The columns of one recording."""
+    plan, rows = case.design, run.rows
+    once = (
+        case.sizes
+        if run is case.run
+        else {name: values for name, values in case.sizes.items() if name != "lost_steps"}
+    )
+    columns = {"t": rows.stamp_s}
+    if isinstance(run.axis, ForcedAxis):
+        at, speed, asked = run.axis.recorded(rows.true_s)
+        read = plan.noise.read(at, rng)
+        columns["position"] = read[rows.shown]
+        columns["effort"] = plan.effort_noise.read(asked, rng) / plan.gain
+        if plan.speed_column:
+            rough = 3.0 * plan.noise.scatter / plan.pace.stroke_s
+            columns["velocity"] = speed + rough * rng.standard_normal(len(speed))
+        if plan.loaded:
+            columns["load"] = np.interp(rows.true_s, run.motion.t_s, run.axis.load)
+        return _rounded(columns)
+    clean = run.axis.clean(once, rows.true_s)
+    read = plan.noise.read(clean, rng)[rows.shown]
+    if isinstance(run.axis, CommandedAxis):
+        turns = "command_1" if plan.names == "theta_1" else "command"
+        columns["steps_1" if plan.counted else turns] = run.axis.command(rows.true_s)
+        columns["theta_1" if plan.counted else plan.names] = read
+        if plan.loaded:
+            columns["load"] = np.interp(rows.true_s, run.motion.t_s, run.axis.load)
+    else:
+        columns["distance"] = run.motion.at(rows.true_s)
+        columns["range"] = read
+    return _rounded(columns)
+
+
+def _rounded(columns: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """Written with as many digits as a log has."""
+    return {
+        name: np.array([float(f"{value:.{DIGITS}g}") for value in values])
+        for name, values in columns.items()
+    }
+
+
+def robot_file(plan: Design) -> str:
+    """What the machine was meant to be."""
+    if plan.machine == "range":
+        return "kind: range_sensor\nname: proof-sensor\n"
+    zero = "absolute" if plan.absolute else "arbitrary"
+    if plan.counted:
+        # rad per microstep = 2 pi / (microsteps_per_rev * gear_ratio)
+        gear = 2.0 * np.pi / (plan.step_size * 3200.0)
+        drive = f"drive: {{microsteps_per_rev: 3200, gear_ratio: {gear:.10g}}}\n"
+        return f"kind: stepper_axis\nname: proof-axis\nzero: {zero}\n{drive}"
+    motion = "linear" if plan.linear else "rotary"
+    text = f"kind: servo_axis\nname: proof-axis\nmotion: {motion}\n"
+    if plan.machine == "commanded":
+        return text + f"zero: {zero}\n"
+    text += f"inertia: {plan.inertia:.10g}\neffort_gain: {plan.gain:.10g}\n"
+    if not plan.states_gravity:
+        return text
+    if plan.linear:
+        return text + f"gravity: {{force_n: {plan.weight:.10g}}}\n"
+    torque, zero_rad = plan.gravity
+    return text + f"gravity: {{torque_nm: {torque:.10g}, zero_rad: {zero_rad:.10g}}}\n"

@@ -95,7 +95,7 @@ def _excess(name: str) -> Build:
 
 
 def _with(name: str, *drawn_names: str) -> Build:
-    return lambda x, drawn, scale: {name: x, **{one: drawn[one] for one in drawn_names}}
+    return lambda x, drawn, scale: {name: x, **{other: drawn[other] for other in drawn_names}}
 
 
 def _lag(x: float, drawn: Drawn, scale: Scale) -> dict[str, float]:
@@ -169,10 +169,15 @@ RANGING = (
 )  # fmt: skip
 
 
-def _odd(effect: str, build: Build, first: Callable[[Scale], float],
-         most: Callable[[Scale], float], follows: str, beside: str = "",
-         extras: Callable[[np.random.Generator, Scale], dict[str, float]] = lambda rng, s: {},
-         ) -> Kind:  # fmt: skip
+def _odd(
+    effect: str,
+    build: Build,
+    first: Callable[[Scale], float],
+    most: Callable[[Scale], float],
+    follows: str,
+    beside: str = "",
+    extras: Callable[[np.random.Generator, Scale], dict[str, float]] = lambda rng, s: {},
+) -> Kind:
     return Kind(effect, build, first, most, extras, unknown=True,
                 follows=tuple(follows.split()), beside=tuple(beside.split()))  # fmt: skip
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from deltactl.proof.axis.drives import DeadBand, PositionLoop, delayed, ringing
-from deltactl.proof.axis.friction import play, wound_up
+from deltactl.proof.axis.drives import DeadBand, PositionLoop, delayed, play, ringing, wound_up
 from deltactl.proof.axis.motions import FloatArray, Motion
 
 Values = Mapping[str, float]
@@ -133,11 +132,11 @@ def _loops(sizes: Sizes) -> list[PositionLoop]:
     if "speed_limit" in sizes:
         loops.append(PositionLoop(1e-3, 1.0, speed_limit=sizes["speed_limit"]["limit"]))
     if "lag_by_direction" in sizes:
-        one = sizes["lag_by_direction"]
-        loops.append(PositionLoop(one["time"], 0.0, one["time"] * one["back"]))
+        drawn = sizes["lag_by_direction"]
+        loops.append(PositionLoop(drawn["time"], 0.0, drawn["time"] * drawn["back"]))
     if "overshoot" in sizes:
-        one = sizes["overshoot"]
-        loops.append(PositionLoop(one["time"], 1.0 + one["extra"]))
+        drawn = sizes["overshoot"]
+        loops.append(PositionLoop(drawn["time"], 1.0 + drawn["extra"]))
     return loops
 
 

@@ -9,8 +9,7 @@ from math import copysign, exp
 import numpy as np
 
 from deltactl.proof.axis.commanded import Sizes
-from deltactl.proof.axis.drives import delayed
-from deltactl.proof.axis.friction import LuGre
+from deltactl.proof.axis.drives import LuGre, delayed
 from deltactl.proof.axis.motions import FloatArray, Motion
 
 BRISTLE = 3e-4
@@ -112,11 +111,11 @@ class ForcedAxis:
         if "coupling" in sizes:
             held = held + sizes["coupling"]["size"] * self.neighbour
         if "weight_not_given" in sizes:
-            one = sizes["weight_not_given"]
-            held = held + one["size"] * np.sin(at - one["zero"])
+            drawn = sizes["weight_not_given"]
+            held = held + drawn["size"] * np.sin(at - drawn["zero"])
         if "cogging" in sizes:
-            one = sizes["cogging"]
-            held = held + one["size"] * np.sin(2.0 * np.pi * at / one["period"])
+            drawn = sizes["cogging"]
+            held = held + drawn["size"] * np.sin(2.0 * np.pi * at / drawn["period"])
         if "elastic_cable" in sizes:
             taut = np.clip((at - self.motion.position.min()) / self.motion.stroke - 0.5, 0.0, None)
             held = held + sizes["elastic_cable"]["size"] * (2.0 * taut) ** 1.5

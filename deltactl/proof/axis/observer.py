@@ -62,10 +62,10 @@ class Observer:
         averaged: FloatArray = clean[:whole].reshape(-1, self.every).mean(axis=1)
         return averaged
 
-    def parts(self, sizes: Sizes, effect: str, ideal: bool = False) -> FloatArray:
+    def parts(self, sizes: Sizes, effect: str) -> FloatArray:
         """What one effect among others does to the readings (m,)."""
         without = {name: values for name, values in sizes.items() if name != effect}
-        return self.signal(sizes, ideal) - self.signal(without, ideal)
+        return self.signal(sizes) - self.signal(without)
 
     def left(self, signal: FloatArray, columns: Sequence[FloatArray] = ()) -> FloatArray:
         """Whitened signal after what is free, (m,)."""
@@ -169,9 +169,14 @@ def _shapes(kind: Kind, scale: Scale, truth: Values) -> Iterator[dict[str, float
 
 
 def _left(
-    observer: Observer, signal: FloatArray, ground: FloatArray, base: Sizes, kind: Kind,
-    scale: Scale, shape: Mapping[str, float],
-) -> float:  # fmt: skip
+    observer: Observer,
+    signal: FloatArray,
+    ground: FloatArray,
+    base: Sizes,
+    kind: Kind,
+    scale: Scale,
+    shape: Mapping[str, float],
+) -> float:
     """Chi-square that a kind leaves at its best size: a secant, refitted where it ends."""
     if not _possible(kind, scale):
         return observer.chi2(signal)
@@ -207,8 +212,8 @@ def _possible(kind: Kind, scale: Scale) -> bool:
 
 
 def _factor(observer: Observer, signal: FloatArray, column: FloatArray) -> float:
-    one, other = observer.left(signal), observer.left(column)
-    return float(one @ other) / max(float(other @ other), 1e-300)
+    left, other = observer.left(signal), observer.left(column)
+    return float(left @ other) / max(float(other @ other), 1e-300)
 
 
 def bound(observer: Observer, sizes: Sizes) -> dict[str, dict[str, float]]:
@@ -217,8 +222,12 @@ def bound(observer: Observer, sizes: Sizes) -> dict[str, dict[str, float]]:
     From central differences of the simulator's own readings, whitened by the drawn noise. Moments
     of events have no derivative and are taken as known.
     """
-    free = [(effect, name) for effect, values in sizes.items() for name in values
-            if not (effect == "lost_steps" and name == "time")]  # fmt: skip
+    free = [
+        (effect, name)
+        for effect, values in sizes.items()
+        for name in values
+        if not (effect == "lost_steps" and name == "time")
+    ]
     slopes = [_slope(observer, sizes, effect, name) for effect, name in free]
     if not free:
         return {}

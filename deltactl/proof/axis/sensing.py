@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from deltactl.proof.axis.commanded import Sizes
-from deltactl.proof.axis.friction import play
+from deltactl.proof.axis.drives import play
 from deltactl.proof.axis.motions import FloatArray, Motion
 
 LONG_GAP_PERIODS = 60

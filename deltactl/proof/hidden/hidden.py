@@ -30,14 +30,19 @@ class Kind:
 
     effect: str
     components: tuple[str, ...]
-    main: str
     units: dict[str, str]
+    """Of the parameters that the contract defines, the main one first."""
     draw: Draw
     apply: Apply
     order: int = 0
     """Kinds that need what others have set come later."""
     event: bool = False
     """Happens once: it is not in the holdout run."""
+
+    @property
+    def main(self) -> str:
+        """The parameter that says how large it is."""
+        return next(iter(self.units))
 
 
 @dataclass(frozen=True)

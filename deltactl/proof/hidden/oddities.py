@@ -13,9 +13,9 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from deltactl.proof.hidden.hidden import Hidden
+from deltactl.proof.ranging import Quirk
 from deltactl.proof.recorded import Machine
 from deltactl.proof.robot.as_built import Bend, FloatArray
-from deltactl.proof.sensors.ranging import Quirk
 
 Build = Callable[[Machine, np.random.Generator, float], Hidden]
 TWO_PI = 2.0 * np.pi

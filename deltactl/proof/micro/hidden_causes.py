@@ -75,8 +75,13 @@ def _nothing(rng: np.random.Generator, joint: int) -> Hidden:
 
 
 KINDS: tuple[Callable[[np.random.Generator, int], Hidden], ...] = (
-    _nothing, _friction, _viscous, _gravity, _payload, _gain,
-)  # fmt: skip
+    _nothing,
+    _friction,
+    _viscous,
+    _gravity,
+    _payload,
+    _gain,
+)
 """Sizes are drawn evenly in their logarithm, from small (a few per cent of what the joint bears)
 to what anybody would see."""
 

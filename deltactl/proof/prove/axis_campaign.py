@@ -12,14 +12,19 @@ from pathlib import Path
 from typing import Any, Literal
 
 from deltactl.foundation.errors import ConfigError, MissingFile
-from deltactl.proof.axis.cases import draw
-from deltactl.proof.axis.write import write_blind
-from deltactl.proof.prove.axis_score import AxisScore, score_axis
-from deltactl.proof.prove.axis_table import axis_markdown, axis_rows, right, wrong_answers
-from deltactl.proof.prove.matrix import Matrix, picture
+from deltactl.proof.axis.cases import draw, write_blind
+from deltactl.proof.prove.axis_score import (
+    AxisScore,
+    axis_markdown,
+    axis_rows,
+    right,
+    score_axis,
+    wrong_answers,
+)
 from deltactl.proof.prove.one_case import diagnose_blind
 from deltactl.proof.prove.reliability import diagram
 from deltactl.proof.prove.resumable import Means, Part, claim, put_text, run_missing
+from deltactl.proof.prove.score import Matrix, picture
 from deltactl.proof.prove.table import Row
 
 Half = Literal["all", "even", "odd"]

@@ -8,22 +8,19 @@ from typing import Any
 
 from deltactl.foundation.errors import ConfigError
 from deltactl.proof.cases import MORE
-from deltactl.proof.prove.matrix import confusion, picture
 from deltactl.proof.prove.one_case import run_case, run_more
-from deltactl.proof.prove.one_tie import run_tie
 from deltactl.proof.prove.reliability import diagram
 from deltactl.proof.prove.resumable import (
+    USUAL,
     Means,
     Part,
-    Progress,
-    Say,
     claim,
     put_text,
     run_missing,
 )
-from deltactl.proof.prove.score import Score, score
-from deltactl.proof.prove.score_tie import score_tie, tie_rows
+from deltactl.proof.prove.score import Score, confusion, picture, score
 from deltactl.proof.prove.table import Row, markdown, more_rows, table
+from deltactl.proof.prove.ties import run_tie, score_tie, tie_rows
 
 
 @dataclass(frozen=True)
@@ -42,18 +39,13 @@ def prove(
     seed: int,
     out: Path,
     ties: int = 0,
-    count: int = 2,
-    scheduler: str | None = None,
-    minutes: float = float("inf"),
-    progress: Progress = lambda done, all_, text: None,
-    say: Say = lambda text: None,
     more: int = 0,
+    means: Means = USUAL,
 ) -> Proof:
     """Run the cases and ties of a seed that are not in `out` yet, and score them all.
 
-    more: cases of the second set, with four and five causes and more kinds of unknowns.
-    minutes: no further case is begun after that time; the table is then of those before the
-    first that is missing.
+    more: cases of the second set, with four and five causes and more kinds of unknowns. Where the
+    time of `means` ends, the table is of the cases before the first that is missing.
     Raises ConfigError for a folder of another seed, or when the scheduler does not answer.
     """
     if cases < 1 or ties < 0 or more < 0:
@@ -65,7 +57,7 @@ def prove(
         Part("tie", range(ties), run_tie, _tie_line),
         Part(MORE, range(more), run_more, _line),
     )
-    run_missing(parts, seed, out, Means(count, scheduler, minutes, progress, say))
+    run_missing(parts, seed, out, means)
     return _conclude(parts, seed, out)
 
 

@@ -1,4 +1,4 @@
-"""Whether probabilities hold: of what is claimed with 0.9, nine in ten should be true.
+"""How sure a share is; and whether of what is claimed with 0.9 nine in ten are true.
 
 Every probability of an answer is a claim: of a finding (unknown: that something outside the
 vocabulary acts), of each alternative, and that nothing is missing. Claims in ten bins of equal
@@ -12,8 +12,33 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
+import numpy as np
+
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding
-from deltactl.proof.prove.certainty import wilson
+
+Z95 = 1.959963984540054
+
+
+def wilson(hits: int, cases: int, z: float = Z95) -> tuple[float, float]:
+    """95 % limits of a share (Wilson 1927, J. Am. Stat. Assoc. 22, 209); (0, 1) for no cases."""
+    if cases == 0:
+        return 0.0, 1.0
+    share, room = hits / cases, z**2 / cases
+    middle = (share + 0.5 * room) / (1.0 + room)
+    half = z * np.sqrt(share * (1.0 - share) / cases + 0.25 * room / cases) / (1.0 + room)
+    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+
+
+def median_limits(values: Sequence[float], draws: int = 2000) -> tuple[float, float]:
+    """95 % limits of a median by the bootstrap, always with the same draws."""
+    if not values:
+        return float("nan"), float("nan")
+    rng = np.random.default_rng(0)
+    array = np.asarray(values, dtype=float)
+    medians = np.median(array[rng.integers(0, len(array), (draws, len(array)))], axis=1)
+    low, high = np.quantile(medians, [0.025, 0.975])
+    return float(low), float(high)
+
 
 Claim = tuple[float, bool]
 """A probability that was stated, and whether it was so."""
@@ -56,8 +81,8 @@ def claims_of(answer: Diagnosis, truth: Sequence[tuple[str, str]]) -> list[Claim
     return found
 
 
-def _name(one: Finding | Alternative) -> tuple[str, str]:
-    return one.effect, one.component
+def _name(claimed: Finding | Alternative) -> tuple[str, str]:
+    return claimed.effect, claimed.component
 
 
 def bins(claims: Sequence[Claim]) -> list[Bin]:
@@ -79,7 +104,7 @@ def calibration_error(claims: Sequence[Claim]) -> float:
     """Expected calibration error; nan without claims."""
     if not claims:
         return float("nan")
-    return sum(one.claims * abs(one.stated - one.true) for one in bins(claims)) / len(claims)
+    return sum(part.claims * abs(part.stated - part.true) for part in bins(claims)) / len(claims)
 
 
 def sure_claims(claims: Sequence[Claim]) -> list[bool]:
@@ -106,13 +131,13 @@ def diagram(claims: Sequence[Claim], title: str) -> str:
         "claims</text>",
         f'<text transform="translate({left - 14},{bottom}) rotate(-90)">share that was true</text>',
     ]
-    for one in bins(claims):
-        x, y = at(one.stated, one.true)
-        low, high = at(0.0, one.limits[0])[1], at(0.0, one.limits[1])[1]
+    for part in bins(claims):
+        x, y = at(part.stated, part.true)
+        low, high = at(0.0, part.limits[0])[1], at(0.0, part.limits[1])[1]
         parts += [
             f'<path d="M{x:.1f} {low:.1f}L{x:.1f} {high:.1f}" stroke="#2a6f97"/>',
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="#2a6f97">'
-            f"<title>{one.stated:.3f} stated, {one.true:.3f} true</title></circle>",
-            f'<text x="{x + 6:.1f}" y="{y - 6:.1f}" fill="#555555">{one.claims}</text>',
+            f"<title>{part.stated:.3f} stated, {part.true:.3f} true</title></circle>",
+            f'<text x="{x + 6:.1f}" y="{y - 6:.1f}" fill="#555555">{part.claims}</text>',
         ]
     return "\n".join([*parts, "</svg>"]) + "\n"

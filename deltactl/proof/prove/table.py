@@ -7,8 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.proof.prove.certainty import median_limits, wilson
-from deltactl.proof.prove.reliability import Claim, calibration_error, sure_claims
+from deltactl.proof.prove.reliability import (
+    Claim,
+    calibration_error,
+    median_limits,
+    sure_claims,
+    wilson,
+)
 from deltactl.proof.prove.score import Score
 
 Test = Callable[[Score], bool]
@@ -97,11 +102,15 @@ def more_rows(scores: Sequence[Score]) -> list[Row]:
         return [s for s in scores if s.group == group]
 
     rows = [
-        share("four and five effects: exactly those", [*of("four"), *of("five")],
-              lambda s: s.exact, 0.80),
+        share(
+            "four and five effects: exactly those",
+            [*of("four"), *of("five")],
+            lambda s: s.exact,
+            0.80,
+        ),
         *(share(f"... {group}", of(group), lambda s: s.exact) for group in ("four", "five")),
         share("... all in findings or alternatives", [*of("four"), *of("five")], _offered),
-    ]  # fmt: skip
+    ]
     for group, words in (("seen", "may be looked at"), ("unseen", "kept out of sight")):
         rows += [
             share(f"new unknowns, {words}: flagged", of(group), lambda s: s.flagged, 0.90),

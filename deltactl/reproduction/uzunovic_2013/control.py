@@ -11,12 +11,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 
-from deltactl.charts.page import heading, page, paragraph, table
+from deltactl.charts.page import heading, page, paragraph
 from deltactl.foundation.plain_file import write_whole
-from deltactl.models.inverse_kinematics import InverseKinematics
-from deltactl.reproduction.uzunovic_2013.control_figures import reference_figure, response_figures
+from deltactl.reproduction.outcome import Sheet
 from deltactl.reproduction.uzunovic_2013.control_references import (
     EXPERIMENTS,
     References,
@@ -25,10 +23,11 @@ from deltactl.reproduction.uzunovic_2013.control_references import (
     shipped_network,
     whole_s,
 )
-from deltactl.reproduction.uzunovic_2013.control_tables import (
+from deltactl.reproduction.uzunovic_2013.control_results import (
     Result,
-    TextTable,
     observer_table,
+    reference_figure,
+    response_figures,
     speed_table,
     tracking_table,
 )
@@ -60,44 +59,36 @@ class ControlPart:
     """What section 5 gives to a report: tables as text and figures as HTML."""
 
     results: list[Result]
-    tables: list[TextTable]
+    sheets: list[Sheet]
     figures: list[str] = field(repr=False)
-
-    def rich(self) -> list[Table]:
-        """The tables for a console."""
-        return [rich_table(one) for one in self.tables]
 
     def html(self) -> list[str]:
         """Pieces for `deltactl.charts.page.page`: heading, text, tables, figures."""
-        parts = [heading(TITLE), paragraph(LEAD)]
-        for one in self.tables:
-            parts.append(table(one.head, one.rows, one.names, one.title))
-            parts += [paragraph(one.note, "note")] if one.note else []
-        return [*parts, *self.figures]
+        sheets = (sheet.html() for sheet in self.sheets)
+        return [heading(TITLE), paragraph(LEAD), *sheets, *self.figures]
 
 
 def reproduce_control(
     out_dir: Path | None = None,
     quick: bool = False,
     progress: Progress = lambda done, total, text: None,
-    inverse: InverseKinematics | None = None,
 ) -> ControlPart:
     """Run both experiments and all variants; with `out_dir` write control.html there.
 
-    quick: nothing wrong only, observer on and off. inverse: another network than the shipped one.
+    quick: nothing wrong only, observer on and off.
     Raises what the network raises outside its region.
     """
     _, drive = micro_delta()
-    network = shipped_network() if inverse is None else inverse
-    asked = [references(one, network, drive.period_s, whole_s()) for one in EXPERIMENTS]
+    network = shipped_network()
+    asked = [references(run, network, drive.period_s, whole_s()) for run in EXPERIMENTS]
     results: list[Result] = []
     plan = list(_plan(asked, QUICK_TROUBLES if quick else TROUBLES))
-    for number, (one, control, trouble, observed) in enumerate(plan):
-        words = f"{one.experiment.name} experiment, {control.name}, {trouble.name}"
+    for number, (run, control, trouble, observed) in enumerate(plan):
+        words = f"{run.experiment.name} experiment, {control.name}, {trouble.name}"
         progress(number, len(plan), words if observed else f"{words}, observer off")
         used = control if observed else control.without_observer()
-        tracking = simulate(drive, one, used, trouble)
-        results.append(Result(one, control, trouble, observed, tracking))
+        tracking = simulate(drive, run, used, trouble)
+        results.append(Result(run, control, trouble, observed, tracking))
     progress(len(plan), len(plan), "")
     plain = [found for found in results if found.observed and found.trouble is NOTHING]
     part = ControlPart(
@@ -114,11 +105,11 @@ def reproduce_control(
 def _plan(
     asked: Sequence[References], troubles: Sequence[Trouble]
 ) -> Iterator[tuple[References, Control, Trouble, bool]]:
-    for one in asked:
+    for run in asked:
         for trouble in troubles:
             for control in (PAPER, OURS):
-                yield one, control, trouble, True
-                yield one, control, trouble, False
+                yield run, control, trouble, True
+                yield run, control, trouble, False
 
 
 def _figures(plain: Sequence[Result]) -> list[str]:
@@ -129,16 +120,6 @@ def _figures(plain: Sequence[Result]) -> list[str]:
         elif found.control is OURS:
             figures += response_figures(found)[3:]
     return figures
-
-
-def rich_table(given: TextTable) -> Table:
-    """A table for a console."""
-    shown = Table(title=given.title, title_justify="left", caption=given.note or None)
-    for number, name in enumerate(given.head):
-        shown.add_column(name, justify="left" if number < given.names else "right")
-    for row in given.rows:
-        shown.add_row(*row)
-    return shown
 
 
 def main() -> None:
@@ -152,8 +133,8 @@ def main() -> None:
     def show(done: int, total: int, text: str) -> None:
         said.print(f"{done}/{total} {text}")
 
-    for one in reproduce_control(given.out, given.quick, show).rich():
-        console.print(one)
+    for sheet in reproduce_control(given.out, given.quick, show).sheets:
+        console.print(sheet.text(), soft_wrap=True)
     console.print(f"report: {given.out / 'control.html'}")
 
 

@@ -27,11 +27,10 @@ from deltactl.foundation.plain_file import write_whole
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.proof.micro.as_built import MicroDelta
 from deltactl.proof.micro.hidden_causes import case, random_motion
-from deltactl.proof.prove.certainty import wilson
+from deltactl.proof.prove.reliability import wilson
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import write_flat
-from deltactl.reproduction.uzunovic_2013.control_loop import run
-from deltactl.reproduction.uzunovic_2013.control_recording import recorded
+from deltactl.reproduction.uzunovic_2013.control_loop import recorded, run
 from deltactl.reproduction.uzunovic_2013.control_references import ROBOT_FILE, micro_delta
 
 RUN_S, HOLDOUT_S = 30.0, 10.0
@@ -85,13 +84,16 @@ def run_case(
     first = answer.findings[0] if answer.findings else None
     size = next(iter(first.parameters.values())) if first is not None else None
     outcome = Outcome(
-        number, hidden.effect, hidden.component, hidden.size,
-        tuple((one.effect, one.component) for one in answer.findings),
+        number,
+        hidden.effect,
+        hidden.component,
+        hidden.size,
+        tuple((found.effect, found.component) for found in answer.findings),
         float(size.value) if size is not None and isinstance(size.value, float) else None,
         _ends(size.ci95) if size is not None else None,
-        tuple((a.effect, a.component) for one in answer.findings for a in one.alternatives),
+        tuple((a.effect, a.component) for found in answer.findings for a in found.alternatives),
         answer.verdict,
-    )  # fmt: skip
+    )
     write_whole(out / f"case_{number:03d}.json", json.dumps(asdict(outcome), indent=1) + "\n")
     return outcome
 
@@ -105,22 +107,25 @@ def _ends(
 
 def confusion(outcomes: Sequence[Outcome]) -> tuple[list[str], list[tuple[str, ...]]]:
     """Rows: what was concealed. Columns: what was said first, at the right joint or elsewhere."""
-    names = list(dict.fromkeys([NOTHING, *(one.effect for one in outcomes)]))
-    said = [one.said[0][0] if one.said else NOTHING for one in outcomes]
+    names = list(dict.fromkeys([NOTHING, *(outcome.effect for outcome in outcomes)]))
+    said = [outcome.said[0][0] if outcome.said else NOTHING for outcome in outcomes]
     columns = [*names, *(name for name in dict.fromkeys(said) if name not in names)]
     head = ["concealed", *columns, "at its joint", "exactly this", "interval holds"]
     rows: list[tuple[str, ...]] = []
     for name in names:
-        own = [one for one in outcomes if one.effect == name]
-        counts = Counter(one.said[0][0] if one.said else NOTHING for one in own)
-        place = sum(one.right or (one.effect, one.component) in one.said[:1] for one in own)
-        held = [one.covered for one in own if one.covered is not None]
+        own = [outcome for outcome in outcomes if outcome.effect == name]
+        counts = Counter(outcome.said[0][0] if outcome.said else NOTHING for outcome in own)
+        place = sum(
+            outcome.right or (outcome.effect, outcome.component) in outcome.said[:1]
+            for outcome in own
+        )
+        held = [outcome.covered for outcome in own if outcome.covered is not None]
         rows.append(
             (
                 name,
                 *(str(counts[column] or "") for column in columns),
                 f"{place} of {len(own)}",
-                f"{sum(one.right for one in own)} of {len(own)}",
+                f"{sum(outcome.right for outcome in own)} of {len(own)}",
                 f"{sum(held)} of {len(held)}" if held else "",
             )
         )
@@ -128,7 +133,7 @@ def confusion(outcomes: Sequence[Outcome]) -> tuple[list[str], list[tuple[str, .
 
 
 def prove(
-    cases: int, seed: int, out: Path, progress: Callable[[Outcome], None] = lambda one: None
+    cases: int, seed: int, out: Path, progress: Callable[[Outcome], None] = lambda outcome: None
 ) -> list[Outcome]:
     """All cases of a seed, one after another."""
     outcomes = []
@@ -138,15 +143,19 @@ def prove(
     return outcomes
 
 
-def line(one: Outcome) -> str:
+def line(outcome: Outcome) -> str:
     """One case in words."""
-    said = ", ".join(" ".join(part) for part in one.said) or NOTHING
-    ties = f" (or {', '.join(' '.join(part) for part in one.alternatives)})" * bool(
-        one.alternatives
+    said = ", ".join(" ".join(part) for part in outcome.said) or NOTHING
+    ties = f" (or {', '.join(' '.join(part) for part in outcome.alternatives)})" * bool(
+        outcome.alternatives
     )
-    truth = f"{one.effect} {one.component} {one.size:.3g}".strip() if one.size else one.effect
-    value = f" {one.value:.4g}" if one.value is not None else ""
-    return f"{one.number}: {truth} -> {said}{value}{ties}{'' if one.right else '  WRONG'}"
+    truth = (
+        f"{outcome.effect} {outcome.component} {outcome.size:.3g}".strip()
+        if outcome.size
+        else outcome.effect
+    )
+    value = f" {outcome.value:.4g}" if outcome.value is not None else ""
+    return f"{outcome.number}: {truth} -> {said}{value}{ties}{'' if outcome.right else '  WRONG'}"
 
 
 def main() -> None:
@@ -159,7 +168,7 @@ def main() -> None:
     seed = randbelow(10**6) if given.seed is None else given.seed
     console = Console()
     console.print(f"seed {seed}")
-    outcomes = prove(given.cases, seed, given.out, lambda one: console.print(line(one)))
+    outcomes = prove(given.cases, seed, given.out, lambda outcome: console.print(line(outcome)))
     head, rows = confusion(outcomes)
     table = Table(title=f"{len(outcomes)} cases of seed {seed}: concealed (rows), said (columns)")
     for name in head:
@@ -167,7 +176,7 @@ def main() -> None:
     for row in rows:
         table.add_row(*row)
     console.print(table)
-    right = sum(one.right for one in outcomes)
+    right = sum(outcome.right for outcome in outcomes)
     low, high = wilson(right, len(outcomes))
     console.print(
         f"exactly right: {right} of {len(outcomes)} (95 % limits {100 * low:.0f} to"

@@ -1,4 +1,4 @@
-"""The control law on the simulated robot, tick by tick."""
+"""The control law on the simulated robot, tick by tick, and a run as a servo robot records it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import numpy as np
 
 from deltactl.firmware_py.servo.law import AccelerationControl, LawSettings
 from deltactl.models.robot import FloatArray
+from deltactl.models.servo_drive import ServoDrive
 from deltactl.proof.micro.as_built import MicroDelta, Three
 from deltactl.proof.micro.bodies import PERIOD_S
 from deltactl.proof.micro.plant import MicroPlant
+from deltactl.recording.tables.flat import FlatRecording
 from deltactl.reproduction.uzunovic_2013.control_references import CONTROL_ON_S
 
 START_RAD: Three = (np.pi / 6.0, np.pi / 6.0, np.pi / 6.0)
@@ -98,3 +100,26 @@ def _loop(
         d1, d2, d3 = first.disturbance_a, second.disturbance_a, third.disturbance_a
         note((c1, c2, c3, a1, a2, a3, i1, i2, i3, d1, d2, d3))
     return rows, process_time() - cpu_s, perf_counter() - wall_s
+
+
+def recorded(ran: Run, drive: ServoDrive, source: str = "") -> FlatRecording:
+    """Columns t, command_i, theta_i, current_i, disturbance_i, from the tick control came on."""
+    ticks = max(1, drive.loop_rate_hz // drive.record_rate_hz)
+    whole = (len(ran.t_s) - ran.on) // ticks * ticks
+    rows = slice(ran.on, ran.on + whole)
+
+    def mean(values: FloatArray) -> FloatArray:
+        means: FloatArray = values[rows].reshape(-1, ticks, *values.shape[1:]).mean(axis=1)
+        return means
+
+    columns = {
+        f"{stem}_{joint + 1}": mean(values)[:, joint]
+        for stem, values in (
+            ("command", ran.reference_rad),
+            ("theta", ran.measured_rad),
+            ("current", ran.current_a),
+            ("disturbance", ran.disturbance_a),
+        )
+        for joint in range(3)
+    }
+    return FlatRecording(np.asarray(mean(ran.t_s)), columns, {}, source)

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from deltactl.charts.page import HINT, page, paragraph
-from deltactl.reproduction.outcome import Outcome, check_writable, write
-from deltactl.reproduction.sheet import Sheet
+from deltactl.reproduction.outcome import Outcome, Sheet, check_writable, write
 from deltactl.reproduction.uzunovic_2013.control import ControlPart, reproduce_control
 from deltactl.reproduction.uzunovic_2013.kinematics import KinematicsPart, reproduce_kinematics
 
@@ -30,13 +29,9 @@ def reproduce(folder: Path, quick: bool, say: Callable[[str], None]) -> Outcome:
     kinematics = reproduce_kinematics(quick, tell)
     say("section 5: control")
     control = reproduce_control(None, quick, tell)
-    sheets = [*kinematics.sheets, *_sheets(control)]
+    sheets = [*kinematics.sheets, *control.sheets]
     command = f"deltactl reproduce uzunovic-2013{' --quick' if quick else ''}"
     return write(folder, sheets, _html(kinematics, control), _markdown(sheets, command))
-
-
-def _sheets(control: ControlPart) -> list[Sheet]:
-    return [Sheet(one.title, one.head, one.rows, one.names, one.note) for one in control.tables]
 
 
 def _html(kinematics: KinematicsPart, control: ControlPart) -> str:

@@ -12,10 +12,9 @@ from pydantic import Field
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.strict_yaml import StrictModel, load
 from deltactl.models.robot import DeltaRobot, FloatArray, Geometry, per_arm
+from deltactl.proof.ranging import NOMINAL_OFFSET_M, Noise, Sensors
 from deltactl.proof.recorded import Machine
 from deltactl.proof.robot.as_built import AsBuilt, Bend, Body, Joints
-from deltactl.proof.sensors.noise import Noise
-from deltactl.proof.sensors.ranging import NOMINAL_OFFSET_M, Sensors
 
 AS_BUILT_FILE = Path(__file__).with_name("as_built.yaml")
 ARCMIN_PER_DEG = 60.0

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from deltactl.models.robot import FloatArray
-from deltactl.reproduction.sheet import Sheet
-from deltactl.reproduction.zhao_2023.curves import CURVES, TITLES
-from deltactl.reproduction.zhao_2023.measures import distance_m, rms_m
+from deltactl.reproduction.outcome import Sheet
 from deltactl.reproduction.zhao_2023.study import (
     CALIBRATED,
     CORRECTED,
@@ -19,6 +17,7 @@ from deltactl.reproduction.zhao_2023.study import (
     TRUSTING,
     Study,
 )
+from deltactl.reproduction.zhao_2023.tracking import CURVES, TITLES, distance_m, rms_m
 
 
 @dataclass(frozen=True)
@@ -73,14 +72,17 @@ def diagnosed(study: Study) -> Sheet:
                 [
                     TITLES[curve],
                     f"{speed:g}",
-                    *(f"{1e3 * distance_m(one):.2f}" for one in (*true_m.values(), closed_m)),
+                    *(
+                        f"{1e3 * distance_m(error_m):.2f}"
+                        for error_m in (*true_m.values(), closed_m)
+                    ),
                     *(f"{1e3 * value:.2f}" for value in rms_m(true_m[CORRECTED])),
                     *(f"{1e3 * value:.2f}" for value in rms_m(closed_m)),
                     "yes" if closed else "no",
                 ]
             )
     known, everything = (
-        ", ".join(f"{one.effect} on {one.component}" for one in robot.effects) or "nothing"
+        ", ".join(f"{entry.effect} on {entry.component}" for entry in robot.effects) or "nothing"
         for robot in (study.corrected, study.corrected_all)
     )
     head = ["Curve", "T_PWM", "geometry", "corrected", "with feedback"]
@@ -236,4 +238,4 @@ def _mean(study: Study, model: str) -> float:
 
 def _mean_apart(study: Study, model: str) -> float:
     apart = [study.track(model, c).true_m - study.track(LIMIT, c).true_m for c in CURVES]
-    return float(np.mean([distance_m(one) for one in apart]))
+    return float(np.mean([distance_m(error_m) for error_m in apart]))

@@ -16,11 +16,10 @@ from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import RecordingError, UnreachablePoint
 from deltactl.foundation.plain_file import write_whole
 from deltactl.models.robot import FloatArray, Sensors
-from deltactl.models.training.dataset import IntArray
-from deltactl.models.training.dataset_writer import DataSetWriter, Sample
+from deltactl.models.training.dataset import DataSetWriter, IntArray, Sample
+from deltactl.proof.ranging import read
 from deltactl.proof.recorded import RATE_HZ, Machine
 from deltactl.proof.robot.run import Truth
-from deltactl.proof.sensors.ranging import read
 from deltactl.reproduction.zhao_2023.as_built import AsBuiltFile, machine_of
 from deltactl.reproduction.zhao_2023.settling import SettlingRobot
 

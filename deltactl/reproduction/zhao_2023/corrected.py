@@ -28,16 +28,21 @@ from deltactl.foundation.plain_file import write_whole
 from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.robot import AXES, FloatArray
 from deltactl.models.training.dataset import IntArray
-from deltactl.proof.motion.survey import survey
+from deltactl.proof.motions import survey
+from deltactl.proof.ranging import read
 from deltactl.proof.recorded import Machine, record
+from deltactl.proof.robot.as_built import StepTrain, together
 from deltactl.proof.robot.run import run
-from deltactl.proof.robot.stepping import StepTrain, together
-from deltactl.proof.sensors.ranging import read
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.played import Played
 from deltactl.reproduction.zhao_2023.as_built import AsBuiltFile
-from deltactl.reproduction.zhao_2023.curves import TRAINED_T_PWM_S
-from deltactl.reproduction.zhao_2023.tracking import REST_S, BoolArray, at_times, good
+from deltactl.reproduction.zhao_2023.tracking import (
+    REST_S,
+    TRAINED_T_PWM_S,
+    BoolArray,
+    at_times,
+    good,
+)
 
 SURVEY_T_PWM_S = 0.002
 SEED = 3

@@ -13,12 +13,10 @@ from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import FloatArray
 from deltactl.models.training.dataset import DataSet
-from deltactl.reproduction.sheet import Sheet
+from deltactl.reproduction.outcome import Sheet
 from deltactl.reproduction.zhao_2023.as_built import AsBuiltFile, machine_of
-from deltactl.reproduction.zhao_2023.curves import CURVES, T_PWM_S, TITLES, targets
-from deltactl.reproduction.zhao_2023.measures import rms_m
 from deltactl.reproduction.zhao_2023.tables import metres
-from deltactl.reproduction.zhao_2023.tracking import follow
+from deltactl.reproduction.zhao_2023.tracking import CURVES, T_PWM_S, TITLES, follow, rms_m, targets
 
 Angles = Callable[[FloatArray], FloatArray]
 

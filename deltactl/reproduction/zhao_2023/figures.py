@@ -8,9 +8,8 @@ from deltactl.charts.figures import LineChart
 from deltactl.charts.spec import Colour, Series, Style
 from deltactl.models.robot import FloatArray
 from deltactl.reproduction.zhao_2023.beyond import apart_by_samples, by_samples
-from deltactl.reproduction.zhao_2023.curves import TITLES
-from deltactl.reproduction.zhao_2023.measures import slow_m
 from deltactl.reproduction.zhao_2023.study import GEOMETRY, LIMIT, TRUSTING, Study
+from deltactl.reproduction.zhao_2023.tracking import TITLES, slow_m
 
 MM = 1e3
 LOOKS = {
@@ -66,10 +65,13 @@ def path_charts(study: Study, figure: int, curve: str) -> list[LineChart]:
         series = [
             Series("target", target_mm[:, 0], target_mm[:, up], Colour.ASKED, dashed=True),
             Series(
-                "network, by the sensors", MM * zhao.seen_m[:, 0], MM * zhao.seen_m[:, up],
-                Colour.MEASURED, Style.POINTS,
+                "network, by the sensors",
+                MM * zhao.seen_m[:, 0],
+                MM * zhao.seen_m[:, up],
+                Colour.MEASURED,
+                Style.POINTS,
             ),
-        ]  # fmt: skip
+        ]
         for track, name in ((geometry, GEOMETRY), (zhao, "zhao"), (ours, "ours")):
             words, colour = LOOKS[name]
             true_mm = MM * track.true_m

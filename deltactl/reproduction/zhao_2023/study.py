@@ -24,7 +24,7 @@ from deltactl.models.training.dataset import DataSet, IntArray, load_dataset
 from deltactl.models.training.sources import of_dataset
 from deltactl.models.training.train import Recipe, settings_in_file, train_from_samples
 from deltactl.proof.recorded import Machine
-from deltactl.reproduction.stage_results import Arrays, kept
+from deltactl.reproduction.outcome import Arrays, kept
 from deltactl.reproduction.zhao_2023.as_built import AsBuiltFile, machine_of
 from deltactl.reproduction.zhao_2023.collecting import collect
 from deltactl.reproduction.zhao_2023.corrected import (
@@ -33,11 +33,56 @@ from deltactl.reproduction.zhao_2023.corrected import (
     corrected_robot,
     with_feedback,
 )
-from deltactl.reproduction.zhao_2023.curves import CURVES, TRAINED_T_PWM_S, targets
-from deltactl.reproduction.zhao_2023.limit import ExpectedMap
-from deltactl.reproduction.zhao_2023.on_curve import collect_on_curve
-from deltactl.reproduction.zhao_2023.scale import Scale
-from deltactl.reproduction.zhao_2023.tracking import Track, follow
+from deltactl.reproduction.zhao_2023.settling import ExpectedMap
+from deltactl.reproduction.zhao_2023.tracking import (
+    CURVES,
+    T_PWM_S,
+    TRAINED_T_PWM_S,
+    Track,
+    collect_on_curve,
+    follow,
+    targets,
+)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Samples and effort of a study."""
+
+    samples: tuple[int, ...]
+    """Data set sizes to train with, rising."""
+    main: int
+    """The size of the paper's."""
+    few: int
+    """The size with which our model shall do as well as Zhao's with `main`."""
+    ablation: tuple[int, ...]
+    """The sizes the paper compares."""
+    speeds: tuple[float, ...] = T_PWM_S
+    effort: int | None = None
+    """Epochs or iterations; None is each recipe's own."""
+    survey_s: float = 240.0
+    """Length of the survey that the robot is diagnosed from."""
+    part: float = 1.0
+    """How much of each curve is followed."""
+
+
+FULL = Scale(
+    samples=(100, 300, 500, 1000, 3000, 5000, 20_000),
+    main=5000,
+    few=500,
+    ablation=(1000, 3000, 5000),
+)
+QUICK = Scale(
+    samples=(100, 200),
+    main=200,
+    few=100,
+    ablation=(100, 200),
+    effort=10,
+    survey_s=30.0,
+    part=0.1,
+    speeds=(0.002, 0.006),
+)
+
 
 Say = Callable[[str], None]
 GEOMETRY, LIMIT = "geometry", "limit"

@@ -1,18 +1,47 @@
-"""Open-loop tracking of a curve on the as-built robot, simulated in time by MuJoCo."""
+"""Open-loop tracking of the paper's curves on the as-built robot, in time, and how far it is off.
+
+The paper gives neither sizes nor heights of its curves. The sizes are of the order its figures
+show; the heights lie in the working cylinder, chosen so that the geometric model's errors on the
+as-built robot have the sizes of Table 3 (the lower the platform, the less its height depends on the
+arms).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from deltactl.firmware_py.collecting.settings import settings_of
+from deltactl.firmware_py.paths.circle import circle
+from deltactl.firmware_py.paths.heart import heart
+from deltactl.firmware_py.paths.spiral import spiral
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.robot import FloatArray, Sensors
-from deltactl.models.training.dataset import IntArray
+from deltactl.models.training.dataset import SAMPLES, DataSet, DataSetWriter, IntArray, load_dataset
+from deltactl.proof.ranging import read
 from deltactl.proof.recorded import Machine, sample_times
+from deltactl.proof.robot.as_built import together
 from deltactl.proof.robot.run import run
-from deltactl.proof.robot.stepping import together
-from deltactl.proof.sensors.ranging import read
+from deltactl.reproduction.zhao_2023.as_built import AsBuiltFile
+
+SPACING_M = 0.0005
+T_PWM_S = (0.002, 0.006, 0.01, 0.02)
+TRAINED_T_PWM_S = 0.006
+CURVES = ("circle", "heart", "spiral")
+TITLES = {"circle": "Circle", "heart": "Heart curve", "spiral": "Logarithmic spiral"}
+
+
+def targets(curve: str) -> FloatArray:
+    """Points of a curve one after another, (n, 3) [m]."""
+    if curve == "circle":
+        return circle((0.0, 0.0, -0.35), 0.1, 1.0, SPACING_M).targets
+    if curve == "heart":
+        return heart((0.0, 0.0, -0.57), 0.2, 1, SPACING_M).targets
+    return spiral((0.0, 0.0, -0.60), 0.025, 0.1, 3.0, SPACING_M).targets
+
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 JUMP_M = 0.015
@@ -110,3 +139,50 @@ def _median(around: FloatArray) -> FloatArray:
     middle: FloatArray = np.take_along_axis(ordered, (np.maximum(count, 1) - 1)[None] // 2, axis=0)
     first: FloatArray = middle[0]
     return first
+
+
+def rms_m(error_m: FloatArray) -> FloatArray:
+    """Root mean square per axis, (3,), of errors (n, 3); NaN left out."""
+    rms: FloatArray = np.sqrt(np.nanmean(error_m**2, axis=0))
+    return rms
+
+
+def greatest_m(error_m: FloatArray) -> FloatArray:
+    """Largest size per axis, (3,); NaN left out."""
+    largest: FloatArray = np.nanmax(np.abs(error_m), axis=0)
+    return largest
+
+
+def distance_m(error_m: FloatArray) -> float:
+    """Root mean square of the distance, over rows without NaN."""
+    return float(np.sqrt(np.nanmean(np.sum(error_m**2, axis=1))))
+
+
+HALF_A_SECOND = 25
+"""Readings."""
+
+
+def slow_m(error_m: FloatArray) -> FloatArray:
+    """A running mean over half a second of readings: noise taken off, for figures; (n, 3)."""
+    known = np.isfinite(error_m)
+    kernel = np.ones(HALF_A_SECOND)
+    columns = []
+    for axis in range(error_m.shape[1]):
+        total = np.convolve(np.where(known[:, axis], error_m[:, axis], 0.0), kernel, "same")
+        count = np.convolve(known[:, axis].astype(np.float64), kernel, "same")
+        columns.append(total / np.maximum(count, 1.0))
+    return np.stack(columns, axis=1)
+
+
+def collect_on_curve(
+    folder: Path, robot: RobotFile, built: AsBuiltFile, curve: str, track: Track
+) -> DataSet:
+    """Single readings at 50 Hz in motion: there is no time to stand still. Writes it anew."""
+    settings = settings_of(
+        robot, "as-built", 0, built.mark, f"{curve}, once round", TRAINED_T_PWM_S
+    )
+    seen = np.isfinite(track.seen_m).all(axis=1)
+    (folder / SAMPLES).unlink(missing_ok=True)
+    with DataSetWriter(folder, settings) as writer:
+        writer.append(zip(track.seen_counts[seen], track.seen_m[seen], strict=True))
+    return load_dataset(folder)

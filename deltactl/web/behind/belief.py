@@ -15,8 +15,7 @@ from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, MissingFile
 from deltactl.models.linkage import Linkage, inverse
-from deltactl.models.linkage.counted_pose import counted_pose
-from deltactl.models.linkage.scalar_forward import forward_one
+from deltactl.models.linkage.scalar import counted_pose, forward_one
 from deltactl.models.linkage.vectors import Vector
 
 HALVINGS = 12

@@ -16,8 +16,7 @@ import numpy as np
 from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.linkage import Linkage
-from deltactl.models.linkage.counted_pose import counted_pose
-from deltactl.models.linkage.scalar_forward import forward_one
+from deltactl.models.linkage.scalar import counted_pose, forward_one
 from deltactl.models.linkage.skeleton import Placed, Skeleton, quaternion, turn_x_to
 from deltactl.models.robot import AXES
 from deltactl.recording.format.viewed import (

@@ -10,7 +10,7 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.options import DELTA_FITS
 from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.models.effects import VOCABULARY, EffectKind, Search, card_of, found_by
-from deltactl.models.effects.fit import Coordinate, Fit, Shape
+from deltactl.models.effects.card import Coordinate, Fit, Shape
 
 TURN_RAD = 2.0 * np.pi
 

@@ -18,7 +18,7 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.candidates import candidates_of
 from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.models.effects import VOCABULARY
-from deltactl.models.effects.fit import Coordinate
+from deltactl.models.effects.card import Coordinate
 from deltactl.models.effects.kind import EXACT, EffectKind
 from deltactl.models.robot import DeltaRobot, EffectEntry
 

@@ -27,7 +27,7 @@ from deltactl.foundation.errors import MissingColumns, RecordingError
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.chain.delta import Course, standing
 from deltactl.models.effects import VOCABULARY, Port, Trait, has
-from deltactl.models.effects.fit import Coordinate
+from deltactl.models.effects.card import Coordinate
 from deltactl.models.linkage import forward, jacobian
 from deltactl.models.robot import AXES, DeltaRobot
 from deltactl.recording.tables.flat import FlatRecording

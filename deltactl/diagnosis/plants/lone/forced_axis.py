@@ -38,8 +38,7 @@ from deltactl.diagnosis.plants.regression import (
     named,
 )
 from deltactl.foundation.errors import RecordingError
-from deltactl.models.chain.axis import gravity_pull
-from deltactl.models.chain.effort_axis import Driven, EffortChain
+from deltactl.models.chain.axis import Driven, EffortChain, gravity_pull
 from deltactl.models.effects import Trait, column_of, with_trait
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.column_measures import first_of

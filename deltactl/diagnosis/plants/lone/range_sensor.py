@@ -32,7 +32,7 @@ from deltactl.diagnosis.plants.regression import (
     named,
 )
 from deltactl.foundation.scatter import MAD_TO_SIGMA
-from deltactl.models.chain.range_sensor import SensorChain
+from deltactl.models.chain.axis import SensorChain
 from deltactl.models.robot import RangeSensor
 from deltactl.recording.column_measures import step_of
 from deltactl.recording.tables.flat import FlatRecording

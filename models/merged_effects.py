@@ -99,12 +99,12 @@ def _phasor(before: dict[str, Number], after: dict[str, Number]) -> dict[str, Nu
 
 
 def _table(before: dict[str, Number], after: dict[str, Number]) -> dict[str, Number]:
-    both = [{name: np.asarray(value) for name, value in one.items()} for one in (before, after)]
+    both = [{name: np.asarray(value) for name, value in table.items()} for table in (before, after)]
     low = min(_one(before["lowest"]), _one(after["lowest"]))
     high = max(_one(before["highest"]), _one(after["highest"]))
-    count = max(len(one["error"]) for one in both)
+    count = max(len(table["error"]) for table in both)
     places = np.linspace(low, high, count)
-    total = sum(looked_up(one, places) for one in both)
+    total = sum(looked_up(table, places) for table in both)
     return {"error": tuple(np.asarray(total).tolist()), "lowest": low, "highest": high}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deltactl.models.training.tooth_errors import find_tooth_errors
+from deltactl.reproduction.uzunovic_2013.kinematics import find_tooth_errors
 
 PER_TURN = np.array([41.0, 90.0, 147.0])
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from deltactl.models.belief import merged
 from deltactl.models.chain import Chain, Commands
+from deltactl.models.merged_effects import merged
 from deltactl.models.robot import DeltaRobot, Drive, EffectEntry, Geometry, Masses
 
 ROBOT = DeltaRobot(

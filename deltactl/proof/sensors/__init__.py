@@ -1,1 +1,0 @@
-"""The proof's own ranging sensors. In: true distances. Out: readings with noise and faults."""
