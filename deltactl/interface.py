@@ -55,7 +55,7 @@ class Answer:
 
     def save_report(self, path: AnyPath) -> None:
         """Write the HTML report. Raises RecordingError when it cannot be written."""
-        from deltactl.diagnosis.report.page.html import write_report
+        from deltactl.diagnosis.report.page import write_report
 
         write_report(self.diagnosis, load_with_effects(self.robot_file), Path(path))
 
@@ -66,7 +66,7 @@ class Answer:
         save_corrected(self.robot_file, self.diagnosis, Path(path), replace=replace)
 
     def __str__(self) -> str:
-        from deltactl.diagnosis.report.sentences.summary import plain_lines
+        from deltactl.diagnosis.report.summary import plain_lines
 
         return "\n".join(plain_lines(self.diagnosis, load_with_effects(self.robot_file)))
 

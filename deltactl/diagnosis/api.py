@@ -27,9 +27,8 @@ from deltactl.diagnosis.pipelines.servo_robot import diagnose_servo_robot, is_se
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
-from deltactl.diagnosis.report.phrases.axis_units import with_units
-from deltactl.diagnosis.report.sentences.summary import left_out_line
-from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.diagnosis.report.sizes import with_units
+from deltactl.diagnosis.report.summary import left_out_line, told
 from deltactl.foundation.errors import MissingColumns, RecordingError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.process import one_thread, rarely_collected

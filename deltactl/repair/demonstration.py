@@ -6,7 +6,6 @@ import html
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +17,9 @@ from deltactl.diagnosis.answer.corrected_robot import save_corrected
 from deltactl.diagnosis.answer.records import Channel, Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables
 from deltactl.diagnosis.api import diagnose
-from deltactl.diagnosis.report.drawing import machine_drawing
-from deltactl.diagnosis.report.phrases.sizes import quantity
+from deltactl.diagnosis.report.machines import machine_drawing
+from deltactl.diagnosis.report.page import style
+from deltactl.diagnosis.report.sizes import quantity
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import RecordingError
@@ -161,9 +161,7 @@ def page_html(demo: Demonstration) -> str:
 
 def _style() -> str:
     # The drawing of the robot is the diagnosis report's.
-    return (files("deltactl.diagnosis.report.page") / "report.css").read_text(
-        encoding="utf-8"
-    ) + STYLE
+    return style() + STYLE
 
 
 def _headline(demo: Demonstration) -> str:

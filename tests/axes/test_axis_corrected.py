@@ -11,8 +11,7 @@ import pytest
 from deltactl.diagnosis.answer.corrected_robot import save_corrected
 from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
-from deltactl.diagnosis.report.sentences.summary import plain_lines
-from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.diagnosis.report.summary import plain_lines, told
 from deltactl.models.robot import DeltaRobot, EffectEntry, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat import FlatRecording

@@ -9,7 +9,7 @@ import pytest
 
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
-from deltactl.diagnosis.report.sentences.telling_apart import hint
+from deltactl.diagnosis.report.next_run import hint
 from deltactl.models.robot import AxisGravity, Drive, RangeSensor, ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import from_columns
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.report.summary import plain_lines
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import RangeSensor, ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns

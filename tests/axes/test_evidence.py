@@ -17,8 +17,8 @@ from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.regression import Columns, Regressor
 from deltactl.diagnosis.plants.spline_terms import spline_basis, spline_terms
-from deltactl.diagnosis.report.sentences.telling import told
-from deltactl.diagnosis.report.sentences.telling_apart import hint
+from deltactl.diagnosis.report.next_run import hint
+from deltactl.diagnosis.report.summary import told
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import AxisGravity, RangeSensor, ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns

@@ -15,8 +15,8 @@ from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.repeats import repeats
 from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.plants.lone.waves import resolved_waves
-from deltactl.diagnosis.report.sentences.remedies import remedies
-from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.diagnosis.report.remedies import remedies
+from deltactl.diagnosis.report.summary import told
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 

@@ -14,8 +14,7 @@ from deltactl.diagnosis.assessment.at_rest import at_rest
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.plants.lone.travel import ends_earlier_move
-from deltactl.diagnosis.report.sentences.summary import plain_lines
-from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.diagnosis.report.summary import plain_lines, told
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 

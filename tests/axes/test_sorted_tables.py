@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
-from deltactl.diagnosis.report.page.html import report_html
+from deltactl.diagnosis.report.page import report_html
 from deltactl.models.robot import RangeSensor
 from deltactl.recording.tables.flat import from_columns
 from tests.rigs.charts import charts_of

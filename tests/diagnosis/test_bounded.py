@@ -19,7 +19,7 @@ from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.step_counts import check_steps
 from deltactl.diagnosis.api import diagnose, diagnose_recordings
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
-from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.report.summary import plain_lines
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import DeltaRobot
 from deltactl.recording.tables.flat import FlatRecording

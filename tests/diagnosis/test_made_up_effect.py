@@ -12,8 +12,8 @@ import pytest
 from deltactl.diagnosis.answer.corrected_robot import save_corrected
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.report.drawing.culprits import marks_of
-from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.report.machines import marks_of
+from deltactl.diagnosis.report.summary import plain_lines
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.effects import CARDS, VOCABULARY, register
 from deltactl.models.robot import DeltaRobot, EffectEntry

@@ -15,8 +15,9 @@ from deltactl.diagnosis.answer.records import (
     Where,
 )
 from deltactl.diagnosis.answer.verdict import Rest, verdict
-from deltactl.diagnosis.report.sentences.headline import headline
-from deltactl.diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
+from deltactl.diagnosis.report.headline import headline
+from deltactl.diagnosis.report.remedies import remedies
+from deltactl.diagnosis.report.templates import say
 
 LAG = Finding(
     effect="following_lag", component="motor1",
@@ -57,7 +58,7 @@ def test_a_fit_that_grows_asks_for_no_work() -> None:
         verdict=verdict([LAG], worse, 1e-9, Rest(1.0), 0.0),
     )  # fmt: skip
     assert answer.verdict == "partly_explained"
-    assert remedies(answer) == [CHANGE_NOTHING]
+    assert remedies(answer) == [say("do.change_nothing")]
     assert "no better" in headline(answer)
     better = worse.model_copy(update={"rms_after_m": 0.005})
-    assert remedies(answer.model_copy(update={"fit": better})) != [CHANGE_NOTHING]
+    assert remedies(answer.model_copy(update={"fit": better})) != [say("do.change_nothing")]

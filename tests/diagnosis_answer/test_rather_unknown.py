@@ -14,8 +14,8 @@ from deltactl.diagnosis.answer.records import (
     Where,
 )
 from deltactl.diagnosis.answer.verdict import Rest, verdict
-from deltactl.diagnosis.report.sentences.headline import headline
-from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.diagnosis.report.headline import headline
+from deltactl.diagnosis.report.summary import told
 
 FIT = Fit(
     rms_before_m=2e-3, rms_after_m=1.5e-3, noise_floor_m=1.5e-3,

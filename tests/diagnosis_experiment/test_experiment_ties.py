@@ -16,7 +16,7 @@ from deltactl.diagnosis.experiment.options import EXPERIMENT
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.motions import Motion
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
-from deltactl.diagnosis.report.sentences.next_run_words import tie_line
+from deltactl.diagnosis.report.next_run import tie_line
 from deltactl.models.robot import EffectEntry
 
 if TYPE_CHECKING:

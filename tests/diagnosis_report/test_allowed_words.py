@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from deltactl.diagnosis.answer.records import AllowedFor, Evidence, Finding, ParameterResult, Where
-from deltactl.diagnosis.report.phrases.allowed_words import allowed_line
+from deltactl.diagnosis.report.limits import allowed_line
 
 
 def _home(motor: int, angle_rad: float) -> AllowedFor:

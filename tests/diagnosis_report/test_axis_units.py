@@ -10,7 +10,7 @@ import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.report.phrases.axis_units import covariate_unit
+from deltactl.diagnosis.report.sizes import covariate_unit
 from deltactl.models.robot import RangeSensor, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_delta
 from deltactl.recording.tables.flat import from_columns

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from deltactl.diagnosis.answer.records import Evidence, Fit, Unexplained
-from deltactl.diagnosis.report.sentences.headline import SO_LITTLE, headline
-from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.report.headline import headline
+from deltactl.diagnosis.report.summary import plain_lines
+from deltactl.diagnosis.report.templates import say
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
 NAN = math.nan
@@ -80,9 +81,11 @@ def test_both_frictions_of_an_axis_are_one_phrase(make: Any, parts: Any) -> None
 
 def test_so_little_that_it_calls_for_nothing(make: Any) -> None:
     rest = Unexplained(share_of_mismatch=0.004, p=1e-9, depends_on=["pos_z"])
-    assert SO_LITTLE in "\n".join(plain_lines(make("explained", unexplained=rest)))
+    assert say("rest.little") in "\n".join(plain_lines(make("explained", unexplained=rest)))
     rest = rest.model_copy(update={"share_of_mismatch": 0.04})
-    assert SO_LITTLE not in "\n".join(plain_lines(make("partly_explained", unexplained=rest)))
+    assert say("rest.little") not in "\n".join(
+        plain_lines(make("partly_explained", unexplained=rest))
+    )
 
 
 def test_more_than_noise_that_nothing_names_is_not_called_improbable(make: Any) -> None:
@@ -106,7 +109,7 @@ def test_a_rest_that_no_test_sees_is_told_by_one_verdict(make: Any) -> None:
         text = " ".join(plain_lines(answer))
         assert headline(answer).startswith("No known effect is missing (99 % sure).")
         assert "noise alone would look like this" not in text
-        assert (SO_LITTLE in headline(answer)) == little
+        assert (say("rest.little") in headline(answer)) == little
         assert ("a longer recording" in text) == (not little)
         assert (
             "is less than a tenth of what the effects in the robot file explain" in text

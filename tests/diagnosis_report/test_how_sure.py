@@ -7,11 +7,10 @@ from typing import Any
 import pytest
 
 from deltactl.diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
-from deltactl.diagnosis.report.phrases.share_words import share_line
-from deltactl.diagnosis.report.phrases.sureness import evidence, in_chi_square
-from deltactl.diagnosis.report.sentences.finding_words import alternatives_line
-from deltactl.diagnosis.report.sentences.headline import headline
-from deltactl.diagnosis.report.sentences.remedies import remedies
+from deltactl.diagnosis.report.finding import alternatives_line, evidence, in_chi_square
+from deltactl.diagnosis.report.fit import share_line
+from deltactl.diagnosis.report.headline import headline
+from deltactl.diagnosis.report.remedies import remedies
 
 
 def _finding(p: float, probability: float) -> Finding:

@@ -7,7 +7,7 @@ from typing import Any
 
 from deltactl.diagnosis.answer.known import known_of
 from deltactl.diagnosis.answer.records import Known
-from deltactl.diagnosis.report.phrases.known_words import known_line
+from deltactl.diagnosis.report.limits import known_line
 from deltactl.models.robot import EffectEntry, FoundBy, ServoAxis
 
 

@@ -13,9 +13,7 @@ from deltactl.diagnosis.answer.records import (
     ParameterResult,
     SmallestDetectable,
 )
-from deltactl.diagnosis.report.sentences.summary import (
-    plain_lines,
-)
+from deltactl.diagnosis.report.summary import plain_lines
 from deltactl.models.effects import VOCABULARY
 from deltactl.models.robot import ServoAxis
 

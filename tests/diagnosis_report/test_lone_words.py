@@ -17,14 +17,11 @@ from deltactl.diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from deltactl.diagnosis.report.phrases.fit_words import fit_lines
-from deltactl.diagnosis.report.phrases.sureness import in_chi_square
-from deltactl.diagnosis.report.sentences.finding_words import finding_lines
-from deltactl.diagnosis.report.sentences.headline import headline
-from deltactl.diagnosis.report.sentences.lone_sentences import spoken
-from deltactl.diagnosis.report.sentences.remedies import remedies
-from deltactl.diagnosis.report.sentences.summary import plain_lines
-from deltactl.diagnosis.report.sentences.telling import told as told_of
+from deltactl.diagnosis.report.finding import finding_lines, in_chi_square
+from deltactl.diagnosis.report.fit import fit_lines
+from deltactl.diagnosis.report.headline import headline
+from deltactl.diagnosis.report.remedies import remedies
+from deltactl.diagnosis.report.summary import plain_lines, spoken, told
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, said
 from deltactl.models.robot import EffectEntry, ServoAxis
 
@@ -212,7 +209,7 @@ def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None
     )  # fmt: skip
     rest = Unexplained(share_of_mismatch=0.0, p=1.0)
     answer = make("partly_explained", findings=[friction()], fit=fit, unexplained=rest)
-    text = "\n".join(plain_lines(told_of(answer)))
+    text = "\n".join(plain_lines(told(answer)))
     assert text.count("Readings at one place scatter") == 1
     assert text.count("More places make the answer surer") == 1
     assert "this noise" not in text

@@ -17,10 +17,9 @@ from deltactl.diagnosis.answer.records import (
     PriorSensitivity,
     Where,
 )
-from deltactl.diagnosis.report.page.cards import finding_cards
-from deltactl.diagnosis.report.sentences.finding_words import finding_lines
-from deltactl.diagnosis.report.sentences.notes import notes
-from deltactl.diagnosis.report.sentences.remedies import remedies
+from deltactl.diagnosis.report.finding import finding_lines, notes
+from deltactl.diagnosis.report.page import finding_cards
+from deltactl.diagnosis.report.remedies import remedies
 
 
 def found(effect: str, follows: str = "", unit: str = "rad", **sizes: float) -> Finding:

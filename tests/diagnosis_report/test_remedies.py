@@ -8,13 +8,11 @@ import pytest
 
 from deltactl.diagnosis.answer.finding import Table
 from deltactl.diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
-from deltactl.diagnosis.report.phrases import words
-from deltactl.diagnosis.report.sentences.advice import LAYERS, advice
-from deltactl.diagnosis.report.sentences.beside_others import wider_in_motion, zero_of_play
-from deltactl.diagnosis.report.sentences.headline import headline
-from deltactl.diagnosis.report.sentences.remedies import remedies
-from deltactl.diagnosis.report.sentences.remedy import remedy
-from deltactl.diagnosis.report.sentences.ways import TERMINAL
+from deltactl.diagnosis.report.headline import headline
+from deltactl.diagnosis.report.names import followed
+from deltactl.diagnosis.report.pairs import beside
+from deltactl.diagnosis.report.remedies import LAYERS, advice, remedies, remedy
+from deltactl.diagnosis.report.templates import TERMINAL
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.models.effects import CARDS
 from deltactl.models.effects.lone_axis import effort_effects
@@ -47,32 +45,27 @@ def test_every_effect_has_a_remedy() -> None:
 
 @pytest.mark.parametrize("effect", sorted({*EFFECTS} - {"unknown"}))
 def test_each_is_one_plain_sentence(effect: str) -> None:
-    one = remedy(found(effect, "motor2", 0.01, "rad"), ROBOT)
-    assert one is not None
-    assert one.line.endswith(".")
-    assert "{" not in one.line
-    assert "_" not in one.line.replace("--save-robot", "")
+    line = remedy(found(effect, "motor2", 0.01, "rad"), ROBOT)
+    assert line.endswith(".")
+    assert "{" not in line
+    assert "_" not in line.replace("--save-robot", "")
 
 
 def test_an_arm_is_told_by_its_true_length() -> None:
-    one = remedy(found("upper_arm_length", "arm3", 0.0029, "m"), ROBOT)
-    assert one is not None
-    assert "Set the upper arm of arm 3 to 252.9 mm (not 250.0 mm) in the robot file" in one.line
+    line = remedy(found("upper_arm_length", "arm3", 0.0029, "m"), ROBOT)
+    assert "Set the upper arm of arm 3 to 252.9 mm (not 250.0 mm) in the robot file" in line
     base = remedy(found("base_radius", "frame", -0.001, "m"), ROBOT)
-    assert base is not None
-    assert "249.0 mm (not 250.0 mm)" in base.line
+    assert "249.0 mm (not 250.0 mm)" in base
 
 
 def test_a_drive_is_late_by_dead_time_and_time_constant() -> None:
     late = found("following_lag", "axis", 0.0, "s")
     late.parameters["dead_time"] = ParameterResult(value=0.0064, ci95=[0.006, 0.007], unit="s")
-    one = remedy(late, SERVO)
-    assert one is not None
-    assert "late by a dead time of 6.40 ms." in one.line
+    line = remedy(late, SERVO)
+    assert "late by a dead time of 6.40 ms." in line
     late.parameters["time"] = ParameterResult(value=0.0481, ci95=[0.04, 0.05], unit="s")
-    one = remedy(late, SERVO)
-    assert one is not None
-    assert "a dead time of 6.40 ms and a time constant of 48.1 ms" in one.line
+    line = remedy(late, SERVO)
+    assert "a dead time of 6.40 ms and a time constant of 48.1 ms" in line
 
 
 @pytest.mark.parametrize(
@@ -100,9 +93,8 @@ def test_what_to_do_depends_on_the_machine_and_the_way_it_is_off(
 ) -> None:
     named = found(effect, "motor1" if robot is ROBOT else "axis", value, unit)
     named.parameters[parameter] = named.parameters.pop("size")
-    one = remedy(named, robot)
-    assert one is not None
-    assert says in one.line
+    line = remedy(named, robot)
+    assert says in line
 
 
 def test_a_lone_machine_is_told_once_how_what_stays_is_made_known(make: Any) -> None:
@@ -117,24 +109,20 @@ def test_a_lone_machine_is_told_once_how_what_stays_is_made_known(make: Any) -> 
 
 
 def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
-    one = remedy(found("gear_backlash", "motor1", 0.01, "rad", "joint_friction"), ROBOT)
-    assert one is not None
-    assert "first rule out bearing friction in motor 1" in one.line
+    line = remedy(found("gear_backlash", "motor1", 0.01, "rad", "joint_friction"), ROBOT)
+    assert "first rule out bearing friction in motor 1" in line
     even = found("gear_backlash", "motor1", 0.01, "rad", "joint_friction")
     even = even.model_copy(update={"probability": 0.55})
-    one = remedy(even, ROBOT, certain=False)
-    assert one is not None
-    assert "but this is only 55 % sure, so first rule out bearing friction" in one.line
-    one = remedy(even, ROBOT)
-    assert one is not None
-    assert "a corrected robot file is right for either, but rule out bearing friction" in one.line
+    line = remedy(even, ROBOT, certain=False)
+    assert "but this is only 55 % sure, so first rule out bearing friction" in line
+    line = remedy(even, ROBOT)
+    assert "a corrected robot file is right for either, but rule out bearing friction" in line
 
 
 def test_nobody_is_asked_to_rule_out_what_is_in_no_list() -> None:
-    one = remedy(found("gear_backlash", "motor1", 0.01, "rad", "unknown"), ROBOT)
-    assert one is not None
-    assert "rule out" not in one.line
-    assert "it may as well be a part of something that no list has" in one.line
+    line = remedy(found("gear_backlash", "motor1", 0.01, "rad", "unknown"), ROBOT)
+    assert "rule out" not in line
+    assert "it may as well be a part of something that no list has" in line
 
 
 def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -> None:
@@ -152,7 +140,7 @@ def test_where_nothing_is_tied_no_run_is_asked_for(make: Any) -> None:
 
 
 def test_nothing_is_told_of_what_has_no_name() -> None:
-    assert remedy(found("unknown", "range_x", 0.001, "m"), ROBOT) is None
+    assert remedy(found("unknown", "range_x", 0.001, "m"), ROBOT) == ""
 
 
 @pytest.mark.parametrize("effect", sorted({*EFFECTS} - {"unknown"}))
@@ -162,10 +150,9 @@ def test_a_slide_is_told_of_no_gearbox_and_of_a_gain_only_where_a_servo_drives_i
 ) -> None:
     named = found(effect, "axis", 1.001, "m")
     named.parameters[parameter] = named.parameters.pop("size")
-    one = remedy(named, SLIDE)
-    assert one is not None
-    assert "gear" not in one.line
-    assert " gain" not in one.line or "where a servo drives it" in one.line
+    line = remedy(named, SLIDE)
+    assert "gear" not in line
+    assert " gain" not in line or "where a servo drives it" in line
 
 
 @pytest.mark.parametrize(
@@ -185,7 +172,7 @@ def test_an_unknown_has_a_line_that_says_what_tells_more(
     axis = ServoAxis(kind="servo_axis", name="elbow", motion="rotary")
     (line,) = remedies(make("unexplained", findings=[finding]), axis)
     assert says.lower() in line.lower()
-    assert words.followed(follows) in line
+    assert followed(follows) in line
 
 
 @pytest.mark.parametrize("machine", sorted(LAYERS))
@@ -244,14 +231,15 @@ def test_a_zero_that_play_may_have_moved_is_looked_at_after_the_play(make: Any) 
     first, second, *_ = remedies(make("explained", findings=[home, play]), STEPPER)
     assert first.startswith("Take up the play")
     assert second.startswith("Then look at the zero of the axis again: it stands 0.0630 degrees")
-    says = zero_of_play(home, [home, play])
+    (says,) = beside(home, make("explained", findings=[home, play]))
     assert "about half of the play (half of it is 0.0573 degrees)" in says
     far = sized("home_offset", "angle", 0.0026)
     first, *_ = remedies(make("explained", findings=[far, play]), STEPPER)
     assert first.startswith("Take 0.149 degrees off"), "no play of this width moves a zero so far"
-    assert zero_of_play(far, [far, play]) == ""
+    assert beside(far, make("explained", findings=[far, play])) == []
     near = sized("home_offset", "angle", -0.0003)
-    assert "less than half of the play" in zero_of_play(near, [near, play])
+    (says,) = beside(near, make("explained", findings=[near, play]))
+    assert "less than half of the play" in says
 
 
 def test_a_table_beside_a_correction_is_taken_after_it(make: Any) -> None:
@@ -278,13 +266,12 @@ def test_no_table_is_asked_for_that_hardly_helps(make: Any) -> None:
         assert any("a table of 11 points" in one for one in lines) == asked
 
 
-def test_a_delay_beside_play_is_said_to_widen_the_gap_in_motion() -> None:
+def test_a_delay_beside_play_is_said_to_widen_the_gap_in_motion(make: Any) -> None:
     play = found("gear_backlash", "axis", 0.01, "rad")
     play = play.model_copy(update={"parameters": {"width": play.parameters["size"]}})
     late = found("following_lag", "axis", 0.046, "s")
-    assert (
-        "the delay of 46.0 ms found beside it adds what the axis moves in 92 ms"
-        in wider_in_motion(play, [play, late])
-    )
-    assert wider_in_motion(play, [play]) == ""
-    assert wider_in_motion(late, [play, late]) == ""
+    both = make("explained", findings=[play, late])
+    (says,) = beside(play, both)
+    assert "the delay of 46.0 ms found beside it adds what the axis moves in 92 ms" in says
+    assert beside(play, make("explained", findings=[play])) == []
+    assert beside(late, both) == []

@@ -8,11 +8,15 @@ from typing import Any
 import numpy as np
 
 from deltactl.diagnosis.answer.records import Alternative
-from deltactl.diagnosis.report.drawing import machine_drawing
-from deltactl.diagnosis.report.drawing.culprits import lone_parts_of, parts_of
-from deltactl.diagnosis.report.drawing.delta import DeltaDrawing
-from deltactl.diagnosis.report.drawing.lone import axis_scene, sensor_scene
-from deltactl.diagnosis.report.drawing.scene import BADGE_RADIUS, Mark, badge_places, hull
+from deltactl.diagnosis.report.machines import (
+    DeltaDrawing,
+    axis_scene,
+    lone_parts_of,
+    machine_drawing,
+    parts_of,
+    sensor_scene,
+)
+from deltactl.diagnosis.report.scene import BADGE_RADIUS, Mark, badge_places, hull
 from deltactl.models.effects import VOCABULARY
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 

@@ -7,11 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from deltactl.charts.cells import CELLS, grid_of
+from deltactl.charts.means import binned, explained_by, smoothed
 from deltactl.diagnosis.answer.records import Channel, Picture
-from deltactl.diagnosis.report.page.maps import CELLS, grid_of, place_maps
-from deltactl.diagnosis.report.page.pictures import _ranked, mismatch_sections
-from deltactl.diagnosis.report.page.regimes import regimes
-from deltactl.diagnosis.report.page.residuals import binned, explained_by, mismatches, smoothed
+from deltactl.diagnosis.report.mismatch import (
+    by_regime,
+    mismatch_sections,
+    mismatches,
+    place_maps,
+    ranked,
+)
 from deltactl.models.robot import ServoAxis
 
 
@@ -36,7 +41,7 @@ def picture_of_reversals(n: int = 4000) -> Picture:
 
 def test_the_mismatch_after_reversals_is_told_from_the_rest() -> None:
     picture = picture_of_reversals()
-    found = {one.name: one for one in regimes(picture.t_s, picture.covariates, mismatches(picture))}
+    found = {one.name: one for one in by_regime(picture, mismatches(picture))}
     after = found["within 1 s after motor 1 reversed"]
     # Half of that second is 2 mm off: sqrt(0.5) * 2 mm.
     assert after.before == pytest.approx(np.sqrt(0.5) * 2.0, rel=0.02)
@@ -49,23 +54,23 @@ def test_what_a_delta_was_doing_names_its_motors_and_its_platform_each_once() ->
     picture = picture_of_reversals()
     (way,) = (v for n, v in picture.covariates.items() if n == "speed_1")
     moving = {f"speed_range_{axis}": way * k for k, axis in enumerate("xyz", 1)}
-    found = regimes(picture.t_s, picture.covariates | moving, mismatches(picture))
+    platform = picture.model_copy(update={"covariates": picture.covariates | moving})
+    found = by_regime(platform, mismatches(picture))
     names = [one.name for one in found]
     assert len(names) == len(set(names))
     assert not [name for name in names if "the axis" in name]
     assert {"motor 1 moves forward", "the platform moves towards -z"} <= set(names)
     assert "within 1 s after the platform reversed along y" in names
-    alone = regimes(picture.t_s, {"velocity": way}, mismatches(picture))
-    assert "the axis moves forward" in [one.name for one in alone]
+    axis = picture.model_copy(update={"covariates": {"velocity": way}})
+    assert "the axis moves forward" in [one.name for one in by_regime(axis, mismatches(picture))]
 
 
 def test_an_axis_stands_where_its_command_does_and_not_where_it_is_slow() -> None:
     picture = picture_of_reversals()
     (way,) = (v for n, v in picture.covariates.items() if n == "speed_1")
     rests = np.arange(len(way)) >= len(way) // 2
-    found = {
-        one.name: one for one in regimes(picture.t_s, {"velocity": way}, mismatches(picture), rests)
-    }
+    picture = picture.model_copy(update={"covariates": {"velocity": way}, "rests": rests})
+    found = {one.name: one for one in by_regime(picture, mismatches(picture))}
     observed, before = picture.channels[0].observed, picture.channels[0].before
     miss_mm = 1e3 * (observed - before)[rests]
     stands = found["the axis stands, or settles, at its command"]
@@ -204,7 +209,7 @@ def test_the_figures_of_regimes_count_readings_that_lie_too_far_out_to_be_drawn(
     picture = Picture(t_s=t_s, channels=[channel(miss, 0 * miss, 0 * miss)])
     channels = mismatches(picture)
     assert channels[0].far_out == 5
-    (all_the_time,) = regimes(t_s, {}, channels)
+    (all_the_time,) = by_regime(picture, channels)
     assert all_the_time.before == pytest.approx(1e3 * np.sqrt(np.mean(miss**2)))
 
 
@@ -214,8 +219,8 @@ def test_the_figures_of_regimes_leave_out_what_the_fit_took_for_outliers() -> No
     miss[::400] = 0.1
     counted = np.abs(miss) < 0.05
     one = channel(miss, 0 * miss, 0 * miss).model_copy(update={"counted": counted})
-    channels = mismatches(Picture(t_s=t_s, channels=[one]))
-    (all_the_time,) = regimes(t_s, {}, channels)
+    picture = Picture(t_s=t_s, channels=[one])
+    (all_the_time,) = by_regime(picture, mismatches(picture))
     assert all_the_time.before == pytest.approx(1e3 * np.sqrt(np.mean(miss[counted] ** 2)))
 
 
@@ -290,8 +295,8 @@ def test_two_means_of_a_direction_are_no_chart() -> None:
     covariates = {"direction": way, "position": np.sin(t_s)}
     picture = Picture(t_s=t_s, channels=[channel], covariates=covariates)
     axis = ServoAxis(kind="servo_axis", name="a", motion="rotary")
-    drawn = _ranked(covariates, mismatches(picture), axis, banded=False)
+    drawn = ranked(covariates, mismatches(picture), axis, banded=False)
     assert [chart.title for chart in drawn] == ["Against the commanded position"]
     assert [one.name for one in drawn[0].series] == ["mismatch"]
-    (banded,) = _ranked(covariates, mismatches(picture), axis, banded=True)
+    (banded,) = ranked(covariates, mismatches(picture), axis, banded=True)
     assert [one.name for one in banded.series] == ["noise alone", "mismatch"]

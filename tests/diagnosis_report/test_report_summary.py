@@ -18,16 +18,11 @@ from deltactl.diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from deltactl.diagnosis.report.sentences.finding_words import where_line
-from deltactl.diagnosis.report.sentences.headline import headline
-from deltactl.diagnosis.report.sentences.summary import (
-    ENDED_EARLY,
-    plain_lines,
-    summary_lines,
-    unexplained_line,
-)
-from deltactl.diagnosis.report.sentences.telling import NOISE, told
-from deltactl.diagnosis.report.sentences.ways import TERMINAL
+from deltactl.diagnosis.report.finding import where_line
+from deltactl.diagnosis.report.fit import unexplained_line
+from deltactl.diagnosis.report.headline import headline
+from deltactl.diagnosis.report.summary import plain_lines, summary_lines, told
+from deltactl.diagnosis.report.templates import TERMINAL, say
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
 NAN = math.nan
@@ -76,10 +71,10 @@ def test_one_off_events_are_not_expected_in_another_run(make: Any, parts: Any) -
 
 
 def test_a_share_left_is_only_told_where_it_is_more_than_noise(make: Any) -> None:
-    left = Unexplained(share_of_mismatch=0.0, says=NOISE)
+    left = Unexplained(share_of_mismatch=0.0, says=say("left.noise", head=say("left.head")))
     text = "\n".join(plain_lines(make("explained", unexplained=left)))
     assert "Unexplained:" not in text
-    assert NOISE in text
+    assert left.says in text
     rest = Unexplained(share_of_mismatch=0.38, depends_on=["theta_2"], says="")
     text = "\n".join(plain_lines(make("partly_explained", unexplained=rest)))
     assert (
@@ -166,7 +161,7 @@ def test_a_probable_finding_is_not_called_open(
 
 
 def test_it_says_where_the_search_ended_early(make: Any) -> None:
-    said = ENDED_EARLY.format(way=TERMINAL.all_compared)
+    said = say("summary.ended_early", way=TERMINAL.all_compared)
     assert said in shown(summary_lines(make(ended_early=True)))
     assert said not in shown(summary_lines(make()))
 

@@ -7,9 +7,9 @@ import re
 import pytest
 
 from deltactl.diagnosis.answer.records import ParameterResult
-from deltactl.diagnosis.report.phrases import words
-from deltactl.diagnosis.report.phrases.sizes import sizes
-from deltactl.diagnosis.report.sentences.advice import LAYERS
+from deltactl.diagnosis.report.names import effect
+from deltactl.diagnosis.report.remedies import LAYERS
+from deltactl.diagnosis.report.sizes import sizes
 from deltactl.models.effects import card_of
 from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
@@ -26,7 +26,7 @@ def said(kind: EffectKind, component: str, *machines: str) -> list[str]:
     card = card_of(kind.name)
     rows = ("", "small", "width")
     texts = [card.remedy(LAYERS[machine], (row,)) or "" for machine in machines for row in rows]
-    return [words.effect(kind.name, component), kind.sentence(component, values), *texts]
+    return [effect(kind.name, component), kind.sentence(component, values), *texts]
 
 
 @pytest.mark.parametrize("motion", ["rotary", "linear"])
@@ -46,19 +46,19 @@ def test_a_range_sensor_has_no_robot() -> None:
             assert not any(
                 OF_A_DELTA.search(text) for text in said(kind, component, "range_sensor")
             )
-            assert "axis" not in words.effect(kind.name, component)
+            assert "axis" not in effect(kind.name, component)
 
 
 def test_all_joints_are_not_named_again_one_by_one() -> None:
-    every = words.effect("joint_compliance", "joints", "motor1", "motor2", "motor3")
+    every = effect("joint_compliance", "joints", "motor1", "motor2", "motor3")
     assert every == "shafts of all joints that yield under load"
-    some = words.effect("joint_compliance", "joints", "motor1")
+    some = effect("joint_compliance", "joints", "motor1")
     assert some == "shafts of all joints and motor 1 that yield under load"
 
 
 def test_the_same_effects_of_a_delta_keep_its_words() -> None:
-    assert words.effect("resonance", "platform") == "ringing of the platform after moves"
-    assert words.effect("home_offset", "motor2") == "a wrong home angle of motor 2"
+    assert effect("resonance", "platform") == "ringing of the platform after moves"
+    assert effect("home_offset", "motor2") == "a wrong home angle of motor 2"
 
 
 def test_an_axis_that_slides_stands_off_by_a_length() -> None:

@@ -15,11 +15,10 @@ from deltactl.diagnosis.answer.records import (
     ParameterResult,
     Where,
 )
-from deltactl.diagnosis.report.sentences.lone_sentences import spoken
-from deltactl.diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
-from deltactl.diagnosis.report.sentences.saved import support, written
-from deltactl.diagnosis.report.sentences.summary import plain_lines
-from deltactl.diagnosis.report.sentences.ways import PAGE, TERMINAL, Ways
+from deltactl.diagnosis.report.next_run import support, written
+from deltactl.diagnosis.report.remedies import remedies
+from deltactl.diagnosis.report.summary import plain_lines, spoken
+from deltactl.diagnosis.report.templates import PAGE, TERMINAL, Ways, say
 from deltactl.models.effects.lone_axis import command_effects
 from tests.diagnosis_report.conftest import delta_robot
 
@@ -83,7 +82,7 @@ def test_a_page_speaks_of_its_buttons_and_a_terminal_of_commands(make: Any, ways
     for findings in (both, lone):
         answer = make("explained", findings=findings, next_experiment=plan, ended_early=True)
         lines = [*plain_lines(answer, delta_robot(), ways), *support(answer, False, ways)]
-        assert CHANGE_NOTHING not in lines
+        assert say("do.change_nothing") not in lines
         text = "\n".join(lines).replace("in a terminal, 'deltactl diagnose --thorough'", "")
         assert ("--" in text) == (ways is TERMINAL)
         assert ("button" in text) == (ways is PAGE)

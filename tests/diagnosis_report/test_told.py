@@ -8,8 +8,9 @@ import pytest
 
 from deltactl.diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
 from deltactl.diagnosis.assessment.prior_sensitivity import as_found
-from deltactl.diagnosis.report.phrases.fit_words import fit_lines
-from deltactl.diagnosis.report.sentences.telling import BESIDE, IS_NOISE, NOISE, told
+from deltactl.diagnosis.report.fit import fit_lines
+from deltactl.diagnosis.report.summary import told
+from deltactl.diagnosis.report.templates import say
 
 
 def bare(finding: Finding) -> Finding:
@@ -40,7 +41,10 @@ def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
 @pytest.mark.parametrize(
     ("rest", "says"),
     [
-        (Unexplained(share_of_mismatch=0.0, p=0.4), f"{BESIDE} {IS_NOISE}"),
+        (
+            Unexplained(share_of_mismatch=0.0, p=0.4),
+            say("left.noise", head=say("left.head_beside")),
+        ),
         (
             Unexplained(share_of_mismatch=0.1, depends_on=["time"], component="range_x", p=1e-4),
             "What is left is more than noise (noise alone would look like this in about 1 in"
@@ -59,7 +63,7 @@ def test_what_is_left_is_said_as_it_is(make: Any, rest: Unexplained, says: str) 
 def test_noise_is_what_is_left_of_the_whole_mismatch(make: Any) -> None:
     rest = Unexplained(share_of_mismatch=0.0, p=0.4)
     says = told(make("nothing_missing", findings=[], unexplained=rest)).unexplained.says
-    assert says == NOISE
+    assert says == say("left.noise", head=say("left.head"))
 
 
 @pytest.mark.parametrize("verdict", ["explained", "partly_explained", "nothing_missing"])
@@ -80,8 +84,8 @@ def test_what_goes_on_is_called_no_noise_of_a_sensor(make: Any, verdict: str) ->
     assert "the noise alone" not in slow
     assert "correlation" not in quick
     assert "the noise alone is 2.10 mm" in quick
-    assert IS_NOISE in quick
-    assert IS_NOISE not in slow
+    assert "is consistent with measurement noise." in quick
+    assert "is consistent with measurement noise." not in slow
 
 
 def test_what_known_effects_leave_is_said_in_one_piece(make: Any) -> None:

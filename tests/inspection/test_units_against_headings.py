@@ -11,7 +11,7 @@ import pytest
 
 from deltactl.diagnosis.admission.joint_ranges import far_for_a_joint
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.report.sentences.summary import plain_lines
+from deltactl.diagnosis.report.summary import plain_lines
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import ServoAxis
 from deltactl.models.robot_files import load_robot_model

@@ -12,8 +12,8 @@ from deltactl.diagnosis.answer.corrected_robot import save_corrected
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.delta.measured_before import measured_before
-from deltactl.diagnosis.report.sentences.summary import summary_lines
-from deltactl.diagnosis.report.sentences.telling import unexplained
+from deltactl.diagnosis.report.fit import unexplained
+from deltactl.diagnosis.report.summary import summary_lines
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, FoundBy
 from deltactl.models.robot_files import load_delta
 from tests.rigs.picker import HERTZ, ROBOT, SLOWED, STEP_S, followed, nominal, places, recorded

@@ -83,7 +83,7 @@ def _say(found: Corrected, all_of_them: bool) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from deltactl.diagnosis.report.sentences.saved import supported
+    from deltactl.diagnosis.report.next_run import supported
 
     table = Table(box=SIMPLE_HEAD, title="What is done about it", title_justify="left")
     table.add_column("known effect")

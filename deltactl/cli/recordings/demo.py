@@ -96,11 +96,11 @@ def make_room(out: Path, names: Sequence[str], force: bool) -> bool:
 
 
 def _say(shown: Demonstration) -> None:
-    from deltactl.diagnosis.report.phrases import words
-    from deltactl.diagnosis.report.phrases.rivals import rivals
+    from deltactl.diagnosis.report.finding import rivals
+    from deltactl.diagnosis.report.names import effect
 
     for one in shown.answers:
-        say(f"concealed:  {words.effect(one.effect, one.where)}")
+        say(f"concealed:  {effect(one.effect, one.where)}")
     for finding in shown.diagnosis.findings:
         instead = f", or {rivals(finding)}" if finding.alternatives else ""
         say(f"found:      {finding.says}{instead}")

@@ -44,10 +44,10 @@ def diagnose_recordings(
         from deltactl.diagnosis.answer.corrected_robot import save_corrected
         from deltactl.diagnosis.api import diagnose
         from deltactl.diagnosis.experiment import write_job
-        from deltactl.diagnosis.report.page.html import write_report
-        from deltactl.diagnosis.report.sentences.saved import support
-        from deltactl.diagnosis.report.sentences.saved import written as what_is_written
-        from deltactl.diagnosis.report.sentences.summary import summary_lines
+        from deltactl.diagnosis.report.next_run import support
+        from deltactl.diagnosis.report.next_run import written as what_is_written
+        from deltactl.diagnosis.report.page import write_report
+        from deltactl.diagnosis.report.summary import summary_lines
 
     robot_file = find(robot)
     refuse_missing([*recordings, *holdout])

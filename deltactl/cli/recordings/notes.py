@@ -15,7 +15,7 @@ from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
 
 if TYPE_CHECKING:
     from deltactl.diagnosis.answer.records import Diagnosis
-    from deltactl.diagnosis.report.sentences.ways import Ways
+    from deltactl.diagnosis.report.templates import Ways
     from deltactl.recording.tables.flat import FlatRecording
 
 
@@ -80,8 +80,8 @@ class Notes:
 
         The first recording is looked at again only where an effort would tell anything apart.
         """
-        from deltactl.diagnosis.report.sentences.telling_apart import asks_for_effort
-        from deltactl.diagnosis.report.sentences.ways import TERMINAL
+        from deltactl.diagnosis.report.next_run import asks_for_effort
+        from deltactl.diagnosis.report.templates import TERMINAL
 
         if not asks_for_effort(answer.findings):
             return TERMINAL

@@ -13,6 +13,24 @@ FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
 
+def bare(covariate: str) -> str:
+    """A covariate's name without its unit: 'theta_1 [rad]' -> 'theta_1'."""
+    return _parted(covariate)[0]
+
+
+def unit_of(covariate: str) -> str:
+    """The unit in the name's brackets; empty where it has none."""
+    return _parted(covariate)[1]
+
+
+def _parted(covariate: str) -> tuple[str, str]:
+    name = covariate.strip()
+    at = max(name.rfind("["), name.rfind("("))
+    if at < 0 or not name.endswith(("]", ")")):
+        return name, ""
+    return name[:at].strip(), name[at + 1 : -1]
+
+
 class Channel(Record):
     """One observation channel for drawings; arrays of shape (n,), NaN where nothing is valid."""
 

@@ -20,7 +20,7 @@ from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.forced_axis import ForcedAxis
 from deltactl.diagnosis.plants.lone.range_sensor import RangeSensorPlant
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
-from deltactl.diagnosis.report.sentences.lone_sentences import kinds_of, spoken
+from deltactl.diagnosis.report.summary import kinds_of, spoken
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS

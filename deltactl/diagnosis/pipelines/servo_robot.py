@@ -22,7 +22,7 @@ from deltactl.diagnosis.pipelines.options import REGRESSION
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
-from deltactl.diagnosis.report.sentences.telling import told
+from deltactl.diagnosis.report.summary import told
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 from deltactl.models.robot import DeltaRobot

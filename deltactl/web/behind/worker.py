@@ -84,10 +84,10 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     from deltactl.diagnosis.answer.corrected_robot import save_corrected
     from deltactl.diagnosis.api import diagnose as answer_of
     from deltactl.diagnosis.experiment import write_job
-    from deltactl.diagnosis.report.page.html import write_report
-    from deltactl.diagnosis.report.sentences.saved import support, written
-    from deltactl.diagnosis.report.sentences.summary import WHY, head_lines, plain_lines
-    from deltactl.diagnosis.report.sentences.ways import PAGE
+    from deltactl.diagnosis.report.next_run import support, written
+    from deltactl.diagnosis.report.page import write_report
+    from deltactl.diagnosis.report.summary import at_once, head_lines, plain_lines
+    from deltactl.diagnosis.report.templates import PAGE
     from deltactl.firmware_py.named_files import CONFIG_FOLDER
     from deltactl.models.robot_files import load_with_effects
     from deltactl.web.behind.own_recordings import name_beside, reader
@@ -118,7 +118,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
         "verdict": answer.verdict,
         "lines": lines,
         "heads": head_lines(answer),
-        "at_once": lines.index(WHY) if WHY in lines else len(lines),
+        "at_once": at_once(lines),
         "components": [finding.component for finding in answer.findings],
     }
 

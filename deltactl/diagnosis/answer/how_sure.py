@@ -1,0 +1,231 @@
+"""What the figures of a finding amount to: how sure it is, and whether it may be something else.
+
+In: a finding of an answer. Out: the cases that the report has sentences for.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from deltactl.diagnosis.answer.corrected_robot import corrected_alike, sure_of_correction
+from deltactl.diagnosis.answer.options import SAYING, VERDICT
+from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, PriorSensitivity
+from deltactl.diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
+from deltactl.models.effects import Trait, has
+from deltactl.models.effects.lone_axis import COMPONENT
+
+Level = Literal["not_computed", "beyond_doubt", "very_sure", "sure", "likely", "weak"]
+Support = Literal["well", "alike", "sure", "only", "unknown"]
+
+LEVELS: tuple[tuple[float, Level], ...] = (
+    (SAYING.beyond_doubt_p, "beyond_doubt"),
+    (SAYING.very_sure_p, "very_sure"),
+    (SAYING.sure_p, "sure"),
+    (SAYING.likely_p, "likely"),
+)
+
+
+def level(p: float) -> Level:
+    """How sure a calibrated p makes that something acts."""
+    if not math.isfinite(p):
+        return "not_computed"
+    return next((name for most, name in LEVELS if p < most), "weak")
+
+
+def odds(p: float) -> tuple[Literal["million", "nearly_all", "of_100", "one_in"], float]:
+    """In how many recordings noise looks like this, and the number that goes with it."""
+    if p < SAYING.beyond_doubt_p:
+        return "million", math.nan
+    if p > SAYING.nearly_all_p:
+        return "nearly_all", math.nan
+    if p > SAYING.of_a_hundred_p:
+        return "of_100", 100.0 * p
+    each = 1.0 / p
+    power = 10.0 ** max(0, math.floor(math.log10(each)) - 1)
+    return "one_in", round(each / power) * power
+
+
+def settled(finding: Finding) -> bool:
+    """Whether it is far more probable than all its alternatives together."""
+    return finding.probability is not None and finding.probability > SAYING.settled
+
+
+def unsure(probability: float | None) -> bool:
+    """Whether what is taken as known was not settled when it was found."""
+    return probability is not None and probability < SAYING.settled
+
+
+def tied(finding: Finding) -> bool:
+    """Whether it could as well be something else, by this recording."""
+    return bool(finding.alternatives) and not settled(finding)
+
+
+def evidence_case(
+    finding: Finding,
+) -> Literal["by_test", "by_test_open", "open", "one_of", "weak", "few", "sure"]:
+    """How sure a finding is, by its own test and by all together."""
+    p, own = finding.evidence.p, finding.probability
+    if own is None:
+        return "by_test_open" if is_open(finding) else "by_test"
+    if is_open(finding):
+        return "open"
+    if sure_of_one(finding):
+        return "one_of"
+    if p >= SAYING.likely_p:
+        return "few" if settled(finding) else "weak"
+    return "sure"
+
+
+def is_open(finding: Finding) -> bool:
+    """Whether something acts, and the finding is not settled against its alternatives."""
+    several = bool(finding.alternatives) and not rather_unknown(finding)
+    return several and finding.evidence.p < SAYING.likely_p and not settled(finding)
+
+
+def sure_of_one(finding: Finding) -> bool:
+    """Whether it is surely there, or one of its alternatives, by all tests together alone."""
+    own, others = finding.probability, [one.probability or 0.0 for one in finding.alternatives]
+    if own is None or finding.effect == NAMELESS or finding.evidence.p < SAYING.likely_p:
+        return False
+    return bool(others) and not settled(finding) and own + sum(others) > SAYING.settled
+
+
+def likelier(finding: Finding) -> Alternative | None:
+    """The likeliest named alternative that is more probable than the finding, if any."""
+    own = finding.probability
+    named = [one for one in finding.alternatives if one.effect != NAMELESS]
+    most = max(named, key=lambda one: one.probability or 0.0, default=None)
+    if own is None or most is None or (most.probability or 0.0) <= own:
+        return None
+    return most
+
+
+def exclusive(finding: Finding) -> bool:
+    """Whether the probabilities of a finding and its alternatives are shares of one whole."""
+    given = [finding.probability, *(one.probability for one in finding.alternatives)]
+    # Half a percent above one does not show in the sentence.
+    return sum(one or 0.0 for one in given) <= 1.0 + (1.0 - SAYING.nearly_all_p)
+
+
+def alternatives_case(
+    finding: Finding,
+) -> Literal["said", "none", "settled", "open"]:
+    """What is to be said of what else it may be; `said` where that stands elsewhere."""
+    if not finding.alternatives:
+        told = finding.effect == NAMELESS or finding.probability is not None
+        return "said" if told else "none"
+    if settled(finding):
+        return "settled"
+    told = finding.probability is not None and is_open(finding)
+    return "said" if told or sure_of_one(finding) else "open"
+
+
+def usage_case(finding: Finding) -> Literal["worse", "both", "all", "some"]:
+    """Which alternatives fit as well, so that their shares say how usual they are."""
+    same = [one for one in finding.alternatives if as_well(one)]
+    if not same:
+        return "worse"
+    if len(same) < len(finding.alternatives):
+        return "some"
+    return "both" if len(same) == 1 else "all"
+
+
+def first_ruled_out(finding: Finding, certain: bool) -> str:
+    """What is to be ruled out before a finding is acted on, as a case; empty where nothing.
+
+    certain: the corrected file holds it, whichever of them it is.
+    """
+    likely = finding.alternatives if tied(finding) else []
+    named = [one for one in likely if one.effect != NAMELESS]
+    known = finding.probability is not None
+    if likelier(finding) is not None:
+        return "likelier"
+    if named and known and certain:
+        return "right_for_either" if (finding.probability or 0.0) < VERDICT.sure_enough else "same"
+    if named and len(named) < len(likely):
+        return "several"
+    if len(named) == 1 and has(named[0].effect, Trait.UNDER_LOAD) and known:
+        return "under_load"
+    if named:
+        return "several" if len(named) > 1 else "other"
+    return "unlisted" if likely else ""
+
+
+def support_case(finding: Finding) -> Support:
+    """How well a finding is supported that a corrected robot file has, or leaves out."""
+    own = finding.probability
+    if settled(finding) or (own is None and not finding.alternatives):
+        return "well"
+    if own is None:
+        return "unknown"
+    if corrected_alike(finding) and sure_of_correction(finding) >= VERDICT.sure_enough:
+        return "alike"
+    return "sure" if own >= VERDICT.sure_enough else "only"
+
+
+def is_about(sensitivity: PriorSensitivity, finding: Finding) -> bool:
+    """Whether what hangs on the priors is the probability of this finding."""
+    return (sensitivity.effect, sensitivity.component) == (finding.effect, finding.component)
+
+
+def late_in_all_s(finding: Finding) -> float | None:
+    """Dead time and time constant together, where how they divide is not known.
+
+    At low frequencies they act alike: a recording of slow motion shows their sum well, while the
+    interval of either may begin at nothing. And both are those of a drive of first order: with two
+    equal time constants, which may fit as well, the dead time is shorter by up to half of the time
+    constant. None where the larger is surely most of what it is, much larger than the other, and no
+    interval is as long as half the sum.
+    """
+    sizes = [finding.parameters.get(name) for name in ("dead_time", "time")]
+    if not has(finding.effect, Trait.DRIVE_DELAY) or not all(sizes):
+        return None
+    parts = [one.components for one in sizes if one is not None]
+    if any(len(part) != 1 for part in parts):
+        return None
+    sum_s = sum(part[0][0] for part in parts)
+    value, low, _ = max(part[0] for part in parts)
+    longest_s = max(high - low for ((_, low, high),) in parts)
+    if value < SAYING.by_the_loop * (sum_s - value):
+        return sum_s
+    half = SAYING.half_known
+    return sum_s if low < half * value or half * sum_s < longest_s < math.inf else None
+
+
+def after_its_effort(finding: Finding) -> bool:
+    """Whether a delay is that of a motion behind the effort that makes it: a dead time alone."""
+    lone = has(finding.effect, Trait.DRIVE_DELAY) and finding.component == COMPONENT
+    return lone and set(finding.parameters) == {"dead_time"}
+
+
+def times_s(finding: Finding) -> dict[str, float]:
+    """Its times [s], by parameter."""
+    return {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
+
+
+def mostly_dead(finding: Finding) -> bool:
+    """Whether most of a delay is a dead time, which no gain shortens, and both are known."""
+    if not has(finding.effect, Trait.DRIVE_DELAY) or late_in_all_s(finding) is not None:
+        return False
+    times = times_s(finding)
+    return times.get("dead_time", 0.0) > times.get("time", 0.0)
+
+
+def minor(finding: Finding) -> bool:
+    """Whether the mismatch would hardly change without it, nor is much of it its doing."""
+    own = finding.own_share
+    return own is not None and max(own, finding.share_of_mismatch) < SAYING.minor_share
+
+
+def worth_a_table(finding: Finding, answer: Diagnosis, named: bool) -> bool:
+    """Whether a table of an unknown takes away enough of what is left; True without a table.
+
+    named: whether there are causes with a name beside it.
+    """
+    if finding.table is None:
+        return True
+    if named and finding.share_of_mismatch < SAYING.worth_a_table:
+        return False
+    without_m = finding.left_without_m
+    return without_m is None or not without_m < SAYING.table_helps * answer.fit.rms_after_m

@@ -1,0 +1,341 @@
+"""What to do about all that was found, for the person with the spanner, in the order to do it.
+
+The lines are those of the effects' cards, by the kind of machine. A machine's own lines come before
+those that hold for all. `{part}` is the component in words, `{size}` the main size without its
+sign, `{factor}` a scale as it is, `{true}` what the robot file's own value becomes, `{follows}`
+what an unknown follows; `{sign:a|b}` is a where the main size is above nothing and b where it is
+below. Rows are `small` (below the card's `small`), the name of the main parameter, of an unknown
+what it follows (and `.force` where it is one); `beside` where friction or play is found too that
+may be the cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from deltactl.diagnosis.answer.corrected_robot import sure
+from deltactl.diagnosis.answer.how_sure import (
+    after_its_effort,
+    first_ruled_out,
+    late_in_all_s,
+    likelier,
+    minor,
+    mostly_dead,
+    tied,
+    times_s,
+    worth_a_table,
+)
+from deltactl.diagnosis.answer.options import SAYING
+from deltactl.diagnosis.answer.picture import bare
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
+from deltactl.diagnosis.answer.shape_of_a_finding import changes_its_pace, too_few_periods
+from deltactl.diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
+from deltactl.diagnosis.answer.what_is_left import moves_at_rest
+from deltactl.diagnosis.report.fit import without_unit_of
+from deltactl.diagnosis.report.names import (
+    all_followed,
+    effect,
+    listed,
+    part_of,
+    parts,
+    percent,
+    rival,
+    sentence,
+)
+from deltactl.diagnosis.report.pairs import (
+    late_drives,
+    other_remedy,
+    play_that_moved,
+    together,
+    uneven,
+)
+from deltactl.diagnosis.report.sizes import (
+    forced,
+    number,
+    quantity,
+    scale_of,
+    significant,
+    unsigned,
+)
+from deltactl.diagnosis.report.templates import TERMINAL, Signed, Ways, say, templates
+from deltactl.models.effects import VOCABULARY, Trait, card_of, has
+from deltactl.models.effects.lone_axis import COMPONENT, forms_of
+from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis, kind, per_arm
+
+LAYERS: dict[str, tuple[str, ...]] = {
+    "delta": (),
+    "servo_delta": ("servo_drive",),
+    "stepper_axis": ("axis",),
+    "servo_axis": ("servo_axis", "axis", "servo_drive"),
+    "slide": ("slide", "axis", "servo_drive"),
+    "range_sensor": ("sensor",),
+}
+"""Layers of remedies by machine and drive, the nearest first. Belts and screws are a slide's,
+whatever motor turns them: the file of an axis does not say which."""
+
+
+def remedies(
+    diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
+) -> list[str]:
+    """One sentence for each finding that can be remedied, the surest and largest first, what does
+    hardly anything last, a zero that play may have moved after the play.
+
+    Before them a unit that is in doubt and, where causes are tied, the run that would tell them
+    apart. None where the fit as a whole is no better for what was found.
+    """
+    named = [one for one in diagnosis.findings if claimed(one)]
+    if named and fits_worse(diagnosis.fit):
+        return [say("do.change_nothing")]
+    lines = [*_named(named, diagnosis, robot, ways), *_unnamed(named, diagnosis, robot, ways)]
+    if moves_at_rest(diagnosis.fit) and all(one.component == COMPONENT for one in named):
+        lines.append(say("do.record_the_load"))
+    lines += together(diagnosis.findings)
+    if lines and diagnosis.next_experiment is not None and any(map(tied, named)):
+        lines.insert(0, ways.run_first)
+    if diagnosis.doubts:
+        unit = say("do.give_the_unit")
+        lines.insert(0, say("do.unit_first", give_the_unit=unit) if lines else unit)
+    return list(dict.fromkeys(lines))
+
+
+def _named(
+    named: Sequence[Finding], diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways
+) -> Iterator[str]:
+    """A line for each of those with a name, one for all drives that follow late, and how to keep
+    what is not remedied.
+    """
+    if late := late_drives(named):
+        yield _all_late(late, robot)
+    for finding in _in_order(named, diagnosis):
+        if finding not in late:
+            certain = sure(finding, diagnosis)
+            line = remedy(finding, robot, certain, ways, other_remedy(finding, diagnosis))
+            yield from filter(None, [line])
+    kept = [one for one in named if one.component == COMPONENT and _has_an_entry(one)]
+    certain = all(sure(one, diagnosis) for one in kept)
+    if kept and ways.keep and (certain or ways.unsure_too):
+        yield ways.keep.format(all="" if certain else " --all")
+
+
+def _unnamed(
+    named: Sequence[Finding], diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways
+) -> Iterator[str]:
+    """A line for each of those without a name of which something is worth doing."""
+    first = say("do.correct_first") if named else ""
+    for finding in diagnosis.findings:
+        if finding.effect == NAMELESS and worth_a_table(finding, diagnosis, bool(named)):
+            table = mapped(finding, ways)
+            line = f"{table}{first}" if table else unnamed(finding, robot, diagnosis)
+            yield from filter(None, [line])
+
+
+def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
+    """What hardly matters last, before it what is unsure; a zero behind the play that moved it."""
+    ordered = sorted(named, key=lambda one: (minor(one), tied(one) and not sure(one, diagnosis)))
+    for zero in tuple(ordered):
+        play = play_that_moved(zero, ordered)
+        if play is not None and ordered.index(zero) < ordered.index(play):
+            ordered.remove(zero)
+            ordered.insert(ordered.index(play) + 1, zero)
+    return ordered
+
+
+def _has_an_entry(finding: Finding) -> bool:
+    """Whether the robot file of a lone machine can hold it."""
+    return any(not kind.event for kind in forms_of(finding.effect))
+
+
+def machine_of(robot: RobotModel | None, component: str, name: str) -> str:
+    """The key of LAYERS for a robot; without one by what the finding is at."""
+    if isinstance(robot, DeltaRobot):
+        servo = robot.drive is not None and kind(robot.drive) == "servo"
+        return "servo_delta" if servo else "delta"
+    if isinstance(robot, ServoAxis) and robot.motion == "linear":
+        return "slide"
+    if robot is not None:
+        return robot.kind
+    if component != COMPONENT:
+        return "delta"
+    return "range_sensor" if has(name, Trait.READING) else "servo_axis"
+
+
+def advice(machine: str, name: str, parameter: str, size: float) -> str | None:
+    """The line of a machine for an effect of which the main parameter is so far from nothing."""
+    card = card_of(name)
+    small = ("small",) if abs(size) < card.small else ()
+    return card.remedy(LAYERS[machine], (*small, parameter, ""))
+
+
+def remedy(
+    finding: Finding,
+    robot: RobotModel | None,
+    certain: bool = True,
+    ways: Ways = TERMINAL,
+    beside: bool = False,
+) -> str:
+    """What to do about one finding, and what to rule out first; empty where nobody can say.
+
+    certain: it is written into a robot file without being asked for. beside: what was found
+    with it asks for another remedy, as play does that may have moved a zero.
+    """
+    if not finding.parameters or finding.effect == NAMELESS:
+        return ""
+    name = _main(finding)
+    result = finding.parameters[name]
+    largest = max((value for value, _, _ in result.components), key=abs)
+    text = _line_of(finding, robot, "beside" if beside else name, largest)
+    if text is None:
+        return ""
+    shown = _late(finding) or quantity(largest, result.unit, name, 3).lstrip("+-")
+    says = text.format(
+        part=part_of(finding.effect, finding.component),
+        size=shown,
+        true=_true(finding, robot, largest) or say("do.otherwise", size=shown),
+        factor=number(largest, max(significant(largest - 1.0, 3), 0)),
+        sign=Signed(scale_of(result.unit, name, largest)(largest)),
+    )
+    entered = has(finding.effect, Trait.ENTERED) and finding.component != COMPONENT
+    if entered and (certain or ways.unsure_too):
+        says += ways.describe.format(all="" if certain else " --all")
+    return sentence(says + _first_rule_out(finding, certain))
+
+
+def _line_of(finding: Finding, robot: RobotModel | None, row: str, largest: float) -> str | None:
+    """The line of its card: of a delay by what makes it, of a ratio by how far it is from one."""
+    if after_its_effort(finding):
+        row = "effort"
+    elif row != "beside" and mostly_dead(finding):
+        row = "dead"
+    share = largest - 1.0 if _main(finding) == "scale" else largest
+    machine = machine_of(robot, finding.component, finding.effect)
+    return advice(machine, finding.effect, row, share)
+
+
+def _first_rule_out(finding: Finding, certain: bool) -> str:
+    """What else it could be, to be ruled out before anything is done; empty where nothing.
+
+    certain: the corrected file holds it, whichever of them it is.
+    """
+    case, own = first_ruled_out(finding, certain), finding.probability
+    if not case:
+        return ""
+    likely = finding.alternatives if tied(finding) else []
+    names = [
+        (one, rival(finding.effect, one.effect, one.component))
+        for one in likely
+        if one.effect != NAMELESS
+    ]
+    likeliest = likelier(finding)
+    if likeliest is not None:
+        names = [(likeliest, rival(finding.effect, likeliest.effect, likeliest.component))]
+    elif case == "unlisted":
+        called = rival(finding.effect, NAMELESS, likely[0].component)
+        if called != effect(NAMELESS, likely[0].component):
+            case, names = "other", [(likely[0], called)]
+    several = say("rule_out.others", number=len(names))
+    return say(
+        f"rule_out.{case}",
+        only="" if own is None else say("rule_out.only", own=percent(own)),
+        own=percent(own or 0.0),
+        other=names[0][1] if names else "",
+        number=len(likely),
+        same=names[0][1] if len(names) == 1 else several,
+        probability=percent((likeliest.probability if likeliest is not None else None) or 0.0),
+    )
+
+
+def _main(finding: Finding) -> str:
+    """The parameter that is its size: of a wave the amplitude, whichever comes first."""
+    known = VOCABULARY.get(finding.effect)
+    if known is not None and known.main.name in finding.parameters:
+        return known.main.name
+    return next(iter(finding.parameters))
+
+
+def _late(finding: Finding) -> str:
+    """Dead time and time constant, those that there are; empty where nothing is late.
+
+    Their sum alone where nothing more is known.
+    """
+    if not has(finding.effect, Trait.DRIVE_DELAY):
+        return ""
+    if (late_s := late_in_all_s(finding)) is not None:
+        return say("late.in_all", size=quantity(late_s, "s", digits=3))
+    times = times_s(finding)
+    return " and ".join(
+        say(f"late.{name}", size=quantity(times[name], "s", name, 3))
+        for name in ("dead_time", "time")
+        if abs(times.get(name, 0.0)) >= SAYING.nothing_of_time_s
+    )
+
+
+def _all_late(late: Sequence[Finding], robot: RobotModel | None) -> str:
+    """One line for drives that all follow late: how much each is late in all."""
+    *first, last = (quantity(sum(times_s(one).values()), "s", digits=3) for one in late)
+    size = listed([*(without_unit_of(one, last) for one in first), last])
+    machine = machine_of(robot, late[0].component, late[0].effect)
+    text = advice(machine, late[0].effect, "several", 0.0) or ""
+    return sentence(text.format(part=parts([one.component for one in late]), size=size))
+
+
+def _true(finding: Finding, robot: RobotModel | None, error: float) -> str:
+    """The robot file's length with what was found added; empty where it has none."""
+    card, component = card_of(finding.effect), finding.component
+    if not isinstance(robot, DeltaRobot) or not card.length:
+        return ""
+    arm = component[:-1] in ("arm", "motor")
+    if not arm and card.kind is not None and len(card.kind.components) > 1:
+        return ""
+    lengths = per_arm(getattr(robot.geometry, card.length))
+    nominal_m = float(lengths[int(component[-1]) - 1 if arm else 0])
+    return say("do.true_length", true=1e3 * (nominal_m + error), nominal=1e3 * nominal_m)
+
+
+def mapped(finding: Finding, ways: Ways = TERMINAL) -> str:
+    """What to do about an unknown that follows the place of an axis, or the distance of a target.
+
+    Empty where no table of it can be subtracted: of a delta, whose file takes tables; of a force.
+    """
+    table, size = finding.table, next(iter(finding.parameters.values()), None)
+    if finding.component not in (COMPONENT, "sensor") or table is None or size is None:
+        return ""
+    if finding.effect != NAMELESS or size.unit not in ("m", "rad"):
+        return ""
+    where = "sensor" if table.follows == "distance" else finding.component
+    points = len(table.size)
+    step = unsigned((table.highest - table.lowest) / (points - 1), size.unit)
+    way = ways.table.format(unit=size.unit)
+    return say(f"table.{where}", points=points, step=step, way=way)
+
+
+def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) -> str:
+    """What tells more of an unknown, or makes it smaller; empty where no row says."""
+    if not finding.depends_on:
+        return ""
+    size = next(iter(finding.parameters.values()), None)
+    driver = _driver(bare(finding.depends_on[0]))
+    if too_few_periods(finding, diagnosis.picture) is not None:
+        driver = "few_periods"
+    if changes_its_pace(finding, diagnosis.picture):
+        driver = "time.pace"
+    if driver == "position" and size is not None and forced(size.unit):
+        driver = "position.force"
+    if uneven(finding, diagnosis.findings, () if robot is None else robot.effects):
+        driver = "direction.beside"
+    machine = machine_of(robot, finding.component, finding.effect)
+    text = advice(machine, finding.effect, driver, 0.0) or ""
+    shown = quantity(size.components[0][0], size.unit, digits=2) if size is not None else ""
+    return sentence(
+        text.format(
+            part=part_of(finding.effect, finding.component, finding.depends_on),
+            follows=all_followed(finding.depends_on),
+            size=shown,
+        )
+    )
+
+
+def _driver(follows: str) -> str:
+    """What an unknown follows, as the rows of the cards call it: 'speed_range_x' is a speed."""
+    stem, _, last = follows.rpartition("_")
+    name = stem.removesuffix("_range") if stem and last in (*"123", *"xyz") else follows
+    return templates().get(f"driver.{name}", name)

@@ -1,0 +1,224 @@
+"""Sizes in the units people use: degrees, mm, ms, %, with their intervals; units of covariates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from deltactl.diagnosis.answer.options import SAYING
+from deltactl.diagnosis.answer.picture import unit_of
+from deltactl.diagnosis.answer.records import Diagnosis, Finding, ParameterResult
+from deltactl.diagnosis.report.templates import numbered, say, templates
+from deltactl.models.effects import card_of
+from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis
+
+DEG = math.degrees(1.0)
+UNTOLD = frozenset(
+    {"phase", "amplitude_2", "phase_2", "start", "drag", "friction", "stiffness", "unloaded"}
+)
+"""Second parameters that mean nothing to a mechanic; the table of all numbers has them."""
+FINEST_S = 2
+"""Decimals of a time in s: sampling periods are hardly ever shorter than 10 ms."""
+MOST_DECIMALS = 9
+EVERYDAY = range(-5, 6)
+"""Powers of ten that a person writes without an exponent."""
+VECTOR_PARTS = ("x", "y", "z")
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """A value v of the contract is shown as (v - zero) * factor in `unit`."""
+
+    factor: float
+    unit: str
+    zero: float = 0.0
+    signed: bool = False
+
+    def __call__(self, value: float) -> float:
+        """The number shown."""
+        return (value - self.zero) * self.factor
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """A number with its interval as shown; low and high are NaN where no interval is known."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    signed: bool = False
+
+    @property
+    def text(self) -> str:
+        """'0.50 degrees (95 % sure between 0.48 and 0.52)'."""
+        if math.isnan(self.value):
+            return say("size.not_known")
+        if math.isinf(self.value):
+            above = number(self.low, significant(self.low), self.signed)
+            known = math.isfinite(self.low)
+            return say("size.above" if known else "size.any", above=above, unit=self.unit)
+        digits = decimals(self.value, self.low, self.high)
+        if self.unit == "s":
+            digits = min(digits, FINEST_S)
+        shown = f"{number(self.value, digits, self.signed)} {self.unit}".strip()
+        low, high = (number(x, digits, self.signed) for x in (self.low, self.high))
+        if math.isnan(self.low) or math.isnan(self.high):
+            return say("size.no_interval", shown=shown)
+        case = "size.low_end" if math.isinf(self.high) else "size.interval"
+        return say(case, shown=shown, low=low, high=high)
+
+
+_PLAIN: dict[str, Scale] = {
+    "rad": Scale(DEG, "degrees"),
+    "rad/s": Scale(DEG, "degrees/s"),
+    "m": Scale(1e3, "mm"),
+    "m/s": Scale(1e3, "mm/s"),
+    "kg m2": Scale(1.0, "kg m\u00b2"),
+    "1/m": Scale(1e3, "mm per m\u00b2"),
+    "": Scale(1.0, ""),
+    "1": Scale(1.0, ""),
+}
+_RATIOS: dict[str, Scale] = {
+    "scale": Scale(100.0, "%", zero=1.0, signed=True),
+    "strain": Scale(1e3, "mm per m"),
+    "asymmetry": Scale(100.0, "%"),
+    "damping": Scale(100.0, "% of critical"),
+    "share": Scale(100.0, "%"),
+}
+MOMENT = "at"
+"""What a point in time is called, which is no duration."""
+_SIGNED = frozenset({"angle", "offset", "length_error", "rotation", "steps", "curvature", "strain"})
+_OF_FORCE = ("N", "N m")
+
+
+def forced(unit: str) -> bool:
+    """Whether the mismatch is one of efforts."""
+    return unit in _OF_FORCE
+
+
+def scale_of(unit: str, parameter: str = "", value: float = math.nan) -> Scale:
+    """How a parameter of a unit of the contract is shown; small times become ms, small masses g."""
+    if unit in ("1", "") and parameter in _RATIOS:
+        return _RATIOS[parameter]
+    small = abs(value) < 1
+    if unit == "s":
+        return Scale(1e3, "ms") if small else Scale(1.0, "s")
+    if unit == "kg" and parameter == "mass":
+        return Scale(1e3, "g", signed=True) if small else Scale(1.0, "kg", signed=True)
+    plain = _PLAIN.get(unit, Scale(1.0, unit))
+    return Scale(plain.factor, plain.unit, signed=parameter in _SIGNED)
+
+
+def departure(value: float, unit: str, parameter: str) -> float:
+    """How far a size is from nothing; the limit of a scale may be given as 1.003 or as 0.003."""
+    zero = scale_of(unit, parameter).zero
+    return abs(value - zero if value > 0.5 * zero else value)
+
+
+def sizes(effect: str, parameter: str, result: ParameterResult) -> list[Size]:
+    """A parameter as shown; a vector gives one size a component."""
+    values = result.components
+    name = _name(effect, parameter, result.unit)
+    parts = VECTOR_PARTS if len(values) == len(VECTOR_PARTS) else ()
+    found = []
+    for k, (value, low, high) in enumerate(values):
+        scale = Scale(1.0, "s") if name == MOMENT else scale_of(result.unit, parameter, value)
+        low, high = sorted((scale(low), scale(high)))
+        which = f" about {parts[k]}" if parts else f" ({k + 1})" if len(values) > 1 else ""
+        found.append(Size(f"{name}{which}", scale(value), low, high, scale.unit, scale.signed))
+    return found
+
+
+def _name(effect: str, parameter: str, unit: str) -> str:
+    """A parameter's name for people; on an axis that slides another."""
+    own = card_of(effect).words.sizes.get(parameter, templates().get(f"parameter.{parameter}"))
+    name = parameter.replace("_", " ") if own is None else own
+    return templates().get(f"parameter_in.{parameter} {unit}", name)
+
+
+def told(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterResult]:
+    """The parameters to tell: the first (the main one), and what is neither UNTOLD nor nothing."""
+    first = next(iter(parameters), "")
+    return {
+        name: p
+        for name, p in parameters.items()
+        if name == first or (name not in UNTOLD and not _is_nothing(p))
+    }
+
+
+def _is_nothing(result: ParameterResult) -> bool:
+    """A time that would be shown as 0.000 ms."""
+    least_s = SAYING.nothing_of_time_s
+    return result.unit == "s" and all(abs(value) < least_s for value, _, _ in result.components)
+
+
+def quantity(value: float, unit: str, parameter: str = "", digits: int = 2) -> str:
+    """A single value without interval, to `digits` significant digits."""
+    if not math.isfinite(value):
+        return say("size.not_known" if math.isnan(value) else "size.any")
+    scale = scale_of(unit, parameter, value)
+    shown = scale(value)
+    return f"{number(shown, significant(shown, digits), scale.signed)} {scale.unit}".strip()
+
+
+def unsigned(value: float, unit: str, parameter: str = "", digits: int = 2) -> str:
+    """The same without the plus sign."""
+    return quantity(value, unit, parameter, digits).lstrip("+")
+
+
+def number(value: float, digits: int, signed: bool = False) -> str:
+    """With so many decimals (negative: rounded to tens), and + where asked."""
+    if not math.isfinite(value):
+        return "\u2013"
+    text = f"{round(value, digits):.{max(digits, 0)}f}"
+    if value and math.floor(math.log10(abs(value))) not in EVERYDAY:
+        text = f"{value:.3g}"
+    if float(text) == 0.0:
+        return text.lstrip("-")
+    return f"+{text}" if signed and value > 0 else text
+
+
+def significant(value: float, digits: int = 3) -> int:
+    """Decimals that show so many significant digits."""
+    if not math.isfinite(value) or value == 0.0:
+        return digits
+    return min(MOST_DECIMALS, digits - 1 - math.floor(math.log10(abs(value))))
+
+
+def decimals(value: float, low: float, high: float) -> int:
+    """Decimals at which the interval has two significant digits; three of the value without one."""
+    half = (high - low) / 2.0
+    known = math.isfinite(half) and half > 0.0
+    return max(significant(half, 2) if known else significant(value, 3), 0)
+
+
+def covariate_unit(name: str, robot: RobotModel) -> str:
+    """The unit in the name's brackets, or what the contract says of such a machine; empty for a
+    covariate that the contract does not know.
+    """
+    if own := unit_of(name):
+        return own
+    if isinstance(robot, DeltaRobot):
+        return numbered("unit.delta", name)
+    linear = isinstance(robot, ServoAxis) and robot.motion == "linear"
+    length = "m" if linear or isinstance(robot, RangeSensor) else "rad"
+    text = templates().get(f"unit.axis.{name}", "")
+    return text.format(length=length, load="N" if linear else "N m")
+
+
+def with_units(answer: Diagnosis, robot: RobotModel) -> Diagnosis:
+    """The same answer, whose tables say what their places and sizes are in."""
+    findings = [_with_units(one, robot) for one in answer.findings]
+    return answer.model_copy(update={"findings": findings})
+
+
+def _with_units(finding: Finding, robot: RobotModel) -> Finding:
+    table, size = finding.table, next(iter(finding.parameters.values()), None)
+    if table is None or size is None:
+        return finding
+    follows = "s" if table.follows == "time" else covariate_unit(table.follows, robot)
+    units = {"follows_unit": follows, "unit": size.unit}
+    return finding.model_copy(update={"table": table.model_copy(update=units)})
