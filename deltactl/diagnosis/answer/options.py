@@ -67,9 +67,10 @@ class SayingOptions:
     """A finding more probable than this is not called open, whatever its alternatives."""
     beyond_doubt_p: float = 1e-6
     very_sure_p: float = 1e-3
+    """Levels of a calibrated p from which down something is very surely there."""
     sure_p: float = 0.01
     likely_p: float = 0.05
-    """Levels of a calibrated p from which down something is surely, or probably, there."""
+    """The same, from which down it is surely, or probably, there."""
     of_a_hundred_p: float = 0.1
     """Above it a chance is told as so many of a hundred."""
     nearly_all_p: float = 0.995
