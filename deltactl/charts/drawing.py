@@ -244,18 +244,18 @@ def _braced(text: str) -> str:
     return text.replace("@", "＠").replace("$", "＄")
 
 
+TINTED: dict[str, Any] = {"fill_alpha": 0.12, "line_color": None}
+BESIDE: dict[str, Any] = {"y_units": "screen", "x_offset": 4, "text_font_size": "12px"}
+
+
 def _spans(plot: Plot, spec: dict[str, Any]) -> None:
     for span in spec["spans"]:
         tint: dict[str, Any] = {"--bk-fill-color": f"var(--{span['colour']})"}
         plot.add_layout(
-            BoxAnnotation(left=span["start"], right=span["end"], fill_alpha=0.12,
-                          line_color=None, css_variables=tint)
-        )  # fmt: skip
+            BoxAnnotation(left=span["start"], right=span["end"], css_variables=tint, **TINTED)
+        )
         if span["label"]:
-            plot.add_layout(
-                Label(x=span["start"], y=3, y_units="screen", x_offset=4, text=span["label"],
-                      text_font_size="12px")
-            )  # fmt: skip
+            plot.add_layout(Label(x=span["start"], y=3, text=span["label"], **BESIDE))
 
 
 def _zero(plot: Plot, spec: dict[str, Any]) -> None:
@@ -282,11 +282,9 @@ def _marks(plot: Plot, spec: dict[str, Any]) -> None:
         if row is None or end > high:
             continue
         free[row] = end
-        plot.add_layout(
-            Label(x=x, y=spec["height"] - 94 - 14 * row, y_units="screen", x_offset=4,
-                  text=mark["label"], text_font_size="12px",
-                  css_variables={"--bk-text-color": f"var(--{colour})"})
-        )  # fmt: skip
+        top_px = spec["height"] - 94 - 14 * row
+        coloured: dict[str, Any] = {"--bk-text-color": f"var(--{colour})"}
+        plot.add_layout(Label(x=x, y=top_px, text=mark["label"], css_variables=coloured, **BESIDE))
 
 
 def _line(colour: str) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 SHIPPED_AS_BUILT = "zhao-2023"
 Show = Callable[[int], None]
+Sleep = Callable[[float], None]
+Machine = Literal["simulated", "robot"]
+Survey = Callable[[Machine, "RobotController", Sleep], None]
 
 
 def collect(
@@ -66,7 +69,15 @@ def collect(
             jammed = _as_built(as_built, described, out, samples, seed, show)
         else:
             jammed = 0
-            _by_jobs(path, described, out, samples, seed, simulate, socket, show)
+
+            def survey(machine: Machine, controller: RobotController, sleep: Sleep) -> None:
+                from deltactl.firmware_py.collecting.by_jobs import collect as run
+                from deltactl.firmware_py.collecting.settings import settings_of
+
+                settings = settings_of(described, machine, seed)
+                run(out, described, path, settings, samples, _runner(controller, sleep), show)
+
+            _by_jobs(path, out, simulate, socket, survey)
     if jammed:
         warn(f"{jammed} poses were left out: the robot as it was built jams there")
     say(f"{out}: {len(load_dataset(out))} samples")
@@ -80,28 +91,15 @@ def _as_built(name: str, robot: RobotFile, out: Path, samples: int, seed: int, s
     return run(out, robot, load_as_built(file, robot), samples, seed, show)
 
 
-def _by_jobs(
-    path: Path,
-    robot: RobotFile,
-    out: Path,
-    samples: int,
-    seed: int,
-    simulate: bool,
-    socket: Path | None,
-    show: Show,
-) -> None:
+def _by_jobs(path: Path, out: Path, simulate: bool, socket: Path | None, survey: Survey) -> None:
     from deltactl.cli.robot.remote import interrupted_between_sleeps
-    from deltactl.firmware_py.collecting.by_jobs import collect as run
-    from deltactl.firmware_py.collecting.settings import settings_of
     from deltactl.firmware_py.controller.build import build_controller
     from deltactl.firmware_py.daemon.client import Client, daemon_answers
     from deltactl.firmware_py.machine import is_raspberry_pi
 
     if not simulate and daemon_answers(socket):
         with Client(socket) as client:
-            machine = "simulated" if client.status().simulated else "robot"
-            settings = settings_of(robot, machine, seed)  # type: ignore[arg-type]
-            run(out, robot, path, settings, samples, _runner(client, time.sleep), show)
+            survey("simulated" if client.status().simulated else "robot", client, time.sleep)
         return
     if not simulate and (socket is not None or is_raspberry_pi()):
         raise ServiceError(
@@ -115,15 +113,12 @@ def _by_jobs(
         with interrupted_between_sleeps(controller.clock) as sleep:
             controller.power_on()
             controller.home()
-            settings = settings_of(robot, "simulated", seed)
-            run(out, robot, path, settings, samples, _runner(controller, sleep), show)
+            survey("simulated", controller, sleep)
     finally:
         controller.close()
 
 
-def _runner(
-    controller: RobotController, sleep: Callable[[float], None]
-) -> Callable[[Path], JobResult]:
+def _runner(controller: RobotController, sleep: Sleep) -> Callable[[Path], JobResult]:
     from deltactl.cli.robot.remote import follow
 
     def run(job: Path) -> JobResult:

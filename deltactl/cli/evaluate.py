@@ -156,8 +156,21 @@ def _show(words: str, found: dict[str, Errors]) -> None:
         ]
         for name, one in found.items()
     ]
-    head = ["model", "median 1", "2", "3", "RMS 1", "2", "3", "max [deg]", "RMS x", "y", "z",
-            "max [mm]", "no answer"]  # fmt: skip
+    head = [
+        "model",
+        "median 1",
+        "2",
+        "3",
+        "RMS 1",
+        "2",
+        "3",
+        "max [deg]",
+        "RMS x",
+        "y",
+        "z",
+        "max [mm]",
+        "no answer",
+    ]
     title = f"Errors on {words}: per joint [deg], per axis [mm]"
     say(Sheet(title, head, rows).text())
 

@@ -174,9 +174,10 @@ def _simulated(
         call += [] if as_built is None else ["--as-built", str(as_built)]
         with (Path(folder) / "daemon.log").open("wb") as log:
             daemon = subprocess.Popen(
-                [sys.executable, "-P", "-m", "deltactl.cli.main", *call], stderr=log,
+                [sys.executable, "-P", "-m", "deltactl.cli.main", *call],
+                stderr=log,
                 start_new_session=True,
-            )  # fmt: skip
+            )
         try:
             _wait_for(socket, daemon, Path(folder) / "daemon.log")
             yield socket, as_built

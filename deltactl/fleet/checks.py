@@ -149,8 +149,14 @@ def _standing(rows: list[Row], key: tuple[str, str]) -> Announcement | None:
     size_text = f"{newest['value']:.3g} {newest['unit']}"
     says = f"{key[0].replace('_', ' ')} at {key[1]}: {newest['parameter']} {size_text}"
     sure = newest.get("probability")
-    return Announcement(rows[-1]["robot"], *key, says, float(first["time_s"]),
-                        1.0 if sure is None else float(sure), newest["recording"])  # fmt: skip
+    return Announcement(
+        rows[-1]["robot"],
+        *key,
+        says,
+        float(first["time_s"]),
+        1.0 if sure is None else float(sure),
+        newest["recording"],
+    )
 
 
 def _found(row: Row) -> dict[tuple[str, str], Row]:

@@ -88,21 +88,25 @@ def _date(last: datetime, days: float) -> str:
 def _first(
     moving: list[Trend], batches: list[Group], found: list[Course], robots: set[str]
 ) -> list[str]:
-    rows = [(trend.course.key[0], f"{_effect(trend.course)} changes by {_rate(trend)}",
-             until(trend)) for trend in sorted(moving, key=_soonest)]  # fmt: skip
+    rows = [
+        (trend.course.key[0], f"{_effect(trend.course)} changes by {_rate(trend)}", until(trend))
+        for trend in sorted(moving, key=_soonest)
+    ]
     rows += [
-        (_few(group.robots), f"{group.effect.replace('_', ' ')} alike on "
-         f"{len(group.robots)} of {len(robots)} robots", "one cause: a batch, or the robot file")
+        (_few(group.robots), _alike(group, len(robots)), "one cause: a batch, or the robot file")
         for group in batches
-    ]  # fmt: skip
+    ]
     named = {trend.course.key for trend in moving}
-    named |= {(robot, group.effect, component, group.parameter) for group in batches
-              for robot, component, _ in group.members}  # fmt: skip
+    named |= {
+        (robot, group.effect, component, group.parameter)
+        for group in batches
+        for robot, component, _ in group.members
+    }
     alone = [course for course in found if course.lasts and course.key not in named]
     rows += [
         (
             course.key[0],
-            f"{_effect(course)}, {_middle(course)}",
+            f"{_effect(course)}, {_sized(float(np.median(course.value)), course)}",
             f"steady, in {course.found_in:.0%} of its recordings",
         )
         for course in alone
@@ -110,6 +114,10 @@ def _first(
     if not rows:
         return [paragraph("Nowhere: no finding lasts, none grows, none is shared.")]
     return _rows(("robot", "what", "when, or why"), rows)
+
+
+def _alike(group: Group, robots: int) -> str:
+    return f"{group.effect.replace('_', ' ')} alike on {len(group.robots)} of {robots} robots"
 
 
 def _soonest(trend: Trend) -> float:
@@ -132,9 +140,10 @@ def _rows(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 def _trends(moving: list[Trend]) -> list[str]:
     if not moving:
         return [paragraph("Nothing that stands out from scatter.")]
-    rows = [(trend.course.key[0], _effect(trend.course), _rate(trend),
-             f"{trend.now:.4g}{_unit(trend.course.unit)}")
-            for trend in sorted(moving, key=_soonest)]  # fmt: skip
+    rows = [
+        (trend.course.key[0], _effect(trend.course), _rate(trend), _sized(trend.now, trend.course))
+        for trend in sorted(moving, key=_soonest)
+    ]
     about = (
         "Straight lines through what was found; recordings in which it was too small to be found "
         "do not count. With a probability of 0.99 none of these is chance."
@@ -153,13 +162,13 @@ def _trends(moving: list[Trend]) -> list[str]:
 def _chart(trend: Trend) -> LineChart:
     course = trend.course
     days = (course.time_s - course.time_s[-1]) / DAY_S
-    line = trend.now + trend.per_day * days
+    rates = (trend.per_day, trend.low_per_day, trend.high_per_day)
+    line, low, high = (trend.now + rate * days for rate in rates)
+    points = (Colour.MEASURED, Style.POINTS)
     series = [
-        Series("found", days, course.value, Colour.MEASURED, Style.POINTS, low=course.low,
-               high=course.high),
-        Series("trend", days, line, Colour.BAD, low=trend.now + trend.low_per_day * days,
-               high=trend.now + trend.high_per_day * days),
-    ]  # fmt: skip
+        Series("found", days, course.value, *points, low=course.low, high=course.high),
+        Series("trend", days, line, Colour.BAD, low=low, high=high),
+    ]
     if trend.limit is not None:
         ends = np.array([days[0], 0.0])
         series.append(Series("limit", ends, np.full(2, trend.limit), Colour.QUIET, dashed=True))
@@ -198,15 +207,19 @@ def _few(names: Sequence[str]) -> str:
 def _sisters(good: list[Row]) -> list[str]:
     """Findings whose probability the other machines moved across a half, or to another cause."""
     moved = [
-        (row["robot"], row["recording"].rsplit("/", 1)[-1],
-         f"{size['effect'].replace('_', ' ')} of {size['component']}",
-         f"{size['alone']:.0%} alone, {size['probability']:.0%} with the fleet: {size['sisters']}",
-         (size["rather"] or "-").replace("_", " "))
+        (
+            row["robot"],
+            row["recording"].rsplit("/", 1)[-1],
+            f"{size['effect'].replace('_', ' ')} of {size['component']}",
+            f"{size['alone']:.0%} alone, {size['probability']:.0%} with the fleet:"
+            f" {size['sisters']}",
+            (size["rather"] or "-").replace("_", " "),
+        )
         for row in good
         for size in row["findings"]
         if "alone" in size
         and (_other(size) or (size["alone"] < LIKELY) != (size["probability"] < LIKELY))
-    ]  # fmt: skip
+    ]
     moved = list(dict.fromkeys(moved))  # a finding has as many rows as sizes
     if not any("alone" in size for row in good for size in row["findings"]):
         return []
@@ -255,8 +268,8 @@ def _bad(bad: list[Row]) -> list[str]:
     ]
 
 
-def _middle(course: Course) -> str:
-    return f"{np.median(course.value):.4g}{_unit(course.unit)}"
+def _sized(value: float, course: Course) -> str:
+    return f"{value:.4g}{_unit(course.unit)}"
 
 
 def _effect(course: Course) -> str:
@@ -270,10 +283,14 @@ def _rate(trend: Trend) -> str:
     return f"{week[0]:+.3g}{unit} a week ({week[1]:+.3g} to {week[2]:+.3g})"
 
 
-NUMBERS = ("false_alarm_p", "rms_before", "rms_after", "noise_floor", "seconds", "value", "low",
-           "high", "probability", "alone", "share")  # fmt: skip
-TEXTS = ("recording", "robot", "verdict", "error", "effect", "named", "component", "parameter",
-         "unit", "sisters", "rather")  # fmt: skip
+NUMBERS = (
+    *("false_alarm_p", "rms_before", "rms_after", "noise_floor", "seconds", "value", "low", "high"),
+    *("probability", "alone", "share"),
+)
+TEXTS = (
+    *("recording", "robot", "verdict", "error", "effect", "named", "component", "parameter"),
+    *("unit", "sisters", "rather"),
+)
 SCHEMA = pa.schema(
     [("time", pa.timestamp("ms", tz="UTC"))]
     + [(name, pa.string()) for name in TEXTS]

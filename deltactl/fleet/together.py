@@ -81,8 +81,10 @@ class Trend:
         left = self.limit - self.now
         if left * self.per_day <= 0.0:
             return (0.0, 0.0, 0.0) if abs(self.now) >= abs(self.limit) else None
-        days = [left / rate if rate * left > 0.0 else math.inf for rate in
-                (self.per_day, self.low_per_day, self.high_per_day)]  # fmt: skip
+        days = [
+            left / rate if rate * left > 0.0 else math.inf
+            for rate in (self.per_day, self.low_per_day, self.high_per_day)
+        ]
         return days[0], min(days[1:]), max(days[1:])
 
 
@@ -101,8 +103,10 @@ def courses(rows: Sequence[Row]) -> list[Course]:
             if size["value"] is not None and math.isfinite(size["value"]):
                 key = (row["robot"], size["effect"], size["component"], size["parameter"])
                 found[key].append((row["time_s"], size))
-    return [_course(key, sorted(points, key=lambda point: point[0]), times[key[0]], first)
-            for key, points in sorted(found.items())]  # fmt: skip
+    return [
+        _course(key, sorted(points, key=lambda point: point[0]), times[key[0]], first)
+        for key, points in sorted(found.items())
+    ]
 
 
 def _named(size: Row) -> str:
@@ -128,8 +132,10 @@ def trends(found: Sequence[Course], limits: dict[str, float]) -> list[Trend]:
 def _course(
     key: Key, points: list[tuple[float, Row]], times_s: list[float], first: dict[str, str]
 ) -> Course:
-    columns = {name: np.array([float(size[name]) for _, size in points])
-               for name in ("value", "low", "high")}  # fmt: skip
+    columns = {
+        name: np.array([float(size[name]) for _, size in points])
+        for name in ("value", "low", "high")
+    }
     since = sum(time_s >= points[0][0] for time_s in times_s)
     time_s = np.array([time_s for time_s, _ in points])
     main = key[3].partition("[")[0] == first[_named(points[0][1])]
@@ -157,8 +163,9 @@ def _line(course: Course, limits: dict[str, float]) -> Trend | None:
     limit = limits.get(f"{effect}.{parameter}")
     if limit is not None and limit * at_zero < 0.0:
         limit = -limit
-    return Trend(course, float(slope), float(slope) - reach, float(slope) + reach,
-                 float(at_zero), p, limit)  # fmt: skip
+    return Trend(
+        course, float(slope), float(slope) - reach, float(slope) + reach, float(at_zero), p, limit
+    )
 
 
 FEWEST_ALIKE = 3
@@ -267,12 +274,13 @@ class Sisters:
                 found[row["robot"], kind] += 1
         lasts_on = {
             robot: frozenset(
-                kind for (of, kind), times in found.items()
+                kind
+                for (of, kind), times in found.items()
                 if of == robot and times >= LASTING * count
             )
             for robot, count in runs.items()
             if count >= FEWEST_RUNS
-        }  # fmt: skip
+        }
         machines: dict[Kind, int] = defaultdict(int)
         for kinds in lasts_on.values():
             for kind in kinds:
@@ -300,11 +308,13 @@ def sharpened(rows: Sequence[Row]) -> list[Row]:
     `rather` (what the sisters make more likely than it, or nothing).
     """
     known = Sisters.of(rows)
-    return [
-        row if "error" in row else
-        row | {"findings": [_sharper(known, row["robot"], one) for one in row["findings"]]}
-        for row in rows
-    ]  # fmt: skip
+
+    def counted(row: Row) -> Row:
+        if "error" in row:
+            return row
+        return row | {"findings": [_sharper(known, row["robot"], size) for size in row["findings"]]}
+
+    return [counted(row) for row in rows]
 
 
 def _sharper(known: Sisters, robot: str, size: Row) -> Row:

@@ -102,9 +102,11 @@ def _shape(kind: EffectKind, other_names: Mapping[str, str]) -> Schema:
         if one.name in other_names:
             properties[other_names[one.name]] = _parameter(kind, one)
     parameters: Schema = {
-        "type": "object", "properties": properties, "additionalProperties": False,
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": False,
         "allOf": [_needs(name, other_names.get(name, name)) for name in needed],
-    }  # fmt: skip
+    }
     return {
         "properties": {"component": {"enum": list(kind.components)}, "parameters": parameters},
         "required": ["parameters"] if needed else [],
@@ -278,14 +280,16 @@ def _of_request(do: str, arguments: dict[str, Argument]) -> Schema:
     return {
         "properties": {
             "id": {
-                "type": ["integer", "string", "null"], "default": None, "examples": [1],
+                "type": ["integer", "string", "null"],
+                "default": None,
+                "examples": [1],
                 "description": "Of the request; its answer carries the same.",
             },
             "do": {"const": do, "description": REQUEST_WORDS[do], "examples": [do]},
             **{name: _argument(name, one) for name, one in arguments.items()},
         },
         "additionalProperties": False,
-    }  # fmt: skip
+    }
 
 
 def _argument(name: str, one: Argument) -> Schema:

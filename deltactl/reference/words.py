@@ -8,13 +8,26 @@ from typing import Any
 
 from deltactl.firmware_py.daemon.connection import USUAL_WATCH_HZ
 
-BY_SUFFIX = {
-    "m": "m", "mm": "mm", "rad": "rad", "deg": "degrees", "s": "s", "ms": "ms", "us": "us",
-    "hz": "Hz", "kg": "kg", "n": "N", "nm": "N m", "radps": "rad/s", "radps2": "rad/s2",
-    "mps": "m/s", "gib": "GiB", "days": "days", "a": "A", "nmpa": "N m/A", "kgm2": "kg m2",
-    "nmsprad": "N m s/rad", "1ps": "1/s", "1ps2": "1/s2", "mcps": "Mcps", "pin": "BCM number",
-    "pins": "BCM numbers", "scale": "ratio", "ratio": "ratio", "fraction": "ratio",
-}  # fmt: skip
+BY_SUFFIX = {name: name for name in ("m", "mm", "rad", "s", "ms", "us", "kg", "days")} | {
+    "deg": "degrees",
+    "hz": "Hz",
+    "n": "N",
+    "nm": "N m",
+    "a": "A",
+    "gib": "GiB",
+    "radps": "rad/s",
+    "radps2": "rad/s2",
+    "mps": "m/s",
+    "nmpa": "N m/A",
+    "kgm2": "kg m2",
+    "nmsprad": "N m s/rad",
+    "1ps": "1/s",
+    "1ps2": "1/s2",
+    "mcps": "Mcps",
+    "pin": "BCM number",
+    "pins": "BCM numbers",
+    **dict.fromkeys(("scale", "ratio", "fraction"), "ratio"),
+}
 
 BY_KEY = {
     "pin": "BCM number",
@@ -134,4 +147,4 @@ ARGUMENT_WORDS = {
     "detach": ArgumentWords("The job goes on when the connection ends", True, False),
     "reason": ArgumentWords("Why, for the log", "the gripper is jammed", "stop requested"),
     "rate_hz": ArgumentWords("How often", 5.0, USUAL_WATCH_HZ, "Hz"),
-}  # fmt: skip
+}

@@ -108,11 +108,16 @@ def _table(section: Section) -> list[str]:
     choice = f", `{section.choice}`" if section.choice and section.place else ""
     rows = [
         (
-            f"`{key.name}`", key.type, key.unit, key.bounds, key.default,
-            _example(section, key), key.says,
+            f"`{key.name}`",
+            key.type,
+            key.unit,
+            key.bounds,
+            key.default,
+            _example(section, key),
+            key.says,
         )
         for key in section.keys
-    ]  # fmt: skip
+    ]
     columns = ("key", "type", "unit", "bounds", "default", "example", "")
     return [f"### {head}{choice}", section.says, table(columns, rows)]
 
@@ -170,14 +175,18 @@ def _effects() -> str:
 def _effect_table(kinds: dict[str, EffectKind]) -> str:
     rows = [
         (
-            f"`{kind.name}`", ", ".join(kind.components), f"`{one.name}`", one.unit,
+            f"`{kind.name}`",
+            ", ".join(kind.components),
+            f"`{one.name}`",
+            one.unit,
             f"{one.low:g} to {one.high:g}",
             "required" if one.default is None else f"{one.default:g}",
-            in_one_line(example(kind, one)), PORT_TEXT[kind.port],
+            in_one_line(example(kind, one)),
+            PORT_TEXT[kind.port],
         )
         for kind in sorted(kinds.values(), key=lambda kind: kind.name)
         for one in kind.parameters
-    ]  # fmt: skip
+    ]
     return table(
         ("effect", "component", "parameter", "unit", "plausible", "default", "example", "at"), rows
     )
@@ -254,11 +263,14 @@ def _argument_row(name: str, one: Argument) -> tuple[str, ...]:
     words = ARGUMENT_WORDS[name]
     length = " characters" if one.type is str else ""
     return (
-        f"`{name}`", NAMES[one.type], words.unit,
+        f"`{name}`",
+        NAMES[one.type],
+        words.unit,
         "" if one.type is bool else f"{one.least:g} to {one.most:g}{length}",
         "none" if words.default is None else str(words.default),
-        f"`{json.dumps(words.example)}`", words.says,
-    )  # fmt: skip
+        f"`{json.dumps(words.example)}`",
+        words.says,
+    )
 
 
 def made() -> dict[Path, str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -31,7 +31,7 @@ from deltactl.foundation.plain_file import write_whole
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.models.effects import Compensated, compensated
 from deltactl.proof.hidden.vocabulary import SINGLES
-from deltactl.proof.prove.resumable import workers
+from deltactl.proof.prove.resumable import Means, workers
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import trained
 from deltactl.repair.coverage import coverage
@@ -154,10 +154,12 @@ BESIDE_FROM = 104
 """From this case on: an effect that is compensated, and an unknown beside it."""
 # Without what rings: another list would make other robots of the same numbers.
 _WAYS = (
-    Compensated.INVERSE, Compensated.AHEAD, Compensated.AT_REVERSALS, Compensated.WARMING,
-)  # fmt: skip
+    Compensated.INVERSE,
+    Compensated.AHEAD,
+    Compensated.AT_REVERSALS,
+    Compensated.WARMING,
+)
 COMPENSATED = tuple(name for name in SINGLES if name in compensated(*_WAYS))
-Show = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -240,26 +242,25 @@ def run_case(seed: int, number: int, folder: Path, networks: bool) -> dict[str, 
             return {"number": number, "concealed": named, "failure": str(error)}
 
 
-def prove_repair(
-    cases: int, seed: int, out: Path, networks: bool, workers_here: int, scheduler: str | None,
-    show: Show, say: Callable[[str], None], minutes: float = np.inf,
-) -> list[Row]:  # fmt: skip
+def prove_repair(cases: int, seed: int, out: Path, networks: bool, means: Means) -> list[Row]:
     """Run what is not in `out` yet; returns all rows in order.
 
-    minutes: no further case is begun after that time; the rows are of those that are there.
+    After `means.minutes` no further case is begun; the rows are of those that are there.
     """
-    until = time.monotonic() + 60.0 * minutes
+    until = time.monotonic() + 60.0 * means.minutes
     out.mkdir(parents=True, exist_ok=True)
     missing = [number for number in range(cases) if not _is_there(out, seed, number, networks)]
-    show(cases - len(missing), cases)
+    means.progress(cases - len(missing), cases, "")
     case = partial(run_case, folder=out.resolve(), networks=networks)
-    with workers(workers_here, scheduler, say) as at_work:
+    with workers(means.count, means.scheduler, means.say) as at_work:
         jobs = [(case, seed, number) for number in missing]
         for done, (place, result) in enumerate(at_work(jobs), start=1):
             write_whole(_file(out, seed, missing[place]), json.dumps(result, indent=1) + "\n")
-            show(cases - len(missing) + done, cases)
+            means.progress(cases - len(missing) + done, cases, "")
             if time.monotonic() > until and done < len(missing):
-                say(f"stopped after {minutes:g} minutes; the same command again goes on")
+                means.say(
+                    f"stopped after {means.minutes:g} minutes; the same command again goes on"
+                )
                 break
     return list(read_rows(out, seed, cases))
 
@@ -282,23 +283,22 @@ def read_rows(out: Path, seed: int, cases: int) -> Iterator[Row]:
 def summary(rows: Sequence[Row]) -> list[tuple[str, str]]:
     """The figures of all rows in words."""
     ran = [row for row in rows if not row.failure]
-    gone = sum(row.worse for row in ran)
     by_network = [row for row in ran if np.isfinite(row.network_after_m)]
     tables = [row for row in ran if np.isfinite(row.tables_m)]
     sound = [row for row in ran if not row.concealed]
-    changed = sum(bool(row.corrected) for row in sound)
     return [
-        ("as good as can be asked", f"{sum(row.enough for row in ran)} of {len(ran)}"),
-        ("the same with a network", f"{sum(row.network_enough for row in by_network)}"
-         f" of {len(by_network)}"),
-        ("better with a table", f"{sum(row.tables_m < row.after_m for row in tables)}"
-         f" of {len(tables)}"),
-        ("as good with a table as can be asked", f"{sum(row.tables_enough for row in tables)}"
-         f" of {len(tables)}"),
-        ("made worse", f"{gone} of {len(ran)}"),
-        ("changed with nothing wrong", f"{changed} of {len(sound)}"),
+        ("as good as can be asked", _share([row.enough for row in ran])),
+        ("the same with a network", _share([row.network_enough for row in by_network])),
+        ("better with a table", _share([row.tables_m < row.after_m for row in tables])),
+        ("as good with a table as can be asked", _share([row.tables_enough for row in tables])),
+        ("made worse", _share([row.worse for row in ran])),
+        ("changed with nothing wrong", _share([bool(row.corrected) for row in sound])),
         ("failed", str(len(rows) - len(ran))),
-    ]  # fmt: skip
+    ]
+
+
+def _share(each: Sequence[bool]) -> str:
+    return f"{sum(each)} of {len(each)}"
 
 
 def _row(found: dict[str, Any]) -> Row:

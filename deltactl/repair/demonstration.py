@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,6 +36,14 @@ from deltactl.repair.played import Drawn, conceal, played
 
 Progress = Callable[[str], None]
 RECORDING, CORRECTED = "survey.csv.gz", "corrected.yaml"
+
+
+class Concealed(NamedTuple):
+    """What is concealed: effects by name, drawn with a seed, and something without a name."""
+
+    effects: Sequence[str]
+    seed: int
+    unknown: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +76,7 @@ def demonstrate(
     job: Path,
     robot_file: Path,
     folder: Path,
-    effects: Sequence[str],
-    seed: int,
-    unknown: bool = False,
+    concealed: Concealed,
     survey_s: float = 120.0,
     progress: Progress = lambda _: None,
 ) -> Demonstration:
@@ -77,12 +84,12 @@ def demonstrate(
 
     Raises ConfigError for an effect that cannot be concealed, or any error of the steps.
     """
-    machine = conceal(list(effects), seed, unknown)
+    machine = conceal(list(concealed.effects), concealed.seed, concealed.unknown)
     progress("drawing with the robot as it was built")
     believed = load_robot(robot_file)
     path = played(plan_of(job, believed))
     before = machine.draw(path)
-    possible = conceal([], seed).draw(path)
+    possible = conceal([], concealed.seed).draw(path)
     progress(f"recording a survey of {survey_s:.0f} s")
     recording = folder / RECORDING
     write_flat(machine.survey(survey_s), recording)

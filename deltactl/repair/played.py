@@ -48,8 +48,10 @@ class Played:
     def is_same_as(self, other: Played) -> bool:
         """Whether the same counts are sent at the same times for the same targets."""
         pairs = (
-            (self.counts, other.counts), (self.due_s, other.due_s), (self.target_s, other.target_s)
-        )  # fmt: skip
+            (self.counts, other.counts),
+            (self.due_s, other.due_s),
+            (self.target_s, other.target_s),
+        )
         return all(np.array_equal(mine, theirs) for mine, theirs in pairs)
 
     def at(self, t_s: FloatArray) -> IntArray:

@@ -59,8 +59,9 @@ class ColumnsForm:
         with ui.row().classes("items-center gap-3 w-full"):
             ui.label(f"{column['column']} ({column['first']} ...)").classes("text-sm w-56 ellipsis")
             name = ui.select(names, label="is", value=column["name"]).classes("w-36")
-            unit = ui.select(_units(units_of.get(column["name"], [])), label="in",
-                             value=column["unit"]).classes("w-28")  # fmt: skip
+            unit = ui.select(
+                _units(units_of.get(column["name"], [])), label="in", value=column["unit"]
+            ).classes("w-28")
         labelled(name.props("dense"), f"what {column['column']} is")
         labelled(unit.props("dense"), f"unit of {column['column']}")
 
@@ -72,8 +73,9 @@ class ColumnsForm:
         return column["column"], name, unit
 
     async def _done(self) -> None:
-        chosen = [Chosen(column, str(name.value), str(unit.value))
-                  for column, name, unit in self._fields]  # fmt: skip
+        chosen = [
+            Chosen(column, str(name.value), str(unit.value)) for column, name, unit in self._fields
+        ]
         counted = Counter(one.name for one in chosen if one.name)
         if twice := next((name for name, count in counted.items() if count > 1), ""):
             ui.notify(TWICE.format(name=twice), type="warning")

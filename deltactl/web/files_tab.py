@@ -49,10 +49,9 @@ class FilesTab:
         self._name = visit.site.first_file
         with ui.row().classes("w-full gap-3"):
             with ui.card().classes("grow basis-96 p-3 gap-2"):
-                self._choice = ui.select(
-                    list(files), label="Job or robot file", value=self._name,
-                    on_change=self._chosen,
-                ).classes("w-full").props('data-testid=file')  # fmt: skip
+                self._choice = ui.select(list(files), label="Job or robot file", value=self._name)
+                self._choice.on_value_change(self._chosen)
+                self._choice.classes("w-full").props("data-testid=file")
                 with ui.row().classes("w-full gap-2 items-center"):
                     if visit.operates:
                         run = ui.button("Run", icon="play_arrow", on_click=self.run)
@@ -67,17 +66,17 @@ class FilesTab:
                 self._verdict = ui.label().classes("text-base").props("data-testid=verdict")
                 self._facts = ui.column().classes("gap-0 figures text-sm")
             with ui.card().classes("grow basis-96 min-w-0 p-3"):
-                self._text = ui.codemirror(
-                    files[self._name].read_text(encoding="utf-8"), language="YAML",
-                    line_wrapping=True, on_change=lambda: self._say(""),
-                ).classes("w-full editor").props('data-testid=text')  # fmt: skip
+                text = files[self._name].read_text(encoding="utf-8")
+                self._text = ui.codemirror(text, language="YAML", line_wrapping=True)
+                self._text.on_value_change(lambda: self._say(""))
+                self._text.classes("w-full editor").props("data-testid=text")
 
     def _upload(self) -> None:
         """A small button before the uploader, which is as large as a card and stays hidden."""
-        self._uploader = ui.upload(
-            auto_upload=True, max_file_size=MAX_CHARACTERS, on_upload=self._uploaded,
-            on_rejected=lambda: ui.notify("a file may have 60 kB", type="negative"),
-        ).props("accept=.yaml,.yml").classes("hidden job-upload")  # fmt: skip
+        self._uploader = ui.upload(auto_upload=True, max_file_size=MAX_CHARACTERS)
+        self._uploader.on_upload(self._uploaded)
+        self._uploader.on_rejected(lambda: ui.notify("a file may have 60 kB", type="negative"))
+        self._uploader.props("accept=.yaml,.yml").classes("hidden job-upload")
         button = ui.button("Open a file of yours", icon="upload_file").props("no-caps flat dense")
         button.props("data-testid=upload")
         button.on("click", js_handler=PICK_JOB)

@@ -80,8 +80,10 @@ class RobotChannels:
     def counts(self, t_ns: int, counts: Sequence[int]) -> None:
         """Where the counts put the robot."""
         angles, position = self._belief.pose(tuple(int(count) for count in counts))
-        transforms = [self._transform(t_ns, f"sensor_{axis}", *place)
-                      for axis, place in self._sensors().items()]  # fmt: skip
+        transforms = [
+            self._transform(t_ns, f"sensor_{axis}", *place)
+            for axis, place in self._sensors().items()
+        ]
         if position is not None:
             transforms.append(self._transform(t_ns, "platform", position, Quaternion(w=1.0)))
             self.pose(t_ns, "commanded", position)
@@ -108,9 +110,15 @@ class RobotChannels:
 
     def range(self, t_ns: int, axis: str, distance_m: float) -> None:
         """One reading: a scan of a single beam along the sensor's axis."""
-        scan = LaserScan(timestamp=stamp(t_ns), frame_id=f"sensor_{axis}", pose=_pose((0, 0, 0)),
-                         start_angle=0.0, end_angle=0.0, ranges=[distance_m],
-                         intensities=[])  # fmt: skip
+        scan = LaserScan(
+            timestamp=stamp(t_ns),
+            frame_id=f"sensor_{axis}",
+            pose=_pose((0, 0, 0)),
+            start_angle=0.0,
+            end_angle=0.0,
+            ranges=[distance_m],
+            intensities=[],
+        )
         self._ranges[axis].log(scan, log_time=t_ns)
 
     def event(self, t_ns: int, kind: str, text: str) -> None:
@@ -137,8 +145,13 @@ class RobotChannels:
     def _transform(
         self, t_ns: int, child: str, place: Vector, rotation: Quaternion
     ) -> FrameTransform:
-        return FrameTransform(timestamp=stamp(t_ns), parent_frame_id=BASE, child_frame_id=child,
-                              translation=_vector(place), rotation=rotation)  # fmt: skip
+        return FrameTransform(
+            timestamp=stamp(t_ns),
+            parent_frame_id=BASE,
+            child_frame_id=child,
+            translation=_vector(place),
+            rotation=rotation,
+        )
 
     def _link(self, link: Placed, number: int) -> list[CylinderPrimitive]:
         """An upper arm, or the two rods of a forearm."""
@@ -153,8 +166,7 @@ class RobotChannels:
             x_m, y_m, z_m = (np.array(link.middle_m) + aside_m * rotation[:, 0]).tolist()
             size = Vector3(x=width, y=width, z=lengths[number])
             pose = Pose(position=_vector((x_m, y_m, z_m)), orientation=turned)
-            made.append(CylinderPrimitive(pose=pose, size=size, bottom_scale=1.0, top_scale=1.0,
-                                          color=colour))  # fmt: skip
+            made.append(_cylinder(pose, size, colour))
         return made
 
     def _plates(self, position_m: Vector | None) -> list[CylinderPrimitive]:
@@ -162,10 +174,9 @@ class RobotChannels:
         if position_m is not None:
             plates.append((position_m, self._skeleton.platform_radius_m, BLUE))
         return [
-            CylinderPrimitive(pose=_pose(place), bottom_scale=1.0, top_scale=1.0, color=colour,
-                              size=Vector3(x=2 * radius, y=2 * radius, z=PLATE_M))
+            _cylinder(_pose(place), Vector3(x=2 * radius, y=2 * radius, z=PLATE_M), colour)
             for place, radius, colour in plates
-        ]  # fmt: skip
+        ]
 
 
 def stamp(t_ns: int) -> Timestamp:
@@ -176,6 +187,10 @@ def stamp(t_ns: int) -> Timestamp:
 def quaternion(rotation: FloatArray) -> Quaternion:
     """Of a rotation matrix."""
     return _quaternion(skeleton.quaternion(rotation.tolist()))
+
+
+def _cylinder(pose: Pose, size: Vector3, colour: Color) -> CylinderPrimitive:
+    return CylinderPrimitive(pose=pose, size=size, bottom_scale=1.0, top_scale=1.0, color=colour)
 
 
 def _quaternion(parts: tuple[float, float, float, float]) -> Quaternion:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from functools import partial
 from typing import Any
 
 import yaml
@@ -22,9 +23,13 @@ MOST_WAITING = 3
 """Presses that may be ahead of the robot; more would run on after the hand is off."""
 BY_HAND_JOBS = ("jog", "go-to")
 KEYS: dict[str, tuple[int, int]] = {
-    "ArrowRight": (0, 1), "ArrowLeft": (0, -1), "ArrowUp": (1, 1), "ArrowDown": (1, -1),
-    "PageUp": (2, 1), "PageDown": (2, -1),
-}  # fmt: skip
+    "ArrowRight": (0, 1),
+    "ArrowUp": (1, 1),
+    "PageUp": (2, 1),
+    "ArrowLeft": (0, -1),
+    "ArrowDown": (1, -1),
+    "PageDown": (2, -1),
+}
 """Key to axis and direction."""
 KEYS_SAY = "also by keys: arrows for x and y, page up and down for z"
 JOG_TEXTS = (("X−", "X+"), ("Y−", "Y+"), ("Z− down", "Z+ up"))
@@ -84,8 +89,8 @@ class MotionCard:
             for axis, name in enumerate("xyz"):
                 with ui.row().classes("gap-2 items-center"):
                     for sign in (-1, 1):
-                        self._button(JOG_TEXTS[axis][sign > 0], f"jog-{name}{sign:+d}",
-                                     lambda _, a=axis, s=sign: self.jog(a, s))  # fmt: skip
+                        text, call = JOG_TEXTS[axis][sign > 0], partial(self.jog, axis, sign)
+                        self._button(text, f"jog-{name}{sign:+d}", call)
             self._keys = ui.switch(KEYS_SAY, value=False).classes("with-keys")
             self._keys.props("data-testid=jog-keys")
             self._keys.on_value_change(lambda event: setattr(self._keyboard, "active", event.value))
@@ -97,8 +102,8 @@ class MotionCard:
             for arm in range(3):
                 with ui.row().classes("gap-2 items-center"):
                     for sign, word in ((-1, "up"), (1, "down")):
-                        self._button(f"{arm + 1} {word}", f"arm{arm + 1}{word}",
-                                     lambda _, a=arm, s=sign: self.turn(a, s))  # fmt: skip
+                        call = partial(self.turn, arm, sign)
+                        self._button(f"{arm + 1} {word}", f"arm{arm + 1}{word}", call)
 
     def _point(self) -> None:
         with ui.column().classes("gap-1"):

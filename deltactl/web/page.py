@@ -91,9 +91,10 @@ class RobotPage:
             self._why = ui.label().classes("text-base").props("data-testid=latched")
             if self._visit.operates:
                 ui.button(
-                    "Cause is gone: acknowledge", icon="lock_open",
+                    "Cause is gone: acknowledge",
+                    icon="lock_open",
                     on_click=lambda: self._visit.ask("acknowledge"),
-                ).props("color=white text-color=red-9 no-caps data-testid=acknowledge")  # fmt: skip
+                ).props("color=white text-color=red-9 no-caps data-testid=acknowledge")
         self._latched.set_visibility(False)
         self._news = ui.label().classes("news w-full").props("data-testid=news")
         self._news.set_visibility(False)
@@ -101,12 +102,11 @@ class RobotPage:
     def _announce(self) -> None:
         """What `deltactl check-runs` found to be new since some run."""
         status = self._visit.site.link.seen.status
-        found = [one for one in read_announced(self._visit.site.recordings)
-                 if status is None or one.robot == status.robot]  # fmt: skip
         text = "; ".join(
-            f"{one.says}, since {datetime.fromtimestamp(one.since_s):%d %b %H:%M}"
-            f" (probability {one.probability:.2f})"
-            for one in found
+            f"{mismatch.says}, since {datetime.fromtimestamp(mismatch.since_s):%d %b %H:%M}"
+            f" (probability {mismatch.probability:.2f})"
+            for mismatch in read_announced(self._visit.site.recordings)
+            if status is None or mismatch.robot == status.robot
         )
         if self._news.text != text:
             self._news.set_text(f"New mismatch: {text}" if text else "")

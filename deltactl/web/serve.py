@@ -82,10 +82,17 @@ def serve(where: Where) -> None:
         add_pages(app, site)
         config = uvicorn.Config(
             Guard(FilesOfPages(app), sessions, local_only=where.local),
-            http=protocol_of(door), loop="asyncio", log_level="warning", access_log=False,
-            server_header=False, proxy_headers=False, timeout_graceful_shutdown=1,
-            ws_max_size=MAX_BODY, ssl_certfile=where.certificate, ssl_keyfile=where.key,
-        )  # fmt: skip
+            http=protocol_of(door),
+            loop="asyncio",
+            log_level="warning",
+            access_log=False,
+            server_header=False,
+            proxy_headers=False,
+            timeout_graceful_shutdown=1,
+            ws_max_size=MAX_BODY,
+            ssl_certfile=where.certificate,
+            ssl_keyfile=where.key,
+        )
         logging.getLogger("uvicorn.error").addFilter(not_cut_off)
         # Uvicorn ends in good order and then raises the signal again: what stands around this
         # call (a simulated daemon) has to be ended too.
@@ -138,9 +145,13 @@ def add_pages(app: FastAPI, site: Site) -> None:
         RobotPage(site, session)
 
     ui.run_with(
-        app, title=TITLE, reconnect_timeout=RECONNECT_S, binding_refresh_interval=None,
-        show_welcome_message=False, favicon="🦾",
-    )  # fmt: skip
+        app,
+        title=TITLE,
+        reconnect_timeout=RECONNECT_S,
+        binding_refresh_interval=None,
+        show_welcome_message=False,
+        favicon="🦾",
+    )
     core.app.config.socket_io_js_transports = ["websocket"]
     core.app.add_exception_handler(404, nothing_here)
     judge_messages()

@@ -219,12 +219,14 @@ class StateCard:
             for place, (number, name) in enumerate(waiting, 1):
                 with ui.row().classes("w-full items-center gap-2 no-wrap"):
                     ui.label(f"{place}. then {name}").classes("grow ellipsis text-sm").props(
-                        "data-testid=waiting")  # fmt: skip
+                        "data-testid=waiting"
+                    )
                     if self._visit.operates:
                         leave = ui.button(
-                            "Leave out", icon="close",
+                            "Leave out",
+                            icon="close",
                             on_click=lambda _, one=number, its=name: self._leave_out(one, its),
-                        )  # fmt: skip
+                        )
                         labelled(leave.props("no-caps dense flat"), f"leave out {name}")
                         marked(leave, f"leave-out-{place}")
 

@@ -73,9 +73,9 @@ class ConcealingCard:
         self._belief: Belief | None = None
         with ui.card().classes("conceal w-full p-3 gap-1") as self.card:
             ui.label(TITLE).classes("font-bold")
-            self._choice = ui.select(
-                concealment.choices, label=LABEL, value=concealment.chosen, on_change=self._chosen
-            ).classes("w-full").props("data-testid=conceal")  # fmt: skip
+            self._choice = ui.select(concealment.choices, label=LABEL, value=concealment.chosen)
+            self._choice.on_value_change(self._chosen)
+            self._choice.classes("w-full").props("data-testid=conceal")
             self._why = ui.label().classes("text-sm text-gray-600").props("data-testid=conceal-why")
             self._tell = ui.button("Tell me what it was", icon="visibility", on_click=self._told)
             self._tell.props("no-caps dense flat data-testid=conceal-tell")

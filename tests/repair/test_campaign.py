@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from deltactl.proof.prove.resumable import Means
 from deltactl.repair import campaign
 from deltactl.repair.campaign import prove_repair
 
@@ -22,9 +23,7 @@ def test_it_stops_after_its_minutes_and_goes_on_from_there(
     said: list[str] = []
 
     def prove(minutes: float) -> list[int]:
-        rows = prove_repair(
-            3, 1, tmp_path, False, 0, None, lambda done, cases: None, said.append, minutes
-        )
+        rows = prove_repair(3, 1, tmp_path, False, Means(0, minutes=minutes, say=said.append))
         return [row.number for row in rows]
 
     assert prove(0.0) == [0]

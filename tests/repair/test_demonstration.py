@@ -17,14 +17,21 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.foundation.errors import ConfigError
 from deltactl.proof.hidden.hidden import Hidden
-from deltactl.repair.demonstration import CORRECTED, RECORDING, _size, demonstrate, page_html
+from deltactl.repair.demonstration import (
+    CORRECTED,
+    RECORDING,
+    Concealed,
+    _size,
+    demonstrate,
+    page_html,
+)
 from deltactl.repair.played import Drawn, conceal, played
 
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
 
 
 def test_a_wrong_home_is_found_and_the_heart_is_drawn_as_well_as_it_can_be(tmp_path: Path) -> None:
-    shown = demonstrate(JOB, ROBOT, tmp_path, ["home_offset"], seed=3, survey_s=60.0)
+    shown = demonstrate(JOB, ROBOT, tmp_path, Concealed(["home_offset"], 3), survey_s=60.0)
     assert shown.before.rms_m > 2e-3
     assert shown.after.rms_m < 1.3 * shown.possible.rms_m + 2e-5
     assert shown.gain > 0.98
@@ -53,7 +60,7 @@ def test_what_was_concealed_is_told_in_the_units_of_what_was_found(
 
 
 def test_where_nothing_is_wrong_nothing_is_changed(tmp_path: Path) -> None:
-    shown = demonstrate(JOB, ROBOT, tmp_path, [], seed=5, survey_s=60.0)
+    shown = demonstrate(JOB, ROBOT, tmp_path, Concealed([], 5), survey_s=60.0)
     assert shown.corrected.read_text() == ROBOT.read_text()
     assert shown.after is shown.before
 

@@ -54,7 +54,13 @@ def demo(
     ```
     """
     with waiting("loading", json_out), needs("proof", "demo"):
-        from deltactl.repair.demonstration import CORRECTED, RECORDING, demonstrate, write_page
+        from deltactl.repair.demonstration import (
+            CORRECTED,
+            RECORDING,
+            Concealed,
+            demonstrate,
+            write_page,
+        )
     from deltactl.firmware_py.job_file import load_job
     from deltactl.firmware_py.named_files import find
 
@@ -66,7 +72,8 @@ def demo(
     if replaces:
         warn(f"replacing the demonstration in {out}; --out FOLDER keeps both")
     with waiting("building the robot", json_out) as show:
-        shown = demonstrate(path, robot_file, out, effects, seed, unknown, 60.0 * minutes, show)
+        concealed = Concealed(effects, seed, unknown)
+        shown = demonstrate(path, robot_file, out, concealed, 60.0 * minutes, show)
     page = out / PAGE
     write_page(shown, page)
     if json_out:

@@ -122,20 +122,10 @@ def diagnose(
     if save_all and save_robot is None:
         raise typer.BadParameter("add --save-robot FILE, which it is for", param_hint="--all")
     with waiting("loading", str(json_file) == "-"):
-        from deltactl.cli.recordings.diagnosing import diagnose_recordings
+        from deltactl.cli.recordings.diagnosing import Wanted, diagnose_recordings
 
     refuse_existing(force, json_file, report, save_robot, next_job)
     refuse_other_page(report)
-    diagnose_recordings(
-        recordings,
-        robot,
-        holdout or [],
-        json_file,
-        report,
-        save_robot,
-        [*(columns or []), *(set_columns or [])],
-        next_job,
-        thorough,
-        save_all,
-        force,
-    )
+    wanted = Wanted(json_file, report, save_robot, save_all, next_job, force)
+    known = [*(columns or []), *(set_columns or [])]
+    diagnose_recordings(recordings, robot, holdout or [], known, wanted, thorough)

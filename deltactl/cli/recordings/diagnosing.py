@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,21 +25,36 @@ if TYPE_CHECKING:
     from deltactl.recording.tables.flat import FlatRecording
 
 
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is written of an answer, and where."""
+
+    json_file: Path | None = None
+    """`-` is the terminal, on which nothing else is then printed."""
+    report: Path | None = None
+    save_robot: Path | None = None
+    save_all: bool = False
+    """Also findings that are improbable or not certain."""
+    next_job: Path | None = None
+    force: bool = False
+
+    @property
+    def quiet(self) -> bool:
+        """Whether the terminal gets JSON alone."""
+        return str(self.json_file) == "-"
+
+
 def diagnose_recordings(
     recordings: list[Path],
     robot: str,
     holdout: list[Path],
-    json_file: Path | None,
-    report: Path | None,
-    save_robot: Path | None,
     columns: list[str],
-    next_job: Path | None,
-    thorough: bool,
-    save_all: bool = False,
-    force: bool = False,
+    wanted: Wanted,
+    thorough: bool = False,
 ) -> None:
     """Diagnose, print the findings in plain sentences, and write the files asked for."""
-    quiet = json_file is not None and str(json_file) == "-"
+    quiet, save_robot, next_job = wanted.quiet, wanted.save_robot, wanted.next_job
+    json_file, report, save_all = wanted.json_file, wanted.report, wanted.save_all
     with waiting("loading", quiet), needs("diagnosis", "diagnose"):
         from deltactl.diagnosis.answer.corrected_robot import save_corrected
         from deltactl.diagnosis.api import diagnose
@@ -66,7 +81,7 @@ def diagnose_recordings(
     if next_job is not None and answer.next_experiment is not None:
         write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
     if save_robot is not None:
-        save_corrected(robot_file, answer, save_robot, save_all, replace=force)
+        save_corrected(robot_file, answer, save_robot, save_all, replace=wanted.force)
     if report is not None:
         write_report(answer, described, report, ways)
     if quiet:

@@ -29,8 +29,11 @@ SHOWN_COLUMNS = 12
 NARROW = 100
 """In a window of fewer letters the reasons stand below the table, not in a column of it."""
 UNSAID = {
-    **dict.fromkeys(("command", "position"), "rad?"), "theta": "rad", "velocity": "rad/s or m/s"
-}  # fmt: skip
+    "command": "rad?",
+    "position": "rad?",
+    "theta": "rad",
+    "velocity": "rad/s or m/s",
+}
 """In what a column is read of which nothing says the unit."""
 OF_THE_RUN = "ROBOT is the robot file that it was made with"
 LONG, TOO_LONG = 1e4, 1e7

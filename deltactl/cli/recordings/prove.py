@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -17,6 +18,7 @@ from deltactl.foundation.extras import needs
 from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
+    from deltactl.proof.prove.resumable import Means
     from deltactl.proof.prove.resumable import Progress as Show
     from deltactl.repair.campaign import Row
 
@@ -83,19 +85,21 @@ def prove(
             raise ConfigError(
                 "--machine axis: --repair, --networks, --more and --ties are of deltas"
             )
-        _prove_axes(cases, seed, half, out, practice, workers, scheduler, minutes)
-        return
-    if half != "all" or practice is not None:
+    elif half != "all" or practice is not None:
         raise ConfigError("--half and --practice need --machine axis")
-    if repair:
-        prove_repair(cases, seed, out, networks, workers, scheduler, minutes)
-        return
     with needs("proof", "prove"):
         from deltactl.proof.prove.campaign import prove as run
         from deltactl.proof.prove.resumable import Means
+    where = partial(Means, workers, scheduler, minutes)
+    if machine == "axis":
+        _prove_axes(cases, seed, half, out, practice, where)
+        return
+    if repair:
+        prove_repair(cases, seed, out, networks, where)
+        return
     tied = cases // 10 if ties is None else ties
     with bar(total=cases + tied + more) as draw:
-        means = Means(workers, scheduler, minutes, _with_lines(draw), errors.print)
+        means = where(_with_lines(draw), errors.print)
         outcome = run(cases, seed, out, tied, more, means)
     table = Table(title=outcome.title, title_justify="left")
     for heading in ("figure", "goal", "reached", "95 % limits", "cases", "met"):
@@ -114,17 +118,14 @@ def _prove_axes(
     half: Half,
     out: Path,
     practice: Path | None,
-    count: int,
-    scheduler: str | None,
-    minutes: float,
+    where: Callable[..., Means],
 ) -> None:
     """Single axes and range sensors, even and odd seeds side by side."""
     with needs("proof", "prove"):
         from deltactl.proof.prove.axis_campaign import prove_axes
         from deltactl.proof.prove.axis_score import beside
-        from deltactl.proof.prove.resumable import Means
     with bar(total=cases) as draw:
-        means = Means(count, scheduler, minutes, _with_lines(draw), errors.print)
+        means = where(_with_lines(draw), errors.print)
         outcome = prove_axes(cases, seed, half, out, practice, means)
     table = Table(title=outcome.title, title_justify="left")
     for heading in ("figure", "goal", *outcome.columns):
@@ -149,24 +150,14 @@ def _with_lines(draw: Show) -> Show:
 
 
 def prove_repair(
-    cases: int,
-    seed: int,
-    out: Path,
-    networks: bool,
-    workers: int,
-    scheduler: str | None,
-    minutes: float,
+    cases: int, seed: int, out: Path, networks: bool, where: Callable[..., Means]
 ) -> None:
     """Run the cases and print the table."""
     with needs("proof", "prove"):
         from deltactl.repair.campaign import prove_repair as run
         from deltactl.repair.campaign import summary
     with bar(total=cases) as draw:
-
-        def show(done: int, of: int) -> None:
-            draw(done, of, "")
-
-        rows = run(cases, seed, out, networks, workers, scheduler, show, errors.print, minutes)
+        rows = run(cases, seed, out, networks, where(draw, errors.print))
     table = Table(
         box=SIMPLE_HEAD,
         title="Distance from the target while drawing the heart, RMS",

@@ -79,15 +79,24 @@ def run(
     ```
     """
     with waiting("loading", json_out):
-        from deltactl.cli.robot.run import run_job
+        from deltactl.cli.robot.run import Asked, run_job
 
     refuse_existing(force, report)
     refuse_other_page(report)
     refuse_recorded(record)
-    run_job(
-        job, robot, simulate or realtime, realtime, record, report, json_out, socket, accept_unseen,
-        seed=seed, detach=detach,
-    )  # fmt: skip
+    asked = Asked(
+        robot=robot,
+        simulate=simulate or realtime,
+        realtime=realtime,
+        record=record,
+        report=report,
+        json_out=json_out,
+        socket=socket,
+        accept_unseen_deg=accept_unseen,
+        seed=seed,
+        detach=detach,
+    )
+    run_job(job, asked)
 
 
 def follow(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
@@ -15,6 +15,16 @@ from deltactl.firmware_py.importing.drawn import CORNER_MM
 from deltactl.foundation.plain_file import write_whole
 
 Place = tuple[float, float, float]
+
+
+class Move(NamedTuple):
+    """A single move, as it was typed."""
+
+    name: str
+    place_m: Place
+    speed_mmps: float
+
+
 WHAT = {"stopped": "stop", "fault": "fault"}
 RobotOption = Annotated[
     str | None, typer.Option(help="Robot file; without it the one that the daemon runs.")
@@ -48,7 +58,7 @@ def goto(
     ```
     """
     place_m = (x / 1e3, y / 1e3, z / 1e3)
-    _go("goto", place_m, speed, robot, simulate, json_out, socket, accept_unseen)
+    _go(Move("goto", place_m, speed), robot, simulate, json_out, socket, accept_unseen)
 
 
 def jog(
@@ -73,13 +83,11 @@ def jog(
         raise ConfigError("say how far: --x, --y or --z, in mm")
     here = platform_m(socket)
     there = (here[0] + x / 1e3, here[1] + y / 1e3, here[2] + z / 1e3)
-    _go("jog", there, speed, robot, False, json_out, socket)
+    _go(Move("jog", there, speed), robot, False, json_out, socket)
 
 
 def _go(
-    name: str,
-    place_m: Place,
-    speed_mmps: float,
+    move: Move,
     robot: str | None,
     simulate: bool,
     json_out: bool,
@@ -98,20 +106,20 @@ def _go(
                 " out, or add --simulate"
             )
         refuse_unseen(accept_unseen_deg)
-        with _told_as_typed(name, place_m):
-            _go_through_daemon(name, place_m, speed_mmps, json_out, socket)
+        with _told_as_typed(move):
+            _go_through_daemon(move, json_out, socket)
         return
     if robot is None:
         from deltactl.firmware_py.robots_here import robots_here
 
         say = " or ".join(f"--robot {one}" for one in robots_here() or ["FILE"])
         raise ConfigError(f"no daemon answers that could say which robot this is; add {say}")
-    with _told_as_typed(name, place_m):
-        _go_simulated(name, place_m, speed_mmps, robot, simulate, json_out, socket)
+    with _told_as_typed(move):
+        _go_simulated(move, robot, simulate, json_out, socket)
 
 
 @contextmanager
-def _told_as_typed(name: str, place_m: Place) -> Iterator[None]:
+def _told_as_typed(move: Move) -> Iterator[None]:
     """What breaks a limit, with the place in mm as it was typed, and no point of a job."""
     from deltactl.foundation.errors import ELSEWHERE, MotionError
 
@@ -121,57 +129,50 @@ def _told_as_typed(name: str, place_m: Place) -> Iterator[None]:
         if (wrong := error.at_point) is None:
             raise
         way = "on the way to " if wrong.on_the_way else ""
-        where = " ".join(f"{1e3 * value:.6g}" for value in place_m)
+        where = " ".join(f"{1e3 * value:.6g}" for value in move.place_m)
         if wrong.remedy == ELSEWHERE:
             wrong = replace(wrong, remedy="choose another place")
-        raise error.worded(f"{name}: {way}{where} mm: {wrong.says()}") from error
+        raise error.worded(f"{move.name}: {way}{where} mm: {wrong.says()}") from error
 
 
-def _text(name: str, place_m: Place, speed_mmps: float, robot: str) -> str:
+def _text(move: Move, robot: str) -> str:
     import json
 
-    x_m, y_m, z_m = place_m
+    x_m, y_m, z_m = move.place_m
     return (
-        f"name: {name}\nrobot: {json.dumps(robot)}\n"
+        f"name: {move.name}\nrobot: {json.dumps(robot)}\n"
         f"path: {{shape: straight, to_m: [{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]}}\n"
-        f"timing: {{mode: accelerated, speed_mps: {speed_mmps / 1e3:.9g}}}\n"
+        f"timing: {{mode: accelerated, speed_mps: {move.speed_mmps / 1e3:.9g}}}\n"
         "inverse_kinematics: {kind: geometry}\n"
     )
 
 
 def _go_simulated(
-    name: str,
-    place_m: Place,
-    speed_mmps: float,
-    robot: str,
-    simulate: bool,
-    json_out: bool,
-    socket: Path | None,
+    move: Move, robot: str, simulate: bool, json_out: bool, socket: Path | None
 ) -> None:
     from tempfile import TemporaryDirectory
 
     from deltactl.cli.output import say
-    from deltactl.cli.robot.run import run_job
+    from deltactl.cli.robot.run import Asked, run_job
     from deltactl.firmware_py.named_files import ROBOT_KEY, find
     from deltactl.firmware_py.planner.plan import plan_of
     from deltactl.models.calibrated_inverse import CalibratedInverse
     from deltactl.models.linkage.scalar import counted_pose
 
     with TemporaryDirectory() as folder:
-        job = Path(folder) / f"{name}.yaml"
-        text = _text(name, place_m, speed_mmps, str(find(robot, key=ROBOT_KEY).resolve()))
+        job = Path(folder) / f"{move.name}.yaml"
+        text = _text(move, str(find(robot, key=ROBOT_KEY).resolve()))
         write_whole(job, text)
-        run_job(job, None, simulate, False, None, None, json_out, socket, one_place=True)
+        asked = Asked(simulate=simulate, json_out=json_out, socket=socket, one_place=True)
+        run_job(job, asked)
         plan = plan_of(job)
     if not json_out:
         position_of = CalibratedInverse(plan.robot).position_of_one_m
         _, reached_m = counted_pose(plan.last_counts, plan.robot.drive.rad_per_step, position_of)
-        say(f"the simulated platform is at {_words(reached_m or place_m)} mm")
+        say(f"the simulated platform is at {_words(reached_m or move.place_m)} mm")
 
 
-def _go_through_daemon(
-    name: str, place_m: Place, speed_mmps: float, json_out: bool, socket: Path | None
-) -> None:
+def _go_through_daemon(move: Move, json_out: bool, socket: Path | None) -> None:
     import time
     from dataclasses import asdict
 
@@ -183,7 +184,7 @@ def _go_through_daemon(
     with Client(socket) as client:
         robot = client.status().robot_file
         with dropped_when_interrupted():
-            number = client.submit_text(_text(name, place_m, speed_mmps, robot), f"{name}.yaml")
+            number = client.submit_text(_text(move, robot), f"{move.name}.yaml")
         result = follow(client, number, time.sleep, POLL_S, json_out)
         position_m = client.status().position_m
     if json_out:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from deltactl.cli.output import NO_ROBOT, errors, print_json, say, tell, waiting, warn
@@ -41,64 +41,68 @@ ANY_DEG = 360.0
 """Nobody can look at simulated arms, and homing puts them exactly where they count as homed."""
 
 
-def run_job(
-    job: Path,
-    robot: str | None,
-    simulate: bool,
-    realtime: bool,
-    record: Path | None,
-    report: Path | None,
-    json_out: bool,
-    socket: Path | None,
-    accept_unseen_deg: float = 0.0,
-    one_place: bool = False,
-    seed: int | None = None,
-    detach: bool = False,
-) -> None:
-    """Run one job and show what came of it. Raises any DeltactlError.
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """How a job is to be run, as the options of the command say."""
 
-    `one_place`: the job is a single move, without a path along which errors could be shown.
-    `seed`: of the simulated sensors' noise, instead of the robot's own. `detach`: the daemon goes
-    on alone with it.
-    """
+    robot: str | None = None
+    simulate: bool = False
+    realtime: bool = False
+    record: Path | None = None
+    report: Path | None = None
+    json_out: bool = False
+    socket: Path | None = None
+    accept_unseen_deg: float = 0.0
+    one_place: bool = False
+    """The job is a single move, without a path along which errors could be shown."""
+    seed: int | None = None
+    """Of the simulated sensors' noise, instead of the robot's own."""
+    detach: bool = False
+    """The daemon goes on alone with it."""
+
+
+def run_job(job: Path, asked: Asked) -> None:
+    """Run one job and show what came of it. Raises any DeltactlError."""
     path = find(str(job), key=JOB_KEY)
     try:
         load_job(path)
     except ConfigError:
         read_whole(path)  # tells the mistakes of what it includes beside its own
         raise
-    if record is not None and record.suffix != ".mcap":
+    if asked.record is not None and asked.record.suffix != ".mcap":
         raise ConfigError(
-            f"--record {record}: a recording's name ends in .mcap;"
+            f"--record {asked.record}: a recording's name ends in .mcap;"
             " 'deltactl export' makes other files of it afterwards"
         )
-    robot_file = None if robot is None else find(robot, key=ROBOT_KEY)
-    if not simulate and daemon_answers(socket):
+    robot_file = None if asked.robot is None else find(asked.robot, key=ROBOT_KEY)
+    if not asked.simulate and daemon_answers(asked.socket):
         if robot_file is not None:
             raise ConfigError(
-                f"--robot {robot}: the daemon runs a robot file of its own; 'deltactl home --robot"
-                f" {robot}' puts this one in its place, or use --simulate"
+                f"--robot {asked.robot}: the daemon runs a robot file of its own; 'deltactl home"
+                f" --robot {asked.robot}' puts this one in its place, or use --simulate"
             )
-        refuse_unseen(accept_unseen_deg)
-        if seed is not None:
+        refuse_unseen(asked.accept_unseen_deg)
+        if asked.seed is not None:
             raise ConfigError("--seed: the noise of a simulated robot; add --simulate")
-        if detach:
-            if report is not None:
+        if asked.detach:
+            if asked.report is not None:
                 raise ConfigError("--detach: nobody waits to write --report; use 'deltactl report'")
-            _hand_over(path, record, socket, json_out)
+            _hand_over(path, asked.record, asked.socket, asked.json_out)
             return
-        result = _through_daemon(path, record, socket, json_out)
+        result = _through_daemon(path, asked.record, asked.socket, asked.json_out)
     else:
-        if detach:
+        if asked.detach:
             raise ConfigError("--detach: needs a daemon that goes on with the job; none answers")
-        if socket is not None and not simulate:
-            raise ServiceError(f"no daemon answers at {socket}; start it, or leave --socket out")
-        _say_where(simulate, json_out)
-        if not json_out:
+        if asked.socket is not None and not asked.simulate:
+            raise ServiceError(
+                f"no daemon answers at {asked.socket}; start it, or leave --socket out"
+            )
+        _say_where(asked.simulate, asked.json_out)
+        if not asked.json_out:
             say_covered(coverage_of(path, robot_file))
-        result = _in_this_process(path, robot_file, record, realtime, json_out, seed)
+        result = _in_this_process(path, robot_file, asked)
     try:
-        _show(result, report, json_out, one_place)
+        _show(result, asked)
     except (RecordingError, ConfigError) as error:
         if result.outcome == "done":
             raise
@@ -146,8 +150,10 @@ def _hand_over(path: Path, record: Path | None, socket: Path | None, json_out: b
     if json_out:
         print_json({"job_id": number})
         return
-    say(f"job {number} goes on alone: 'deltactl follow {number}' watches it, 'deltactl cancel'"
-        " ends it")  # fmt: skip
+    say(
+        f"job {number} goes on alone: 'deltactl follow {number}' watches it, 'deltactl cancel'"
+        " ends it"
+    )
 
 
 @contextmanager
@@ -173,26 +179,24 @@ def _say_what_it_believes(path: Path, status: Status) -> None:
     say_covered(covered)
 
 
-def _in_this_process(
-    path: Path,
-    robot_file: Path | None,
-    record: Path | None,
-    realtime: bool,
-    quiet: bool,
-    seed: int | None,
-) -> JobResult:
+def _in_this_process(path: Path, robot_file: Path | None, asked: Asked) -> JobResult:
+    quiet, realtime = asked.json_out, asked.realtime
     robot = robot_file or find(load_job(path).robot, beside=path, key=ROBOT_KEY)
     with waiting("building the simulated robot", quiet):
         from deltactl.firmware_py.controller.build import build_controller
 
         controller = build_controller(
-            robot, simulated=True, realtime=realtime, recordings=Path("recordings"), seed=seed
+            robot,
+            simulated=True,
+            realtime=realtime,
+            recordings=Path("recordings"),
+            seed=asked.seed,
         )
     try:
         with waiting("homing", quiet):
             controller.power_on()
             controller.home(ANY_DEG)
-        number = controller.submit(path, record)
+        number = controller.submit(path, asked.record)
         every_s = POLL_S if realtime else VIRTUAL_POLL_S
         with interrupted_between_sleeps(controller.clock) as sleep:
 
@@ -208,9 +212,10 @@ def _in_this_process(
         controller.close()
 
 
-def _show(result: JobResult, report: Path | None, json_out: bool, one_place: bool) -> None:
+def _show(result: JobResult, asked: Asked) -> None:
+    report, json_out = asked.report, asked.json_out
     recording = Path(result.recording) if result.recording else None
-    tracking = show_tracking(recording, quiet=json_out or one_place) if recording else {}
+    tracking = show_tracking(recording, quiet=json_out or asked.one_place) if recording else {}
     if recording and report:
         write_report(recording, report)
     if json_out:

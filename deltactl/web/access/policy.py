@@ -77,8 +77,9 @@ def put_into_pages(known: Sequence[str]) -> None:
     if not STRICT:
         _log.warning(
             "the page's scripts are compiled for another NiceGUI than %s: browsers are allowed"
-            " to evaluate texts; install the version that constraints.txt names", __version__,
-        )  # fmt: skip
+            " to evaluate texts; install the version that constraints.txt names",
+            __version__,
+        )
     environment = client.templates.env
     if isinstance(environment.loader, _Nonces):
         return

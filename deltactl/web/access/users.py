@@ -118,8 +118,11 @@ def add_user(path: Path, name: str, role: Role, password: str) -> None:
         raise ConfigError(f"a password needs {SHORTEST} characters at least")
     salt = secrets.token_bytes(SALT_BYTES)
     entry = {
-        "name": name, "role": role, "salt": salt.hex(), "scrypt": _hash(password, salt),
-    }  # fmt: skip
+        "name": name,
+        "role": role,
+        "salt": salt.hex(),
+        "scrypt": _hash(password, salt),
+    }
     before = Document.read(path).check(UserFile).users if path.exists() else ()
     kept = [user.model_dump() for user in before if user.name != name]
     text = yaml.safe_dump({"users": [*kept, entry]}, sort_keys=False)

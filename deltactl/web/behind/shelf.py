@@ -72,9 +72,14 @@ class Listed:
     def again_in(self, listed: Sequence[Listed]) -> Listed | None:
         """The newest run of the same job after these recordings."""
         newest = self.singles[-1]
-        later = [one for one in listed
-                 if newest.job and one.job == newest.job and not one.parts
-                 and one.written_s > newest.written_s]  # fmt: skip
+        later = [
+            one
+            for one in listed
+            if newest.job
+            and one.job == newest.job
+            and not one.parts
+            and one.written_s > newest.written_s
+        ]
         return max(later, key=lambda one: one.written_s, default=None)
 
     def shown(self, text: str) -> str:

@@ -81,10 +81,17 @@ class Tasks:
 
 async def _run(kind: str, files: tuple[Path, ...], progress: Progress) -> dict[str, Any]:
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-P", "-m", "deltactl.web.behind.worker", kind, *map(str, files),
-        stdout=asyncio.subprocess.PIPE, stdin=asyncio.subprocess.DEVNULL,
-        limit=LONGEST_LINE, start_new_session=True,
-    )  # fmt: skip
+        sys.executable,
+        "-P",
+        "-m",
+        "deltactl.web.behind.worker",
+        kind,
+        *map(str, files),
+        stdout=asyncio.subprocess.PIPE,
+        stdin=asyncio.subprocess.DEVNULL,
+        limit=LONGEST_LINE,
+        start_new_session=True,
+    )
     assert process.stdout is not None
     try:
         async for line in process.stdout:
