@@ -48,12 +48,12 @@ def odds(p: float) -> tuple[Literal["million", "nearly_all", "of_100", "one_in"]
 
 def settled(finding: Finding) -> bool:
     """Whether it is far more probable than all its alternatives together."""
-    return finding.probability is not None and finding.probability > SAYING.settled
+    return finding.probability is not None and finding.probability > SAYING.settled_p
 
 
 def unsure(probability: float | None) -> bool:
     """Whether what is taken as known was not settled when it was found."""
-    return probability is not None and probability < SAYING.settled
+    return probability is not None and probability < SAYING.settled_p
 
 
 def tied(finding: Finding) -> bool:
@@ -88,7 +88,7 @@ def sure_of_one(finding: Finding) -> bool:
     own, others = finding.probability, [one.probability or 0.0 for one in finding.alternatives]
     if own is None or finding.effect == NAMELESS or finding.evidence.p < SAYING.likely_p:
         return False
-    return bool(others) and not settled(finding) and own + sum(others) > SAYING.settled
+    return bool(others) and not settled(finding) and own + sum(others) > SAYING.settled_p
 
 
 def likelier(finding: Finding) -> Alternative | None:

@@ -63,7 +63,7 @@ VERDICT = VerdictOptions()
 class SayingOptions:
     """Tolerances from which on the same figures are called by another word."""
 
-    settled: float = 0.95
+    settled_p: float = 0.95
     """A finding more probable than this is not called open, whatever its alternatives."""
     beyond_doubt_p: float = 1e-6
     very_sure_p: float = 1e-3
@@ -121,8 +121,8 @@ class SayingOptions:
     """Share of friction that is there without a load, from which on nothing is said of the load."""
     second_wave: float = 0.1
     """Of a periodic error's first harmonic, from which on the second is told."""
-    least_waves: float = 1.2
-    most_waves: float = 3.1
+    least_told_waves: float = 1.2
+    most_told_waves: float = 3.1
     """Waves over the travel of a periodic error that is told though it is not named: of fewer a
     bend looks the same, more are named."""
     wave_takes: float = 0.7

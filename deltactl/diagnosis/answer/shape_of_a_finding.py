@@ -85,7 +85,7 @@ def _one_wave(at: FloatArray, channel: Channel) -> Wave | None:
         return float(np.sum((left - shapes @ np.linalg.lstsq(shapes, left, rcond=None)[0]) ** 2))
 
     whole = float(np.sum((left - plain @ np.linalg.lstsq(plain, left, rcond=None)[0]) ** 2))
-    tried = np.arange(SAYING.least_waves, SAYING.most_waves, 0.05)
+    tried = np.arange(SAYING.least_told_waves, SAYING.most_told_waves, 0.05)
     powers = [power(float(waves)) for waves in tried]
     best = int(np.argmin(powers))
     share = 1.0 - powers[best] / max(whole, 1e-300)

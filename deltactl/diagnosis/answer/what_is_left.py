@@ -207,7 +207,7 @@ def headline_case(answer: Diagnosis) -> Headline:
     """Which sentence the verdict is put in."""
     if answer.verdict == "nothing_missing":
         sure = answer.probability_nothing_missing
-        doubtful = sure is not None and sure < SAYING.settled
+        doubtful = sure is not None and sure < SAYING.settled_p
         return "probably_nothing" if doubtful else "nothing_missing"
     named = any(map(claimed, answer.findings))
     if answer.verdict == "explained" and named:
@@ -234,14 +234,14 @@ def alarm_case(answer: Diagnosis) -> str:
     if nothing is None:
         return "by_noise"
     if nothing < VERDICT.even:
-        few = p >= SAYING.likely_p and nothing < 1.0 - SAYING.settled
+        few = p >= SAYING.likely_p and nothing < 1.0 - SAYING.settled_p
         return "incomplete_few" if few else "incomplete"
     if seen(p):
         return "complete_but_seen"
     if not answer.findings:
         if answer.verdict != "nothing_missing":
             return ""
-        if nothing < SAYING.settled:
+        if nothing < SAYING.settled_p:
             return _what_would_tell(answer.fit)
         if doubtful_floor(answer.fit):
             # What effects of the file may leave hides what has no name.
@@ -257,7 +257,7 @@ def _what_would_tell(fit: Fit) -> str:
 
 def surely_nothing(nothing: float) -> bool:
     """Whether the posterior of the empty set leaves no doubt."""
-    return nothing >= SAYING.settled
+    return nothing >= SAYING.settled_p
 
 
 def apart(answer: Diagnosis) -> list[Agreement]:
