@@ -1,5 +1,5 @@
 """Do the tests notice mistakes?
 
-In: small mistakes (known, or made by rule: `operators`) and the tests of each folder (`table`).
+In: small mistakes (`mistakes`: known, or made by rule) and the tests of each folder.
 Out: the mistakes that no test noticed (`mutants` prints them).
 """

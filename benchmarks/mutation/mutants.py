@@ -32,8 +32,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from benchmarks.mutation.operators import Mutant, mutants_of
-from benchmarks.mutation.table import EQUIVALENT, NAMED, TABLE, Row
+from benchmarks.mutation.mistakes import EQUIVALENT, NAMED, TABLE, Mutant, Row, mutants_of
 
 
 class Seen(NamedTuple):

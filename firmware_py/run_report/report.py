@@ -10,9 +10,9 @@ from pathlib import Path
 
 from deltactl.charts.page import HINT, columns, facts, folded, heading, page, paragraph, table
 from deltactl.firmware_py.robot_file import RobotFile
-from deltactl.firmware_py.run_report import curves
-from deltactl.firmware_py.run_report.hardware import health_strip, sensor_health, servo_section
+from deltactl.firmware_py.run_report import sections
 from deltactl.firmware_py.run_report.reference import arrivals
+from deltactl.firmware_py.run_report.sections import health_strip, sensor_health, servo_section
 from deltactl.firmware_py.run_report.tracking import (
     ENDED_EARLY,
     RunTracking,
@@ -121,11 +121,11 @@ def _samples(tracking: Tracking) -> str:
 
 def _curves(run: Run, robot: RobotFile, tracking: RunTracking) -> list[str]:
     parts = [heading("Path"), paragraph(HINT, "note howto")]
-    parts.append(columns(chart.html() for chart in curves.path_charts(run, robot, tracking)))
+    parts.append(columns(chart.html() for chart in sections.path_charts(run, robot, tracking)))
     if tracking.truth or tracking.measured:
         parts.append(heading("Errors"))
-        parts += [chart.html() for chart in curves.error_charts(run, tracking)]
-    parts += [heading("Motors"), curves.sent_chart(run, robot).html()]
+        parts += [chart.html() for chart in sections.error_charts(run, tracking)]
+    parts += [heading("Motors"), sections.sent_chart(run, robot).html()]
     return parts
 
 
@@ -160,8 +160,8 @@ def _sensors(run: Run) -> list[str]:
     return [
         heading("Sensors"),
         table(head, rows),
-        health_strip(run, curves.TIME_GROUP).html(),
-        curves.signal_chart(run).html(),
+        health_strip(run, sections.TIME_GROUP).html(),
+        sections.signal_chart(run).html(),
     ]
 
 

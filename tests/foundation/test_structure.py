@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.mutation.table import NAMED, TABLE
+from benchmarks.mutation.mistakes import NAMED, TABLE
 from benchmarks.structure import (
     ROOT,
     at_odds,

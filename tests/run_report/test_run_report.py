@@ -11,8 +11,8 @@ import pytest
 
 from deltactl.charts.page import library
 from deltactl.charts.spec import unpack
-from deltactl.firmware_py.run_report.hardware import STATES, health_strip, sensor_health
 from deltactl.firmware_py.run_report.report import report_html, write_report
+from deltactl.firmware_py.run_report.sections import STATES, health_strip, sensor_health
 from deltactl.firmware_py.run_report.tracking import robot_of
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.reading.run import Run

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.firmware_py.run_report.hardware import following, servo_section
+from deltactl.firmware_py.run_report.sections import following, servo_section
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.reading.run import Run, Servo

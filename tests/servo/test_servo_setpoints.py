@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deltactl.drivers.steps.contract import Ticks
-from deltactl.firmware_py.servo.setpoints import Setpoints
+from deltactl.firmware_py.servo.loop import Setpoints
 
 STEP_RAD = 1e-4
 MS = 1_000_000

@@ -51,7 +51,7 @@ class ReadingLike(Protocol):
 
 
 class ServoLike(Protocol):
-    """What is recorded of a servo's loop; `firmware_py.servo.samples.ServoSample` has it."""
+    """What is recorded of a servo's loop; `firmware_py.servo.loop.ServoSample` has it."""
 
     @property
     def t_ns(self) -> int: ...
