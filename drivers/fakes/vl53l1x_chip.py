@@ -145,13 +145,9 @@ class Vl53l1xChip:
         self._slowness = 1.0 + oscillator_error
         self._registers = RegisterFile()
         self._xshut_high = xshut_high
-        self._booted_ns = 0
-        self._firmware_ns = 0
+        self._booted_ns = self._firmware_ns = 0
         self._firmware_up = False
-        self._mode = 0
-        self._next_ready_ns = 0
-        self._period_ns = 0
-        self._collection_ns = 0
+        self._mode = self._next_ready_ns = self._period_ns = self._collection_ns = 0
         self._stream: int | None = None
         self._shown_m = 0.0
         self._reset()

@@ -35,6 +35,7 @@ SILENCE_TRANSFERS = 10
 RESULT_READ_BITS = 21 * 9
 """Bits on the wire of one 17-byte result read: 4 bytes to say from where, 17 of data."""
 TIMED_READS = 50
+SLOWEST_NS = 2**62
 SLOW_READ_NS = 1_200_000
 """A read takes 0.48 ms at 400 kHz and 1.9 ms at 100 kHz; scheduling adds, so the fastest counts."""
 
@@ -48,8 +49,7 @@ class BusWatch:
         self._silent_since_ns: int | None = None
         self._failures = 0
         self._last_errno = 0
-        self._reads = 0
-        self._fastest_read_ns: int | None = None
+        self._reads, self._fastest_read_ns = 0, SLOWEST_NS
 
     def i2c_rdwr(self, *i2c_msgs: i2c_msg) -> None:
         """Pass on. Raises BusDead when the adapter itself is gone."""
@@ -96,15 +96,13 @@ class BusWatch:
 
     def measured_slow(self) -> float | None:
         """Clock [Hz] that the fastest of the first reads suggests, if well below 400 kHz."""
-        fastest_ns = self._fastest_read_ns
-        if self._reads < TIMED_READS or fastest_ns is None or fastest_ns < SLOW_READ_NS:
+        if self._reads < TIMED_READS or self._fastest_read_ns < SLOW_READ_NS:
             return None
-        return RESULT_READ_BITS * NS_PER_S / fastest_ns
+        return RESULT_READ_BITS * NS_PER_S / self._fastest_read_ns
 
     def _time_read(self, took_ns: int) -> None:
         self._reads += 1
-        if self._fastest_read_ns is None or took_ns < self._fastest_read_ns:
-            self._fastest_read_ns = took_ns
+        self._fastest_read_ns = min(took_ns, self._fastest_read_ns)
 
 
 AXES = ("x", "y", "z")

@@ -94,23 +94,13 @@ def default_block(pads_2v8: bool) -> bytes:
 
 Mode = Literal["short", "long"]
 
-MODE_REGISTERS: dict[Mode, tuple[tuple[Register, int], ...]] = {
-    "short": (
-        (PHASECAL_CONFIG_TIMEOUT_MACROP, 0x14),
-        (RANGE_CONFIG_VCSEL_PERIOD_A, 0x07),
-        (RANGE_CONFIG_VCSEL_PERIOD_B, 0x05),
-        (RANGE_CONFIG_VALID_PHASE_HIGH, 0x38),
-        (SD_CONFIG_WOI_SD0, 0x0705),
-        (SD_CONFIG_INITIAL_PHASE_SD0, 0x0606),
-    ),
-    "long": (
-        (PHASECAL_CONFIG_TIMEOUT_MACROP, 0x0A),
-        (RANGE_CONFIG_VCSEL_PERIOD_A, 0x0F),
-        (RANGE_CONFIG_VCSEL_PERIOD_B, 0x0D),
-        (RANGE_CONFIG_VALID_PHASE_HIGH, 0xB8),
-        (SD_CONFIG_WOI_SD0, 0x0F0D),
-        (SD_CONFIG_INITIAL_PHASE_SD0, 0x0E0E),
-    ),
+_OF_MODE = (
+    *(PHASECAL_CONFIG_TIMEOUT_MACROP, RANGE_CONFIG_VCSEL_PERIOD_A, RANGE_CONFIG_VCSEL_PERIOD_B),
+    *(RANGE_CONFIG_VALID_PHASE_HIGH, SD_CONFIG_WOI_SD0, SD_CONFIG_INITIAL_PHASE_SD0),
+)
+MODE_REGISTERS: dict[Mode, dict[Register, int]] = {
+    "short": dict(zip(_OF_MODE, (0x14, 0x07, 0x05, 0x38, 0x0705, 0x0606), strict=True)),
+    "long": dict(zip(_OF_MODE, (0x0A, 0x0F, 0x0D, 0xB8, 0x0F0D, 0x0E0E), strict=True)),
 }
 """What the ULD writes for each mode. After a change of mode the budget is written again."""
 
@@ -167,7 +157,7 @@ def range_timing(mode: Mode, budget_ms: int, fast_osc: int) -> RangeTiming:
     if timeouts is None:
         allowed = ", ".join(str(ms) for ms in BUDGET_TIMEOUTS[mode])
         raise ValueError(f"no timing budget of {budget_ms} ms in {mode} mode; there are {allowed}")
-    written = dict(MODE_REGISTERS[mode])
+    written = MODE_REGISTERS[mode]
     periods = written[RANGE_CONFIG_VCSEL_PERIOD_A], written[RANGE_CONFIG_VCSEL_PERIOD_B]
     phases_us = sum(
         decode_timeout(timeout) * macro_period_us(fast_osc, period)

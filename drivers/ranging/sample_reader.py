@@ -199,12 +199,8 @@ class SampleReader:
         self._age_limit_ns = max(ns(settings.maximum_age_s), self._patience_ns)
         self._gatekeeper = Gatekeeper(settings)
         self._times = SampleTimes(self._period_ns, 0, 0)
-        self._last_count = 0
-        self._started_ns = 0
-        self._changed_ns = 0
-        self._absent_ns = 0
-        self._asked_ns = 0
-        self._faults_in_a_row = 0
+        self._last_count = self._faults_in_a_row = 0
+        self._started_ns = self._changed_ns = self._absent_ns = self._asked_ns = 0
 
     @property
     def measured_hz(self) -> float | None:
@@ -227,10 +223,8 @@ class SampleReader:
         self._gatekeeper.forget()
         self.trouble = ""
         # Sample 0 cannot be told from the count 0 that stood there before: it is not reported.
-        self._last_count = 0
-        self._faults_in_a_row = 0
-        self._started_ns = self._changed_ns = self._absent_ns = now_ns
-        self._asked_ns = now_ns
+        self._last_count = self._faults_in_a_row = 0
+        self._started_ns = self._changed_ns = self._absent_ns = self._asked_ns = now_ns
 
     def read(self) -> Reading | None:
         """A new sample, or None, also where it is too early for one and the sensor is not asked.

@@ -169,7 +169,7 @@ class Vl53l1x:
         if fast_osc == 0:
             raise SensorFault(f"at 0x{self.address:02X} reports a fast oscillator of 0 MHz")
         timing = range_timing(mode, budget_ms, fast_osc)
-        for register, value in MODE_REGISTERS[mode]:
+        for register, value in MODE_REGISTERS[mode].items():
             self._write(register, value)
         phase_a, phase_b = BUDGET_TIMEOUTS[mode][budget_ms]
         self._write(reg.RANGE_CONFIG_TIMEOUT_MACROP_A, phase_a)

@@ -34,15 +34,11 @@ CHIPS = range(10)
 """Numbers that a header's chip may have."""
 
 
-class NoHeader(Exception):
-    """No chip can be used as the header; in one line, with the device."""
-
-
 def header_chip(gpio: Any, number: int | None) -> tuple[int, int]:
     """Open the chip behind the header: lgpio's handle, and the number of its device.
 
     number: of the chip, where the robot file names one; None finds it by its label. gpio: lgpio
-    or a stand-in. Raises NoHeader.
+    or a stand-in. Raises PulseFault, with the device, when no chip can be used as the header.
     """
     refused = []
     for candidate in CHIPS if number is None else [number]:
@@ -56,7 +52,7 @@ def header_chip(gpio: Any, number: int | None) -> tuple[int, int]:
             return handle, candidate
         gpio.gpiochip_close(handle)
         refused.append((candidate, label))
-    raise NoHeader(_why_none(refused, number))
+    raise PulseFault(_why_none(refused, number))
 
 
 def _why_none(refused: list[tuple[int, Any]], number: int | None) -> str:
@@ -152,7 +148,7 @@ class LgpioLines:
         if gpio is None:
             gpio = _library()
         self._gpio = gpio
-        self._handle = self._open(pins.chip)
+        self._handle, _ = header_chip(gpio, pins.chip)
         self._outputs = pins.outputs[0]
         self._mask = (1 << len(pins.outputs)) - 1
         self._inputs, self._shift = self._input_group(pins)
@@ -182,12 +178,6 @@ class LgpioLines:
 
     def close(self) -> None:
         self._gpio.gpiochip_close(self._handle)
-
-    def _open(self, chip: int | None) -> int:
-        try:
-            return header_chip(self._gpio, chip)[0]
-        except NoHeader as error:
-            raise PulseFault(str(error)) from error
 
     def _claim_outputs(self, pins: list[int], bits: int) -> None:
         levels = [bits >> bit & 1 for bit in range(len(pins))]

@@ -46,7 +46,7 @@ def test_every_budget_fits_its_name_and_grows(mode: str) -> None:
 def test_the_two_phases_of_a_budget_are_equally_long_but_for_the_oversight_of_st() -> None:
     odd = []
     for mode, budgets in BUDGET_TIMEOUTS.items():
-        written = dict(MODE_REGISTERS[mode])
+        written = MODE_REGISTERS[mode]
         periods = (
             written[reg.RANGE_CONFIG_VCSEL_PERIOD_A],
             written[reg.RANGE_CONFIG_VCSEL_PERIOD_B],
@@ -79,7 +79,7 @@ def test_the_default_block_means_what_the_sheet_says_of_it() -> None:
     assert _in_block(block, reg.RANGE_CONFIG_MIN_COUNT_RATE_RTN_LIMIT) / 128 == 1.0
     assert _in_block(block, reg.SYSTEM_MODE_START) == reg.MODE_STOP
     assert _in_block(block, reg.SYSTEM_INTERMEASUREMENT_PERIOD) == 0x0F89
-    for register, value in MODE_REGISTERS["long"]:
+    for register, value in MODE_REGISTERS["long"].items():
         assert _in_block(block, register) == value
 
 
