@@ -29,11 +29,12 @@ def main() -> None:
         from deltactl.proof.micro.bodies import Rods
     from deltactl.proof.micro.as_built import MicroDelta
     from deltactl.proof.micro.plant import MicroPlant
-    from deltactl.reproduction.uzunovic_2013.control_loop import START_RAD, run
-    from deltactl.reproduction.uzunovic_2013.control_references import (
+    from deltactl.reproduction.uzunovic_2013.control_loop import (
         EXPERIMENTS,
+        START_RAD,
         micro_delta,
         references,
+        run,
         shipped_network,
     )
 

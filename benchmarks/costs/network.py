@@ -73,8 +73,7 @@ def _subjects(robot: DeltaRobot) -> list[tuple[str, Call, float | None]]:
 def _peers(robot: DeltaRobot) -> list[tuple[str, InverseNetwork]]:
     """The papers' networks with random weights; empty without the training extra."""
     try:
-        from deltactl.models.training.accuracy import Effort
-        from deltactl.models.training.export import to_file
+        from deltactl.models.training.export import Effort, to_file
         from deltactl.models.training.graph import Graph
         from deltactl.models.training.perceptron import Perceptron, add_layers
         from deltactl.models.training.recipe import Task, Trained

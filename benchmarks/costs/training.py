@@ -32,7 +32,7 @@ from deltactl.models.linkage import Linkage
 from deltactl.models.network.file import TRAINED_FOLDER, NetworkFile
 from deltactl.models.robot import FloatArray
 from deltactl.models.robot_files import load_delta
-from deltactl.models.training.accuracy import Effort, measure
+from deltactl.models.training.export import Effort, measure
 from deltactl.models.training.perceptron import Perceptron, Scaling
 from deltactl.models.training.recipe import Task
 from deltactl.models.training.samples import random_poses, split

@@ -25,9 +25,8 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import DeltactlError, NotReady
 from deltactl.models.network.file import checked_metadata, checksum, checksum_start
-from deltactl.models.network.flat import FlatError
 from deltactl.models.network.inverse import open_interpreter
-from deltactl.models.network.structure import check_structure
+from deltactl.models.network.structure import FlatError, check_structure
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.csv_table import read_csv

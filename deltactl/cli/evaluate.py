@@ -178,22 +178,22 @@ def _show(words: str, found: dict[str, Errors]) -> None:
 def _built(name: str, robot: RobotFile, samples: DataSet) -> AsBuiltFile:
     """The as-built robot, before any work. Raises ConfigError, or RecordingError for another's."""
     with needs("proof", "--as-built"):
-        from deltactl.reproduction.zhao_2023 import evaluation
+        from deltactl.reproduction.zhao_2023 import tables
         from deltactl.reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
     file = AS_BUILT_FILE if name == SHIPPED_AS_BUILT else Path(name)
     built = load_as_built(file, robot)
-    evaluation.check_same(samples, built, file)
+    tables.check_same(samples, built, file)
     return built
 
 
 def _curves(
     built: AsBuiltFile, robot: RobotFile, models: dict[str, Angles], part: float, quiet: bool
 ) -> list[dict[str, Any]]:
-    from deltactl.reproduction.zhao_2023 import evaluation
+    from deltactl.reproduction.zhao_2023 import tables
 
     with errors.status("") as status:
-        rows = evaluation.evaluate(models, robot, built, part, status.update)
+        rows = tables.evaluate(models, robot, built, part, status.update)
     if not quiet:
         console.print()
-        say(evaluation.sheet(rows).text())
+        say(tables.sheet(rows).text())
     return [row.as_json() for row in rows]

@@ -23,8 +23,8 @@ from deltactl.models.effects import Compensated, compensated
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.joint_friction import without_swing
 from deltactl.models.effects.kind import Port, scalar
-from deltactl.models.recursion import lagged
 from deltactl.models.robot import FloatArray
+from deltactl.models.signals import lagged
 
 BOXES = 4
 """A cubic B-spline is a box four times over."""

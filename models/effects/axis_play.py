@@ -23,8 +23,8 @@ from deltactl.models.effects.kind import (
     Values,
     scalar,
 )
-from deltactl.models.recursion import clipped
 from deltactl.models.robot import FloatArray
+from deltactl.models.signals import clipped
 
 LEAST_PULL = 0.1
 """Share of the largest load below which bearings hold the axis where it is within the play."""

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.models.between_rows import late, slopes_of
-from deltactl.models.recursion import delayed, lagged
 from deltactl.models.robot import FloatArray
+from deltactl.models.signals import delayed, lagged, late, slopes_of
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 

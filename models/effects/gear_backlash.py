@@ -39,8 +39,8 @@ from deltactl.models.effects.kind import (
     Values,
     scalar,
 )
-from deltactl.models.recursion import clipped
 from deltactl.models.robot import FloatArray
+from deltactl.models.signals import clipped
 
 STAYS = 1e4
 """Drag at which the arm stays in the play wherever it was left."""

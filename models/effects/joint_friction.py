@@ -36,8 +36,8 @@ from deltactl.models.effects.kind import (
     Values,
     scalar,
 )
-from deltactl.models.recursion import clipped
 from deltactl.models.robot import EffectEntry, FloatArray
+from deltactl.models.signals import clipped
 
 
 def _brake(flow: Flow, index: int, values: Values, memory: Memory) -> None:

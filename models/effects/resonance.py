@@ -27,7 +27,7 @@ from deltactl.models.effects.kind import (
     scalar,
 )
 from deltactl.models.linkage.vectors import cosine_and_sine
-from deltactl.models.recursion import linear
+from deltactl.models.signals import linear
 
 FASTEST_DECAY = 0.999
 

@@ -26,7 +26,7 @@ from deltactl.models.effects.kind import (
     Values,
     scalar,
 )
-from deltactl.models.recursion import delayed
+from deltactl.models.signals import delayed
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

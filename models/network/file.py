@@ -10,14 +10,13 @@ from pydantic import ValidationError
 
 from deltactl.foundation.errors import NetworkError
 from deltactl.foundation.plain_file import TooLong, read_plain
-from deltactl.models.network.flat import FlatError, metadata_span
 from deltactl.models.network.metadata import (
     METADATA_NAME,
     NO_CHECKSUM,
     NetworkMetadata,
     fingerprint,
 )
-from deltactl.models.network.structure import check_structure
+from deltactl.models.network.structure import FlatError, check_structure, metadata_span
 from deltactl.models.robot import DeltaRobot
 
 TRAINED_FOLDER = Path(__file__).resolve().parent.parent / "trained"

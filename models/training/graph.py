@@ -13,8 +13,8 @@ import flatbuffers
 import numpy as np
 import tflite
 
-from deltactl.models.network.flat import IDENTIFIER
 from deltactl.models.network.metadata import METADATA_NAME
+from deltactl.models.network.structure import IDENTIFIER
 from deltactl.models.robot import FloatArray
 
 Activation = Literal["tanh", "sigmoid"]

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from deltactl.models.between_rows import late, slopes_of
 from deltactl.models.robot import FloatArray
+from deltactl.models.signals import late, slopes_of
 
 FINE_S = 1e-3
 

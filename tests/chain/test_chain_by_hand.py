@@ -12,8 +12,8 @@ from deltactl.models.chain import Chain, Commands
 from deltactl.models.chain.active import activate
 from deltactl.models.chain.axis import gravity_pull
 from deltactl.models.effects import effect_kind
-from deltactl.models.recursion import by_doubling, by_substitution, clipped, lagged, linear
 from deltactl.models.robot import AxisGravity, DeltaRobot, EffectEntry, ServoAxis
+from deltactl.models.signals import by_doubling, by_substitution, clipped, lagged, linear
 
 
 def _run(robot: DeltaRobot, t_s: np.ndarray, angles: np.ndarray, **effect: object) -> np.ndarray:

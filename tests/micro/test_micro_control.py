@@ -15,13 +15,14 @@ from deltactl.firmware_py.servo.loop import ServoLoop
 from deltactl.proof.micro.as_built import MicroDelta
 from deltactl.proof.micro.plant import MicroPlant
 from deltactl.reproduction.uzunovic_2013.control import ControlPart
-from deltactl.reproduction.uzunovic_2013.control_loop import START_RAD, run
-from deltactl.reproduction.uzunovic_2013.control_references import (
+from deltactl.reproduction.uzunovic_2013.control_loop import (
     CONTROL_ON_S,
     EXPERIMENTS,
+    START_RAD,
     References,
     micro_delta,
     references,
+    run,
     shipped_network,
 )
 from deltactl.reproduction.uzunovic_2013.control_results import (

@@ -30,7 +30,7 @@ from deltactl.reproduction.uzunovic_2013.control_blind import (
     record,
     run_case,
 )
-from deltactl.reproduction.uzunovic_2013.control_references import micro_delta
+from deltactl.reproduction.uzunovic_2013.control_loop import micro_delta
 
 ROBOT, DRIVE = micro_delta()
 SECONDS = 5.0

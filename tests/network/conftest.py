@@ -13,8 +13,7 @@ import tflite
 
 from deltactl.models.network import Box, NetworkFile
 from deltactl.models.robot import DeltaRobot, Geometry
-from deltactl.models.training.accuracy import Effort
-from deltactl.models.training.export import to_file
+from deltactl.models.training.export import Effort, to_file
 from deltactl.models.training.graph import Activation, Graph
 from deltactl.models.training.perceptron import Perceptron, add_layers
 from deltactl.models.training.recipe import Task, Trained

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from deltactl.foundation.errors import MissingFile, NetworkError
 from deltactl.models.network import NetworkFile, fingerprint
 from deltactl.models.network.file import checked_metadata
-from deltactl.models.network.flat import Span, metadata_span
+from deltactl.models.network.structure import Span, metadata_span
 from deltactl.models.robot import DeltaRobot
 from deltactl.models.training.graph import Graph
 from deltactl.models.training.recipe import Task

@@ -14,8 +14,7 @@ from deltactl.models.linkage import Linkage, serial_margin
 from deltactl.models.network import Cylinder, InverseNetwork, NetworkFile
 from deltactl.models.robot import DeltaRobot
 from deltactl.models.training import arm_networks
-from deltactl.models.training.accuracy import Effort, measure
-from deltactl.models.training.export import to_file
+from deltactl.models.training.export import Effort, measure, to_file
 from deltactl.models.training.recipe import Settings, Task
 from deltactl.models.training.samples import around, edges, hardest, labels_rad, spread
 

@@ -15,7 +15,7 @@ from deltactl.models.network import InverseNetwork
 from deltactl.models.network.file import TRAINED_FOLDER
 from deltactl.models.robot import DeltaRobot
 from deltactl.models.robot_files import load_delta
-from deltactl.models.training.accuracy import Effort, errors_deg, worst_deg
+from deltactl.models.training.export import Effort, errors_deg, worst_deg
 from deltactl.models.training.recipe import Task
 from deltactl.models.training.samples import around, hardest, labels_rad, spread
 from deltactl.models.training.train_shipped import CONFIG_FOLDER, SHIPPED, Shipped

@@ -16,8 +16,7 @@ from deltactl.models.linkage import Linkage, forward
 from deltactl.models.network import Cylinder, InverseNetwork
 from deltactl.models.robot import DeltaRobot, Drive, Geometry
 from deltactl.models.training import arm_networks
-from deltactl.models.training.accuracy import Effort
-from deltactl.models.training.export import to_file
+from deltactl.models.training.export import Effort, to_file
 from deltactl.models.training.recipe import Settings, Task
 
 DRIVE = Drive(microsteps_per_rev=1600, gear_ratio=10.0)

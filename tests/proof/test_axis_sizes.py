@@ -54,7 +54,7 @@ def test_the_generator_shares_no_code_with_what_it_judges() -> None:
         "from deltactl.models.robot_files import named_inside",
         "def late():\n    import deltactl.diagnosis.api",
         "from ...models import robot",
-        "import models.between_rows",
+        "import models.signals",
     ],
 )
 def test_shared_code_would_be_seen(line: str) -> None:

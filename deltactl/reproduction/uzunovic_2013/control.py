@@ -15,7 +15,7 @@ from rich.console import Console
 from deltactl.charts.page import heading, page, paragraph
 from deltactl.foundation.plain_file import write_whole
 from deltactl.reproduction.outcome import Sheet
-from deltactl.reproduction.uzunovic_2013.control_references import (
+from deltactl.reproduction.uzunovic_2013.control_loop import (
     EXPERIMENTS,
     References,
     micro_delta,

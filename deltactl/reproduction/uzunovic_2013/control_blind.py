@@ -30,8 +30,7 @@ from deltactl.proof.micro.hidden_causes import case, random_motion
 from deltactl.proof.prove.reliability import wilson
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import write_flat
-from deltactl.reproduction.uzunovic_2013.control_loop import recorded, run
-from deltactl.reproduction.uzunovic_2013.control_references import ROBOT_FILE, micro_delta
+from deltactl.reproduction.uzunovic_2013.control_loop import ROBOT_FILE, micro_delta, recorded, run
 
 RUN_S, HOLDOUT_S = 30.0, 10.0
 ROBOT, RECORDING, HOLDOUT = "robot.yaml", "recording.csv.gz", "holdout.csv.gz"

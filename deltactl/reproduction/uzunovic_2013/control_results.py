@@ -13,7 +13,7 @@ from deltactl.charts.spec import Colour, Mark, Series
 from deltactl.models.robot import FloatArray
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.reproduction.outcome import Sheet
-from deltactl.reproduction.uzunovic_2013.control_references import (
+from deltactl.reproduction.uzunovic_2013.control_loop import (
     CONTROL_ON_S,
     Experiment,
     References,

@@ -17,8 +17,7 @@ from deltactl.firmware_py.servo.law import LawSettings
 from deltactl.models.robot import FloatArray
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.proof.micro.as_built import Drives, MicroDelta, Three
-from deltactl.reproduction.uzunovic_2013.control_loop import Run, run
-from deltactl.reproduction.uzunovic_2013.control_references import CONTROL_ON_S, References
+from deltactl.reproduction.uzunovic_2013.control_loop import CONTROL_ON_S, References, Run, run
 
 FULL_AT_RADPS = 0.003
 """Speed of the arm's reference at which the whole friction is given. Slower, a part in proportion:

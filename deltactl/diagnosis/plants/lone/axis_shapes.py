@@ -11,8 +11,8 @@ from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Columns, Sizes
-from deltactl.models.between_rows import late, slopes_of
 from deltactl.models.effects import Trait, has
+from deltactl.models.signals import late, slopes_of
 
 RATIO_SPREAD = {
     "stepper_axis": FILE_SPREADS.stepper_ratio_share,

@@ -11,9 +11,8 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Sizes
-from deltactl.models.between_rows import late, slopes_of
 from deltactl.models.effects.axis_play import loose
-from deltactl.models.recursion import linear
+from deltactl.models.signals import late, linear, slopes_of
 
 STAGES = ("lag", "ringing", "friction", "rubbing", "play")
 """Parts of the chain from the command to the axis, in their order."""

@@ -37,8 +37,8 @@ from deltactl.diagnosis.plants.lone.waves import resolved_waves
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.chain.axis import AxisChain, entries_of, gravity_pull
 from deltactl.models.chain.commands import Commands
-from deltactl.models.recursion import lagged
 from deltactl.models.robot import ServoAxis, StepperAxis
+from deltactl.models.signals import lagged
 from deltactl.recording.column_measures import first_of, step_of
 from deltactl.recording.tables.flat import FlatRecording
 
