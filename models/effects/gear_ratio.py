@@ -14,20 +14,20 @@ from deltactl.models.effects.card import (
     Trait,
     Words,
 )
-from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Port, Values, scalar
-
-
-def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    flow.angles_rad[:, index] *= scalar(values, "scale")
-
+from deltactl.models.effects.kind import (
+    MOTORS,
+    EffectKind,
+    Parameter,
+    Port,
+    scales,
+)
 
 EFFECT = EffectKind(
     name="gear_ratio",
     port=Port.GEAR,
     components=MOTORS,
     parameters=(Parameter("scale", "1", 0.2, 5.0, starts=(1.0,), typical=0.005),),
-    operate=_operate,
+    operate=scales("angles_rad", "scale"),
     says=lambda component, v: (
         f"the drive of {component} turns the arm {100 * (v['scale'] - 1):+.2f} % "
         "per commanded angle against the robot file"

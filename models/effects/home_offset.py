@@ -16,20 +16,20 @@ from deltactl.models.effects.card import (
     Trait,
     Words,
 )
-from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Port, Values, scalar
-
-
-def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    flow.angles_rad[:, index] += scalar(values, "angle")
-
+from deltactl.models.effects.kind import (
+    MOTORS,
+    EffectKind,
+    Parameter,
+    Port,
+    adds,
+)
 
 EFFECT = EffectKind(
     name="home_offset",
     port=Port.ARM,
     components=MOTORS,
     parameters=(Parameter("angle", "rad", -0.6, 0.6, typical=0.01),),
-    operate=_operate,
+    operate=adds("angles_rad", "angle"),
     says=lambda component, v: (
         f"at home the arm of {component} stands {abs(np.degrees(v['angle'])):.3f} degrees"
         f" {'lower' if v['angle'] > 0.0 else 'higher'} than it should"

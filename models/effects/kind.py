@@ -178,3 +178,21 @@ def scalar(values: Values, name: str) -> float:
 def joints(index: int) -> slice:
     """Columns an effect acts on: one joint or all of them."""
     return slice(None) if index == EVERY_JOINT else slice(index, index + 1)
+
+
+def adds(signal: str, parameter: str) -> Operate:
+    """An effect that adds its size to the component's column of a signal of the flow."""
+
+    def operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+        getattr(flow, signal)[:, index] += scalar(values, parameter)
+
+    return operate
+
+
+def scales(signal: str, parameter: str) -> Operate:
+    """An effect that multiplies the component's column of a signal by its size."""
+
+    def operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+        getattr(flow, signal)[:, index] *= scalar(values, parameter)
+
+    return operate

@@ -12,20 +12,20 @@ from deltactl.models.effects.card import (
     Trait,
     Words,
 )
-from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Port, Values, scalar
-
-
-def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    flow.ranges_m[:, index] += scalar(values, "offset")
-
+from deltactl.models.effects.kind import (
+    RANGES,
+    EffectKind,
+    Parameter,
+    Port,
+    adds,
+)
 
 EFFECT = EffectKind(
     name="sensor_offset",
     port=Port.SENSOR,
     components=RANGES,
     parameters=(Parameter("offset", "m", -0.5, 0.5, typical=0.005),),
-    operate=_operate,
+    operate=adds("ranges_m", "offset"),
     says=lambda component, v: f"{component} reads {1e3 * v['offset']:+.2f} mm off, everywhere",
     order=2,
     pose_alone=True,

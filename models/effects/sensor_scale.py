@@ -13,20 +13,20 @@ from deltactl.models.effects.card import (
     Trait,
     Words,
 )
-from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import RANGES, EffectKind, Memory, Parameter, Port, Values, scalar
-
-
-def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    flow.ranges_m[:, index] *= scalar(values, "scale")
-
+from deltactl.models.effects.kind import (
+    RANGES,
+    EffectKind,
+    Parameter,
+    Port,
+    scales,
+)
 
 EFFECT = EffectKind(
     name="sensor_scale",
     port=Port.SENSOR,
     components=RANGES,
     parameters=(Parameter("scale", "1", 0.2, 5.0, starts=(1.0,), typical=0.005),),
-    operate=_operate,
+    operate=scales("ranges_m", "scale"),
     says=lambda component, v: (
         f"{component} reads {100 * (v['scale'] - 1):+.2f} % of the distance too much"
     ),

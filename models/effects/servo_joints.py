@@ -18,6 +18,7 @@ from deltactl.models.effects.kind import (
     Parameter,
     Port,
     Values,
+    adds,
     scalar,
 )
 from deltactl.models.robot import FloatArray
@@ -57,10 +58,6 @@ def _payload(flow: Flow, index: int, values: Values, memory: Memory) -> None:
 
 def _gain(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     flow.angles_rad[:, index] /= scalar(values, "scale")
-
-
-def _offset(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    flow.angles_rad[:, index] += scalar(values, "offset")
 
 
 _TORQUE = 100.0
@@ -132,7 +129,7 @@ OFFSET = EffectKind(
     port=Port.MOTOR,
     components=MOTORS,
     parameters=(Parameter("offset", "N m", -_TORQUE, _TORQUE),),
-    operate=_offset,
+    operate=adds("angles_rad", "offset"),
     says=lambda component, v: (
         f"a current that makes {1e3 * v['offset']:+.3g} mN m at the arm of {component} is there all"
         " the time, whichever way it moves: it holds against something, or the current's zero is"
