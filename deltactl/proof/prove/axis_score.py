@@ -7,14 +7,24 @@ under `also` what may be named beside. Effects of `axis` and of `motor1` count a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
-from deltactl.proof.prove.reliability import Claim, calibration_error, sure_claims
-from deltactl.proof.prove.table import ROBUST, Row, inside, middle, portion
+from deltactl.proof.prove.reliability import Claim
+from deltactl.proof.prove.table import (
+    EXACT,
+    ROBUST,
+    Row,
+    inside,
+    middle,
+    portion,
+    reliability_rows,
+    share,
+)
 
 SURE = 0.8
 """A probability above which something that cannot be known is claimed as if it were."""
@@ -260,7 +270,7 @@ def _claims(marks: AxisScore, truth: Json, answer: Json) -> list[Claim]:
     return claims
 
 
-Test = Callable[[AxisScore], bool]
+NAMED, WITHIN = attrgetter("named"), attrgetter("within")
 VISIBLE = 5.0
 
 
@@ -270,31 +280,21 @@ def axis_rows(scores: Sequence[AxisScore]) -> list[Row]:
     def of(*tiers: str) -> list[AxisScore]:
         return [marks for marks in scores if marks.tier in tiers]
 
-    def share(
-        figure: str,
-        chosen: Sequence[AxisScore],
-        test: Test,
-        goal: float | None = None,
-        way: str = "least",
-    ) -> Row:
-        return portion(figure, [test(marks) for marks in chosen], goal, way)
-
     named = of("single", "faint", "gross", "pair", "three", "tolerance")
     claims = [claim for marks in scores for claim in marks.claims]
-    error = calibration_error(claims)
     faint = of("faint")
     rows = [
-        share("false alarms, nothing missing", of("none"), _alarmed, 0.01, "most"),
-        share("single: exactly that", of("single"), _exact, 0.95),
-        share("... named", of("single"), _named),
-        share("gross: exactly that", of("gross"), _exact, 0.98),
+        share("false alarms, nothing missing", of("none"), attrgetter("alarmed"), 0.01, "most"),
+        share("single: exactly that", of("single"), EXACT, 0.95),
+        share("... named", of("single"), NAMED),
+        share("gross: exactly that", of("gross"), EXACT, 0.98),
         share("faint: something false named", faint, _false, 0.05, "most"),
         share("... of those that could be seen: named",
-              [marks for marks in faint if marks.clarity >= VISIBLE], _named),
-        share("pair: exactly those", of("pair"), _exact, 0.85),
-        share("... all in findings or alternatives", of("pair"), _within),
-        share("three: exactly those", of("three"), _exact),
-        share("... all in findings or alternatives", of("three"), _within),
+              [marks for marks in faint if marks.clarity >= VISIBLE], NAMED),
+        share("pair: exactly those", of("pair"), EXACT, 0.85),
+        share("... all in findings or alternatives", of("pair"), WITHIN),
+        share("three: exactly those", of("three"), EXACT),
+        share("... all in findings or alternatives", of("three"), WITHIN),
         share("one culprit among tolerances: first", of("tolerance"), lambda s: s.first, 0.95),
         share("tie that the motion makes: reported", of("ambiguous"),
               lambda s: s.tie_reported, 0.90),
@@ -311,9 +311,7 @@ def axis_rows(scores: Sequence[AxisScore]) -> list[Row]:
                [x for marks in named for x in marks.over_bound], "at most 1.25", 1.25),
         middle("... its robust spread over the bound",
                [x / ROBUST for marks in named for x in marks.over_bound], "", None),
-        Row("calibration error of probabilities", "at most 0.03",
-            f"{error:.3f}" if claims else "-", "-", len(claims), error <= 0.03 if claims else None),
-        portion("... of what is claimed with at least 0.95: true", sure_claims(claims), 0.95),
+        *reliability_rows(claims),
         share("diagnosis failed with an error", scores, lambda s: s.failure is not None),
         middle("seconds of a diagnosis, median",
                [marks.diagnosed_s for marks in scores], "", None),
@@ -335,22 +333,6 @@ def right(marks: AxisScore) -> bool:
         "ambiguous": marks.tie_reported,
         "unknown": marks.flagged and not marks.misnamed,
     }.get(marks.tier, marks.exact)
-
-
-def _alarmed(marks: AxisScore) -> bool:
-    return marks.alarmed
-
-
-def _exact(marks: AxisScore) -> bool:
-    return marks.exact
-
-
-def _named(marks: AxisScore) -> bool:
-    return marks.named
-
-
-def _within(marks: AxisScore) -> bool:
-    return marks.within
 
 
 def _false(marks: AxisScore) -> bool:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,7 +18,8 @@ from deltactl.proof.prove.reliability import (
 )
 from deltactl.proof.prove.score import Score
 
-Test = Callable[[Score], bool]
+Marks = TypeVar("Marks")
+FIRST, OFFERED, EXACT = attrgetter("first_right"), attrgetter("offered"), attrgetter("exact")
 ROBUST = 0.6745
 """Median of |error| over the standard deviation of a normal error."""
 EVENT_S = 0.1
@@ -53,19 +56,19 @@ def table(scores: Sequence[Score]) -> list[Row]:
         share("false alarms, nothing missing", of("nothing"), lambda s: s.alarmed, 0.01, "most"),
         share("... in surveys", of("nothing", "survey"), lambda s: s.alarmed),
         share("... on curves only", of("nothing", "curves"), lambda s: s.alarmed),
-        share("single, moderate: named first", of("single"), _first, 0.98),
-        share("... in surveys", of("single", "survey"), _first),
-        share("... on curves only", of("single", "curves"), _first),
-        share("... or among the alternatives", of("single"), _offered),
-        share("... of those that could be seen: named first", _clear(of("single")), _first),
-        share("single, a third: named first", of("faint"), _first, 0.92),
-        share("single, a third: in findings or alternatives", of("faint"), _offered, 0.98),
-        share("... of those that could be seen: named first", _clear(of("faint")), _first),
-        share("two effects: exactly those", of("two"), lambda s: s.exact, 0.95),
-        share("... all in findings or alternatives", of("two"), _offered),
-        share("three effects: exactly those", of("three"), lambda s: s.exact, 0.90),
-        share("... all in findings or alternatives", of("three"), _offered),
-        share("one culprit among tolerances: first", of("tolerance"), _first, 0.95),
+        share("single, moderate: named first", of("single"), FIRST, 0.98),
+        share("... in surveys", of("single", "survey"), FIRST),
+        share("... on curves only", of("single", "curves"), FIRST),
+        share("... or among the alternatives", of("single"), OFFERED),
+        share("... of those that could be seen: named first", _clear(of("single")), FIRST),
+        share("single, a third: named first", of("faint"), FIRST, 0.92),
+        share("single, a third: in findings or alternatives", of("faint"), OFFERED, 0.98),
+        share("... of those that could be seen: named first", _clear(of("faint")), FIRST),
+        share("two effects: exactly those", of("two"), EXACT, 0.95),
+        share("... all in findings or alternatives", of("two"), OFFERED),
+        share("three effects: exactly those", of("three"), EXACT, 0.90),
+        share("... all in findings or alternatives", of("three"), OFFERED),
+        share("one culprit among tolerances: first", of("tolerance"), FIRST, 0.95),
         share("unknown physics: flagged unknown", of("unknown"), lambda s: s.flagged, 0.85),
         share(
             "unknown physics: confidently misnamed", of("unknown"), lambda s: s.misnamed,
@@ -90,7 +93,7 @@ def table(scores: Sequence[Score]) -> list[Row]:
                 [s.holdout_over_floor <= 1.05 for s in clean if np.isfinite(s.holdout_over_floor)]),
         portion("event times within 0.1 s",
                 [x <= EVENT_S for s in sized for x in s.event_error_s], 0.95),
-        *_reliability([claim for s in scores for claim in s.claims]),
+        *reliability_rows([claim for s in scores for claim in s.claims]),
         share("diagnosis failed with an error", scores, lambda s: s.failure is not None),
     ]  # fmt: skip
 
@@ -102,14 +105,9 @@ def more_rows(scores: Sequence[Score]) -> list[Row]:
         return [s for s in scores if s.group == group]
 
     rows = [
-        share(
-            "four and five effects: exactly those",
-            [*of("four"), *of("five")],
-            lambda s: s.exact,
-            0.80,
-        ),
-        *(share(f"... {group}", of(group), lambda s: s.exact) for group in ("four", "five")),
-        share("... all in findings or alternatives", [*of("four"), *of("five")], _offered),
+        share("four and five effects: exactly those", [*of("four"), *of("five")], EXACT, 0.80),
+        *(share(f"... {group}", of(group), EXACT) for group in ("four", "five")),
+        share("... all in findings or alternatives", [*of("four"), *of("five")], OFFERED),
     ]
     for group, words in (("seen", "may be looked at"), ("unseen", "kept out of sight")):
         rows += [
@@ -129,7 +127,7 @@ def more_rows(scores: Sequence[Score]) -> list[Row]:
     return rows if scores else []
 
 
-def _reliability(claims: Sequence[Claim]) -> list[Row]:
+def reliability_rows(claims: Sequence[Claim]) -> list[Row]:
     """Whether stated probabilities hold."""
     error = calibration_error(claims)
     met = error <= 0.03 if claims else None
@@ -153,16 +151,12 @@ def _only_unknown(marks: Score) -> bool:
     return marks.flagged and {effect for effect, _ in marks.said} == {"unknown"}
 
 
-def _first(marks: Score) -> bool:
-    return marks.first_right
-
-
-def _offered(marks: Score) -> bool:
-    return marks.offered
-
-
 def share(
-    figure: str, scores: Sequence[Score], test: Test, goal: float | None = None, way: str = "least"
+    figure: str,
+    scores: Sequence[Marks],
+    test: Callable[[Marks], bool],
+    goal: float | None = None,
+    way: str = "least",
 ) -> Row:
     """Share of cases that pass a test."""
     return portion(figure, [test(s) for s in scores], goal, way)
