@@ -30,6 +30,11 @@ _OPERATORS = {
     "mul": tflite.BuiltinOperator.MUL,
     "reshape": tflite.BuiltinOperator.RESHAPE,
 }
+_OPTIONS = {
+    "fully_connected": "FullyConnectedOptions",
+    "mul": "MulOptions",
+    "reshape": "ReshapeOptions",
+}
 
 
 @dataclass(frozen=True)
@@ -146,29 +151,33 @@ class _Writer:
         buffers = self._tables([self._buffer(content) for content in contents])
         subgraphs = self._tables([self._subgraph()])
         codes = self._tables([self._operator_code(kind) for kind in self.kinds])
-        entries = self._tables([self._metadata_entry(len(contents) - 1)])
+        name = self.builder.CreateString(METADATA_NAME)
+        entries = self._tables([self._table("Metadata", Name=name, Buffer=len(contents) - 1)])
         text = self.builder.CreateString(description)
-        b = self.builder
-        tflite.ModelStart(b)
-        tflite.ModelAddVersion(b, _SCHEMA_VERSION)
-        tflite.ModelAddOperatorCodes(b, codes)
-        tflite.ModelAddSubgraphs(b, subgraphs)
-        tflite.ModelAddDescription(b, text)
-        tflite.ModelAddBuffers(b, buffers)
-        tflite.ModelAddMetadata(b, entries)
-        b.Finish(tflite.ModelEnd(b), file_identifier=IDENTIFIER)
-        return bytes(b.Output())
+        model = self._table(
+            "Model",
+            Version=_SCHEMA_VERSION,
+            OperatorCodes=codes,
+            Subgraphs=subgraphs,
+            Description=text,
+            Buffers=buffers,
+            Metadata=entries,
+        )
+        self.builder.Finish(model, file_identifier=IDENTIFIER)
+        return bytes(self.builder.Output())
+
+    def _table(self, kind: str, **fields: int | None) -> int:
+        """A table of the schema with its fields in this order; those that are None are left out."""
+        getattr(tflite, f"{kind}Start")(self.builder)
+        for name, value in fields.items():
+            if value is not None:
+                getattr(tflite, f"{kind}Add{name}")(self.builder, value)
+        return int(getattr(tflite, f"{kind}End")(self.builder))
 
     def _buffer(self, content: bytes) -> int:
-        b = self.builder
-        data = self._bytes(content) if content else None
-        tflite.BufferStart(b)
-        if data is not None:
-            tflite.BufferAddData(b, data)
-        return int(tflite.BufferEnd(b))
+        return self._table("Buffer", Data=self._bytes(content) if content else None)
 
     def _subgraph(self) -> int:
-        b = self.builder
         numbers = iter(range(1, len(self.graph.tensors) + 1))
         tensors = self._tables(
             [
@@ -178,70 +187,41 @@ class _Writer:
         )
         operators = self._tables([self._operator(operation) for operation in self.graph.operations])
         inputs, outputs = self._integers([self.source]), self._integers([self.result])
-        tflite.SubGraphStart(b)
-        tflite.SubGraphAddTensors(b, tensors)
-        tflite.SubGraphAddInputs(b, inputs)
-        tflite.SubGraphAddOutputs(b, outputs)
-        tflite.SubGraphAddOperators(b, operators)
-        return int(tflite.SubGraphEnd(b))
+        return self._table(
+            "SubGraph", Tensors=tensors, Inputs=inputs, Outputs=outputs, Operators=operators
+        )
 
     def _tensor(self, tensor: _Tensor, buffer: int) -> int:
-        b = self.builder
-        name, shape = b.CreateString(tensor.name), self._integers(tensor.shape)
+        name, shape = self.builder.CreateString(tensor.name), self._integers(tensor.shape)
         is_integer = tensor.data is not None and tensor.data.dtype == np.int32
         kind = tflite.TensorType.INT32 if is_integer else tflite.TensorType.FLOAT32
-        tflite.TensorStart(b)
-        tflite.TensorAddShape(b, shape)
-        tflite.TensorAddType(b, kind)
-        tflite.TensorAddBuffer(b, buffer)
-        tflite.TensorAddName(b, name)
-        return int(tflite.TensorEnd(b))
+        return self._table("Tensor", Shape=shape, Type=kind, Buffer=buffer, Name=name)
 
     def _operator(self, operation: _Operation) -> int:
-        b = self.builder
-        options = self._options(operation)
+        kind, options = self._options(operation)
         inputs, outputs = self._integers(operation.inputs), self._integers([operation.output])
-        tflite.OperatorStart(b)
-        tflite.OperatorAddOpcodeIndex(b, self.kinds.index(operation.kind))
-        tflite.OperatorAddInputs(b, inputs)
-        tflite.OperatorAddOutputs(b, outputs)
-        if options is not None:
-            tflite.OperatorAddBuiltinOptionsType(b, options[0])
-            tflite.OperatorAddBuiltinOptions(b, options[1])
-        return int(tflite.OperatorEnd(b))
+        return self._table(
+            "Operator",
+            OpcodeIndex=self.kinds.index(operation.kind),
+            Inputs=inputs,
+            Outputs=outputs,
+            BuiltinOptionsType=kind,
+            BuiltinOptions=options,
+        )
 
-    def _options(self, operation: _Operation) -> tuple[int, int] | None:
-        b = self.builder
-        kinds = tflite.BuiltinOptions
-        if operation.kind == "fully_connected":
-            tflite.FullyConnectedOptionsStart(b)
-            return kinds.FullyConnectedOptions, tflite.FullyConnectedOptionsEnd(b)
-        if operation.kind == "mul":
-            tflite.MulOptionsStart(b)
-            return kinds.MulOptions, tflite.MulOptionsEnd(b)
+    def _options(self, operation: _Operation) -> tuple[int | None, int | None]:
+        name = _OPTIONS.get(operation.kind)
+        if name is None:
+            return None, None
+        shape = None
         if operation.kind == "reshape":
             shape = self._integers(self.graph.tensors[operation.output].shape)
-            tflite.ReshapeOptionsStart(b)
-            tflite.ReshapeOptionsAddNewShape(b, shape)
-            return kinds.ReshapeOptions, tflite.ReshapeOptionsEnd(b)
-        return None
+        return getattr(tflite.BuiltinOptions, name), self._table(name, NewShape=shape)
 
     def _operator_code(self, kind: str) -> int:
-        b, code = self.builder, _OPERATORS[kind]
-        tflite.OperatorCodeStart(b)
+        code = _OPERATORS[kind]
         # Both fields, as the schema asks for codes below 127.
-        tflite.OperatorCodeAddDeprecatedBuiltinCode(b, code)
-        tflite.OperatorCodeAddBuiltinCode(b, code)
-        tflite.OperatorCodeAddVersion(b, 1)
-        return int(tflite.OperatorCodeEnd(b))
-
-    def _metadata_entry(self, buffer: int) -> int:
-        b = self.builder
-        name = b.CreateString(METADATA_NAME)
-        tflite.MetadataStart(b)
-        tflite.MetadataAddName(b, name)
-        tflite.MetadataAddBuffer(b, buffer)
-        return int(tflite.MetadataEnd(b))
+        return self._table("OperatorCode", DeprecatedBuiltinCode=code, BuiltinCode=code, Version=1)
 
     def _bytes(self, content: bytes) -> int:
         b = self.builder
