@@ -88,34 +88,8 @@ class TargetMapper:
             raise self._beyond((x_m, y_m, z_m), (first, second, third))
         return first, second, third
 
-    def counts_many(self, position_m: FloatArray) -> CountArray:
-        """Step counts of targets [m], both (n, 3): the same numbers as `counts` gives.
-
-        Raises UnreachablePoint or LimitExceeded at the first target that fails.
-        """
-        rows = [self.counts(*target) for target in targets_of(position_m)]
-        return np.array(rows, dtype=np.int64).reshape(-1, ARMS)
-
-    def angles_to_counts(self, angles_rad: FloatArray) -> CountArray:
-        """Counts (n, 3) of commanded arm angles [rad] (n, 3), e.g. of a path in joint space.
-
-        Raises LimitExceeded at the first row that breaks an arm limit.
-        """
-        angles = np.asarray(angles_rad, dtype=np.float64).reshape(-1, ARMS)
-        counts = np.rint(angles / self.rad_per_step)
-        # Asked this way round, NaN is outside too.
-        inside = ((counts >= self.low_steps) & (counts <= self.high_steps)).all(axis=1)
-        if not inside.all():
-            raise self._beyond(None, tuple(counts[int(np.argmin(inside))].tolist()))
-        whole: CountArray = counts.astype(np.int64)
-        return whole
-
-    def counts_to_angles(self, counts: CountArray) -> FloatArray:
-        """Commanded arm angles [rad] of counts, same shape."""
-        return np.asarray(counts, dtype=np.float64) * self.rad_per_step
-
     def _beyond(
-        self, target_m: tuple[float, float, float] | None, counts: tuple[float, ...]
+        self, target_m: tuple[float, float, float], counts: tuple[int, ...]
     ) -> LimitExceeded:
         low_deg, high_deg = self.arm_limits_deg
         arm, count = next(
@@ -124,7 +98,7 @@ class TargetMapper:
             if not self.low_steps <= count <= self.high_steps
         )
         angle_deg = math.degrees(count * self.rad_per_step)
-        where = "" if target_m is None else "target ({:.4f}, {:.4f}, {:.4f}) m: ".format(*target_m)
+        where = "target ({:.4f}, {:.4f}, {:.4f}) m: ".format(*target_m)
         return LimitExceeded.at(
             where,
             Refusal(

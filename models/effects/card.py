@@ -64,7 +64,7 @@ class Fit:
     searched: Search | None = None
 
 
-ROW, LAYER = ".", "/"
+LAYER = "/"
 
 
 class Trait(Enum):

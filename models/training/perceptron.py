@@ -109,10 +109,6 @@ class Scaling:
         """Standardised values."""
         return (values - self.mean) / self.deviation
 
-    def undo(self, values: FloatArray) -> FloatArray:
-        """Values in their own unit."""
-        return values * self.deviation + self.mean
-
 
 def fold(layers: Sequence[Layer], inputs: Scaling, outputs: Scaling) -> list[Layer]:
     """The same network on unscaled values: both scalings go into the outer layers."""

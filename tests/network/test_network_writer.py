@@ -64,7 +64,7 @@ def test_both_scalings_fold_into_the_outer_layers(make_network: Callable[..., An
     into = Scaling(rng.normal(size=3), rng.uniform(0.1, 3.0, 3))
     out = Scaling(rng.normal(size=2), rng.uniform(0.1, 3.0, 2))
     raw = rng.normal(size=(50, 3))
-    wanted = out.undo(network.values(into.apply(raw)))
+    wanted = network.values(into.apply(raw)) * out.deviation + out.mean
     folded = fold(network.perceptron.layers(network.parameters), into, out)
     flat = np.concatenate([part.ravel() for layer in folded for part in layer])
     np.testing.assert_allclose(network.perceptron.values(flat, raw), wanted, rtol=1e-12)

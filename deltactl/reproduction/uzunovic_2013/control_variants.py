@@ -124,8 +124,6 @@ class Tracking:
     most_percent: FloatArray
     """Largest |measured - reference| as per cent of the reference's peak to peak."""
     rms_percent: FloatArray
-    true_percent: FloatArray
-    """Largest error of the true angle, which the encoder does not quite see."""
     overshoot_percent: FloatArray
     """Of the way from the start to the reference, how far beyond it went."""
     current_rms_a: FloatArray
@@ -146,14 +144,12 @@ def judged(asked: References, ran: Run) -> Tracking:
     late = ran.t_s >= CONTROL_ON_S + SETTLED_S - 1e-9
     percent = 100.0 / asked.peak_to_peak_rad
     error = ran.measured_rad - ran.reference_rad
-    true = ran.true_rad - ran.reference_rad
     way = error[ran.on]
     beyond = np.max(-np.sign(way) * error[ran.on :][: round(SETTLED_S / ran.period_s)], axis=0)
     return Tracking(
         ran,
         np.abs(error[late]).max(axis=0) * percent,
         np.sqrt(np.mean(error[late] ** 2, axis=0)) * percent,
-        np.abs(true[late]).max(axis=0) * percent,
         100.0 * np.maximum(beyond, 0.0) / np.abs(way),
         np.sqrt(np.mean(ran.current_a[ran.on :] ** 2, axis=0)),
     )
