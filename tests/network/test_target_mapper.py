@@ -128,5 +128,3 @@ def test_a_point_that_cannot_be_reached_is_refused() -> None:
     mapper = TargetMapper(GeometricInverse(GEOMETRY), DRIVE, LIMITS_DEG)
     with pytest.raises(UnreachablePoint):
         mapper.counts(0.5, 0.5, -0.6)
-    with pytest.raises(UnreachablePoint):
-        mapper.counts_many(np.array([[0.0, 0.0, -0.45], [0.0, 0.0, -0.9]]))
