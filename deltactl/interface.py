@@ -165,14 +165,21 @@ def simulate(
     or MotionError before anything moves; how the job ended is in the result.
     """
     from deltactl.firmware_py.controller.build import build_controller
-    from deltactl.firmware_py.job_file import load_job
+    from deltactl.firmware_py.file_access import FileAccess
+    from deltactl.firmware_py.program.one_file import job_of
     from deltactl.foundation.clock import sleep_s
 
     path = find(str(job), key=JOB_KEY)
-    named = find(load_job(path).robot, beside=path, key=ROBOT_KEY) if robot is None else None
+    files = FileAccess()
+    named = find(job_of(path, files).robot, beside=path, key=ROBOT_KEY) if robot is None else None
     robot_file = named or find(str(robot), key=ROBOT_KEY)
     controller = build_controller(
-        robot_file, simulated=True, realtime=False, recordings=Path("recordings"), seed=seed
+        robot_file,
+        simulated=True,
+        realtime=False,
+        recordings=Path("recordings"),
+        seed=seed,
+        files=files,
     )
     try:
         controller.power_on()

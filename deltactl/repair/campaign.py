@@ -25,6 +25,7 @@ from deltactl.firmware_py.job_file import JobFile, NetworkIk, load_job
 from deltactl.firmware_py.kinematics_of_job import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import Plan, make_plan
+from deltactl.firmware_py.program.coverage import coverage
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
@@ -34,7 +35,6 @@ from deltactl.proof.hidden.vocabulary import SINGLES
 from deltactl.proof.prove.resumable import Means, workers
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import trained
-from deltactl.repair.coverage import coverage
 from deltactl.repair.limit import limit_of
 from deltactl.repair.played import Concealing, Drawn, Played, conceal, played
 

@@ -13,12 +13,12 @@ from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables, table_of
 from deltactl.diagnosis.api import diagnose
 from deltactl.firmware_py.named_files import TRAINED_FOLDER
+from deltactl.firmware_py.program.coverage import Coverage, robot_coverage
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, RecordingError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.models.network.file import NetworkFile
-from deltactl.repair.coverage import Coverage, robot_coverage
 
 Progress = Callable[[str], None]
 

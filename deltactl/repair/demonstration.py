@@ -22,6 +22,7 @@ from deltactl.diagnosis.report.machines import machine_drawing
 from deltactl.diagnosis.report.page import style
 from deltactl.diagnosis.report.sizes import quantity
 from deltactl.firmware_py.planner.plan import plan_of
+from deltactl.firmware_py.program.coverage import Coverage, coverage_of
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
@@ -30,7 +31,6 @@ from deltactl.models.robot_files import load_with_effects
 from deltactl.proof.hidden.hidden import Hidden
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import held_back
-from deltactl.repair.coverage import Coverage, coverage_of
 from deltactl.repair.limit import Limit, limit_of
 from deltactl.repair.played import Drawn, conceal, played
 

@@ -18,13 +18,13 @@ from deltactl.drivers.steps.contract import Counts
 from deltactl.firmware_py.paths.path import Space
 from deltactl.firmware_py.planner.plan import Plan, home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.program.coverage import Coverage, coverage
 from deltactl.firmware_py.program.instructions import Leaf, Move, Program, visit
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.effects import Compensated, card_of, effect_kind
 from deltactl.models.linkage import Linkage, jacobian
 from deltactl.models.robot import AXES, DeltaRobot, EffectEntry, FloatArray
-from deltactl.repair.coverage import Coverage, coverage
 from deltactl.repair.played import Played, played
 
 SAMPLE_S = 0.005

@@ -17,8 +17,8 @@ from deltactl.firmware_py.controller.file_in_force import keep_text
 from deltactl.firmware_py.controller.servo_machine import servo_machine
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.machine import Machine
-from deltactl.firmware_py.planning.prepared import Prepare, prepare_for
-from deltactl.firmware_py.planning.robot_read import ReadRobot, read_robot_here
+from deltactl.firmware_py.planning.prepared import Prepare, prepare_for, prepare_with
+from deltactl.firmware_py.planning.robot_read import ReadRobot, read_robot_here, read_robot_once
 from deltactl.firmware_py.robot_file import RobotFile, check_said
 from deltactl.firmware_py.simulation.sensors import simulated_sensors, with_seed
 from deltactl.firmware_py.simulation.world import Concealed, SimulatedRobot, nothing_apart
@@ -33,6 +33,7 @@ def build_controller(
     realtime: bool,
     recordings: Path,
     prepare: Prepare = prepare_for,
+    files: FileAccess | None = None,
     read: ReadRobot = read_robot_here,
     seed: int | None = None,
     as_built: Path | None = None,
@@ -41,11 +42,15 @@ def build_controller(
 
     as_built: a file apart that says what the simulated robot is really like (`Concealed`).
 
-    prepare: who reads and plans jobs; read: who reads robot files from now on.
+    prepare: who reads and plans jobs; read: who reads robot files from now on; files: what was read
+    before, for one job: its robot file, the job and its network are not read again.
 
     Raises ConfigError, or HardwareError when pins, bus or pulse process cannot be had.
     """
-    found = read_robot_here(robot_file, FileAccess())
+    if files is None:
+        found = read_robot_here(robot_file, FileAccess())
+    else:
+        found, prepare = read_robot_once(robot_file, files), partial(prepare_with, files)
     robot = found.robot
     if realtime or not simulated:
         keep_text(found.text)  # before its lines are claimed

@@ -12,7 +12,7 @@ import threading
 from pathlib import Path
 
 from deltactl.firmware_py.controller.belief import needs_restart
-from deltactl.firmware_py.file_access import FileAccess, without_quoting
+from deltactl.firmware_py.file_access import FileAccess, stamp_of, without_quoting
 from deltactl.firmware_py.planning.robot_read import ReadRobot, RobotRead, read_robot_here
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import DeltactlError
@@ -69,8 +69,8 @@ class FileInForce:
         """
         self.path = path
         self._read, self._access = read, access or FileAccess()
-        self._stamp = self._stamp_now()
         found = found or read(path, self._access)
+        self._stamp = self._as_read = found.stamp
         self.text, self.robot = found.text, found.robot
         self._says = ""
         self._looking: threading.Thread | None = None
@@ -81,7 +81,7 @@ class FileInForce:
 
         The reading goes on beside whoever asks; until it has ended, that is what is said.
         """
-        stamp = self._stamp_now()
+        stamp = stamp_of(self.path)
         with self._turn:
             if self._looking is None and stamp != self._stamp:
                 self._stamp = stamp
@@ -99,6 +99,8 @@ class FileInForce:
 
     def newer(self, believed: RobotFile) -> FileInForce | None:
         """What the file says by now, where the robot may be switched on with it."""
+        if stamp_of(self.path) == self._as_read:
+            return None
         try:
             if self._is_same():
                 return None
@@ -129,10 +131,3 @@ class FileInForce:
     def _is_same(self) -> bool:
         with without_quoting(self.path, self._access):
             return text_of(self.path, self._access.follow, self._access.most_bytes) == self.text
-
-    def _stamp_now(self) -> tuple[int, int, int]:
-        try:
-            found = os.stat(self.path)
-        except OSError:
-            return 0, 0, 0
-        return found.st_mtime_ns, found.st_size, found.st_ino

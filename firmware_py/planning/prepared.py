@@ -16,7 +16,7 @@ from deltactl.firmware_py.program.building import make_program
 from deltactl.firmware_py.program.includes import read_whole
 from deltactl.firmware_py.program.instructions import Program
 from deltactl.firmware_py.program.naming import told_with
-from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.inverse_kinematics import InverseKinematics
 
@@ -72,6 +72,11 @@ def prepare_for(job_file: Path, robot: InForce, asked: CalledOff) -> Prepared:
     return prepare_here(job_file, robot)
 
 
+def prepare_with(how: FileAccess, job_file: Path, robot: InForce, asked: CalledOff) -> Prepared:
+    """As `prepare_for`, with what was read before."""
+    return prepare_here(job_file, robot, how)
+
+
 def prepare_here(job_file: Path, robot: InForce, access: FileAccess | None = None) -> Prepared:
     """Read and check a job in this process; takes as long as mapping the whole path does.
 
@@ -97,17 +102,18 @@ def prepare_here(job_file: Path, robot: InForce, access: FileAccess | None = Non
 def kinematics_for(
     job: JobFile, robot: RobotFile, job_file: Path, how: FileAccess
 ) -> InverseKinematics:
-    """As `kinematics_of`; its network is opened with this access."""
+    """As `kinematics_of`; its network is opened with this access, once."""
     chosen = job.inverse_kinematics
     if not isinstance(chosen, NetworkIk):
         return kinematics_of(job, robot, job_file)
-    with without_quoting(network_file(chosen, robot, job_file, how.follow), how.named):
-        return kinematics_of(job, robot, job_file, how.follow)
+    file = network_file(chosen, robot, job_file, how.follow)
+    with without_quoting(file, how.named):
+        return how.once("network", file, lambda: kinematics_of(job, robot, job_file, how))
 
 
 def _is_machine(robot: RobotFile, wanted: Path, how: FileAccess) -> bool:
     with without_quoting(wanted, how):
-        return robot.is_machine_of(load_robot(wanted, how.follow))
+        return robot.is_machine_of(how.robot(wanted))
 
 
 def _wanted(name: str, job_file: Path, robot: InForce, how: FileAccess) -> Path:

@@ -37,9 +37,6 @@ PART_BYTES = 65_536
 START_S = 20.0
 """A process starts within that, on a Pi that does much else."""
 
-NOTHING_SHOWN = FileAccess(follow=False, quote=False)
-"""For the network that is opened here, once more."""
-
 
 class PlanningProcess:
     """Prepares jobs, one at a time; any thread may call, `close` too."""
@@ -159,7 +156,8 @@ class PlanningProcess:
             )
         if "kind" in answer:
             raise as_exception(answer)
-        return unpack(worker.block(int(answer["bytes"])), robot, job_file, NOTHING_SHOWN)
+        nothing_shown = FileAccess(follow=False, quote=False)  # of the network, opened once more
+        return unpack(worker.block(int(answer["bytes"])), robot, job_file, nothing_shown)
 
     def _too_long(self, job_file: Path) -> ConfigError:
         return ConfigError(

@@ -52,7 +52,9 @@ def read_whole(
     """
     how = how or FileAccess()
     try:
-        return _read_whole(path, how, robot)
+        if robot is not None:
+            return _read_whole(path, how, robot)
+        return how.once("whole job", path, lambda: _read_whole(path, how, None))
     except ConfigError as error:
         raise with_those_of_all(error, path, how, robot) from None
 
@@ -63,7 +65,7 @@ def _read_whole(path: Path, how: FileAccess, robot: RobotFile | None) -> WholeJo
         return WholeJob(job, document.text)
     reader = _Reader(how, job.robot, path, robot)
     whole = dict(document.data) | {"steps": reader.steps(document, (path.resolve(),))}
-    text = yaml.safe_dump(whole, sort_keys=False, allow_unicode=True)
+    text = yaml.dump(whole, Dumper=_WithoutAliases, sort_keys=False, allow_unicode=True)
     written_out = Document(path, text)
     return WholeJob(written_out.check(JobFile), text)
 
@@ -100,6 +102,13 @@ def _flat(steps: Sequence[Any], inner: bool = True) -> Iterator[Any]:
             yield from _flat(one.steps, inner)
         elif inner and isinstance(one, JobStep):
             yield from _flat(one.job.steps or ())
+
+
+class _WithoutAliases(yaml.SafeDumper):
+    """Writes a job that is included twice out twice."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
 
 
 class _Reader:

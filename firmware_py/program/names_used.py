@@ -13,7 +13,7 @@ from typing import Any
 
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.named_files import find
-from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError, MissingFile
 from deltactl.foundation.explain import Mistake
 from deltactl.foundation.strict_yaml import MOST_COUNTED, Document
@@ -43,7 +43,7 @@ def _robot_of(document: Document, how: FileAccess) -> RobotFile | None:
     if not isinstance(named, str) or not how.quote:
         return None
     try:
-        return load_robot(find(named, document.path, listing=how.follow), how.follow)
+        return how.robot(find(named, document.path, listing=how.follow))
     except ConfigError:
         return None
 

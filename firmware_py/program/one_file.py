@@ -11,12 +11,17 @@ from deltactl.firmware_py.file_access import FileAccess, without_quoting
 from deltactl.firmware_py.job_file import JobFile, job_in
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.program.names_used import wrong_names
-from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError, MissingFile
 from deltactl.foundation.strict_yaml import Document
 
 MOST_LOOKED_INTO = 100
 """Files of a job with mistakes; their mistakes are more than anybody reads."""
+
+
+def job_of(path: Path, how: FileAccess) -> JobFile:
+    """A job as its own file says it, checked once. Raises MissingFile, ConfigError."""
+    return how.once("job", path, lambda: job_in(how.document(path)))
 
 
 def read_one(path: Path, how: FileAccess, robot: RobotFile | None) -> tuple[Document, JobFile]:
@@ -25,7 +30,7 @@ def read_one(path: Path, how: FileAccess, robot: RobotFile | None) -> tuple[Docu
         document = how.document(path)
         names = wrong_names(document, how, robot)
         try:
-            job = job_in(document)
+            job = job_of(path, how)
         except ConfigError as error:
             raise ConfigError(*error.args, *document.fail_all(names).args) from None
         if names:
@@ -75,7 +80,7 @@ def _mistakes(
             yield from _mistakes(inner, how.named, robot, seen)
     if outermost and robot is None and how.named.quote and isinstance(data.get("robot"), str):
         try:
-            load_robot(find(data["robot"], path, listing=how.follow), how.follow)
+            how.robot(find(data["robot"], path, listing=how.follow))
         except ConfigError as error:
             yield error
 

@@ -14,11 +14,11 @@ from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.machines import marks_of
 from deltactl.diagnosis.report.summary import plain_lines
+from deltactl.firmware_py.program.coverage import robot_coverage
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.effects import CARDS, VOCABULARY, register
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.reference.write import pages
-from deltactl.repair.coverage import robot_coverage
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 SOURCE = '''

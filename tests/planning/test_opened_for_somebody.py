@@ -14,7 +14,7 @@ from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
 from deltactl.firmware_py.planning.packed import pack, unpack
 from deltactl.firmware_py.planning.prepared import InForce, prepare_here
-from deltactl.firmware_py.planning.process import NOTHING_SHOWN, PlanningProcess
+from deltactl.firmware_py.planning.process import PlanningProcess
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, MissingFile, NetworkError
 
@@ -142,11 +142,11 @@ def test_a_network_that_was_put_in_another_s_place_is_not_opened_by_the_daemon(
     content = pack(prepare_here(job, ROBOT))
     network.write_bytes((TRAINED_FOLDER / "uzunovic-2013.tflite").read_bytes())
     with pytest.raises(NetworkError, match="is not as such a file should be"):
-        unpack(content, ROBOT, job, NOTHING_SHOWN)
+        unpack(content, ROBOT, job, FileAccess(follow=False, quote=False))
     network.unlink()
     network.symlink_to(TRAINED_FOLDER / "zhao-2023.tflite")
     with pytest.raises(MissingFile, match="is reached through a link"):
-        unpack(content, ROBOT, job, NOTHING_SHOWN)
+        unpack(content, ROBOT, job, FileAccess(follow=False, quote=False))
 
 
 def test_a_robot_file_that_a_client_named_shows_nothing_then_nor_later(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planning.prepared import InForce, prepare_here
+from deltactl.firmware_py.program.coverage import coverage_of, robot_coverage
 from deltactl.firmware_py.program.dry_run import check_job
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError
@@ -16,7 +17,6 @@ from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.effects import TABLES, VOCABULARY, Compensated, EffectCard, card_of
 from deltactl.models.robot import EffectEntry
-from deltactl.repair.coverage import coverage_of, robot_coverage
 
 ROBOT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
 EFFECTS = """

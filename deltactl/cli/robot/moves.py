@@ -288,11 +288,11 @@ def convert(
     from deltactl.firmware_py.kinematics_of_job import kinematics_of
     from deltactl.firmware_py.named_files import ROBOT_KEY, find, named_beside
     from deltactl.firmware_py.program.building import make_program
+    from deltactl.firmware_py.program.coverage import coverage
     from deltactl.firmware_py.program.naming import told_with
     from deltactl.firmware_py.robot_file import load_robot
     from deltactl.foundation.errors import ConfigError
     from deltactl.foundation.printable import count
-    from deltactl.repair.coverage import coverage
 
     code, skip = code or [], skip or []
     robot_path = find(robot, key=ROBOT_KEY)

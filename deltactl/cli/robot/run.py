@@ -21,10 +21,13 @@ from deltactl.firmware_py.controller.contract import JobResult, RobotController,
 from deltactl.firmware_py.controller.sensing.verify import Verification, verify
 from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.daemon.client import Client, daemon_answers
+from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.job_file import load_job
 from deltactl.firmware_py.machine import is_raspberry_pi
 from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
+from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.program.includes import read_whole
+from deltactl.firmware_py.program.one_file import job_of
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import (
     ConfigError,
@@ -33,7 +36,6 @@ from deltactl.foundation.errors import (
     RecordingError,
     ServiceError,
 )
-from deltactl.repair.coverage import coverage_of
 
 POLL_S = 0.1
 VIRTUAL_POLL_S = 0.5
@@ -64,10 +66,11 @@ class Asked:
 def run_job(job: Path, asked: Asked) -> None:
     """Run one job and show what came of it. Raises any DeltactlError."""
     path = find(str(job), key=JOB_KEY)
+    files = FileAccess()
     try:
-        load_job(path)
+        job_of(path, files)
     except ConfigError:
-        read_whole(path)  # tells the mistakes of what it includes beside its own
+        read_whole(path, files)  # tells the mistakes of what it includes beside its own
         raise
     if asked.record is not None and asked.record.suffix != ".mcap":
         raise ConfigError(
@@ -89,7 +92,7 @@ def run_job(job: Path, asked: Asked) -> None:
                 raise ConfigError("--detach: nobody waits to write --report; use 'deltactl report'")
             _hand_over(path, asked.record, asked.socket, asked.json_out)
             return
-        result = _through_daemon(path, asked.record, asked.socket, asked.json_out)
+        result = _through_daemon(path, asked, files)
     else:
         if asked.detach:
             raise ConfigError("--detach: needs a daemon that goes on with the job; none answers")
@@ -99,8 +102,8 @@ def run_job(job: Path, asked: Asked) -> None:
             )
         _say_where(asked.simulate, asked.json_out)
         if not asked.json_out:
-            say_covered(coverage_of(path, robot_file))
-        result = _in_this_process(path, robot_file, asked)
+            say_covered(coverage_of(path, robot_file, files))
+        result = _in_this_process(path, robot_file, asked, files)
     try:
         _show(result, asked)
     except (RecordingError, ConfigError) as error:
@@ -131,12 +134,13 @@ def _say_where(simulate: bool, quiet: bool) -> None:
         tell(NO_ROBOT.format("running"), errors)
 
 
-def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
-    with Client(socket) as client:
+def _through_daemon(path: Path, asked: Asked, files: FileAccess) -> JobResult:
+    quiet = asked.json_out
+    with Client(asked.socket) as client:
         with dropped_when_interrupted(), waiting("planning the job", quiet):
-            number = client.submit(path.resolve(), record)
+            number = client.submit(path.resolve(), asked.record)
         if not quiet:
-            _say_what_it_believes(path, client.status())
+            _say_what_it_believes(path, client.status(), files)
         return follow(client, number, time.sleep, POLL_S, quiet)
 
 
@@ -166,22 +170,24 @@ def dropped_when_interrupted(unsure: str = "") -> Iterator[None]:
         raise
 
 
-def _say_what_it_believes(path: Path, status: Status) -> None:
+def _say_what_it_believes(path: Path, status: Status, files: FileAccess) -> None:
     """What the daemon compensates, by its robot file."""
     if status.robot_file_changed:
         warn(f"what the daemon compensates cannot be said: {status.robot_file_changed}")
         return
     try:
-        covered = coverage_of(path, Path(status.robot_path))
+        covered = coverage_of(path, Path(status.robot_path), files)
     except DeltactlError as error:
         warn(f"what the daemon compensates cannot be said: {error}")
         return
     say_covered(covered)
 
 
-def _in_this_process(path: Path, robot_file: Path | None, asked: Asked) -> JobResult:
+def _in_this_process(
+    path: Path, robot_file: Path | None, asked: Asked, files: FileAccess
+) -> JobResult:
     quiet, realtime = asked.json_out, asked.realtime
-    robot = robot_file or find(load_job(path).robot, beside=path, key=ROBOT_KEY)
+    robot = robot_file or find(job_of(path, files).robot, beside=path, key=ROBOT_KEY)
     with waiting("building the simulated robot", quiet):
         from deltactl.firmware_py.controller.build import build_controller
 
@@ -191,6 +197,7 @@ def _in_this_process(path: Path, robot_file: Path | None, asked: Asked) -> JobRe
             realtime=realtime,
             recordings=Path("recordings"),
             seed=asked.seed,
+            files=files,
         )
     try:
         with waiting("homing", quiet):

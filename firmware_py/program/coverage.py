@@ -6,11 +6,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.job_file import JobFile, NetworkIk
-from deltactl.firmware_py.kinematics_of_job import network_file
+from deltactl.firmware_py.kinematics_of_job import network_file, read_network
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.program.includes import kinematics_in, paths_of, read_whole
-from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.models.effects import Compensated, card_of, effect_kind
 from deltactl.models.robot import EffectEntry
@@ -51,17 +52,28 @@ class Coverage:
         return tuple(one for one in self.effects if not one.how)
 
 
-def coverage_of(job_path: Path, robot_path: Path | None = None) -> Coverage:
-    """Of a job file, on the robot it names or on another. Raises ConfigError, NetworkError."""
-    job = read_whole(job_path).job
+def coverage_of(
+    job_path: Path, robot_path: Path | None = None, files: FileAccess | None = None
+) -> Coverage:
+    """Of a job file, on the robot it names or on another. Raises ConfigError, NetworkError.
+
+    files: what was read before, and is not read again.
+    """
+    files = files or FileAccess()
+    job = read_whole(job_path, files).job
     where = find(job.robot, beside=job_path) if robot_path is None else robot_path
-    return coverage(job, load_robot(where), job_path, where)
+    return coverage(job, files.robot(where), job_path, where, files)
 
 
 def coverage(
-    job: JobFile, robot: RobotFile, job_path: Path | None, robot_path: Path | None = None
+    job: JobFile,
+    robot: RobotFile,
+    job_path: Path | None,
+    robot_path: Path | None = None,
+    files: FileAccess | None = None,
 ) -> Coverage:
     """What the job does about each effect in the robot file."""
+    files = files or FileAccess()
     if all(path.shape in ("joints", "survey") for path in paths_of(job)):
         why = "the path is given in arm angles, which are commanded as they are"
         return Coverage(tuple(_left(entry, why) for entry in robot.effects))
@@ -71,7 +83,7 @@ def coverage(
         inside, warning = Compensated.INVERSE.value, ""
         if isinstance(chosen, NetworkIk):
             file = network_file(chosen, robot, job_path)
-            learned = _learned(file)
+            learned = read_network(file, files).metadata.robot.effects
             inside = "in the network"
             warning = _network_warning(file.name, corrections, learned, robot_path)
             known = tuple(entry for entry in known if entry in learned)
@@ -85,13 +97,6 @@ def coverage(
 def robot_coverage(robot: RobotFile) -> Coverage:
     """What any job in space does about each effect, with an inverse that knows them all."""
     return Coverage(tuple(_covered(robot, corrections_of(robot), Compensated.INVERSE.value)))
-
-
-def _learned(file: Path) -> tuple[EffectEntry, ...]:
-    """Effects that a network knows."""
-    from deltactl.models.network.file import NetworkFile
-
-    return NetworkFile.load(file).metadata.robot.effects
 
 
 def _covered(robot: RobotFile, known: tuple[EffectEntry, ...], inside: str) -> list[Covered]:
