@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from deltactl.firmware_py.feedback.settings import FeedbackSettings
@@ -77,7 +78,7 @@ def _clashes(sections: Mapping[str, Any]) -> Iterator[Mistake]:
         return
     if path.start_m is None:
         yield ("path",), "start_m is missing: only in 'steps' a way may go on from another"
-    if isinstance(timing, Together) and any(leg.speed_mps for leg in path.legs):
+    if isinstance(timing, Together) and np.isfinite(path.legs.speed_mps).any():
         yield ("timing",), "legs with speed_mps need timing mode accelerated"
 
 

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from deltactl.firmware_py.paths import circle, heart, points, spiral, way
-from deltactl.firmware_py.paths.path import MAX_TARGETS
+from deltactl.firmware_py.paths.legs import MOST_LEGS, AsColumns, Legs, packed
+from deltactl.firmware_py.paths.path import MAX_TARGETS, BoolArray
 from deltactl.foundation.strict_yaml import RuledModel, StrictModel, rule
+from deltactl.models.robot import FloatArray
 
 FARTHEST_M = 10.0
 SPEEDS_MPS = (1e-6, 10.0)
 Coordinate = Annotated[
     float, Field(ge=-FARTHEST_M, le=FARTHEST_M, description="a robot arm is under 10 m")
 ]
-MOST_LEGS = 100_000
 MOST_DWELL_S = 3600.0
 MANY_TURNS = "a thousand turns are hours; use repeats for more"
 Point = tuple[Coordinate, Coordinate, Coordinate]
@@ -146,16 +146,23 @@ class WayLeg(StrictModel):
     """Legs with it that follow each other make one spline, which passes each of their ends."""
 
 
+if TYPE_CHECKING:
+    LegsOfAFile = Legs
+else:
+    LegsOfAFile = Annotated[
+        tuple[Annotated[WayLeg, AfterValidator(packed)], ...],
+        Field(min_length=1, max_length=MOST_LEGS, description="one job is planned in memory"),
+        AsColumns(),
+    ]
+
+
 class Way(RuledModel):
     """Straight legs, arcs and splines, passed without a stop where corners may be cut."""
 
     shape: Literal["way"]
     start_m: Point | None = None
     """Absent, in a job of steps: where the path before this one ended."""
-    legs: Annotated[
-        tuple[WayLeg, ...],
-        Field(min_length=1, max_length=MOST_LEGS, description="one job is planned in memory"),
-    ]
+    legs: LegsOfAFile
     corner_m: Annotated[
         float, Field(ge=0.0, le=0.1, description="metres; more is another path")
     ] = 0.0
@@ -166,12 +173,9 @@ class Way(RuledModel):
     def _bounded(self) -> None:
         if self.start_m is None:
             return
-        begin = self.start_m
-        for number, leg in enumerate(self.legs):
-            _check_leg(number, begin, leg)
-            begin = leg.to_m
-        legs = legs_of(self)
-        _not_too_many(way.target_count(np.array(self.start_m), legs, self.spacing_m))
+        start_m = np.array(self.start_m)
+        _check_legs(start_m, self.legs)
+        _not_too_many(way.target_count(start_m, self.legs, self.spacing_m))
 
 
 LEAST_RADIUS_M = 1e-6
@@ -180,55 +184,38 @@ ALWAYS_ROUND_M = 28.3e-6
 MOST_ROUND_M = 0.5e-3
 
 
-def same_radius(first_m: float, last_m: float) -> bool:
-    """Whether the ends of an arc are as far from its centre as rounded coordinates leave them.
+def same_radius(first_m: FloatArray, last_m: FloatArray) -> BoolArray:
+    """Whether the ends of arcs are as far from their centres as rounded coordinates leave them.
 
     0.1 % of the radius, and 0.0283 mm for any radius, as LinuxCNC has it (interp_internal.hh); and
     never more than 0.5 mm, as grbl has it (gcode.c).
     """
-    part_m = ROUND_PART * max(first_m, last_m)
-    return abs(first_m - last_m) <= min(MOST_ROUND_M, max(ALWAYS_ROUND_M, part_m))
+    part_m = ROUND_PART * np.maximum(first_m, last_m)
+    is_round: BoolArray = np.abs(first_m - last_m) <= np.clip(part_m, ALWAYS_ROUND_M, MOST_ROUND_M)
+    return is_round
 
 
-def _check_leg(number: int, begin: Point, leg: WayLeg) -> None:
-    if leg.spline and leg.centre_m is not None:
-        raise ValueError(f"legs.{number}: is either an arc (centre_m) or on a spline, not both")
-    if leg.spline and math.dist(begin, leg.to_m) < 1e-7:
-        raise ValueError(f"legs.{number}: a leg on a spline must end elsewhere than it begins")
-    if leg.centre_m is None:
+def _check_legs(start_m: FloatArray, legs: Legs) -> None:
+    """Raises ValueError naming the first leg that contradicts itself."""
+    begins_m = np.concatenate([start_m[None], legs.to_m[:-1]])
+    inner_m, outer_m = (
+        np.linalg.norm(places[:, :2] - legs.centre_m, axis=1) for places in (begins_m, legs.to_m)
+    )
+    both = legs.spline & legs.is_arc
+    nowhere = legs.spline & (np.linalg.norm(legs.to_m - begins_m, axis=1) < 1e-7)
+    round_enough = (np.minimum(inner_m, outer_m) >= LEAST_RADIUS_M) & same_radius(inner_m, outer_m)
+    wrong = both | nowhere | (legs.is_arc & ~round_enough)
+    if not wrong.any():
         return
-    inner, outer = (math.dist(point[:2], leg.centre_m) for point in (begin, leg.to_m))
-    if min(inner, outer) < LEAST_RADIUS_M or not same_radius(inner, outer):
-        raise ValueError(
-            f"legs.{number}: centre_m must be equally far from both ends of the arc, and is"
-            f" {inner:.6g} m and {outer:.6g} m from them"
-        )
-
-
-def legs_of(spec: Way) -> list[way.Leg]:
-    """The legs as the path takes them."""
-    legs, begin = [], spec.start_m
-    assert begin is not None
-    for number, leg in enumerate(spec.legs):
-        speed = math.inf if leg.speed_mps is None else leg.speed_mps
-        turns = None if leg.centre_m is None else _turns(begin, leg, leg.centre_m)
-        centre = None if leg.centre_m is None else np.array([*leg.centre_m, 0.0])
-        legs.append(
-            way.Leg(np.array(leg.to_m), speed, leg.dwell_s, centre, turns, leg.spline, number)
-        )
-        begin = leg.to_m
-    return legs
-
-
-def _turns(begin: Point, leg: WayLeg, centre: tuple[float, float]) -> float:
-    first = math.atan2(begin[1] - centre[1], begin[0] - centre[0])
-    last = math.atan2(leg.to_m[1] - centre[1], leg.to_m[0] - centre[0])
-    part = ((last - first) / (2.0 * math.pi)) % 1.0
-    if part < 1e-9 or part > 1.0 - 1e-9:
-        part = 0.0
-    if leg.clockwise:
-        return part - 1.0
-    return part or 1.0
+    number = int(np.argmax(wrong))
+    if both[number]:
+        raise ValueError(f"legs.{number}: is either an arc (centre_m) or on a spline, not both")
+    if nowhere[number]:
+        raise ValueError(f"legs.{number}: a leg on a spline must end elsewhere than it begins")
+    raise ValueError(
+        f"legs.{number}: centre_m must be equally far from both ends of the arc, and is"
+        f" {inner_m[number]:.6g} m and {outer_m[number]:.6g} m from them"
+    )
 
 
 class Joints(StrictModel):

@@ -13,7 +13,6 @@ from deltactl.firmware_py.path_file import (
     Spiral,
     StraightTo,
     Way,
-    legs_of,
 )
 from deltactl.firmware_py.paths.circle import circle
 from deltactl.firmware_py.paths.heart import heart
@@ -47,7 +46,7 @@ def path_of(job: JobFile, robot: RobotFile) -> Path:
     if isinstance(spec, StraightTo):
         return points([spec.to_m], 0.0, USUAL_SPACING_M)
     if isinstance(spec, Way):
-        return way(np.array(spec.start_m), legs_of(spec), spec.corner_m, spec.spacing_m)
+        return way(np.array(spec.start_m), spec.legs, spec.corner_m, spec.spacing_m)
     if isinstance(spec, Joints):
         return joints(spec.angles_deg, spec.dwell_s)
     return survey(

@@ -36,7 +36,8 @@ from deltactl.proof.prove.resumable import Means, workers
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import trained
 from deltactl.repair.limit import limit_of
-from deltactl.repair.played import Concealing, Drawn, Played, conceal, played
+from deltactl.repair.machine import Concealing, conceal
+from deltactl.repair.played import Drawn, Played, played
 
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
 NETWORK = NetworkIk(kind="network", file="zhao-2023.tflite")

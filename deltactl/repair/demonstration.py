@@ -32,7 +32,8 @@ from deltactl.proof.hidden.hidden import Hidden
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import held_back
 from deltactl.repair.limit import Limit, limit_of
-from deltactl.repair.played import Drawn, conceal, played
+from deltactl.repair.machine import conceal
+from deltactl.repair.played import Drawn, played
 
 Progress = Callable[[str], None]
 RECORDING, CORRECTED = "survey.csv.gz", "corrected.yaml"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -12,16 +12,7 @@ from deltactl.drivers.steps.contract import Counts
 from deltactl.firmware_py.planner.plan import Plan, home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.foundation.clock import NS_PER_S
-from deltactl.foundation.errors import ConfigError
 from deltactl.models.robot import ARMS, FloatArray
-from deltactl.proof.hidden.hidden import Hidden
-from deltactl.proof.hidden.oddities import ODDITIES
-from deltactl.proof.hidden.vocabulary import VOCABULARY, construct, hidden, plan, settle
-from deltactl.proof.motions import survey
-from deltactl.proof.recorded import Machine, record
-from deltactl.proof.robot.as_built import StepTrain
-from deltactl.proof.robot.run import run
-from deltactl.recording.tables.flat import FlatRecording
 
 IntArray = np.ndarray[Any, np.dtype[np.int64]]
 HOLD_S = 0.02
@@ -142,46 +133,3 @@ def drawn(job: Played, t_s: FloatArray, position_m: FloatArray) -> Drawn:
     """A run's truth, times (n,) and positions (n, 3), at the targets of the job."""
     true_m = np.stack([np.interp(job.target_s, t_s, column) for column in position_m.T], axis=1)
     return Drawn(job.target_s, job.target_m, true_m)
-
-
-SURVEY_T_PWM_S = 0.002
-
-
-@dataclass(eq=False)
-class Concealing:
-    """A machine, and what is wrong with it."""
-
-    machine: Machine
-    answers: list[Hidden]
-    seed: int
-
-    def draw(self, job: Played) -> Drawn:
-        """Run a job and see where the platform truly was."""
-        truth = run(self.machine.robot, cast(StepTrain, job), np.zeros(3))
-        return drawn(job, truth.t_s, truth.position_m)
-
-    def survey(self, seconds: float) -> FlatRecording:
-        """What the sensors see while the arms go to random angles."""
-        rng = np.random.default_rng([self.seed, 3])
-        return record(self.machine, survey(rng, seconds, SURVEY_T_PWM_S), rng)
-
-
-def conceal(effects: list[str], seed: int, unknown: bool = False) -> Concealing:
-    """A robot with these effects of the vocabulary built in, at sizes drawn by the seed.
-
-    unknown: and something that is in no vocabulary. Raises ConfigError for an unknown name.
-    """
-    for name in effects:
-        if name not in VOCABULARY:
-            there = ", ".join(sorted(VOCABULARY))
-            raise ConfigError(f"effect '{name}' cannot be concealed; there are {there}")
-    rng = np.random.default_rng([seed, 1])
-    machine = Machine()
-    planned = [plan(VOCABULARY[name], rng, 1.0) for name in effects]
-    settle(planned, rng, survey(np.random.default_rng([seed, 2]), 60.0, SURVEY_T_PWM_S))
-    answers = []
-    if unknown:
-        build = ODDITIES[str(rng.choice(sorted(ODDITIES)))]
-        answers.append(build(machine, rng, 1.0))
-    construct(machine, planned, with_events=True)
-    return Concealing(machine, [*[hidden(part) for part in planned], *answers], seed)

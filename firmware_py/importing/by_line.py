@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from deltactl.firmware_py.importing.drawn import MOST_MISTAKES, Drawn, Point, job_data
+from deltactl.firmware_py.importing.drawn import MOST_MISTAKES, Drawn, job_data
 from deltactl.firmware_py.job_file import JobFile
-from deltactl.firmware_py.path_file import FARTHEST_M, MOST_DWELL_S, SPEEDS_MPS, Way, legs_of
+from deltactl.firmware_py.path_file import FARTHEST_M, MOST_DWELL_S, SPEEDS_MPS, Way
 from deltactl.firmware_py.paths.way import way
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError, MotionError
@@ -50,18 +50,26 @@ def _beyond_bounds(source: Path, drawn: Drawn) -> Iterator[str]:
     if max(map(abs, drawn.start_m)) > FARTHEST_M:
         yield f"{source}:{drawn.start_line}: the path begins {_beyond(drawn.start_m)}"
     least_mps, most_mps = SPEEDS_MPS
-    for number, leg in enumerate(drawn.legs):
-        if max(map(abs, leg["to_m"])) > FARTHEST_M:
-            yield f"{_line(source, drawn, number)}: this move ends {_beyond(leg['to_m'])}"
-        if not least_mps <= (speed := leg.get("speed_mps", most_mps)) <= most_mps:
+    legs = drawn.legs
+    far = np.abs(legs.to_m).max(axis=1) > FARTHEST_M
+    far_axis = np.abs(np.nan_to_num(legs.centre_m)).max(axis=1) > FARTHEST_M
+    speeds_mps = np.where(np.isinf(legs.speed_mps), most_mps, legs.speed_mps)
+    odd = (speeds_mps < least_mps) | (speeds_mps > most_mps)
+    long = legs.dwell_s > MOST_DWELL_S
+    for number in np.flatnonzero(far | far_axis | odd | long).tolist():
+        where, (x_m, y_m, z_m) = _line(source, drawn, number), legs.to_m[number].tolist()
+        if far[number]:
+            yield f"{where}: this move ends {_beyond((x_m, y_m, z_m))}"
+        if far_axis[number]:
+            x_m, y_m = legs.centre_m[number].tolist()
+            yield f"{where}: the centre of this arc lies {_beyond((x_m, y_m))}"
+        if odd[number]:
             yield (
-                f"{_line(source, drawn, number)}: a speed of {1e3 * speed:.6g} mm/s; 0.001 mm/s to"
+                f"{where}: a speed of {1e3 * speeds_mps[number]:.6g} mm/s; 0.001 mm/s to"
                 f" {1e3 * most_mps:g} mm/s can be given: are the units right?"
             )
-        if leg.get("dwell_s", 0.0) > MOST_DWELL_S:
-            yield (
-                f"{_line(source, drawn, number)}: a wait of {leg['dwell_s']:.6g} s; an hour at most"
-            )
+        if long[number]:
+            yield f"{where}: a wait of {legs.dwell_s[number]:.6g} s; an hour at most"
 
 
 @contextmanager
@@ -100,7 +108,7 @@ def _path_of(drawn: Drawn, job: JobFile, says: str) -> tuple[int, Way | None]:
     if not isinstance(path, Way):
         return span[0], None
     if path.start_m is None:
-        path = path.model_copy(update={"start_m": drawn.legs[span[0] - 1]["to_m"]})
+        path = path.model_copy(update={"start_m": tuple(drawn.legs.to_m[span[0] - 1].tolist())})
     return span[0], path
 
 
@@ -108,7 +116,7 @@ def _leg_at(spec: Way | None, point: int) -> int | None:
     """The leg that leads to a point of a path, from 0."""
     if spec is None or spec.start_m is None:
         return None
-    path = way(np.array(spec.start_m), legs_of(spec), spec.corner_m, spec.spacing_m)
+    path = way(np.array(spec.start_m), spec.legs, spec.corner_m, spec.spacing_m)
     if path.leg is None or not 0 <= point < len(path):
         return None
     return int(path.leg[point])
@@ -125,7 +133,7 @@ def ends_reached(robot: RobotFile, points_m: FloatArray) -> NDArray[np.bool_]:
 
 def _others(drawn: Drawn, robot: RobotFile) -> list[int]:
     """Lines of all moves that end where the arms may not be."""
-    reached = ends_reached(robot, np.array([leg["to_m"] for leg in drawn.legs]))
+    reached = ends_reached(robot, drawn.legs.to_m)
     return list(dict.fromkeys(_number(drawn, leg) for leg in np.flatnonzero(~reached).tolist()))
 
 
@@ -150,7 +158,7 @@ def _named(source: Path, drawn: Drawn, says: str) -> str:
     return f"{_line(source, drawn, leg)}: {wrong}"
 
 
-def _beyond(place_m: Point) -> str:
+def _beyond(place_m: tuple[float, ...]) -> str:
     place = " ".join(f"{1e3 * value:.6g}" for value in place_m)
     return f"at {place} mm, beyond the reach of any arm; are the units right?"
 

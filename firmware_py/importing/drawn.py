@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # the command line asks this file for a number only, before it shows its help
+    from deltactl.firmware_py.paths.legs import Legs
 
 Point = tuple[float, float, float]
 TABLES = (".csv", ".txt", ".tsv")
@@ -20,16 +24,16 @@ MOST_MISTAKES = 20
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """A path before it is a job; `legs` are those of a job file. notes: what was passed over.
+    """A path before it is a job. notes: what was passed over.
 
     lines: of the file, from 1, one for each leg. start_line: that of the start. between: steps of
     a job (outputs, waits, pauses), each with how many legs come before it; -1: before the start.
     """
 
     start_m: Point
-    legs: tuple[dict[str, Any], ...]
+    legs: Legs
     notes: tuple[str, ...] = ()
-    lines: tuple[int, ...] = ()
+    lines: Sequence[int] = ()
     start_line: int | None = None
     between: tuple[tuple[int, dict[str, Any]], ...] = ()
 
@@ -80,7 +84,12 @@ def job_data(
 
     def way(first: int, last: int) -> dict[str, Any]:
         begin = {"start_m": drawn.start_m} if first == 0 else {}
-        return {"shape": "way", **begin, "corner_m": corner_m, "legs": drawn.legs[first:last]}
+        return {
+            "shape": "way",
+            **begin,
+            "corner_m": corner_m,
+            "legs": drawn.legs.rows(slice(first, last)),
+        }
 
     if not drawn.between:
         return data | {"path": way(0, len(drawn.legs))}
@@ -90,18 +99,19 @@ def job_data(
 
 def held(drawn: Drawn, speed_mps: float) -> str:
     """Which speeds of the file are above the job's, in words; empty where none is."""
-    fast = [leg["speed_mps"] for leg in drawn.legs if leg.get("speed_mps", 0.0) > speed_mps]
-    if not fast:
+    speeds_mps = drawn.legs.speed_mps
+    fast = speeds_mps[(speeds_mps > speed_mps) & (speeds_mps < math.inf)]
+    if not len(fast):
         return ""
     return (
         f"speeds of the file above --speed {1e3 * speed_mps:g} mm/s are held to it: up to"
-        f" {1e3 * max(fast):.6g} mm/s, in {len(fast)} of {len(drawn.legs)} moves"
+        f" {1e3 * fast.max():.6g} mm/s, in {len(fast)} of {len(drawn.legs)} moves"
     )
 
 
 def rounded(drawn: Drawn, corner_mm: float) -> str:
     """What becomes of the corners, in words; empty where there are none, or none is cut."""
-    bends = any("spline" not in leg for leg in drawn.legs[1:])
+    bends = not drawn.legs.spline[1:].all()
     if not bends or corner_mm <= 0.0:
         return ""
     return f"corners are rounded by up to {corner_mm:g} mm; --corner 0 stops at each point"
@@ -119,7 +129,7 @@ def _way(
     if first == 0:
         yield f"{indent}  start_m: {_point(drawn.start_m)}\n"
     yield f"{indent}  corner_m: {corner_m:g}\n{indent}  legs:\n"
-    for leg in drawn.legs[first:last]:
+    for leg in drawn.legs.rows(slice(first, last)):
         yield f"{indent}    - {_short(leg)}\n"
 
 

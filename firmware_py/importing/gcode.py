@@ -9,12 +9,14 @@ what would change the path is refused. All mistakes of a file are told together.
 from __future__ import annotations
 
 import math
+import re
+from array import array
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 from deltactl.firmware_py.importing.drawn import FLAT, MOST_MISTAKES, Drawn, Point, as_written
-from deltactl.firmware_py.importing.gcode_arcs import centre_by_words
+from deltactl.firmware_py.importing.gcode_arcs import centre_by_words, check_words
 from deltactl.firmware_py.importing.gcode_line import WAIT, Command, command_of
 from deltactl.firmware_py.importing.gcode_meanings import Meanings
 from deltactl.firmware_py.importing.gcode_tables import (
@@ -28,15 +30,20 @@ from deltactl.firmware_py.importing.gcode_tables import (
     UNITS,
 )
 from deltactl.firmware_py.importing.gcode_text import numbered_lines
-from deltactl.firmware_py.importing.gcode_words import BLANK, without_comments
-from deltactl.firmware_py.path_file import MOST_DWELL_S, MOST_LEGS
+from deltactl.firmware_py.importing.gcode_words import BLANK, DELETED, without_comments
+from deltactl.firmware_py.path_file import MOST_DWELL_S
+from deltactl.firmware_py.paths.legs import MOST_LEGS, LegsGathered
 from deltactl.foundation.errors import ConfigError
 
 MILLISECONDS = "G4 P taken as milliseconds ({}); where they are seconds: --code G4=s"
 SECONDS = "G4 P taken as seconds, as one has a fraction ({}); where not so: --code G4=ms"
 EARLY = "moves before X, Y and Z are all known left out ({})"
 EARLY_WAIT = "G4 before the first place left out ({})"
+LEFT_OUT = "lines with / left out ({})"
+CARRIED_OUT = "lines with / carried out ({})"
+BY_WAY = "{} goes by way of the place that it names ({}); a 3D printer's goes straight home"
 AFTER = "{} behind the end of the program left out"
+_SETTING = re.compile(r"[gG][ \t]*0*(20|21|90(?:\.1)?|91(?:\.1)?|[0-3])(?![\d.])", re.ASCII)
 _SAME_M = 1e-9
 _MOST_SAID = 150
 NOTHING_SAID = Meanings()
@@ -72,14 +79,15 @@ class _Reader:
         self._at: list[float | None] = [None, None, 0.0 if flat else None]
         self._lost = False
         """Whether --skip has left out moves to unknown places."""
+        self._gone, self._doubtful = False, set[str]()
+        """Whether the axes are where a line leads to, and of which that is not sure any more."""
         self._feed_mps: float | None = None
         self._start: Point | None = None
         self._start_line: int | None = None
-        self._legs: list[dict[str, Any]] = []
-        self._lines: list[int] = []
+        self._legs, self._lines = LegsGathered(), array("L")
         self._between: list[tuple[int, dict[str, Any]]] = []
-        self._waits: list[tuple[int, dict[str, Any], str, float]] = []
-        """Of G4 P: line, what holds the wait, its key, and P, whose unit the end of it shows."""
+        self._waits: list[tuple[int, dict[str, Any] | int, float]] = []
+        """Of G4 P: line, the step or the leg that waits, and P, whose unit the end of it shows."""
         self._on: dict[str, bool] = {}
         self._powered = ""
         self._ended, self._behind, self._words = "", 0, False
@@ -104,12 +112,26 @@ class _Reader:
         if self._ended:
             self._behind += 1
             return
+        leaves_out = self._means.block_delete
+        if leaves_out is not None and (deleted := DELETED.match(said)):
+            self._notes[LEFT_OUT if leaves_out else CARRIED_OUT] += 1
+            if leaves_out:
+                return
+            said = line = deleted[1] + said[deleted.end() :]
+        self._gone = False
         try:
             if not self._outside(number, said):
                 self._carry_out(number, line, command_of(line, self._means))
                 self._words = True
         except ValueError as error:
             self.errors.append(f"{self._path}:{number}: {error}")
+            self._go_on_after(line)
+
+    def _go_on_after(self, line: str) -> None:
+        """After a line that is refused: its settings hold, and where it led to is doubtful."""
+        self._settings([float(code) for code in _SETTING.findall(line.partition(";")[0])], {})
+        if not self._gone:
+            self._doubtful = set(AXES)
 
     def _outside(self, number: int, said: str) -> bool:
         """Whether a line is about the program as a whole, or a command of Klipper."""
@@ -136,7 +158,8 @@ class _Reader:
     def _carry_out(self, number: int, line: str, command: Command) -> None:
         given, codes = command.given, command.codes
         self.heights |= "Z" in given
-        self._over.update(command.passed)
+        if command.passed:
+            self._over.update(command.passed)
         self._settings(codes, given)
         self._switch(command)
         if command.skipped:
@@ -144,7 +167,7 @@ class _Reader:
         elif WAIT in codes:
             self._dwell(number, given)
         elif placed := [code for code in codes if code in PLACED]:
-            self._go_to_place(number, placed[0], given)
+            self._go_to_place(number, placed[0], given, command.bare)
         elif given.keys() & {*AXES, *CENTRE, "R"}:
             if self._modal is None:
                 raise ValueError("coordinates after G80, which ends all moves; give G0 to G3")
@@ -166,7 +189,7 @@ class _Reader:
         if "F" in given:
             if given["F"] <= 0.0:
                 raise ValueError("F must be above 0")
-            self._feed_mps = given["F"] * self._unit_m / 60.0
+            self._feed_mps = float(f"{given['F'] * self._unit_m / 60.0:.6g}")
 
     def _switch(self, command: Command) -> None:
         """Outputs that the line names, and what an S switches of one that runs."""
@@ -185,7 +208,7 @@ class _Reader:
             self._between.append((-1, step))
             return
         if not self._legs:  # they are to be where the path begins
-            self._legs.append({"to_m": self._start})
+            self._legs.add(self._start)
             self._lines.append(self._start_line or 1)
         self._between.append((len(self._legs), step))
 
@@ -206,28 +229,32 @@ class _Reader:
         value = words[given[0]]
         if not 0.0 <= value <= (1e3 if given == ["P"] else 1.0) * MOST_DWELL_S:
             raise ValueError("G4 waits from nothing to an hour")
-        behind_step = bool(self._between) and self._between[-1][0] == (
-            -1 if self._start is None else len(self._legs)
-        )
         if value == 0.0:
             return
-        if behind_step:
-            holder: dict[str, Any] = {}
-            self._between.append((self._between[-1][0], holder))
-            key = "wait_s"
+        here = -1 if self._start is None else len(self._legs)
+        holder: dict[str, Any] | int
+        if self._between and self._between[-1][0] == here:
+            holder = {"wait_s": 0.0}
+            self._between.append((here, holder))
         elif self._start is None:
             self._notes[EARLY_WAIT] += 1
             return
         else:
             if not self._legs:
-                self._legs.append({"to_m": self._start})
+                self._legs.add(self._start)
                 self._lines.append(number)
-            holder, key = self._legs[-1], "dwell_s"
+            holder = len(self._legs) - 1
         if given == ["P"]:
-            holder.setdefault(key, 0.0)
-            self._waits.append((number, holder, key, value))
+            self._waits.append((number, holder, value))
         else:
-            holder[key] = round(holder.get(key, 0.0) + value, 6)
+            self._wait(holder, value)
+
+    def _wait(self, holder: dict[str, Any] | int, seconds: float) -> float:
+        """Longer, at a step or at the end of a leg; how long that is then."""
+        if isinstance(holder, int):
+            return self._legs.wait(holder, seconds)
+        holder["wait_s"] = round(holder["wait_s"] + seconds, 6)
+        return float(holder["wait_s"])
 
     def _lose(self, given: dict[str, float]) -> None:
         """A move that is left out went to unknown places."""
@@ -235,37 +262,49 @@ class _Reader:
         for axis in [letter for letter in AXES if letter in given] or AXES:
             self._at[AXES.index(axis)] = None
 
-    def _go_to_place(self, number: int, code: float, given: dict[str, float]) -> None:
-        """To the place that --code gives G28, in the axes that the line names, or in all."""
+    def _go_to_place(
+        self, number: int, code: float, given: dict[str, float], bare: set[str]
+    ) -> None:
+        """To the place that --code gives G28, in the axes that the line names, or in all.
+
+        By way of a place that the line gives, as RS-274, LinuxCNC and grbl have it.
+        """
         place = self._means.places_m[f"G{code:g}"]
-        named = [axis for axis in AXES if axis in given] or list(AXES)
+        named = [axis for axis in AXES if axis in given or axis in bare] or list(AXES)
         self.heights |= "Z" in named
+        if given.keys() & set(AXES) and (self._absolute or None not in self._at):
+            self._go(given)
+            if self._start is not None and self._arrive(number, MOVES[0], {}):
+                self._notes[BY_WAY.format(f"G{code:g}", "{}")] += 1
         for axis in named:
             self._at[AXES.index(axis)] = place[AXES.index(axis)]
+        self._doubtful -= set(named)
         self._arrive(number, MOVES[0], {})
 
     def _move(self, number: int, code: float, words: dict[str, float]) -> None:
-        begin = list(self._at)
+        begin, doubtful = list(self._at), self._doubtful & set("XY")
         if code not in ARCS and words.keys() & {*CENTRE, "R"}:
             letter = next(one for one in (*CENTRE, "R") if one in words)
             raise ValueError(f"{letter} belongs to an arc (G2, G3), and this is G{code:g}")
         self._go(words)
         if code in ARCS and words.get("K", 0.0) != 0.0:
             raise ValueError(f"G{code:g} with K is an arc in another plane; arcs lie in XY (G17)")
-        leg: dict[str, Any] = {}
+        arc: dict[str, Any] = {}
         if code in ARCS:
-            if any(place is None for place in (*begin, *self._at)):
+            check_words(words, self._placed)
+            unknown = any(place is None for place in (*begin, *self._at))
+            if doubtful or (unknown and self._doubtful):
+                return  # it may begin elsewhere than it seems
+            if unknown:
                 raise ValueError(
                     "an arc needs a place to begin at: X, Y and Z before it" + self._too_early()
                 )
-            if self.errors and words.keys() & {*CENTRE, "R"}:
-                return  # it may begin elsewhere than it seems
-            leg["centre_m"] = self._centre(begin, words, clockwise=code == ARCS[0])
-            leg["clockwise"] = code == ARCS[0]
-        self._arrive(number, code, leg)
+            arc["centre_m"] = self._centre(begin, words, clockwise=code == ARCS[0])
+            arc["clockwise"] = code == ARCS[0]
+        self._arrive(number, code, arc)
 
-    def _arrive(self, number: int, code: float, arc: dict[str, Any]) -> None:
-        """A leg to where the axes are by now."""
+    def _arrive(self, number: int, code: float, arc: dict[str, Any]) -> bool:
+        """A leg to where the axes are by now; whether there is one."""
         if any(place is None for place in self._at):
             if self._start is not None and not self.errors:
                 missing = ", ".join(
@@ -275,17 +314,16 @@ class _Reader:
                     f"{missing} is not known after what --skip left out; give all three in the file"
                 )
             self._notes[EARLY] += code != MOVES[0]
-            return  # the first lines of a file name the axes one by one
+            return False  # the first lines of a file name the axes one by one
         here = self._place()
         if self._start is None:
             self._start, self._start_line = here, number
-            return
-        leg: dict[str, Any] = {"to_m": here}
-        if code != MOVES[0] and self._feed_mps is not None:
-            leg["speed_mps"] = float(f"{self._feed_mps:.6g}")
-        if arc or math.dist(here, self._last()) > _SAME_M:
-            self._legs.append(leg | arc)
+            return True
+        if arc or math.dist(here, self._legs.end_m if self._legs else self._start) > _SAME_M:
+            self._legs.add(here, None if code == MOVES[0] else self._feed_mps, **arc)
             self._lines.append(number)
+            return True
+        return False
 
     def _go(self, words: dict[str, float]) -> None:
         for axis, letter in enumerate(AXES):
@@ -294,10 +332,12 @@ class _Reader:
             was = self._at[axis]
             if self._absolute:
                 self._at[axis] = words[letter] * self._unit_m
+                self._doubtful.discard(letter)
             elif was is not None:
                 self._at[axis] = was + words[letter] * self._unit_m
             elif not self._lost and not self.errors:
                 raise ValueError("G91 comes before any absolute place; begin with G90")
+        self._gone = True
 
     def _centre(
         self, begin: list[float | None], words: dict[str, float], *, clockwise: bool
@@ -316,10 +356,6 @@ class _Reader:
         )
         return x_m, y_m, z_m
 
-    def _last(self) -> Point:
-        assert self._start is not None
-        return self._legs[-1]["to_m"] if self._legs else self._start
-
     def done(self) -> Drawn:
         """Everything that was taken. Raises ConfigError where that is nothing, or any is wrong."""
         self._refuse()
@@ -330,9 +366,13 @@ class _Reader:
         if self._behind:
             notes.append(AFTER.format("one line" if self._behind == 1 else f"{self._behind} lines"))
         return Drawn(
-            self._start, tuple(self._legs), (*over, *notes), tuple(self._lines), self._start_line,
+            self._start,
+            self._legs.legs(),
+            (*over, *notes),
+            self._lines,
+            self._start_line,
             tuple(self._between),
-        )  # fmt: skip
+        )
 
     def _refuse(self) -> None:
         if len(self._legs) > MOST_LEGS:
@@ -360,9 +400,8 @@ class _Reader:
         if seconds is None:
             seconds = any(value != int(value) for *_, value in self._waits)
             self._notes[SECONDS if seconds else MILLISECONDS] = len(self._waits)
-        for number, holder, key, value in self._waits:
-            holder[key] = round(holder[key] + (value if seconds else value / 1e3), 6)
-            if holder[key] > MOST_DWELL_S:
+        for number, holder, value in self._waits:
+            if self._wait(holder, value if seconds else value / 1e3) > MOST_DWELL_S:
                 raise ConfigError(f"{self._path}:{number}: G4 waits from nothing to an hour")
 
     def _too_early(self) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from deltactl.firmware_py.path_file import LEAST_RADIUS_M, same_radius
 
 Place = tuple[float, float]
@@ -12,33 +14,33 @@ ROUND = 1e-3
 SAME_M = 1e-9
 
 
+def check_words(words: dict[str, float], placed: bool) -> None:
+    """Whether an arc has what it needs, wherever it begins. Raises ValueError."""
+    given = {"I", "J"} & set(words)
+    if "R" in words:
+        if given:
+            raise ValueError("an arc has its centre (I, J) or its radius (R), not both")
+    elif placed and len(given) < 2:
+        raise ValueError("an arc under G90.1 needs I and J, the place of its centre")
+    elif not given:
+        raise ValueError("an arc needs I and J, from its beginning to its centre, or its radius R")
+
+
 def centre_by_words(
     begin: Place, end: Place, words: dict[str, float], unit_m: float, clockwise: bool, placed: bool
 ) -> Place:
     """The centre [m] of an arc from `begin` to `end` [m]; placed: I and J are a place (G90.1).
 
-    Raises ValueError with what is wrong.
+    Raises ValueError with what is wrong. The words are those that check_words lets pass.
     """
-    given = {"I", "J"} & set(words)
     if "R" in words:
-        if given:
-            raise ValueError("an arc has its centre (I, J) or its radius (R), not both")
         return _by_radius(begin, end, words["R"], unit_m, clockwise)
-    if placed:
-        if len(given) < 2:
-            raise ValueError("an arc under G90.1 needs I and J, the place of its centre")
-        centre = words["I"] * unit_m, words["J"] * unit_m
-    elif given:
-        centre = (
-            begin[0] + words.get("I", 0.0) * unit_m,
-            begin[1] + words.get("J", 0.0) * unit_m,
-        )
-    else:
-        raise ValueError("an arc needs I and J, from its beginning to its centre, or its radius R")
+    east_m, north_m = words.get("I", 0.0) * unit_m, words.get("J", 0.0) * unit_m
+    centre = (east_m, north_m) if placed else (begin[0] + east_m, begin[1] + north_m)
     first_m, last_m = math.dist(begin, centre), math.dist(end, centre)
     if min(first_m, last_m) < LEAST_RADIUS_M:
         raise ValueError("an arc's centre (I, J) is one of its ends; it has no radius")
-    if not same_radius(first_m, last_m):
+    if not same_radius(np.array(first_m), np.array(last_m)):
         raise ValueError(
             f"an arc's radius is {first_m / unit_m:.6g} where it begins and {last_m / unit_m:.6g}"
             " where it ends; at most 0.1 % may be between them: is it G90.1 or G91.1, G20 or G21?"

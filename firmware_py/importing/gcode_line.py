@@ -22,6 +22,7 @@ from deltactl.firmware_py.importing.gcode_tables import (
     OWN_WORDS,
     PAUSES,
     PAUSES_WITH,
+    PLACED,
     PROGRESS,
     REFUSED,
     REFUSED_M,
@@ -50,6 +51,12 @@ _ARGUMENTS = re.compile(
 _CODE_WITHIN = re.compile(r"(?<![A-Za-z])[GgMm]\s*\d")
 _POWER = re.compile(r"[sS]\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 _FIRST_M = re.compile(r"\s*(?:[nN]\s*\d+\s*)?[mM]\s*(\d+)(?![\d.])(.*)", re.ASCII)
+_PLAIN = re.compile(
+    r"G0{0,2}([0-3])((?:[ \t]+[XYZIJRFE][-+]?(?:\d{1,9}(?:\.\d{0,15})?|\.\d{1,15}))+)[ \t]*",
+    re.ASCII,
+)
+"""A move whose words stand apart: nothing in it can be meant otherwise."""
+_PLAIN_WORD = re.compile(r"([A-Z])(\S+)")
 _LETTER = re.compile(r"[A-Za-z]")
 
 
@@ -88,6 +95,11 @@ def takes_rest(number: float, rest: str) -> bool:
 
 def command_of(line: str, means: Meanings) -> Command:
     """What a line asks for. Raises ValueError with what is wrong, and what to do."""
+    if plain := _PLAIN.fullmatch(line):  # what nearly all lines of a long file are
+        pairs = _PLAIN_WORD.findall(plain[2])
+        given = {letter: float(number) for letter, number in pairs}
+        if len(given) == len(pairs):
+            return Command([float(plain[1])], given, passed=["E"] if "E" in given else [])
     command = Command()
     text = _FIRST_M.match(line)
     is_text = text is not None and float(text[1]) in TEXTS
@@ -218,14 +230,13 @@ def _judge_letters(command: Command) -> None:
     may |= {letter for code in codes for letter in WORDS_OF.get(code, "")}
     if WAIT in codes:
         may = set("PSXU")
-    elif codes & {28.0, 27.0, 30.0}:
+    elif codes & PLACED:
         may = {*AXES, *ANYWHERE}
-        command.given |= dict.fromkeys(command.bare & set(AXES), 0.0)
-        command.bare -= set(AXES)
     elif EXTRUDER in codes:
         may = set("ES")
-    if command.bare:
-        raise ValueError(f"{min(command.bare)} has no number")
+    homed = set(AXES) if codes & PLACED else set()
+    if bare := command.bare - homed:
+        raise ValueError(f"{min(bare)} has no number")
     if "O" in command.given:
         raise ValueError("O words (loops, calls) are not carried out; write the moves out")
     for letter, value in command.given.items():

@@ -32,10 +32,15 @@ class Meanings:
     paused: frozenset[str] = frozenset()
     p_is_seconds: bool | None = None
     """What G4's P is; None: as the file lets one see."""
+    block_delete: bool | None = None
+    """Whether lines that begin with '/' are left out; None: they are refused."""
 
 
 def meanings_of(
-    skip: Iterable[str], codes: Iterable[str], outputs: Collection[str] = ()
+    skip: Iterable[str],
+    codes: Iterable[str],
+    outputs: Collection[str] = (),
+    block_delete: bool | None = None,
 ) -> Meanings:
     """The meanings that options give; outputs: those of the robot file. Raises ConfigError."""
     skipped = frozenset(_skipped(one) for one in skip)
@@ -62,7 +67,7 @@ def meanings_of(
             raise ConfigError(f'--code "{said}": {code} cannot mean that; {_FORMS}')
         if code in skipped:
             raise ConfigError(f"--skip {code} and --code {code}=... contradict each other")
-    return Meanings(skipped, switched, places_m, frozenset(paused), seconds)
+    return Meanings(skipped, switched, places_m, frozenset(paused), seconds, block_delete)
 
 
 def _name(text: str) -> str | None:

@@ -23,6 +23,8 @@ _NUMBERED = re.compile(r"\s*[nN][ \t]*(\d{1,9})(?![\d.])", re.ASCII)
 _POWER = re.compile(r"(?<=[\d.])[eE](?=[-+]?\d)", re.ASCII)
 _PADDED_POWER = re.compile(r"[eE][-+]\d\d+(?![\d.])", re.ASCII)
 _MACRO = re.compile(r"[A-Za-z_]{3,}")
+DELETED = re.compile(r"([ \t]*(?:[nN][ \t]*\d+)?[ \t]*)/(?:[1-9](?!\d))?", re.ASCII)
+"""Block delete: '/' before or behind the line number; Fanuc numbers the switches for it."""
 BLANK = " \t\f\v"
 _SHOWN = 40
 
@@ -149,10 +151,10 @@ def _unread(said: str, at: int) -> str:
     """Why nothing can be read there, and what to do."""
     rest = said[at:].strip(BLANK)
     what = f"'{rest[:_SHOWN]}' is not understood"
-    if said.lstrip().startswith("/"):
+    if DELETED.match(said):
         return (
             f"'{said.strip()[:_SHOWN]}' may be carried out or not, as a switch at the controller"
-            " says; delete the line, or its '/'"
+            " says: --block-delete leaves such lines out, --no-block-delete carries them out"
         )
     if _O_WORD.match(rest) or _O_WORD.match(said.lstrip()):
         return f"{what}: O words (loops, calls) are not carried out; write the moves out"

@@ -6,7 +6,6 @@ import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -57,7 +56,7 @@ def _origin_m(
 ) -> Point | None:
     """As near as can be to what was asked for: at another height, else in the middle as well."""
     robot = load_robot(find(robot_name))
-    points_m = np.array([drawn.start_m, *(leg["to_m"] for leg in drawn.legs)])
+    points_m = np.concatenate([np.array(drawn.start_m)[None], drawn.legs.to_m])
     fitting = (
         one for one in _shifts_m(robot, points_m) if ends_reached(robot, points_m + one).all()
     )
@@ -82,12 +81,5 @@ def _shifts_m(robot: RobotFile, points_m: FloatArray) -> Iterator[FloatArray]:
 
 
 def _moved(drawn: Drawn, shift_m: FloatArray) -> Drawn:
-    def leg(one: dict[str, Any]) -> dict[str, Any]:
-        moved = one | {"to_m": tuple((np.array(one["to_m"]) + shift_m).tolist())}
-        if "centre_m" in one:
-            moved["centre_m"] = tuple((np.array(one["centre_m"]) + shift_m[:2]).tolist())
-        return moved
-
     x_m, y_m, z_m = (np.array(drawn.start_m) + shift_m).tolist()
-    legs = tuple(leg(one) for one in drawn.legs)
-    return replace(drawn, start_m=(x_m, y_m, z_m), legs=legs, between=())
+    return replace(drawn, start_m=(x_m, y_m, z_m), legs=drawn.legs.moved(shift_m), between=())

@@ -6,12 +6,11 @@ nobody knows, a line that is neither heading nor row.
 
 from __future__ import annotations
 
-import itertools
 import math
+from array import array
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from deltactl.firmware_py.importing.drawn import FLAT, MOST_MISTAKES, Drawn, Point, as_written
 from deltactl.firmware_py.importing.point_columns import (
@@ -20,7 +19,7 @@ from deltactl.firmware_py.importing.point_columns import (
     columns_of,
     wrong_headings,
 )
-from deltactl.firmware_py.path_file import MOST_LEGS
+from deltactl.firmware_py.paths.legs import MOST_LEGS, LegsGathered
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.recording.tables.cell import number
 from deltactl.recording.tables.foreign_table import COMMENTS
@@ -28,6 +27,7 @@ from deltactl.recording.tables.table_format import SEPARATORS, TableFormat, gues
 from deltactl.recording.tables.text_file import read_text
 
 SAME_M = 1e-6
+FIRST_SPEED = "the first point's speed passed over: no move leads to it"
 _SHOWN = 40
 
 
@@ -39,15 +39,6 @@ class _Row:
     place_m: Point
     speed_mps: float | None
     dwell_s: float | None
-
-    def leg(self) -> dict[str, Any]:
-        """As a job file has it."""
-        leg: dict[str, Any] = {"to_m": self.place_m}
-        if self.speed_mps is not None:
-            leg["speed_mps"] = self.speed_mps
-        if self.dwell_s:
-            leg["dwell_s"] = self.dwell_s
-        return leg
 
 
 def read_points(
@@ -71,14 +62,14 @@ def read_points(
     units = [unit for name, unit in zip(names, form.units, strict=True) if name not in skip]
     columns = columns_of(tuple(taken), tuple(units))
     reader = _Rows(form, names, columns, origin_m)
-    rows = list(reader.all(path, lines, heading))
+    drawn = _drawn(reader.all(path, lines, heading), spline)
     if reader.wrong:
         raise ConfigError(*reader.wrong)
-    if len(rows) < 2:
-        raise ConfigError(f"{path}: holds {len(rows)} point(s); a path needs two")
+    if drawn is None:
+        raise ConfigError(f"{path}: holds {reader.count} point(s); a path needs two")
     notes = [f"column '{name}' passed over" for name in names if name in skip]
     notes += [FLAT] if "z" not in {column.kind for column in columns.values()} else []
-    return _drawn(rows, spline, (*reader.notes, *_units_read(columns), *notes))
+    return replace(drawn, notes=(*reader.notes, *_units_read(columns), *notes, *drawn.notes))
 
 
 def _form(path: Path) -> TableFormat:
@@ -133,11 +124,13 @@ class _Rows:
     ):
         self.wrong: list[str] = []
         self.notes: list[str] = []
+        self.count = 0
+        """Points so far."""
         self._form, self._names, self._columns, self._origin = form, names, columns, origin_m
 
     def all(self, path: Path, lines: list[str], heading: int) -> Iterator[_Row]:
         """Every point of the table."""
-        form, count = self._form, 0
+        form = self._form
         for line, text in enumerate(lines, 1):
             if not text.strip():
                 continue
@@ -153,8 +146,8 @@ class _Rows:
             except ValueError as error:
                 self.wrong.append(f"{path}:{line}: {error}")
                 continue
-            count += 1
-            if count > MOST_LEGS + 1:
+            self.count += 1
+            if self.count > MOST_LEGS + 1:
                 self.wrong.append(
                     f"{path}:{line}: a job has at most {MOST_LEGS + 1:,} points; split the table"
                 )
@@ -218,28 +211,22 @@ class _Rows:
         return scaled if column.kind in "xyz" else float(f"{scaled:.6g}")
 
 
-def _drawn(rows: list[_Row], spline: bool, notes: tuple[str, ...]) -> Drawn:
-    legs = [(row.line, row.leg()) for row in rows[1:]]
-    if spline:
-        places = [row.place_m for row in rows]
-        far = [math.dist(*two) > SAME_M for two in itertools.pairwise(places)]
-        legs = [
-            (line, leg | {"spline": True})
-            for (line, leg), moves in zip(legs, far, strict=True)
-            if moves
-        ]
-    first = rows[0]
+def _drawn(rows: Iterator[_Row], spline: bool) -> Drawn | None:
+    """The path through all rows; None where they are no path."""
+    first = next(rows, None)
+    if first is None:
+        return None
+    legs, lines, last_m, points = LegsGathered(), array("L"), first.place_m, 1
     if first.dwell_s:  # the platform waits at the first point, before it sets out
-        legs.insert(0, (first.line, {"to_m": first.place_m, "dwell_s": first.dwell_s}))
-    if first.speed_mps is not None:
-        notes = (*notes, "the first point's speed passed over: no move leads to it")
-    return Drawn(
-        first.place_m,
-        tuple(leg for _, leg in legs),
-        notes,
-        tuple(line for line, _ in legs),
-        first.line,
-    )
+        legs.add(first.place_m, dwell_s=first.dwell_s)
+        lines.append(first.line)
+    for points, row in enumerate(rows, 2):  # noqa: B007  the last of them is asked for below
+        if not spline or math.dist(last_m, row.place_m) > SAME_M:
+            legs.add(row.place_m, row.speed_mps, row.dwell_s or 0.0, spline=spline)
+            lines.append(row.line)
+        last_m = row.place_m
+    notes = () if first.speed_mps is None else (FIRST_SPEED,)
+    return None if points < 2 else Drawn(first.place_m, legs.legs(), notes, lines, first.line)
 
 
 def _units_read(columns: dict[str, Column]) -> list[str]:

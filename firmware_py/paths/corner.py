@@ -1,142 +1,194 @@
-"""A corner between two legs, cut: a curve that leaves one and meets the other in its direction.
+"""Corners between two legs, cut: a curve leaves one and meets the other in its direction.
 
 The curve is the cubic with both headings as its ends' tangents; between straight legs that is
 the parabola whose middle is nearest to the corner. How early it leaves follows from how far it
-may stray: in closed form between straight legs, by halving elsewhere.
+may stray: in closed form between straight legs, by trial elsewhere. Corner n lies between legs n
+and n + 1; all of a way are worked out together.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.firmware_py.paths.courses import Course, Straight
-from deltactl.firmware_py.paths.path import intervals
+from deltactl.firmware_py.paths.courses import Courses, interpolated, runs_of
+from deltactl.firmware_py.paths.path import Int64Array, interval_counts
 from deltactl.models.robot import FloatArray
 
 STRAIGHT_RAD = math.radians(0.5)
 """Legs that meet at less than this go on into each other without a stop."""
-HALVINGS = 24
+TRIALS = 24
+CLOSE = 1e-3
+"""Share by which less may be cut than could be."""
 SAMPLES = 129
 KEPT = 0.999
 """Share of what may be cut that is used: between so many samples a curve strays a little further,
 by less than a ten-thousandth in the worst of those that were tried."""
 AT_ONCE = 200_000
 """Pairs of a point and a line looked at together: a few MB."""
+NEWTON_STEPS = 12
 MEASURED_AT = 201
+MEASURED_AT_ONCE = 250
+"""Corners whose curves are measured together: a few MB."""
 
 
-@dataclass(frozen=True, slots=True)
-class Cut:
-    """Where a leg is left, where the next one is met (lengths run [m]), and the curve's points."""
-
-    leaves_m: float
-    meets_m: float
-    points: FloatArray
-
-
-def turn_rad(own: Course, following: Course) -> float:
-    """By how much the way turns from one leg to the next; half a turn where one has no length."""
-    one, other = own.heading(own.length_m), following.heading(0.0)
-    if not one.any() or not other.any():
-        return math.pi
-    return math.acos(max(-1.0, min(1.0, float(one @ other))))
+def turns_rad(courses: Courses) -> FloatArray:
+    """By how much the way turns at each corner, (n - 1,); half a turn where a leg has no length."""
+    own = np.arange(len(courses) - 1)
+    one = courses.headings(own, courses.length_m[:-1])
+    other = courses.headings(own + 1, np.zeros(len(own)))
+    turns: FloatArray = np.arccos(np.clip(np.einsum("ni,ni->n", one, other), -1.0, 1.0))
+    turns[~one.any(axis=1) | ~other.any(axis=1)] = math.pi
+    return turns
 
 
-def cut(
-    own: Course, left_m: float, following: Course, corner_m: float, spacing_m: float
-) -> Cut | None:
-    """The corner between two legs, of the first of which `left_m` has been run already.
+def widest_m(
+    courses: Courses, corners: Int64Array, turn_rad: FloatArray, corner_m: float
+) -> FloatArray:
+    """How early before these corners, (k,), their curves may begin [m], and how late end.
 
-    The curve passes within `corner_m` of the corner, and is nowhere further from the legs.
-    None where there is no corner, or no room for a curve.
+    A curve then passes within `corner_m` of its corner, and is nowhere further from the legs; it
+    uses no more than a leg before it, and half of the leg after it. turn_rad: at each, (k,).
     """
-    turn = turn_rad(own, following)
-    if turn <= STRAIGHT_RAD or corner_m <= 0.0:
-        return None
-    room = min(own.length_m - left_m, 0.5 * following.length_m)
-    if isinstance(own, Straight) and isinstance(following, Straight):
-        away = min(2.0 * corner_m / math.sin(turn / 2.0), room)
-        pieces = intervals(_parabola_m(away, turn), spacing_m)
-        if away > 0.0 and pieces <= 2:
-            points = _short_parabola(own, following, away, pieces)
-            return Cut(own.length_m - away, away, points)
-    else:
-        away = _widest(own, following, corner_m, room)
-    if away <= 0.0:
-        return None
-    return Cut(own.length_m - away, away, _evenly(own, following, away, spacing_m))
+    room_m = np.minimum(courses.length_m[corners], 0.5 * courses.length_m[corners + 1])
+    curved = courses.is_arc | courses.is_spline
+    trial = np.flatnonzero((curved[corners] | curved[corners + 1]) & (room_m > 0.0))
+    found: FloatArray = np.minimum(2.0 * corner_m / np.sin(turn_rad / 2.0), room_m)
+    for first in range(0, len(trial), MEASURED_AT_ONCE):
+        some = trial[first : first + MEASURED_AT_ONCE]
+        found[some] = _tried(courses, corners[some], KEPT * corner_m, room_m[some])
+    return found
 
 
-def _parabola_m(away: float, turn: float) -> float:
-    """How long the parabola is that begins and ends so far from a corner of straight legs [m]."""
-    half_sin, half_cos = math.sin(turn / 2.0), math.cos(turn / 2.0)
-    if half_cos < 1e-9:
-        return away
-    return away * (1.0 + half_cos**2 * math.asinh(half_sin / half_cos) / half_sin)
-
-
-def _short_parabola(own: Straight, following: Straight, away: float, pieces: int) -> FloatArray:
-    """Its ends, and where there are two pieces its middle, which needs no measuring."""
-    corner = own.end
-    begin, end = corner - away * own.heading(0.0), corner + away * following.heading(0.0)
-    if pieces == 1:
-        return np.array([begin, end])
-    return np.array([begin, 0.25 * (begin + end) + 0.5 * corner, end])
-
-
-def _evenly(own: Course, following: Course, away: float, spacing_m: float) -> FloatArray:
-    """Points of the curve as far apart as those of the legs."""
-    part = np.linspace(0.0, 1.0, MEASURED_AT)
-    hops = np.linalg.norm(np.diff(_curve(own, following, away, part), axis=0), axis=1)
-    run_m = np.concatenate([[0.0], np.cumsum(hops)])
-    wanted_m = np.linspace(0.0, run_m[-1], intervals(float(run_m[-1]), spacing_m) + 1)
-    return _curve(own, following, away, np.interp(wanted_m, run_m, part))
-
-
-def _curve(own: Course, following: Course, away: float, part: FloatArray) -> FloatArray:
-    """Places (n, 3) at parts of the curve's parameter, (n,), from 0 to 1."""
-    leaves_m = own.length_m - away
-    begin, end = own.at(np.array([leaves_m]))[0], following.at(np.array([away]))[0]
-    reach = 2.0 / 3.0 * away
-    second = begin + reach * own.heading(leaves_m)
-    third = end - reach * following.heading(away)
-    part = part[:, None]
-    rest = 1.0 - part
-    points: FloatArray = (
-        rest**3 * begin
-        + 3.0 * rest**2 * part * second
-        + 3.0 * rest * part**2 * third
-        + part**3 * end
-    )
-    return points
-
-
-def _widest(own: Course, following: Course, corner_m: float, room: float) -> float:
-    """The longest way before the corner at which a curve still keeps to the legs."""
-    most_m = KEPT * corner_m
-    if _strays_m(own, following, room) <= most_m:
-        return room
-    low, high = 0.0, room
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2.0
-        if _strays_m(own, following, middle) <= most_m:
-            low = middle
-        else:
-            high = middle
+def _tried(courses: Courses, corners: Int64Array, most_m: float, room_m: FloatArray) -> FloatArray:
+    """The longest ways before corners, (k,), at which their curves still keep to the legs."""
+    low, high = np.zeros(len(corners)), room_m.copy()
+    at_low, at_high = low.copy(), _stray_m(courses, corners, room_m)
+    low[at_high <= most_m] = room_m[at_high <= most_m]
+    for trial in range(TRIALS):
+        left = np.flatnonzero((high - low > CLOSE * high) & (at_low < (1.0 - CLOSE) * most_m))
+        if not len(left):
+            break
+        part = 0.5 * np.ones(len(left))
+        if trial % 3 < 2:  # nearly in proportion: where a straight line says, or a little less
+            aim = most_m * (1.0 - CLOSE / 2.0)
+            part = (aim - at_low[left]) / (at_high[left] - at_low[left])
+            part = np.clip(part, 0.01, 0.99)
+        middle = low[left] + part * (high[left] - low[left])
+        strays = _stray_m(courses, corners[left], middle)
+        good, bad = left[strays <= most_m], left[strays > most_m]
+        low[good], at_low[good] = middle[strays <= most_m], strays[strays <= most_m]
+        high[bad], at_high[bad] = middle[strays > most_m], strays[strays > most_m]
     return low
 
 
-def _strays_m(own: Course, following: Course, away: float) -> float:
-    """How far the curve stays from the corner, or gets from both legs: the larger of the two."""
-    points = _curve(own, following, away, np.linspace(0.0, 1.0, SAMPLES))
-    run_m = np.linspace(0.0, away, SAMPLES)
-    legs = np.concatenate([own.at(own.length_m - run_m[::-1]), following.at(run_m)[1:]])
-    corner = legs[SAMPLES - 1]
-    from_corner = float(np.linalg.norm(points - corner, axis=1).min())
-    return max(from_corner, float(from_polyline(points, legs).max()))
+def sampled(
+    courses: Courses,
+    corners: Int64Array,
+    away_m: FloatArray,
+    turn_rad: FloatArray,
+    spacing_m: float,
+) -> tuple[FloatArray, Int64Array]:
+    """Points of the curves as far apart as those of the legs, but for the first of each.
+
+    Returns the points of all, (m, 3), one curve after another, and how many each has, (k,).
+    """
+    curved = courses.is_arc | courses.is_spline
+    pieces = interval_counts(away_m * 2.0 * _run(np.ones(len(away_m)), turn_rad), spacing_m)
+    measured = np.flatnonzero(curved[corners] | curved[corners + 1])
+    drawn = _Curves(courses, corners, away_m)
+    tables = np.empty((len(measured), MEASURED_AT))
+    even = np.linspace(0.0, 1.0, MEASURED_AT)
+    for first in range(0, len(measured), MEASURED_AT_ONCE):
+        some = measured[first : first + MEASURED_AT_ONCE]
+        places = drawn.at(np.repeat(some, MEASURED_AT), np.tile(even, len(some)))
+        tables[first : first + len(some)] = runs_of(places.reshape(len(some), MEASURED_AT, 3))
+    pieces[measured] = interval_counts(tables[:, -1], spacing_m)
+    row = np.repeat(np.arange(len(corners)), pieces)
+    number = 1 + np.arange(len(row)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    run = number / pieces[row]
+    part = _parts(run, turn_rad[row])
+    table_of = np.full(len(corners), -1)
+    table_of[measured] = np.arange(len(measured))
+    if len(looked_up := np.flatnonzero(table_of[row] >= 0)):
+        table = table_of[row[looked_up]]
+        column = interpolated(tables, table, tables[table, -1] * run[looked_up])
+        part[looked_up] = column / (MEASURED_AT - 1)
+    return drawn.at(row, part), pieces
+
+
+def _run(off: FloatArray, turn_rad: FloatArray) -> FloatArray:
+    """How long parabolas are from their middles to parts of their halves, (m,), 0 to 1.
+
+    In the unit of how early before its corner each begins. The speed along one, over the
+    parameter, is sqrt(cos^2 + off^2 sin^2) of half its turn.
+    """
+    sin, cos = np.sin(turn_rad / 2.0), np.maximum(np.cos(turn_rad / 2.0), 1e-9)
+    slope = np.sqrt(cos**2 + (off * sin) ** 2)
+    run: FloatArray = 0.5 * (off * slope + cos**2 / sin * np.arcsinh(off * sin / cos))
+    return run
+
+
+def _parts(run: FloatArray, turn_rad: FloatArray) -> FloatArray:
+    """Parameters (m,) at parts (m,) of the lengths of parabolas, both from 0 to 1."""
+    half = 2.0 * run - 1.0
+    wanted = np.abs(half) * _run(np.ones(len(run)), turn_rad)
+    sin, cos = np.sin(turn_rad / 2.0), np.maximum(np.cos(turn_rad / 2.0), 1e-9)
+    off = np.ones(len(run))
+    for _ in range(NEWTON_STEPS):  # the length is convex: from the end there is no overshooting
+        off -= (_run(off, turn_rad) - wanted) / np.sqrt(cos**2 + (off * sin) ** 2)
+    parts: FloatArray = 0.5 + 0.5 * np.copysign(np.clip(off, 0.0, 1.0), half)
+    return parts
+
+
+class _Curves:
+    """The cubics of corners, (k,), by their four control points."""
+
+    def __init__(self, courses: Courses, corners: Int64Array, away_m: FloatArray):
+        leaves_m, reach = courses.length_m[corners] - away_m, (2.0 / 3.0 * away_m)[:, None]
+        self._begin, self._end = courses.at(corners, leaves_m), courses.at(corners + 1, away_m)
+        self._second = self._begin + reach * courses.headings(corners, leaves_m)
+        self._third = self._end - reach * courses.headings(corners + 1, away_m)
+
+    def at(self, rows: Int64Array, part: FloatArray) -> FloatArray:
+        """Places (m, 3) of curves (m,) at parts (m,) of their parameters, from 0 to 1."""
+        part = part[:, None]
+        rest = 1.0 - part
+        places: FloatArray = (
+            rest**3 * self._begin[rows]
+            + 3.0 * rest**2 * part * self._second[rows]
+            + 3.0 * rest * part**2 * self._third[rows]
+            + part**3 * self._end[rows]
+        )
+        return places
+
+
+def _stray_m(courses: Courses, corners: Int64Array, away_m: FloatArray) -> FloatArray:
+    """How far curves stay from their corners, or get from both legs: the larger of the two."""
+    rows, even = np.repeat(np.arange(len(corners)), SAMPLES), np.linspace(0.0, 1.0, SAMPLES)
+    drawn = _Curves(courses, corners, away_m).at(rows, np.tile(even, len(corners)))
+    points = drawn.reshape(len(corners), SAMPLES, 3)
+    corner = courses.end_m[corners][:, None]
+    from_corner = np.linalg.norm(points - corner, axis=2).min(axis=1)
+    length_m = courses.length_m[corners]
+    before = _from_leg(courses, corners, points, length_m - away_m, length_m)
+    after = _from_leg(courses, corners + 1, points, np.zeros(len(corners)), away_m)
+    strays: FloatArray = np.maximum(from_corner, np.minimum(before, after).max(axis=1))
+    return strays
+
+
+def _from_leg(
+    courses: Courses, rows: Int64Array, points: FloatArray, low_m: FloatArray, high_m: FloatArray
+) -> FloatArray:
+    """Distances (k, s) of points (k, s, 3) from stretches of legs (k,); no less than they are."""
+    run_m = courses.nearest_m(rows, points, low_m, high_m)
+    near = courses.at(np.repeat(rows, run_m.shape[1]), run_m.ravel()).reshape(points.shape)
+    away: FloatArray = np.linalg.norm(points - near, axis=2)
+    for one in np.flatnonzero(courses.is_spline[rows]).tolist():
+        stretch = np.linspace(low_m[one], high_m[one], SAMPLES)
+        away[one] = from_polyline(points[one], courses.at(np.full(SAMPLES, rows[one]), stretch))
+    return away
 
 
 def from_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:

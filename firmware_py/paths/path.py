@@ -86,6 +86,13 @@ def intervals(length_m: float, spacing_m: float) -> int:
     return max(1, math.ceil(length_m / spacing_m * (1.0 - 1e-12)))
 
 
+def interval_counts(length_m: FloatArray, spacing_m: float) -> Int64Array:
+    """As intervals, of each length, (n,)."""
+    pieces = np.ceil(length_m / spacing_m * (1.0 - 1e-12))
+    counts: Int64Array = np.maximum(1.0, pieces).astype(np.int64)
+    return counts
+
+
 def level(centre_m: tuple[float, float, float], x_m: FloatArray, y_m: FloatArray) -> FloatArray:
     """Points of a level curve about its centre, (n, 3)."""
     return np.stack([centre_m[0] + x_m, centre_m[1] + y_m, np.full(len(x_m), centre_m[2])], -1)

@@ -123,7 +123,7 @@ def unpack(
 
 
 def _without_path(job: JobFile) -> dict[str, Any]:
-    return job.model_dump(mode="json") | {"path": NO_PATH, "steps": None}
+    return job.model_dump(mode="json", exclude={"path", "steps"}) | {"path": NO_PATH}
 
 
 def _job(message: Any) -> JobFile:

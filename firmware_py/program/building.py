@@ -74,7 +74,7 @@ class _Builder:
 
     def __init__(self, job: JobFile, robot: RobotFile, kinematics_of: KinematicsOf):
         self._outer, self._robot, self._kinematics_of = job, robot, kinematics_of
-        self._made: dict[str, Move] = {}
+        self._made: dict[JobFile, Move] = {}
         self._end_m: tuple[float, float, float] | None = None
 
     def block(self, steps: Iterable[Step], job: JobFile, place: str) -> tuple[Instruction, ...]:
@@ -114,17 +114,16 @@ class _Builder:
 
     def _move(self, job: JobFile, own: dict[str, Any], place: str) -> Move:
         own["path"] = self._begun(own["path"], place)
-        job = job.model_copy(update=own | {"steps": None})
-        key = job.model_dump_json()
-        if key not in self._made:
-            try:
-                job = JobFile.model_validate(job.model_dump(round_trip=True))
-                plan = make_plan(job, self._robot, self._kinematics_of(job))
-            except (ConfigError, LimitExceeded, UnreachablePoint) as error:
-                raise error.worded(f"{place}: {error}") from error
-            except ValueError as error:
-                raise ConfigError(f"{place}: {_plain(error)}") from error
-            self._made[key] = Move(plan)
+        try:
+            key = job.model_copy(update=own | {"steps": None})
+            if key not in self._made:
+                path = type(own["path"]).model_validate(dict(own["path"]))
+                job = JobFile.model_validate(dict(key) | {"path": path})
+                self._made[key] = Move(make_plan(job, self._robot, self._kinematics_of(job)))
+        except (ConfigError, LimitExceeded, UnreachablePoint) as error:
+            raise error.worded(f"{place}: {error}") from error
+        except ValueError as error:
+            raise ConfigError(f"{place}: {_plain(error)}") from error
         move = self._made[key]
         end = (move.plan.again or move.plan.first).lap.position_m[-1].tolist()
         self._end_m = (end[0], end[1], end[2])

@@ -29,6 +29,21 @@ def test_diagnose_without_scipy_is_one_line() -> None:
     assert line.startswith("deltactl: diagnose needs scipy")
 
 
+def test_a_job_is_checked_with_what_a_pi_has(tmp_path: Path) -> None:
+    absent = "import sys; sys.modules |= dict.fromkeys(('scipy', 'mujoco', 'bokeh'));"
+    command = f"{absent} from deltactl.cli.main import main; main()"
+    job = tmp_path / "one.nc"
+    job.write_text("G0 X0 Y0 Z0\nG1 X5 F600\n")
+    robot = str(ROOT / "config" / "zhao-2023.yaml")
+    done = subprocess.run(
+        [sys.executable, "-c", command, "convert", str(job), str(tmp_path / "one.yaml"),
+         "--robot", robot, "--origin", "0 0 -450"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "error at best" in done.stdout
+
+
 @pytest.mark.parametrize("extra", ["diagnosis", "training", "tables", "proof", "proof,training"])
 def test_in_a_working_copy_the_command_is_a_target_of_make(
     extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -151,7 +151,7 @@ def test_corners_are_rounded_where_nobody_says_otherwise(
     assert "corners are rounded by up to 0.5 mm; --corner 0 stops at each point" in said
     job = load_job(tmp_path / "path.yaml")
     assert job.path.corner_m == 0.0005
-    assert job.path.legs[1].dwell_s == 1.0
+    assert job.path.legs.dwell_s[1] == 1.0
     said = deltactl("convert", "path.csv", "path.yaml", *options, "--corner", "0").stdout
     assert "rounded" not in said
     said = deltactl("convert", "path.csv", "path.yaml", *options, "--spline").stdout

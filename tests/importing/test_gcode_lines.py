@@ -17,11 +17,15 @@ OUTPUTS = ("spindle", "fan")
 
 
 def drawn(
-    tmp_path: Path, text: str | bytes, skip: Sequence[str] = (), codes: Sequence[str] = ()
+    tmp_path: Path,
+    text: str | bytes,
+    skip: Sequence[str] = (),
+    codes: Sequence[str] = (),
+    block_delete: bool | None = None,
 ) -> Drawn:
     path = tmp_path / "part.nc"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_gcode(path, (0.0, 0.0, 0.0), meanings_of(skip, codes, OUTPUTS))
+    return read_gcode(path, (0.0, 0.0, 0.0), meanings_of(skip, codes, OUTPUTS, block_delete))
 
 
 def ends_mm(found: Drawn) -> list[tuple[float, ...]]:
@@ -176,6 +180,69 @@ def test_g28_is_left_out_or_a_place_as_the_options_say(tmp_path: Path) -> None:
     for more in ("G1 X7", "G91 G1 X1"):
         with pytest.raises(ConfigError, match=r"nc:8: Y is not known|nc:8: X, Y"):
             drawn(tmp_path, slicer + more, skip=["G28"])
+
+
+HOME = ["G28=0 0 50", "G30=0 0 60"]
+
+
+@pytest.mark.parametrize(
+    ("line", "ends"),
+    [
+        ("G28 X5 Y6", [(5, 6, 5), (0, 0, 5)]),
+        ("G28 Z20", [(1, 2, 20), (1, 2, 50)]),
+        ("G91 G28 Z0", [(1, 2, 50)]),
+        ("G91 G30 Z10", [(1, 2, 15), (1, 2, 60)]),
+        ("G28 X1 Y2 Z5", [(0, 0, 50)]),
+        ("G28 X Z", [(0, 2, 50)]),
+        ("G28", [(0, 0, 50)]),
+    ],
+)
+def test_home_is_gone_to_by_way_of_the_place_that_the_line_gives(
+    tmp_path: Path, line: str, ends: list[tuple[float, ...]]
+) -> None:
+    found = drawn(tmp_path, f"G0 X1 Y2 Z5\n{line}\n", codes=HOME)
+    assert ends_mm(found) == ends
+    assert any("by way of" in note for note in found.notes) == (len(ends) > 1)
+
+
+DELETED = ["/G1 X5", "/ G1 X5", "/N20 G1 X5", "N20 / G1 X5", "/2 G1 X5", "\t/G1 X5 (a test cut)"]
+
+
+@pytest.mark.parametrize("line", DELETED)
+def test_block_delete_is_the_users_choice(tmp_path: Path, line: str) -> None:
+    text = f"{HEAD}{line}\nG1 Y8\n"
+    with pytest.raises(ConfigError, match=r"part\.nc:4: .*--block-delete .*--no-block-delete"):
+        drawn(tmp_path, text)
+    assert ends_mm(drawn(tmp_path, text, block_delete=True)) == [(0, 0, 0), (0, 8, 0)]
+    assert ends_mm(drawn(tmp_path, text, block_delete=False))[1:] == [(5, 0, 0), (5, 8, 0)]
+    for choice in (True, False):
+        assert any("with /" in note for note in drawn(tmp_path, text, block_delete=choice).notes)
+
+
+def test_lines_that_are_carried_out_are_checked_as_others_are(tmp_path: Path) -> None:
+    for line in ("/G1 X5 Q1", "G1 X5 / Y7", "//G1 X5"):
+        with pytest.raises(ConfigError, match=r"part\.nc:4: "):
+            drawn(tmp_path, f"{HEAD}{line}\n", block_delete=False)
+    assert len(drawn(tmp_path, f"{HEAD}/G1 X5 Q1\n", block_delete=True).legs) == 1
+
+
+@pytest.mark.parametrize("first", ["G1 X5 Q1", "G1 X5,5", "(a G1 X5", "G1 F0 X5", "M205 G1"])
+def test_arcs_behind_a_mistake_are_checked_too(tmp_path: Path, first: str) -> None:
+    arcs = [
+        "G2 X20 Y0 I10 J0",  # from a place that the line before it may have missed
+        "G3 X40 Y0 I7 J0", "G2 X60 Y0 I10 J0 R10", "G2 X80 Y0", "G2 X90 Y0 I5 J0 K2",
+        "G1 X0 Y0", "G2 X20 Y0 R4", "G2 X40 Y0 I10 J0",
+    ]  # fmt: skip
+    with pytest.raises(ConfigError) as error:
+        drawn(tmp_path, HEAD + "\n".join([first, *arcs]))
+    lines = [int(one.split("part.nc:")[1].split(":")[0]) for one in error.value.args]
+    assert lines == [4, 6, 7, 8, 9, 11]
+
+
+def test_settings_of_a_line_with_a_mistake_hold_behind_it(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as error:
+        drawn(tmp_path, f"{HEAD}G1 X5\nG91 Q1\nG2 X10 Y0 I5 J0\nG2 X10 Y0 I5 J0\n")
+    assert len(error.value.args) == 1
 
 
 @pytest.mark.parametrize(

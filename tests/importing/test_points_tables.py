@@ -32,9 +32,9 @@ def drawn(tmp_path: Path, text: str, origin_m=NOWHERE) -> Drawn:
 )
 def test_headings_in_millimetres(tmp_path: Path, heading: str) -> None:
     found = drawn(tmp_path, f"{heading}\n0,0,-300\n10,5,-300\n")
-    assert found.legs == ({"to_m": (0.01, 0.005, -0.3)},)
+    assert list(found.legs) == [{"to_m": (0.01, 0.005, -0.3)}]
     assert found.notes == ()
-    assert found.lines == (3,)
+    assert list(found.lines) == [3]
 
 
 @pytest.mark.parametrize(
@@ -52,20 +52,20 @@ def test_other_units_are_read_and_told(
 ) -> None:
     first = ",".join(["0", "0", "0", "", ""][: heading.count(",") + 1])
     found = drawn(tmp_path, f"{heading}\n{first}\n{row}\n")
-    assert found.legs == ({"to_m": (0.01, 0.005, -0.3)} | leg,)
+    assert list(found.legs) == [{"to_m": (0.01, 0.005, -0.3)} | leg]
     assert any(note in one for one in found.notes)
 
 
 def test_the_first_point_waits_and_its_speed_is_told(tmp_path: Path) -> None:
     found = drawn(tmp_path, "x,y,z,speed,dwell\n0,0,-300,30,2\n10,0,-300,,\n")
     assert found.legs[0] == {"to_m": (0.0, 0.0, -0.3), "dwell_s": 2.0}
-    assert found.lines == (2, 3)
+    assert list(found.lines) == [2, 3]
     assert found.notes == ("the first point's speed passed over: no move leads to it",)
 
 
 def test_a_table_without_z_lies_at_the_height_of_the_origin(tmp_path: Path) -> None:
     found = drawn(tmp_path, "x,y\n0,0\n10,0\n", (0.0, 0.0, -0.45))
-    assert found.legs == ({"to_m": (0.01, 0.0, -0.45)},)
+    assert list(found.legs) == [{"to_m": (0.01, 0.0, -0.45)}]
     assert found.notes == ("no z: every point at the height of --origin",)
 
 

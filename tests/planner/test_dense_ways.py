@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.paths.corner import from_polyline
-from deltactl.firmware_py.paths.merging import longest
-from deltactl.firmware_py.paths.way import Leg, way
+from deltactl.firmware_py.paths.legs import Legs
+from deltactl.firmware_py.paths.merging import Lines
+from deltactl.firmware_py.paths.way import way
 from deltactl.firmware_py.planner.plan import Plan, make_plan
 from deltactl.firmware_py.planner.summary import slower
 from deltactl.firmware_py.robot_file import load_robot
@@ -73,27 +74,31 @@ def test_dense_ways_stay_within_the_corner_distance(offs, corner_m: float, hop_m
     """Made of short hops that turn anywhere: legs made one, and cut, stay near to all of them."""
     steps = np.array([[hop_m, hop_m * 50 * x, hop_m * 50 * y] for x, y in offs])
     points = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-    path = way(points[0], [Leg(to_m=point) for point in points[1:]], corner_m, SPACING_M)
+    path = way(points[0], Legs.of({"to_m": point} for point in points[1:]), corner_m, SPACING_M)
     assert from_polyline(path.targets, points).max() <= corner_m + 1e-9
     assert from_polyline(points, path.targets).max() <= corner_m + SPACING_M
     assert (path.targets[-1] == points[-1]).all()
 
 
+def longest(points: FloatArray) -> int:
+    return Lines(points, 0.1).longest(0, len(points) - 1)
+
+
 def test_legs_that_turn_back_or_stray_are_no_line() -> None:
     line = np.zeros((50, 3))
     line[:, 0] = np.arange(50)
-    assert longest(line, 0.1) == 49
+    assert longest(line) == 49
     back = line.copy()
     back[20, 0] = 17.5
-    assert longest(back, 0.1) < 20
+    assert longest(back) < 20
     off = line.copy()
     off[30:, 1] = 5.0
-    assert longest(off, 0.1) <= 30
-    assert longest(line[:2], 0.1) == 1
+    assert longest(off) <= 30
+    assert longest(line[:2]) == 1
 
 
 def test_a_dwell_on_a_dense_way_is_kept() -> None:
-    legs = [Leg(to_m=np.array([0.001 * n, 0.0, 0.0]), dwell_s=0.5 * (n == 7)) for n in range(1, 20)]
-    path = way(np.zeros(3), legs, 0.0005, SPACING_M)
+    legs = [{"to_m": (0.001 * n, 0.0, 0.0), "dwell_s": 0.5 * (n == 7)} for n in range(1, 20)]
+    path = way(np.zeros(3), Legs.of(legs), 0.0005, SPACING_M)
     assert (path.targets[path.dwell_s > 0.0] == [[0.007, 0.0, 0.0]]).all()
     assert path.rest.sum() == 3

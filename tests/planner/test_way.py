@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
 
@@ -13,11 +12,14 @@ from hypothesis import strategies as st
 
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.firmware_py.paths.corner import from_polyline
-from deltactl.firmware_py.paths.way import Leg, courses_of, way
+from deltactl.firmware_py.paths.corner import from_polyline, turns_rad
+from deltactl.firmware_py.paths.courses import Courses
+from deltactl.firmware_py.paths.legs import Legs
+from deltactl.firmware_py.paths.way import way
 from deltactl.firmware_py.planner.plan import make_plan
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.inverse_kinematics import GeometricInverse
+from deltactl.models.robot import FloatArray
 
 ROBOT = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
 SPACING_M = 0.0005
@@ -31,7 +33,7 @@ def test_corners_are_cut_by_no_more_than_is_allowed(drawn, corner_m: float) -> N
     corners = np.array(drawn)
     if (np.linalg.norm(np.diff(corners, axis=0), axis=1) < 1e-3).any():
         return
-    path = way(corners[0], [Leg(to_m=point) for point in corners[1:]], corner_m, SPACING_M)
+    path = way(corners[0], Legs.of({"to_m": point} for point in corners[1:]), corner_m, SPACING_M)
     assert from_polyline(path.targets, corners).max() <= corner_m + 1e-9
     assert (path.targets[0] == corners[0]).all()
     assert (path.targets[-1] == corners[-1]).all()
@@ -47,9 +49,9 @@ def test_corners_are_cut_by_no_more_than_is_allowed(drawn, corner_m: float) -> N
 def test_it_stands_at_corners_only_where_they_may_not_be_cut() -> None:
     square = [np.array([x, y, 0.0]) for x, y in ((0.1, 0), (0.1, 0.1), (0, 0.1), (0, 0))]
     start = np.zeros(3)
-    assert way(start, [Leg(to_m=p) for p in square], 0.0, SPACING_M).rest.sum() == 5
-    assert way(start, [Leg(to_m=p) for p in square], 0.001, SPACING_M).rest.sum() == 2
-    waits = [Leg(to_m=p, dwell_s=0.5 * (n == 1)) for n, p in enumerate(square)]
+    assert way(start, Legs.of({"to_m": p} for p in square), 0.0, SPACING_M).rest.sum() == 5
+    assert way(start, Legs.of({"to_m": p} for p in square), 0.001, SPACING_M).rest.sum() == 2
+    waits = Legs.of({"to_m": p, "dwell_s": 0.5 * (n == 1)} for n, p in enumerate(square))
     path = way(start, waits, 0.001, SPACING_M)
     assert path.rest.sum() == 3
     assert path.dwell_s.sum() == 0.5
@@ -57,7 +59,7 @@ def test_it_stands_at_corners_only_where_they_may_not_be_cut() -> None:
 
 
 def test_straight_on_is_no_corner() -> None:
-    legs = [Leg(to_m=np.array([x, 0.0, 0.0])) for x in (0.01, 0.02, 0.03)]
+    legs = Legs.of({"to_m": (x, 0.0, 0.0)} for x in (0.01, 0.02, 0.03))
     assert way(np.zeros(3), legs, 0.0, SPACING_M).rest.sum() == 2
 
 
@@ -65,12 +67,16 @@ def test_straight_on_is_no_corner() -> None:
 def test_an_arc_keeps_its_radius(turns: float) -> None:
     angle = 2 * math.pi * turns
     end = np.array([0.05 * math.cos(angle), 0.05 * math.sin(angle), 0.01])
-    leg = Leg(to_m=end, centre_m=np.zeros(3), turns=turns)
-    path = way(np.array([0.05, 0.0, 0.0]), [leg], 0.0, SPACING_M)
+    leg = {"to_m": end, "centre_m": (0.0, 0.0), "clockwise": turns < 0.0}
+    path = way(np.array([0.05, 0.0, 0.0]), Legs.of([leg]), 0.0, SPACING_M)
     assert np.hypot(*path.targets[:, :2].T) == pytest.approx(0.05, abs=1e-12)
     swept = np.unwrap(np.arctan2(path.targets[:, 1], path.targets[:, 0]))
     assert swept[-1] - swept[0] == pytest.approx(angle, abs=1e-9)
     assert (np.diff(path.targets[:, 2]) >= 0).all()
+
+
+def at_parts(courses: Courses, leg: int, part: FloatArray) -> FloatArray:
+    return courses.at(np.full(len(part), leg), part * courses.length_m[leg])
 
 
 angle = st.floats(-math.pi, math.pi)
@@ -85,19 +91,21 @@ def test_corners_of_arcs_are_cut_by_no_more_than_is_allowed(
     if abs(swing) < 0.3:
         return
     at = [radius_m * np.array([math.cos(a), math.sin(a), 0.0]) for a in (first, first + swing)]
-    arc = Leg(to_m=at[1], centre_m=np.zeros(3), turns=swing / (2 * math.pi))
+    arc = {"to_m": at[1], "centre_m": (0.0, 0.0), "clockwise": swing < 0.0}
     start = np.array([0.15, -0.02, 0.03])
-    legs = [Leg(to_m=at[0]), arc, Leg(to_m=np.array([-0.15, 0.1, -0.01]))]
+    rows = [{"to_m": at[0]}, arc, {"to_m": (-0.15, 0.1, -0.01)}]
     if on_to_an_arc:  # the other way round about another axis: arc meets arc
-        legs.insert(2, Leg(to_m=at[1], centre_m=np.array([0.2, 0.0, 0.0]), turns=-1.0))
+        rows.insert(2, {"to_m": at[1], "centre_m": (0.2, 0.0), "clockwise": True})
+    legs = Legs.of(rows)
     path = way(start, legs, corner_m, SPACING_M)
+    courses = Courses(start, legs)
     drawn = np.concatenate(
-        [one.at(np.linspace(0.0, one.length_m, 800)) for one in courses_of(start, legs)]
+        [at_parts(courses, number, np.linspace(0.0, 1.0, 800)) for number in range(len(legs))]
     )
     assert from_polyline(path.targets, drawn).max() <= corner_m + 2e-5  # of the samples
     assert np.linalg.norm(np.diff(path.targets, axis=0), axis=1).max() <= SPACING_M * 1.02
-    for leg in legs[:-1]:
-        assert np.linalg.norm(path.targets - leg.to_m, axis=1).min() <= corner_m + SPACING_M
+    for end_m in legs.to_m[:-1]:
+        assert np.linalg.norm(path.targets - end_m, axis=1).min() <= corner_m + SPACING_M
     assert path.rest.sum() == 2
 
 
@@ -111,20 +119,18 @@ def test_a_spline_passes_every_point_and_never_turns_sharply(drawn) -> None:
         return
     if (np.cross(hops[:-1], hops[1:]) ** 2).sum(axis=1).min() < 1e-8 * sizes.min() ** 4:
         return  # straight back: the arms stand there
-    legs = [Leg(to_m=point, smooth=True) for point in corners[1:]]
+    legs = Legs.of({"to_m": point, "spline": True} for point in corners[1:])
     path = way(corners[0], legs, 0.0, SPACING_M)
     for corner in corners:
         assert (np.linalg.norm(path.targets - corner, axis=1) == 0.0).any()
     assert path.rest.sum() == 2
-    courses = list(courses_of(corners[0], legs))
-    for one, other in itertools.pairwise(courses):
-        assert one.heading(one.length_m) @ other.heading(0.0) == pytest.approx(1.0, abs=1e-9)
+    assert turns_rad(Courses(corners[0], legs)) == pytest.approx(0.0, abs=1e-4)
 
 
 def test_a_spline_through_points_of_a_circle_is_nearly_one() -> None:
     angles = np.linspace(0.0, 2 * math.pi, 25)
     ring = 0.05 * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
-    path = way(ring[0], [Leg(to_m=p, smooth=True) for p in ring[1:]], 0.0, SPACING_M)
+    path = way(ring[0], Legs.of({"to_m": p, "spline": True} for p in ring[1:]), 0.0, SPACING_M)
     inside = path.targets[len(path.targets) // 4 : -len(path.targets) // 4]  # its ends are free
     assert np.linalg.norm(inside, axis=1) == pytest.approx(0.05, abs=2e-6)
 

@@ -16,7 +16,7 @@ from deltactl.foundation.errors import RecordingError
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.campaign import BESIDE_FROM, Row, kinds_of
 from deltactl.repair.correct import correct
-from deltactl.repair.played import conceal
+from deltactl.repair.machine import conceal
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 

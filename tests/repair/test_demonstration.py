@@ -25,7 +25,8 @@ from deltactl.repair.demonstration import (
     demonstrate,
     page_html,
 )
-from deltactl.repair.played import Drawn, conceal, played
+from deltactl.repair.machine import conceal
+from deltactl.repair.played import Drawn, played
 
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
 

@@ -10,7 +10,7 @@ from deltactl.firmware_py.feedback.feedback import farthest_m as farthest_m_of
 from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.planner.summary import CheckSummary
-from deltactl.firmware_py.program.coverage import Coverage, coverage_of
+from deltactl.firmware_py.program.coverage import Coverage, coverage
 from deltactl.firmware_py.program.dry_run import program_of
 from deltactl.firmware_py.program.instructions import Program
 from deltactl.firmware_py.program.totals import summarise_program
@@ -24,7 +24,8 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     path = find(str(job), key=JOB_KEY)
     robot_file = None if robot is None else find(robot, key=ROBOT_KEY)
     program = program_of(path, None if robot_file is None else load_robot(robot_file))
-    show_check(program, path, coverage_of(path, robot_file), json_out)
+    where = find(program.job.robot, beside=path) if robot_file is None else robot_file
+    show_check(program, path, coverage(program.job, program.robot, path, where), json_out)
 
 
 def show_check(program: Program, path: Path, covered: Coverage, json_out: bool = False) -> None:

@@ -264,6 +264,12 @@ def convert(
         list[str] | None,
         typer.Option(help="Leave out a code of G-code (G28, M600), or a column of a table."),
     ] = None,
+    block_delete: Annotated[
+        bool | None,
+        typer.Option(
+            help="Leave out lines of G-code that begin with '/', or carry them out; else refused."
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Turn G-code or a table of points into a job, and check it.
@@ -305,11 +311,12 @@ def convert(
         raise ConfigError(f"--spline is for tables of points; the curves of {source} are its own")
     known = load_robot(robot_path)
     if table:
-        if code:
-            raise ConfigError(f"--code is for G-code, and {source} is a table of points")
+        if code or block_delete is not None:
+            option = "--code" if code else "--block-delete"
+            raise ConfigError(f"{option} is for G-code, and {source} is a table of points")
         drawn = read_points(source, zero, spline, tuple(skip))
     else:
-        drawn = read_gcode(source, zero, meanings_of(skip, code, known.outputs))
+        drawn = read_gcode(source, zero, meanings_of(skip, code, known.outputs, block_delete))
     how = (job.stem, named_beside(robot_path, job), speed / 1e3, corner / 1e3)
     made = checked_job(source, drawn, *how)
     for note in filter(None, (*drawn.notes, held(drawn, speed / 1e3))):
