@@ -30,7 +30,18 @@ from typing import Self
 
 
 class DeltactlError(Exception):
-    """Root of all errors this program raises on purpose."""
+    """Root of all errors this program raises on purpose.
+
+    typed: how the message ends, where that is what to type in a terminal; a page has buttons.
+    """
+
+    typed: str = ""
+
+    def with_typed(self, typed: str) -> Self:
+        """The same error, whose message ends in what to type."""
+        error = self.worded(f"{self}{typed}")
+        error.typed = typed
+        return error
 
     def worded(self, text: str) -> Self:
         """The same error, with what it carries, in other words."""

@@ -14,7 +14,6 @@ from nicegui import events, ui
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.web.answer_view import AnswerView
-from deltactl.web.behind.own_recordings import OPTION
 from deltactl.web.behind.shelf import Listed
 from deltactl.web.columns_form import ColumnsForm
 from deltactl.web.style import PICK_RECORDING, SEND, labelled
@@ -177,7 +176,7 @@ class RecordingRow:
         try:
             return await self._visit.site.tasks.run(kind, *files, progress=tell)
         except DeltactlError as error:
-            says, told = str(error), OPTION.sub("", str(error))
+            says, told = str(error), str(error).removesuffix(error.typed)
             tables = any(one.own for one in self._listed.singles)
             says = f"{told}; {COLUMNS}" if tables and told != says else says
             self._answer.tell(self._listed.shown(says))

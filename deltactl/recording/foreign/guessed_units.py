@@ -12,7 +12,7 @@ from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import ANGULAR
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.motion_units import PAIRS, of_one_unit, unit_of_motion
-from deltactl.recording.foreign.names import Guess, without_unit
+from deltactl.recording.foreign.names import Guess, Hint, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import same_range
 from deltactl.recording.foreign.slope import slope_ratio
@@ -120,8 +120,13 @@ def meant_otherwise(guesses: Mapping[str, Guess], units: Mapping[str, str]) -> l
     arcs = [name for name, one in guesses.items() if one.unit == "arcsec" and '"' in name]
     if arcs:
         said.append(
-            f'{", ".join(arcs)}: " is read as seconds of arc; if it is inches, put [inch] in place'
-            " of [arcsec] and linear in place of rotary below"
+            Hint(
+                '" is read as seconds of arc; if it is inches',
+                "unit",
+                ", ".join(arcs),
+                "inch",
+                "in place of [arcsec] and linear in place of rotary below",
+            )
         )
     return said
 

@@ -9,20 +9,19 @@ from dataclasses import replace
 import numpy as np
 
 from deltactl.recording.foreign.mapping import as_option
-from deltactl.recording.foreign.names import Guess, may_be_outside, without_unit
+from deltactl.recording.foreign.names import Guess, Hint, may_be_outside, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import correlation
 from deltactl.recording.foreign.units import LINEAR, ROTARY
 from deltactl.recording.reading.columns import FloatArray
 
 OF_THE_DRIVE = (
-    "{}: taken for what the drive itself gives; if it pulls at the axis from outside (a weight, a"
-    " spring), put load in place of effort in the command below"
+    "taken for what the drive itself gives; if it pulls at the axis from outside (a weight, a"
+    " spring)"
 )
 OF_A_LOAD = (
-    "{}: taken for what pulls at the axis from outside (a weight, a spring), as it is 0 while the"
-    " axis moves fastest; if the drive itself gives it, put effort in place of load in the command"
-    " below"
+    "taken for what pulls at the axis from outside (a weight, a spring), as it is 0 while the"
+    " axis moves fastest; if the drive itself gives it"
 )
 BY_NAME = "by its name"
 ASKED = frozenset({"command", "command_1", "steps_1"})
@@ -66,9 +65,12 @@ def from_outside(
     if effort.why == "as you say" or not may_be_outside(effort.source):
         return dict(guesses), []
     if not _nothing_in_motion(table[effort.source], table[seen.source]):
-        return dict(guesses), [OF_THE_DRIVE.format(effort.source)]
+        instead = "in place of effort in the command below"
+        return dict(guesses), [Hint(OF_THE_DRIVE, "name", effort.source, "load", instead)]
     load = replace(effort, role="load", why="it is 0 while the axis moves fastest")
-    return {**guesses, effort.source: load}, [OF_A_LOAD.format(effort.source)]
+    instead = "in place of load in the command below"
+    hint = Hint(OF_A_LOAD, "name", effort.source, "effort", instead)
+    return {**guesses, effort.source: load}, [hint]
 
 
 def _nothing_in_motion(torque: FloatArray, place: FloatArray) -> bool:

@@ -11,7 +11,13 @@ import numpy as np
 from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import ANGULAR, counts_like, of_counts, turns, whole
 from deltactl.recording.foreign.encoder_steps import of_encoder
-from deltactl.recording.foreign.names import Guess, is_of_data_joint, is_of_joint, without_unit
+from deltactl.recording.foreign.names import (
+    Guess,
+    Hint,
+    is_of_data_joint,
+    is_of_joint,
+    without_unit,
+)
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import same_range
 from deltactl.recording.reading.columns import FloatArray
@@ -84,10 +90,8 @@ def unit_of_motion(
         return stepped, ""
     lone = _is_lone(group)
     if lone and all(is_of_data_joint(one.source) for one in group):
-        return _all(group, "deg"), (
-            f"{names}: {NO_UNIT}; taken for degrees, as most arms with such names are written in;"
-            f" if it is radians, put [rad] in place of [deg] {PUT}"
-        )
+        says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
+        return _all(group, "deg"), _rather(says, "radians", names, "rad", f"[deg] {PUT}")
     by_name = all(_says_counts(one.source, table[one.source]) for one in group)
     if largest <= (GUESSES.one_turn_rad if lone else GUESSES.widest_rad) and not by_name:
         return list(group), ""
@@ -96,8 +100,7 @@ def unit_of_motion(
             f"{names}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a turn; if"
             f" a turn has others, put what one count is [rad] in place of {GUESSES.count_rad} {PUT}"
         )
-    other = _other_than_deg(group, largest, turning)
-    return _all(group, "deg"), f"{names}: up to {largest:g}, taken for degrees{other}"
+    return _all(group, "deg"), _taken_for_degrees(group, largest, turning)
 
 
 def _says_counts(heading: str, values: FloatArray) -> bool:
@@ -109,22 +112,28 @@ def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:
     return [replace(one, unit=unit, scale=scale) for one in group]
 
 
-def _other_than_deg(group: Sequence[Guess], largest: float, turning: bool) -> str:
-    """What else than the degrees that they are taken for columns may be in, and what to write."""
-    guess = group[0]
+def _rather(says: str, other: str, names: str, unit: str, instead_of: str) -> Hint:
+    """What columns were taken for, and the unit to choose if they are something else."""
+    return Hint(f"{says}; if it is {other}", "unit", names, unit, f"in place of {instead_of}")
+
+
+def _taken_for_degrees(group: Sequence[Guess], largest: float, turning: bool) -> str:
+    """That columns are taken for degrees, and what to write where they are something else."""
+    guess, names = group[0], _names(group)
+    says = f"up to {largest:g}, taken for degrees"
     if guess.index is not None:
-        return ", as all angles of the arms"  # which no machine has in mm
+        return f"{names}: {says}, as all angles of the arms"  # which no machine has in mm
     if largest > GUESSES.few_turns_deg:
         counts = f"{without_unit(guess.source)}*{GUESSES.count_rad}"
-        return (
-            f"; if it is seconds of arc, put [arcsec] in place of [deg] {PUT}; if it is counts,"
-            f' what one is in rad, as "{guess.name}={counts}" for 4096 a turn'
+        of_counts = (
+            f'if it is counts, what one is in rad, as "{guess.name}={counts}" for 4096 a turn'
         )
-    radians = largest <= GUESSES.widest_rad
-    others = f"; if it is radians, put [rad] in place of [deg] {PUT}" if radians else ""
-    if turning or turns_by_name(group):
-        return others
-    return f"{others}; if it is mm, put [mm] in place of [deg] {SLIDES}"
+        return _rather(says, "seconds of arc", names, "arcsec", f"[deg] {PUT}; {of_counts}")
+    turns = turning or turns_by_name(group)
+    if largest <= GUESSES.widest_rad:
+        also = "" if turns else f"; if it is mm, put [mm] in place of [deg] {SLIDES}"
+        return _rather(says, "radians", names, "rad", f"[deg] {PUT}{also}")
+    return f"{names}: {says}" if turns else _rather(says, "mm", names, "mm", f"[deg] {SLIDES}")
 
 
 def _names(group: Sequence[Guess]) -> str:
@@ -168,10 +177,9 @@ def ask_unit(
     largest = max(float(np.nanmax(np.abs(table[one.source]))) for one in open_)
     slide = f"if it slides, [m] or [mm], {SLIDES}"
     also = "" if turns_by_name(open_) else f"; {slide}"
-    return dict.fromkeys((one.name for one in open_), "rad"), (
-        f"{_names(open_)}: up to {largest:.4g}, and {NO_UNIT}; taken for radians; if it is degrees,"
-        f" put [deg] in place of [rad] {PUT}{also}"
-    )
+    says = f"up to {largest:.4g}, and {NO_UNIT}; taken for radians"
+    hint = _rather(says, "degrees", _names(open_), "deg", f"[rad] {PUT}{also}")
+    return dict.fromkeys((one.name for one in open_), "rad"), hint
 
 
 def _doubt(guess: Guess, values: FloatArray) -> str:

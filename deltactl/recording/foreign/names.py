@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from dataclasses import dataclass
+from typing import Literal
 
 from deltactl.recording.foreign.units import CLOCKS, LINEAR, ROTARY, UNIT_OF, UNIT_WORDS, UNITS_OF
 
@@ -139,6 +140,32 @@ class Named:
     """Whether it was asked for, which says something of an effort: others were measured."""
     used: bool = True
     """False of an acceleration, an error and the like, whatever its numbers look like."""
+
+
+class Hint(str):
+    """A warning of what a column was taken for, with what else may be chosen.
+
+    The text is for whoever types the command that reads the table. kind: whether the `unit` or the
+    `name` of the column is to be chosen. column: in the file; several with commas between. choice:
+    what to choose. command: where it goes in the command, and what goes with it.
+    """
+
+    kind: Literal["unit", "name"]
+    column: str
+    choice: str
+    command: str
+    chosen: str
+    """The same for whoever chooses on a page."""
+
+    def __new__(
+        cls, says: str, kind: Literal["unit", "name"], column: str, choice: str, command: str
+    ) -> Hint:
+        """says: what it was taken for, and if what something else is to be chosen."""
+        shown = f"[{choice}]" if kind == "unit" else choice
+        hint = super().__new__(cls, f"{column}: {says}, put {shown} {command}")
+        hint.kind, hint.column, hint.choice, hint.command = kind, column, choice, command
+        hint.chosen = f"{column}: {says}, choose {choice}"
+        return hint
 
 
 @dataclass(frozen=True, slots=True)

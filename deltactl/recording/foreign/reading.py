@@ -136,9 +136,8 @@ def _table(
     except RecordingError as error:
         if other:
             raise RecordingError(f"{path}: {other}") from None
-        raise RecordingError(
-            f"{error}; how it can be read: deltactl diagnose --inspect {path}"
-        ) from None
+        typed = f"; how it can be read: deltactl diagnose --inspect {path}"
+        raise error.with_typed(typed) from None
     if other and len(table) == 1:
         raise RecordingError(f"{path}: {other}")
     return table

@@ -56,9 +56,8 @@ def read_flat(path: Path, progress: Progress = lambda _: None) -> FlatRecording:
     try:
         ending = _ending(path, READERS)
     except RecordingError as error:
-        raise RecordingError(
-            f"{error}; another table is read with --set: type: deltactl diagnose --inspect {path}"
-        ) from None
+        typed = f"; another table is read with --set: type: deltactl diagnose --inspect {path}"
+        raise error.with_typed(typed) from None
     return READERS[ending](path, progress)
 
 

@@ -120,10 +120,6 @@ def plain_name(name: str, otherwise: str = "unnamed") -> str:
 
 AS_IT_IS = "1"
 """The unit of what is in the contract's already, or is none."""
-OPTION = re.compile(r"[;:]?(?: [^;:]*:)? (?:type: )?deltactl diagnose --inspect .*$", re.DOTALL)
-"""What a message says to type."""
-
-IN_COMMANDS = re.compile(r"put \[?(\w+)\]? in place of .*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +137,7 @@ def inspected(path: Path) -> dict[str, Any]:
     Raises RecordingError.
     """
     from deltactl.recording.foreign.inspection import inspect
+    from deltactl.recording.foreign.names import Hint
     from deltactl.recording.foreign.units import UNITS_OF
     from deltactl.recording.tables.flat import UNITS
 
@@ -157,7 +154,7 @@ def inspected(path: Path) -> dict[str, Any]:
         "columns": columns,
         "units_of": {name: [AS_IT_IS, *known] for name, known in units.items()},
         "mapping": found.mapping_text(),
-        "warnings": [IN_COMMANDS.sub(r"choose \1", one) for one in found.warnings],
+        "warnings": [one.chosen if isinstance(one, Hint) else one for one in found.warnings],
     }
 
 

@@ -99,7 +99,9 @@ async def _run(kind: str, files: tuple[Path, ...], progress: Progress) -> dict[s
             if "progress" in message:
                 progress(str(message["progress"]))
             elif "error" in message:
-                raise ServiceError(str(message["error"]))
+                error = ServiceError(str(message["error"]))
+                error.typed = str(message.get("typed", ""))
+                raise error
             elif "result" in message:
                 return dict(message["result"])
         raise ServiceError(f"the {_work(kind)} ended without an answer")

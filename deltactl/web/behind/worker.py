@@ -169,7 +169,8 @@ def main(arguments: list[str]) -> None:
     try:
         _say({"result": KINDS[kind](*(Path(file) for file in files))})
     except (DeltactlError, OSError) as error:
-        _say({"error": " ".join(str(error).split())})
+        typed = error.typed if isinstance(error, DeltactlError) else ""
+        _say({"error": " ".join(str(error).split()), "typed": " ".join(typed.split())})
     except ModuleNotFoundError as error:
         _say({"error": str(missing("this", error, "diagnosis"))})
 
