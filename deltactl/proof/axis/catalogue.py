@@ -90,8 +90,8 @@ def _plain(name: str) -> Build:
     return lambda x, drawn, scale: {name: x}
 
 
-def _excess(name: str) -> Build:
-    return lambda x, drawn, scale: {name: 1.0 + x}
+def _scale(x: float, drawn: Drawn, scale: Scale) -> dict[str, float]:
+    return {"scale": 1.0 + x}
 
 
 def _with(name: str, *drawn_names: str) -> Build:
@@ -123,7 +123,7 @@ def _tenth(scale: Scale) -> float:
 
 COMMANDED = (
     Kind("home_offset", _plain("angle"), _tenth, _tenth, signed=True, needs="zero"),
-    Kind("gear_ratio", _excess("scale"), lambda s: 0.01, lambda s: 0.2, signed=True),
+    Kind("gear_ratio", _scale, lambda s: 0.01, lambda s: 0.2, signed=True),
     Kind("gear_backlash", _plain("width"), _tenth, _tenth),
     Kind("joint_friction", _plain("width"), _tenth, _tenth),
     Kind("following_lag", _lag, lambda s: 0.02 * s.time, lambda s: 0.15 * s.time, _shares),
@@ -151,7 +151,7 @@ FORCED = (
          lambda rng, s: {"speed": s.speed * float(rng.uniform(0.08, 0.25))}),
     Kind("effort_offset", _plain("offset"), lambda s: s.force, lambda s: 5.0 * s.force,
          signed=True),
-    Kind("effort_gain", _excess("scale"), lambda s: 0.1, lambda s: 0.5, signed=True),
+    Kind("effort_gain", _scale, lambda s: 0.1, lambda s: 0.5, signed=True),
     Kind("inertia", lambda x, d, s: {"inertia": s.inertia * (1.0 + x)}, lambda s: 0.1,
          lambda s: 0.6, signed=True),
     Kind("following_lag", _lag, lambda s: 0.02 * s.time, lambda s: 0.06 * s.time, _shares),
@@ -160,7 +160,7 @@ FORCED = (
 )  # fmt: skip
 RANGING = (
     Kind("sensor_offset", _plain("offset"), _tenth, lambda s: 0.4 * s.away, signed=True),
-    Kind("sensor_scale", _excess("scale"), lambda s: 0.01, lambda s: 0.3, signed=True),
+    Kind("sensor_scale", _scale, lambda s: 0.01, lambda s: 0.3, signed=True),
     Kind("sensor_crosstalk", lambda x, d, s: {"curvature": x / s.away**2}, _tenth,
          lambda s: 0.3 * s.away, signed=True),
     Kind("sensor_drift", _with("offset", "time_constant"), _tenth, lambda s: 0.3 * s.away,

@@ -31,6 +31,11 @@ class Cell:
     apart_m: dict[str, float]
     """To where the limit's run was at the same target, by model."""
 
+    @property
+    def head(self) -> list[str]:
+        """Curve and speed as the first columns of a table."""
+        return [TITLES[self.curve], f"{self.t_pwm_s:g}"]
+
     def above_m(self, model: str) -> float:
         """Error of a model less that of the limit; below 0 is better than the limit."""
         return self.error_m[model] - self.error_m[LIMIT]
@@ -38,6 +43,14 @@ class Cell:
     def holds(self, ours: str, zhao: str) -> bool:
         """Whether ours is above the limit by at most half of what Zhao's network is."""
         return self.above_m(ours) <= 0.5 * max(self.above_m(zhao), 0.0)
+
+
+def _mm(*errors_m: float) -> list[str]:
+    return [f"{1e3 * error_m:.2f}" for error_m in errors_m]
+
+
+def _yes(holds: bool) -> str:
+    return "yes" if holds else "no"
 
 
 def cells(study: Study) -> list[Cell]:
@@ -72,13 +85,9 @@ def diagnosed(study: Study) -> Sheet:
                 [
                     TITLES[curve],
                     f"{speed:g}",
-                    *(
-                        f"{1e3 * distance_m(error_m):.2f}"
-                        for error_m in (*true_m.values(), closed_m)
-                    ),
-                    *(f"{1e3 * value:.2f}" for value in rms_m(true_m[CORRECTED])),
-                    *(f"{1e3 * value:.2f}" for value in rms_m(closed_m)),
-                    "yes" if closed else "no",
+                    *_mm(*map(distance_m, (*true_m.values(), closed_m))),
+                    *_mm(*rms_m(true_m[CORRECTED]), *rms_m(closed_m)),
+                    _yes(closed),
                 ]
             )
     known, everything = (
@@ -106,25 +115,13 @@ def diagnosed(study: Study) -> Sheet:
 def above_the_limit(study: Study) -> Sheet:
     """Each model's true error, and by how much it exceeds that of the limit."""
     main = study.scale.main
-    zhao = f"zhao-{main}"
+    zhao, ours = f"zhao-{main}", f"ours-{main}"
+    models = (GEOMETRY, f"uzunovic-{main}", zhao, LIMIT, ours, f"{CALIBRATED}-{main}")
     rows = []
     for cell in cells(study):
-        error = {model: f"{1e3 * value:.2f}" for model, value in cell.error_m.items()}
-        rows.append(
-            [
-                TITLES[cell.curve],
-                f"{cell.t_pwm_s:g}",
-                error[GEOMETRY],
-                error[f"uzunovic-{main}"],
-                error[zhao],
-                error[LIMIT],
-                error[f"ours-{main}"],
-                error[f"calibrated-{main}"],
-                f"{1e3 * cell.above_m(zhao):+.2f}",
-                f"{1e3 * cell.above_m(f'ours-{main}'):+.2f}",
-                "yes" if cell.holds(f"ours-{main}", zhao) else "no",
-            ]
-        )
+        above = [f"{1e3 * cell.above_m(model):+.2f}" for model in (zhao, ours)]
+        shown_m = [cell.error_m[model] for model in models]
+        rows.append([*cell.head, *_mm(*shown_m), *above, _yes(cell.holds(ours, zhao))])
     return Sheet(
         f"Error against the truth, RMS distance [mm], trained on {main} samples",
         ["Curve", "T_PWM", "geometry", "Uzunovic's", "Zhao's", "limit", "ours", "calibrated",
@@ -145,18 +142,9 @@ def apart_from_the_limit(study: Study) -> Sheet:
         apart = cell.apart_m
         zhao, ours = apart[f"zhao-{main}"], apart[f"{TRUSTING}-{main}"]
         early = apart[f"{TRUSTING}-{few}"]
-        rows.append(
-            [
-                TITLES[cell.curve],
-                f"{cell.t_pwm_s:g}",
-                *(f"{1e3 * apart[f'{name}-{main}']:.2f}" for name in ("uzunovic", "zhao")),
-                f"{1e3 * ours:.2f}",
-                f"{ours / zhao:.2f}",
-                "yes" if ours <= 0.5 * zhao else "no",
-                f"{1e3 * early:.2f}",
-                "yes" if early <= zhao else "no",
-            ]
-        )
+        shown = [*_mm(apart[f"uzunovic-{main}"], zhao, ours), f"{ours / zhao:.2f}"]
+        shown += [_yes(ours <= 0.5 * zhao), *_mm(early), _yes(early <= zhao)]
+        rows.append([*cell.head, *shown])
     return Sheet(
         "Distance from the limit's own run, RMS [mm]: what a model adds to the sensors' bias",
         ["Curve", "T_PWM", f"Uzunovic's, {main}", f"Zhao's, {main}", f"ours, {main}",
@@ -174,16 +162,8 @@ def few_samples(study: Study) -> Sheet:
     rows = []
     for cell in cells(study):
         ours, zhao = cell.error_m[f"ours-{few}"], cell.error_m[f"zhao-{main}"]
-        rows.append(
-            [
-                TITLES[cell.curve],
-                f"{cell.t_pwm_s:g}",
-                f"{1e3 * ours:.2f}",
-                f"{1e3 * cell.error_m[f'{CALIBRATED}-{few}']:.2f}",
-                f"{1e3 * zhao:.2f}",
-                "yes" if ours <= zhao else "no",
-            ]
-        )
+        shown = _mm(ours, cell.error_m[f"{CALIBRATED}-{few}"], zhao)
+        rows.append([*cell.head, *shown, _yes(ours <= zhao)])
     return Sheet(
         f"Ours with {few} samples against Zhao's with {main}: RMS distance to the truth [mm]",
         ["Curve", "T_PWM", f"ours, {few}", f"calibrated, {few}", f"Zhao's, {main}", "no worse"],
@@ -226,10 +206,7 @@ NAMES = {"zhao": "Zhao's", "uzunovic": "Uzunovic's", TRUSTING: "ours, trusting t
 
 
 def _rows(found: dict[str, FloatArray]) -> list[list[str]]:
-    return [
-        [NAMES.get(model, model), *(f"{1e3 * value:.2f}" for value in values)]
-        for model, values in found.items()
-    ]
+    return [[NAMES.get(model, model), *_mm(*values)] for model, values in found.items()]
 
 
 def _mean(study: Study, model: str) -> float:
