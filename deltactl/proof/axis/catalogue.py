@@ -57,6 +57,8 @@ class Scale:
 
 Drawn = Mapping[str, float]
 Build = Callable[[float, Drawn, Scale], dict[str, float]]
+Size = Callable[[Scale], float]
+Extras = Callable[[np.random.Generator, Scale], dict[str, float]]
 
 
 @dataclass(frozen=True)
@@ -70,11 +72,9 @@ class Kind:
 
     effect: str
     build: Build
-    first: Callable[[Scale], float]
-    most: Callable[[Scale], float]
-    extras: Callable[[np.random.Generator, Scale], dict[str, float]] = field(
-        default=lambda rng, scale: {}
-    )
+    first: Size
+    most: Size
+    extras: Extras = field(default=lambda rng, scale: {})
     signed: bool = False
     needs: str = ""
     unknown: bool = False
@@ -113,116 +113,113 @@ def _wave(rng: np.random.Generator, scale: Scale) -> dict[str, float]:
     }
 
 
-def _moment(rng: np.random.Generator, scale: Scale) -> dict[str, float]:
-    return {"time": scale.span * float(rng.uniform(0.3, 0.7))}
+def _drawn(name: str, low: float, high: float, unit: str = "") -> Extras:
+    """Something drawn evenly, in a unit of the scale."""
+    return lambda rng, scale: {
+        name: (getattr(scale, unit) if unit else 1.0) * float(rng.uniform(low, high))
+    }
 
 
-def _tenth(scale: Scale) -> float:
-    return 0.1 * scale.length
+def _of(unit: str, share: float = 1.0) -> Size:
+    return lambda scale: share * float(getattr(scale, unit))
 
 
+def _flat(size: float) -> Size:
+    return lambda scale: size
+
+
+_tenth = _of("length", 0.1)
+_moment = _drawn("time", 0.3, 0.7, "span")
 COMMANDED = (
     Kind("home_offset", _plain("angle"), _tenth, _tenth, signed=True, needs="zero"),
-    Kind("gear_ratio", _scale, lambda s: 0.01, lambda s: 0.2, signed=True),
+    Kind("gear_ratio", _scale, _flat(0.01), _flat(0.2), signed=True),
     Kind("gear_backlash", _plain("width"), _tenth, _tenth),
     Kind("joint_friction", _plain("width"), _tenth, _tenth),
-    Kind("following_lag", _lag, lambda s: 0.02 * s.time, lambda s: 0.15 * s.time, _shares),
-    Kind("sensor_latency", _plain("time"), lambda s: 0.02 * s.time, lambda s: 0.15 * s.time),
-    Kind("transmission_error", _with("amplitude", "period", "phase"), _tenth,
-         lambda s: 0.05 * s.length, _wave),
-    Kind("encoder_error", _with("amplitude", "period", "phase"), _tenth,
-         lambda s: 0.05 * s.length, _wave),
-    Kind("lost_steps",
-         lambda x, d, s: {"steps": float(max(round(x / s.step), 1.0)), "time": d["time"]},
-         _tenth, _tenth, _moment, needs="steps"),
+    Kind("following_lag", _lag, _of("time", 0.02), _of("time", 0.15), _shares),
+    Kind("sensor_latency", _plain("time"), _of("time", 0.02), _of("time", 0.15)),
+    Kind("transmission_error", _with("amplitude", "period", "phase"), _tenth, _of("length", 0.05),
+         _wave),
+    Kind("encoder_error", _with("amplitude", "period", "phase"), _tenth, _of("length", 0.05),
+         _wave),
+    Kind("lost_steps", lambda x, d, s: {"steps": float(max(round(x / s.step), 1.0)), "time":
+         d["time"]}, _tenth, _tenth, _moment, needs="steps"),
     Kind("joint_compliance", lambda x, d, s: {"stiffness": s.load / x}, _tenth, _tenth,
          needs="load"),
-    Kind("resonance", lambda x, d, s: {"frequency": x**-0.5, "damping": d["damping"]},
-         lambda s: (0.25 * s.time) ** 2, lambda s: (0.4 * s.time) ** 2,
-         lambda rng, s: {"damping": float(rng.uniform(0.03, 0.25))}),
-    Kind("speed_limit", lambda x, d, s: {"limit": s.fastest / (1.0 + x)}, lambda s: 0.2,
-         lambda s: 0.6),
+    Kind("resonance", lambda x, d, s: {"frequency": x**-0.5, "damping": d["damping"]}, lambda s:
+         (0.25 * s.time) ** 2, lambda s: (0.4 * s.time) ** 2, _drawn("damping", 0.03, 0.25)),
+    Kind("speed_limit", lambda x, d, s: {"limit": s.fastest / (1.0 + x)}, _flat(0.2), _flat(0.6)),
 )  # fmt: skip
 FORCED = (
-    Kind("joint_friction", _plain("torque"), lambda s: s.force, lambda s: 5.0 * s.force),
-    Kind("viscous_friction", lambda x, d, s: {"coefficient": x / s.speed}, lambda s: s.force,
-         lambda s: 5.0 * s.force),
-    Kind("stribeck_friction", _with("torque", "speed"), lambda s: s.force, lambda s: 3.0 * s.force,
-         lambda rng, s: {"speed": s.speed * float(rng.uniform(0.08, 0.25))}),
-    Kind("effort_offset", _plain("offset"), lambda s: s.force, lambda s: 5.0 * s.force,
+    Kind("joint_friction", _plain("torque"), _of("force"), _of("force", 5.0)),
+    Kind("viscous_friction", lambda x, d, s: {"coefficient": x / s.speed}, _of("force"),
+         _of("force", 5.0)),
+    Kind("stribeck_friction", _with("torque", "speed"), _of("force"), _of("force", 3.0),
+         _drawn("speed", 0.08, 0.25, "speed")),
+    Kind("effort_offset", _plain("offset"), _of("force"), _of("force", 5.0), signed=True),
+    Kind("effort_gain", _scale, _flat(0.1), _flat(0.5), signed=True),
+    Kind("inertia", lambda x, d, s: {"inertia": s.inertia * (1.0 + x)}, _flat(0.1), _flat(0.6),
          signed=True),
-    Kind("effort_gain", _scale, lambda s: 0.1, lambda s: 0.5, signed=True),
-    Kind("inertia", lambda x, d, s: {"inertia": s.inertia * (1.0 + x)}, lambda s: 0.1,
-         lambda s: 0.6, signed=True),
-    Kind("following_lag", _lag, lambda s: 0.02 * s.time, lambda s: 0.06 * s.time, _shares),
-    Kind("effort_limit", lambda x, d, s: {"limit": s.highest / (1.0 + x)}, lambda s: 0.2,
-         lambda s: 0.35),
+    Kind("following_lag", _lag, _of("time", 0.02), _of("time", 0.06), _shares),
+    Kind("effort_limit", lambda x, d, s: {"limit": s.highest / (1.0 + x)}, _flat(0.2), _flat(0.35)),
 )  # fmt: skip
 RANGING = (
-    Kind("sensor_offset", _plain("offset"), _tenth, lambda s: 0.4 * s.away, signed=True),
-    Kind("sensor_scale", _scale, lambda s: 0.01, lambda s: 0.3, signed=True),
-    Kind("sensor_crosstalk", lambda x, d, s: {"curvature": x / s.away**2}, _tenth,
-         lambda s: 0.3 * s.away, signed=True),
-    Kind("sensor_drift", _with("offset", "time_constant"), _tenth, lambda s: 0.3 * s.away,
-         lambda rng, s: {"time_constant": s.span * float(rng.uniform(0.1, 0.35))}, signed=True),
-    Kind("sensor_latency", _plain("time"), lambda s: 0.02 * s.time, lambda s: 0.2 * s.time),
+    Kind("sensor_offset", _plain("offset"), _tenth, _of("away", 0.4), signed=True),
+    Kind("sensor_scale", _scale, _flat(0.01), _flat(0.3), signed=True),
+    Kind("sensor_crosstalk", lambda x, d, s: {"curvature": x / s.away**2}, _tenth, _of("away", 0.3),
+         signed=True),
+    Kind("sensor_drift", _with("offset", "time_constant"), _tenth, _of("away", 0.3),
+         _drawn("time_constant", 0.1, 0.35, "span"), signed=True),
+    Kind("sensor_latency", _plain("time"), _of("time", 0.02), _of("time", 0.2)),
 )  # fmt: skip
 
 
 def _odd(
     effect: str,
     build: Build,
-    first: Callable[[Scale], float],
-    most: Callable[[Scale], float],
+    first: Size,
+    most: Size,
     follows: str,
     beside: str = "",
-    extras: Callable[[np.random.Generator, Scale], dict[str, float]] = lambda rng, s: {},
+    extras: Extras = lambda rng, s: {},
 ) -> Kind:
     return Kind(effect, build, first, most, extras, unknown=True,
                 follows=tuple(follows.split()), beside=tuple(beside.split()))  # fmt: skip
 
 
 UNKNOWN_COMMANDED = (
-    _odd("lag_by_direction", _with("time", "back"), lambda s: 0.02 * s.time,
-         lambda s: 0.1 * s.time, "velocity direction", "following_lag sensor_latency",
-         lambda rng, s: {"back": float(rng.uniform(2.5, 5.0))}),
-    _odd("overshoot", lambda x, d, s: {"time": d["time"], "extra": x}, lambda s: 0.1,
-         lambda s: 0.6, "velocity acceleration", "resonance",
-         lambda rng, s: {"time": s.time * float(rng.uniform(0.05, 0.15))}),
+    _odd("lag_by_direction", _with("time", "back"), _of("time", 0.02), _of("time", 0.1),
+         "velocity direction", "following_lag sensor_latency", _drawn("back", 2.5, 5.0)),
+    _odd("overshoot", lambda x, d, s: {"time": d["time"], "extra": x}, _flat(0.1), _flat(0.6),
+         "velocity acceleration", "resonance", _drawn("time", 0.05, 0.15, "time")),
     _odd("coupling", _plain("size"), _tenth, _tenth, "time", "home_offset"),
     _odd("growing_friction", _plain("width"), _tenth, _tenth, "position direction",
          "joint_friction gear_backlash home_offset"),
-    _odd("warming_ratio", _with("share", "time"), lambda s: 0.01, lambda s: 0.1, "time",
-         "gear_ratio home_offset",
-         lambda rng, s: {"time": s.span * float(rng.uniform(0.2, 0.5))}),
+    _odd("warming_ratio", _with("share", "time"), _flat(0.01), _flat(0.1), "time",
+         "gear_ratio home_offset", _drawn("time", 0.2, 0.5, "span")),
     _odd("elastic_cable", _plain("size"), _tenth, _tenth, "position", "home_offset gear_ratio"),
 )  # fmt: skip
 UNKNOWN_FORCED = (
-    _odd("coupling", _plain("size"), lambda s: s.force, lambda s: 4.0 * s.force, "time",
-         "effort_offset"),
-    _odd("friction_by_position", _plain("torque"), lambda s: s.force, lambda s: 4.0 * s.force,
+    _odd("coupling", _plain("size"), _of("force"), _of("force", 4.0), "time", "effort_offset"),
+    _odd("friction_by_position", _plain("torque"), _of("force"), _of("force", 4.0),
          "position direction", "joint_friction effort_offset viscous_friction stribeck_friction"),
-    _odd("gain_drifts", _with("share", "time"), lambda s: 0.1, lambda s: 0.5, "time",
-         "effort_gain", lambda rng, s: {"time": s.span * float(rng.uniform(0.2, 0.5))}),
-    _odd("weight_not_given", _with("size", "zero"), lambda s: s.force, lambda s: 4.0 * s.force,
-         "position", "effort_offset",
-         lambda rng, s: {"zero": float(rng.uniform(-np.pi, np.pi))}),
-    _odd("cogging", _with("size", "period"), lambda s: s.force, lambda s: 2.0 * s.force,
-         "position", "",
-         lambda rng, s: {"period": s.length * float(rng.uniform(0.08, 0.4))}),
-    _odd("elastic_cable", _plain("size"), lambda s: s.force, lambda s: 4.0 * s.force, "position",
+    _odd("gain_drifts", _with("share", "time"), _flat(0.1), _flat(0.5), "time", "effort_gain",
+         _drawn("time", 0.2, 0.5, "span")),
+    _odd("weight_not_given", _with("size", "zero"), _of("force"), _of("force", 4.0), "position",
+         "effort_offset", _drawn("zero", -np.pi, np.pi)),
+    _odd("cogging", _with("size", "period"), _of("force"), _of("force", 2.0), "position", "",
+         _drawn("period", 0.08, 0.4, "length")),
+    _odd("elastic_cable", _plain("size"), _of("force"), _of("force", 4.0), "position",
          "effort_offset"),
 )  # fmt: skip
 UNKNOWN_RANGING = (
     _odd("hysteresis", _plain("width"), _tenth, _tenth, "velocity direction distance",
          "sensor_offset sensor_latency"),
-    _odd("temperature", _plain("size"), _tenth, lambda s: 0.2 * s.away, "time", "sensor_offset"),
-    _odd("stripes", _with("size", "period"), _tenth, _tenth, "distance", "",
-         lambda rng, s: {"period": s.length * float(rng.uniform(0.1, 0.4))}),
-    _odd("reflection", _with("size", "at", "within"), _tenth, lambda s: 0.2 * s.away, "distance",
-         "sensor_offset sensor_scale",
-         lambda rng, s: {"at": s.away - s.length * float(rng.uniform(0.3, 0.7)),
-                         "within": s.length * float(rng.uniform(0.08, 0.2))}),
+    _odd("temperature", _plain("size"), _tenth, _of("away", 0.2), "time", "sensor_offset"),
+    _odd("stripes", _with("size", "period"), _tenth, _tenth, "distance", "", _drawn("period", 0.1,
+         0.4, "length")),
+    _odd("reflection", _with("size", "at", "within"), _tenth, _of("away", 0.2), "distance",
+         "sensor_offset sensor_scale", lambda rng, s: {"at": s.away - s.length *
+         float(rng.uniform(0.3, 0.7)), "within": s.length * float(rng.uniform(0.08, 0.2))}),
 )  # fmt: skip
 LIMITS = ("speed_limit", "effort_limit")
 """Effects that an answer may also call unknown: a limit has no pattern of its own."""
