@@ -43,7 +43,7 @@ class JobCheck:
 
     def wait(self, timeout_s: float) -> bool:
         """Whether it ends within that time."""
-        return self._ended.wait(timeout_s)
+        return self._ended.wait(min(timeout_s, threading.TIMEOUT_MAX))
 
     @property
     def going_on(self) -> bool:
