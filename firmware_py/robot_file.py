@@ -35,7 +35,7 @@ from deltactl.models.robot import (
 )
 from deltactl.models.robot_files import of_delta, wrong_effects, wrong_entries, wrong_values
 from deltactl.models.servo_drive import ServoDrive
-from deltactl.recording.writing.keeping import KeptRecordings
+from deltactl.recording.writing.retention import KeptRecordings
 
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
 JointSpeed = Annotated[

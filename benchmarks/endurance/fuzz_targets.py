@@ -31,7 +31,7 @@ from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.csv_table import read_csv
 from deltactl.recording.tables.rounds import flatten
-from deltactl.recording.writing.names import confined
+from deltactl.recording.writing.retention import confined
 from deltactl.recording.writing.writer import RunRecorder
 
 Target = Callable[[bytes], None]

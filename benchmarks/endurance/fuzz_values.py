@@ -15,9 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.diagnosis.admission.plausibility import check_input
-from deltactl.diagnosis.admission.step_counts import check_steps
-from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.admission.admit import admit
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.foundation.strict_yaml import Document
@@ -84,9 +82,7 @@ class Recordings:
 
     def admit(self, data: bytes) -> None:
         """All that a diagnosis does with it before it fits anything. Raises RecordingError."""
-        recording = self.read(data)
-        check_steps(self._robot, recording, self._limits)
-        check_input(DeltaModel(self._robot, [recording]))
+        admit(self._robot, [self.read(data)], limits=self._limits).passed()
 
     def changed(self, data: bytes) -> list[Message]:
         """Messages with five bytes for each change: field (255: its time), topic, value, first

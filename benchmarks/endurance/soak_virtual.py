@@ -25,7 +25,7 @@ from deltactl.firmware_py.daemon.job_store import JobStore
 from deltactl.firmware_py.daemon.protocol import Message, Request
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.clock import NS_PER_S, sleep_s
-from deltactl.recording.writing.keeping import GIB, KeptRecordings, RecordingKeeper
+from deltactl.recording.writing.retention import GIB, KeptRecordings, RecordingKeeper
 from tests.rigs.faults.vitals import Vitals, vitals
 
 MOST_SHOWN = 300

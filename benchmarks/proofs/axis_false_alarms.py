@@ -17,7 +17,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import Drive, RangeSensor, ServoAxis, StepperAxis
 from tests.axes.axis_rigs import FollowingRig, ForcedRig, RangingRig
 
@@ -29,19 +29,19 @@ STEPS = StepperAxis(
 RANGES = RangeSensor(kind="range_sensor", name="ranges")
 Run = Callable[[int, float, float], Diagnosis]
 KINDS: dict[str, Run] = {
-    "commands": lambda seed, s, rho: diagnose_axis(
+    "commands": lambda seed, s, rho: diagnose_recordings(
         FOLLOWS, [FollowingRig(rho=rho).record(seed, span_s=s)]
     ),
-    "coarse encoder": lambda seed, s, rho: diagnose_axis(
+    "coarse encoder": lambda seed, s, rho: diagnose_recordings(
         FOLLOWS, [FollowingRig(rho=rho, noise=1e-4, encoder_step=1.5e-3).record(seed, span_s=s)]
     ),
-    "stepper": lambda seed, s, rho: diagnose_axis(
+    "stepper": lambda seed, s, rho: diagnose_recordings(
         STEPS, [FollowingRig(rho=rho).record(seed, span_s=s, names="command_1 theta_1")]
     ),
-    "range sensor": lambda seed, s, rho: diagnose_axis(
+    "range sensor": lambda seed, s, rho: diagnose_recordings(
         RANGES, [RangingRig(rho=rho).record(seed, span_s=s)]
     ),
-    "effort": lambda seed, s, rho: diagnose_axis(
+    "effort": lambda seed, s, rho: diagnose_recordings(
         FORCED, [ForcedRig(rho=0.5 * rho).record(seed, span_s=min(s, 20.0))]
     ),
 }

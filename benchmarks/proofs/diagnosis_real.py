@@ -15,8 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.api import diagnose
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose, diagnose_recordings
 from deltactl.models.robot import RangeSensor
 from deltactl.recording.foreign.mapping import Mapping, load_mapping
 from deltactl.recording.foreign.reading import read_mapped
@@ -82,7 +81,7 @@ def answers(folder: Path, wanted: list[str]) -> Iterator[tuple[str, Diagnosis, f
         if wanted and "tof_vl53l0x" not in wanted:
             continue
         start = time.perf_counter()
-        answer = diagnose_axis(SENSOR, [read_mapped(folder / "tof_vl53l0x" / table, mapping)])
+        answer = diagnose_recordings(SENSOR, [read_mapped(folder / "tof_vl53l0x" / table, mapping)])
         yield f"tof_vl53l0x/{table}", answer, time.perf_counter() - start
 
 

@@ -12,9 +12,9 @@ import typer
 
 from deltactl.cli.output import say, warn
 from deltactl.cli.robot.jobs import SocketOption
-from deltactl.foundation.errors import RecordingError, ServiceError
+from deltactl.foundation.errors import ServiceError
 from deltactl.foundation.extras import needs
-from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.plain_file import check_fresh, write_whole
 
 if TYPE_CHECKING:
     import subprocess
@@ -139,8 +139,7 @@ def foxglove(
         from deltactl.web.foxglove import convert, serve_live
 
     if layout is not None:
-        if layout.exists():
-            raise RecordingError(f"{layout}: exists already; name another file")
+        check_fresh(layout)
         write_whole(layout, (files("deltactl.web") / "foxglove_layout.json").read_bytes())
         say(f"layout: {layout} (in Foxglove: Layouts, Import from file)")
     if recording is not None:

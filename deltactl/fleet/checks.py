@@ -17,7 +17,7 @@ from typing import Any
 from deltactl.fleet.task import Book, Row, diagnose_one, stamp_of
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
-from deltactl.recording.writing.names import ENDING
+from deltactl.recording.writing.retention import ENDING
 
 FOLDER = "checks"
 ANNOUNCED = "announced.json"

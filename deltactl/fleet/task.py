@@ -11,7 +11,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from deltactl.foundation.errors import ConfigError, DeltactlError, RecordingError
+from deltactl.diagnosis.admission.which_robot import no_robot_fits
+from deltactl.foundation.errors import ConfigError, DeltactlError
+from deltactl.foundation.plain_file import said_of_output
 from deltactl.foundation.strict_yaml import Document
 
 _DATE = re.compile(r"(\d{4})-(\d\d)-(\d\d)(?:[T_](\d\d)-?(\d\d)-?(\d\d))?")
@@ -62,10 +64,7 @@ class Robots:
             if fitting:
                 stem = max(fitting, key=len)
                 return stem, self.by_stem[stem]
-        raise RecordingError(
-            f"{recording}: no robot file fits; name its folder, or the beginning of its name, "
-            "like the robot file"
-        )
+        raise no_robot_fits(recording)
 
 
 def recorded_at(recording: Path) -> datetime:
@@ -105,11 +104,9 @@ class Book:
 
     def __init__(self, folder: Path):
         self._path = folder / NAME
-        try:
+        with said_of_output(folder):
             folder.mkdir(parents=True, exist_ok=True)
             self._file = self._path.open("a", encoding="utf-8")
-        except OSError as error:
-            raise RecordingError(f"{folder}: cannot be written ({error.strerror})") from error
         if self._path.stat().st_size and not self._path.read_bytes().endswith(b"\n"):
             self._file.write("\n")
 

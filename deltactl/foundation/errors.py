@@ -16,7 +16,7 @@ DeltactlError
 │   └── PulseFault                      the pulse player stopped by itself
 ├── NetworkError (ValueError)           a network file is broken or for another robot
 ├── RecordingError (ValueError)         a recording cannot be read or written
-│   └── MissingColumns                  it has not the columns of such a machine
+│   └── RefusedRecording                it does not fit the robot file
 └── ServiceError (ConnectionError)      the daemon is absent or refuses
 
 A message says what was wrong, where, and what to do. The command line prints it as
@@ -26,7 +26,7 @@ one line and exits with status 2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 
 class DeltactlError(Exception):
@@ -149,12 +149,10 @@ class RecordingError(DeltactlError, ValueError):
     """A recording cannot be written or read."""
 
 
-class MissingColumns(RecordingError):
-    """A table has not the columns that a machine of this kind needs. source: the table's name."""
+class RefusedRecording(RecordingError):
+    """A recording does not fit the robot file; `refusal` has the parts (`diagnosis.admission`)."""
 
-    def __init__(self, says: str, source: str = ""):
-        super().__init__(says)
-        self.source = source
+    refusal: Any = None
 
 
 class ServiceError(DeltactlError, ConnectionError):

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from deltactl.foundation.errors import MissingFile
+from deltactl.foundation.errors import MissingFile, RecordingError
 
 PART = ".part"
 """The ending of a file that is not whole yet; its name begins with a dot."""
@@ -75,6 +75,32 @@ def whole_file(
         if error.errno is None or not ours:
             raise
         raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+@contextmanager
+def said_of_output(out: Path, *, fresh: bool = False) -> Iterator[None]:
+    """What goes wrong within, while `out` is written, as one line.
+
+    fresh: as for `whole_file`; without it, that something is there is a reason as others. Raises
+    RecordingError.
+    """
+    try:
+        yield
+    except OSError as error:
+        if fresh and isinstance(error, FileExistsError):
+            raise _there(out) from None
+        reason = error.strerror or error
+        raise RecordingError(f"{out}: cannot be written ({reason})") from error
+
+
+def check_fresh(out: Path) -> None:
+    """Before long work: raise RecordingError where a file is there that is not replaced."""
+    if out.exists():
+        raise _there(out)
+
+
+def _there(out: Path) -> RecordingError:
+    return RecordingError(f"{out}: exists already; name another file")
 
 
 @contextmanager

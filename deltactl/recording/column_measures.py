@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from deltactl.recording.reading.columns import FloatArray
+from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.flat import FlatRecording
 
 TRAVEL = (0.02, 0.98)

@@ -15,8 +15,8 @@ from deltactl.diagnosis.api import diagnose
 from deltactl.firmware_py.named_files import TRAINED_FOLDER
 from deltactl.firmware_py.program.coverage import Coverage, robot_coverage
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
-from deltactl.foundation.errors import ConfigError, DeltactlError, RecordingError
-from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.errors import ConfigError, DeltactlError
+from deltactl.foundation.plain_file import check_fresh, said_of_output, write_whole
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.models.network.file import NetworkFile
 
@@ -84,8 +84,7 @@ def correct(
     progress: Progress = lambda _: None,
 ) -> Corrected:
     """Diagnose, write the robot file, train. Raises ConfigError, RecordingError, NetworkError."""
-    if out.exists():
-        raise RecordingError(f"{out}: exists already; name another file")
+    check_fresh(out)
     before = load_robot(robot_file)
     answer = diagnose(recordings, robot_file, progress=progress)
     text = corrected_text(robot_file, answer, all_of_them, tables)
@@ -133,10 +132,8 @@ def held_back(
 
 
 def _write(out: Path, text: str) -> None:
-    try:
+    with said_of_output(out):
         write_whole(out, text)
-    except OSError as error:
-        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 
 
 def _loaded(path: Path) -> RobotFile:

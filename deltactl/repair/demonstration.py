@@ -24,8 +24,7 @@ from deltactl.diagnosis.report.sizes import quantity
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.program.coverage import Coverage, coverage_of
 from deltactl.firmware_py.robot_file import load_robot
-from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.plain_file import said_of_output, write_whole
 from deltactl.models.robot import FloatArray
 from deltactl.models.robot_files import load_with_effects
 from deltactl.proof.hidden.hidden import Hidden
@@ -136,10 +135,8 @@ STYLE = """
 
 def write_page(demo: Demonstration, out: Path) -> None:
     """Write the page; an earlier one is replaced whole or not at all. Raises RecordingError."""
-    try:
+    with said_of_output(out):
         write_whole(out, page_html(demo))
-    except OSError as error:
-        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 
 
 def page_html(demo: Demonstration) -> str:

@@ -37,7 +37,8 @@ from foxglove.messages import (
 
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.firmware_py.run_report.tracking import robot_of
-from deltactl.foundation.errors import RecordingError, ServiceError
+from deltactl.foundation.errors import ServiceError
+from deltactl.foundation.plain_file import said_of_output
 from deltactl.models.linkage import Linkage, skeleton
 from deltactl.models.linkage.skeleton import Placed, Skeleton
 from deltactl.models.linkage.vectors import Vector
@@ -220,13 +221,8 @@ def convert(recording: Path, out: Path) -> int:
     belief = Belief(f"{robot.name}.yaml", robot, Linkage.of(robot.geometry))
     context = foxglove.Context()
     channels = RobotChannels(belief, context)
-    try:
-        with foxglove.open_mcap(out, context=context):
-            return _write(run, belief, channels)
-    except FileExistsError:
-        raise RecordingError(f"{out}: exists already; name another file") from None
-    except OSError as error:
-        raise RecordingError(f"{out}: cannot be written ({error.strerror or error})") from error
+    with said_of_output(out, fresh=True), foxglove.open_mcap(out, context=context):
+        return _write(run, belief, channels)
 
 
 def _write(run: Run, belief: Belief, channels: RobotChannels) -> int:

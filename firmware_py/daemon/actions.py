@@ -27,7 +27,7 @@ from deltactl.firmware_py.daemon.job_checks import JobChecks
 from deltactl.firmware_py.daemon.job_store import JobStore, check_job
 from deltactl.firmware_py.daemon.protocol import SLOW, Message, Request
 from deltactl.foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
-from deltactl.recording.writing.names import confined
+from deltactl.recording.writing.retention import confined
 
 NOTED: Final = SLOW | {"off", "pause", "resume", "cancel", "stop"}
 """These are noted with who asked."""

@@ -20,7 +20,7 @@ from deltactl.firmware_py.daemon.signals import EndSignals
 from deltactl.firmware_py.daemon.watchdog import Watchdog, check_period_s
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.printable import printable
-from deltactl.recording.writing.keeping import RecordingKeeper
+from deltactl.recording.writing.retention import RecordingKeeper
 
 SETTLE_S = 5.0
 """How long a job may take to decelerate when the daemon is told to end."""

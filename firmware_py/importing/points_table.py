@@ -21,10 +21,10 @@ from deltactl.firmware_py.importing.point_columns import (
 )
 from deltactl.firmware_py.paths.legs import MOST_LEGS, LegsGathered
 from deltactl.foundation.errors import ConfigError, RecordingError
-from deltactl.recording.tables.cell import number
+from deltactl.recording.tables.cells import number
+from deltactl.recording.tables.csv_table import read_text
 from deltactl.recording.tables.foreign_table import COMMENTS
 from deltactl.recording.tables.table_format import SEPARATORS, TableFormat, guess_format, split
-from deltactl.recording.tables.text_file import read_text
 
 SAME_M = 1e-6
 FIRST_SPEED = "the first point's speed passed over: no move leads to it"

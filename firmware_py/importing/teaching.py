@@ -9,8 +9,8 @@ from deltactl.firmware_py.importing.point_columns import Column, columns_of
 from deltactl.firmware_py.importing.points_table import headings_of
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.foundation.plain_file import write_whole
+from deltactl.recording.tables.csv_table import read_text
 from deltactl.recording.tables.table_format import SEPARATORS, guess_format, split
-from deltactl.recording.tables.text_file import read_text
 
 HEADING = "x_mm,y_mm,z_mm,dwell_s\n"
 DIGITS = 9

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from deltactl.models.robot import FloatArray
-from deltactl.recording.reading.columns import Int64Array
-from deltactl.recording.reading.run import BoolArray, Run
+from deltactl.recording.reading.run import BoolArray, Int64Array, Run
 
 _NS = 1e-9
 

@@ -8,10 +8,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.admission.regression_plausibility import lead_s
-from deltactl.diagnosis.admission.together import check_together
+from deltactl.diagnosis.admission.axis_match import check_together, lead_s
 from deltactl.diagnosis.answer.records import Evidence, Finding, Fit, Where
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.models.robot import ServoAxis, StepperAxis
@@ -47,7 +46,7 @@ def test_bad_columns_get_one_line(
 ) -> None:
     recording = from_columns({"t": T_S, **columns}, "bad.csv")
     with pytest.raises(RecordingError, match=message) as caught:
-        diagnose_axis(robot, [recording])
+        diagnose_recordings(robot, [recording])
     assert "\n" not in str(caught.value)
 
 
@@ -61,7 +60,7 @@ def test_a_reading_that_moves_before_its_command_is_refused(rigs: ModuleType, se
     assert lead_s(t_s, position, command) > 0.02
     columns["command"], columns["position"] = position, command
     with pytest.raises(RecordingError, match="before its command does; are the two columns"):
-        diagnose_axis(FOLLOWS, [recording])
+        diagnose_recordings(FOLLOWS, [recording])
 
 
 def test_motions_that_do_not_fit_are_told_with_their_units(rigs: ModuleType) -> None:
@@ -69,7 +68,7 @@ def test_motions_that_do_not_fit_are_told_with_their_units(rigs: ModuleType) -> 
     rec = rigs.FollowingRig().record(1, span_s=20.0)
     small = {**rec.columns, "position": 1e-3 * rec.columns["position"]}
     with pytest.raises(RecordingError, match="another machine's") as caught:
-        diagnose_axis(FOLLOWS, [from_columns({"t": rec.t_s, **small}, "x")])
+        diagnose_recordings(FOLLOWS, [from_columns({"t": rec.t_s, **small}, "x")])
     assert "position moves by 0.0" in str(caught.value)
     assert "degrees" in str(caught.value).split(" and the command by ")[1]
     assert "a ratio of " in str(caught.value)
@@ -78,7 +77,7 @@ def test_motions_that_do_not_fit_are_told_with_their_units(rigs: ModuleType) -> 
 def test_milliseconds_are_refused() -> None:
     recording = from_columns({"t": 1e3 * T_S, "command": WAVE, "position": WAVE}, "ms.csv")
     with pytest.raises(RecordingError, match="in seconds"):
-        diagnose_axis(FOLLOWS, [recording])
+        diagnose_recordings(FOLLOWS, [recording])
 
 
 @pytest.mark.parametrize("wrong", ["effort", "position"])
@@ -86,7 +85,9 @@ def test_effort_that_pushes_the_wrong_way_is_refused(rigs: ModuleType, wrong: st
     recording = rigs.ForcedRig(coulomb=1.0, viscous=2.0).record(4, span_s=20.0)
     recording.columns[wrong] *= -1.0
     with pytest.raises(RecordingError, match="against its effort") as caught:
-        diagnose_axis(FORCED.model_copy(update={"motion": "linear", "inertia": 2.0}), [recording])
+        diagnose_recordings(
+            FORCED.model_copy(update={"motion": "linear", "inertia": 2.0}), [recording]
+        )
     assert "\n" not in str(caught.value)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.answer.corrected_robot import save_corrected
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.report.summary import plain_lines, told
 from deltactl.models.robot import DeltaRobot, EffectEntry, RobotModel, ServoAxis
@@ -27,7 +27,7 @@ def corrected(text: str, recording: FlatRecording, folder: Path) -> tuple[RobotM
     path.write_text(text, encoding="utf-8")
     belief = load_robot_model(path)
     assert not isinstance(belief, DeltaRobot)
-    answer = diagnose_axis(belief, [recording])
+    answer = diagnose_recordings(belief, [recording])
     assert answer.findings
     save_corrected(path, answer, out, all_of_them=True)
     return load_robot_model(out), answer.fit.rms_before_m
@@ -50,7 +50,7 @@ def test_with_the_saved_robot_the_mismatch_is_gone(
 ) -> None:
     robot, before = corrected(text, getattr(rigs, rig)(**wrong).record(1), tmp_path)
     assert not isinstance(robot, DeltaRobot)
-    again = diagnose_axis(robot, [getattr(rigs, rig)(**wrong).record(2)])
+    again = diagnose_recordings(robot, [getattr(rigs, rig)(**wrong).record(2)])
     assert again.findings == []
     assert again.fit.rms_before_m < 0.25 * before
     assert again.fit.rms_after_m < 1.1 * again.fit.noise_floor_m
@@ -69,14 +69,14 @@ def test_the_second_harmonic_of_a_gear_is_saved_with_the_first(
     path.write_text(FOLLOWS, encoding="utf-8")
     belief = load_robot_model(path)
     assert isinstance(belief, ServoAxis)
-    answer = diagnose_axis(belief, [recording])
+    answer = diagnose_recordings(belief, [recording])
     (wave,) = answer.findings
     assert wave.parameters["amplitude_2"].value == pytest.approx(0.002, rel=0.1)
     assert "amplitude_2" not in " ".join(plain_lines(told(answer)))
     save_corrected(path, answer, out, all_of_them=True)
     robot = load_robot_model(out)
     assert isinstance(robot, ServoAxis)
-    again = diagnose_axis(robot, [recording])
+    again = diagnose_recordings(robot, [recording])
     assert again.findings == []
     assert again.fit.rms_before_m == pytest.approx(answer.fit.rms_after_m, rel=0.02)
 
@@ -90,7 +90,7 @@ def test_play_is_known_from_whichever_flank_a_recording_begins(
     early = again.t_s < 1.5
     short = FlatRecording(again.t_s[early], {n: v[early] for n, v in again.columns.items()})
     for begins in (again, short):
-        answer = diagnose_axis(robot, [begins])
+        answer = diagnose_recordings(robot, [begins])
         assert answer.findings == []
         assert answer.fit.rms_before_m < 0.1 * before
 
@@ -114,7 +114,7 @@ def test_play_that_has_grown_is_found_beyond_what_the_file_knows(
     rigs: ModuleType, tmp_path: Path
 ) -> None:
     robot, _ = corrected(FOLLOWS, rigs.FollowingRig(play=0.02).record(1), tmp_path)
-    (found,) = diagnose_axis(robot, [rigs.FollowingRig(play=0.03).record(2)]).findings
+    (found,) = diagnose_recordings(robot, [rigs.FollowingRig(play=0.03).record(2)]).findings
     assert {found.effect, *(one.effect for one in found.alternatives)} >= {"gear_backlash"}
     assert found.parameters["width"].components[0][0] == pytest.approx(0.01, rel=0.2)
 
@@ -128,7 +128,7 @@ def test_what_a_measured_effect_may_leave_is_no_second_effect(
     at, seen = uneven.columns["command"], uneven.columns["position"]
     seen += 0.06 * (seen - at) * np.sin(at / 0.07)
     robot, before = corrected(FOLLOWS, uneven, tmp_path)
-    again = diagnose_axis(robot, [uneven])
+    again = diagnose_recordings(robot, [uneven])
     assert again.verdict == "nothing_missing"
     assert "usually leave beyond their simple models" in "\n".join(plain_lines(told(again)))
     assert again.fit.rms_before_m < 0.1 * before
@@ -159,7 +159,7 @@ def test_friction_that_grows_with_the_load_is_saved_as_such(tmp_path: Path) -> N
     path.write_text(text, encoding="utf-8")
     belief = load_robot_model(path)
     assert not isinstance(belief, DeltaRobot)
-    answer = diagnose_axis(belief, [lifting(1)])
+    answer = diagnose_recordings(belief, [lifting(1)])
     assert (
         "unloaded"
         in next(one for one in answer.findings if one.effect == "joint_friction").parameters
@@ -167,5 +167,5 @@ def test_friction_that_grows_with_the_load_is_saved_as_such(tmp_path: Path) -> N
     save_corrected(path, answer, out, all_of_them=True)
     robot = load_robot_model(out)
     assert not isinstance(robot, DeltaRobot)
-    again = diagnose_axis(robot, [lifting(1)])
+    again = diagnose_recordings(robot, [lifting(1)])
     assert again.fit.rms_before_m < 1.2 * answer.fit.rms_after_m

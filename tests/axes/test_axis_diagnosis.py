@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.next_run import hint
 from deltactl.models.robot import AxisGravity, Drive, RangeSensor, ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import from_columns
@@ -45,7 +45,7 @@ def test_the_limit_of_a_ratio_is_that_over_the_stroke(rigs: ModuleType) -> None:
     recording = rigs.FollowingRig().record(1, span_s=20.0)
     far = {name: values + 20.0 for name, values in recording.columns.items()}
     limits = [
-        {one.effect: one.value for one in diagnose_axis(FOLLOWS, [read]).smallest_detectable}
+        {one.effect: one.value for one in diagnose_recordings(FOLLOWS, [read]).smallest_detectable}
         for read in (recording, from_columns({"t": recording.t_s, **far}, "far"))
     ]
     near, away = (one["gear_ratio"] for one in limits)
@@ -70,7 +70,7 @@ def test_a_perfect_axis_is_said_to_miss_nothing(
     seed: int,
 ) -> None:  # fmt: skip
     span = {"span_s": 20.0} if rig == "ForcedRig" else {}
-    answer = diagnose_axis(robot, [getattr(rigs, rig)(**setup).record(seed, **span, **names)])
+    answer = diagnose_recordings(robot, [getattr(rigs, rig)(**setup).record(seed, **span, **names)])
     assert answer.verdict == "nothing_missing"
     assert answer.findings == []
     assert answer.false_alarm_p > 0.01
@@ -94,7 +94,7 @@ def test_missing_forces_come_out_with_their_sizes(
     sizes: list[tuple[str, str, float]],
 ) -> None:  # fmt: skip
     rig = rigs.ForcedRig(**setup)
-    answer = diagnose_axis(FORCED, [rig.record(5)], [rig.record(6, span_s=15.0)])
+    answer = diagnose_recordings(FORCED, [rig.record(5)], [rig.record(6, span_s=15.0)])
     assert named(answer) == effects
     for effect, parameter, truth in sizes:
         check_size(answer, effect, parameter, truth)
@@ -104,14 +104,14 @@ def test_missing_forces_come_out_with_their_sizes(
 
 def test_stribeck_friction_is_told_from_coulomb_friction(rigs: ModuleType) -> None:
     rig = rigs.ForcedRig(coulomb=1.0, stribeck=0.8, stribeck_speed=0.05)
-    answer = diagnose_axis(FORCED, [rig.record(7)])
+    answer = diagnose_recordings(FORCED, [rig.record(7)])
     assert named(answer) == {"joint_friction", "stribeck_friction"}
 
 
 def test_without_a_known_force_mass_and_gain_are_each_other_s_alternative(
     rigs: ModuleType,
 ) -> None:
-    answer = diagnose_axis(FORCED, [rigs.ForcedRig(gain=0.9).record(8, span_s=20.0)])
+    answer = diagnose_recordings(FORCED, [rigs.ForcedRig(gain=0.9).record(8, span_s=20.0)])
     (finding,) = answer.findings
     assert {finding.effect, *(a.effect for a in finding.alternatives)} >= {"inertia", "effort_gain"}
     assert finding.where.axes == ["effort"]  # what is in N m shows in no position
@@ -119,7 +119,7 @@ def test_without_a_known_force_mass_and_gain_are_each_other_s_alternative(
 
 def test_with_known_gravity_the_gain_is_told_from_the_mass(rigs: ModuleType) -> None:
     rig = rigs.ForcedRig(gravity=5.0, zero=0.2, gain=0.9)
-    (finding,) = diagnose_axis(HEAVY, [rig.record(9, span_s=20.0)]).findings
+    (finding,) = diagnose_recordings(HEAVY, [rig.record(9, span_s=20.0)]).findings
     assert finding.effect == "effort_gain"
     assert not finding.alternatives
 
@@ -138,7 +138,7 @@ def test_what_a_follower_lacks_is_named(
     rigs: ModuleType, setup: dict[str, float], effect: str, parameter: str, truth: float,
     alternative: str | None,
 ) -> None:  # fmt: skip
-    answer = diagnose_axis(FOLLOWS, [rigs.FollowingRig(**setup).record(11)])
+    answer = diagnose_recordings(FOLLOWS, [rigs.FollowingRig(**setup).record(11)])
     assert named(answer) == {effect}
     size = answer.findings[0].parameters[parameter]
     assert size.value == pytest.approx(truth, rel=0.04)
@@ -149,13 +149,13 @@ def test_what_a_follower_lacks_is_named(
 
 def test_play_and_lag_are_both_found_through_a_coarse_encoder(rigs: ModuleType) -> None:
     rig = rigs.FollowingRig(play=0.01, lag_s=0.06, encoder_step=1.5e-3)
-    answer = diagnose_axis(FOLLOWS, [rig.record(12)])
+    answer = diagnose_recordings(FOLLOWS, [rig.record(12)])
     assert named(answer) == {"joint_friction", "following_lag"}
     check_size(answer, "joint_friction", "width", 0.01)
 
 
 def test_what_no_effect_looks_like_is_unknown_and_says_what_it_follows(rigs: ModuleType) -> None:
-    answer = diagnose_axis(FOLLOWS, [rigs.FollowingRig(bend=0.1).record(13)])
+    answer = diagnose_recordings(FOLLOWS, [rigs.FollowingRig(bend=0.1).record(13)])
     unknown = [one for one in answer.findings if one.effect == "unknown"]
     assert [one.depends_on for one in unknown] == [["position"]]
     # Over its whole travel a cubic is a line for the most part: named effects come first.
@@ -165,7 +165,7 @@ def test_what_no_effect_looks_like_is_unknown_and_says_what_it_follows(rigs: Mod
 
 def test_a_stepper_that_lost_steps_is_told_when(rigs: ModuleType) -> None:
     rig = rigs.FollowingRig(lost=0.004, lost_at_s=20.0)
-    (finding,) = diagnose_axis(STEPS, [rig.record(14, **STEPPER)]).findings
+    (finding,) = diagnose_recordings(STEPS, [rig.record(14, **STEPPER)]).findings
     assert finding.effect == "lost_steps"
     assert finding.parameters["time"].value == pytest.approx(20.0, abs=0.1)
     assert finding.parameters["steps"].value == pytest.approx(
@@ -175,7 +175,7 @@ def test_a_stepper_that_lost_steps_is_told_when(rigs: ModuleType) -> None:
 
 def test_a_stepper_s_gear_error_and_offset_come_out_together(rigs: ModuleType) -> None:
     rig = rigs.FollowingRig(wave=0.002, period=0.0628, offset=0.01)
-    answer = diagnose_axis(STEPS, [rig.record(15, **STEPPER)])
+    answer = diagnose_recordings(STEPS, [rig.record(15, **STEPPER)])
     assert named(answer) == {"transmission_error", "home_offset"}
     check_size(answer, "transmission_error", "amplitude", 0.002)
     check_size(answer, "transmission_error", "period", 0.0628)
@@ -194,19 +194,19 @@ def test_a_stepper_s_gear_error_and_offset_come_out_together(rigs: ModuleType) -
 def test_a_range_sensor_s_error_is_named(
     rigs: ModuleType, setup: dict[str, float], effect: str, parameter: str, truth: float
 ) -> None:
-    answer = diagnose_axis(RANGES, [rigs.RangingRig(**setup).record(16)])
+    answer = diagnose_recordings(RANGES, [rigs.RangingRig(**setup).record(16)])
     assert named(answer) == {effect}
     check_size(answer, effect, parameter, truth)
 
 
 def test_the_same_recording_gives_the_same_answer(rigs: ModuleType) -> None:
     recording = rigs.FollowingRig(play=0.01).record(17, span_s=20.0)
-    first, second = (diagnose_axis(FOLLOWS, [recording]).to_json() for _ in range(2))
+    first, second = (diagnose_recordings(FOLLOWS, [recording]).to_json() for _ in range(2))
     assert first == second
 
 
 def test_a_tie_comes_with_what_would_settle_it(rigs: ModuleType) -> None:
-    answer = diagnose_axis(FOLLOWS, [rigs.FollowingRig(play=0.01).record(3, span_s=30.0)])
+    answer = diagnose_recordings(FOLLOWS, [rigs.FollowingRig(play=0.01).record(3, span_s=30.0)])
     tied = {a.effect for finding in answer.findings for a in finding.alternatives}
     assert tied & {"gear_backlash", "joint_friction"}
     assert any("weight that always pulls one way" in line for line in answer.says)
@@ -218,7 +218,7 @@ def test_at_one_speed_a_ratio_looks_like_a_drift() -> None:
     command = 7.3e-5 * t_s
     seen = 1.001 * command + 1e-6 * rng.standard_normal(200)
     recording = from_columns({"t": t_s, "command": command, "position": seen}, "rig")
-    (ratio,) = diagnose_axis(FOLLOWS, [recording]).findings
+    (ratio,) = diagnose_recordings(FOLLOWS, [recording]).findings
     assert ratio.effect == "gear_ratio"
     assert ratio.probability is not None
     assert ratio.probability < 0.5

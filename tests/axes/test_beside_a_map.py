@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
@@ -40,7 +40,7 @@ def sliding(seed: int) -> FlatRecording:
 
 
 def test_friction_is_found_beneath_a_rough_surface() -> None:
-    answer = diagnose_axis(SLIDE, [sliding(3)])
+    answer = diagnose_recordings(SLIDE, [sliding(3)])
     widths = [
         one.parameters["width"].components[0]
         for one in answer.findings

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deltactl.diagnosis.answer.consistency import contradictions
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, runs_of_one_value, tempered
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.regression import Columns, Regressor
 from deltactl.diagnosis.plants.spline_terms import spline_basis, spline_terms
@@ -147,7 +147,7 @@ def test_a_mass_that_swings_free_is_a_recording_like_any_other() -> None:
         kind="servo_axis", name="swings", motion="rotary", inertia=0.05,
         gravity=AxisGravity(torque_nm=2.0),
     )  # fmt: skip
-    answer = diagnose_axis(robot, [pendulum(1)])
+    answer = diagnose_recordings(robot, [pendulum(1)])
     sizes = {f.effect: next(iter(f.parameters.values())) for f in answer.findings}
     for effect, truth in (("viscous_friction", 0.01), ("joint_friction", 0.02)):
         ((_, low, high),) = sizes[effect].components
@@ -158,7 +158,7 @@ def test_a_mass_that_swings_free_is_a_recording_like_any_other() -> None:
 
 def test_a_joint_ruled_by_friction_is_not_refused(rigs: ModuleType) -> None:
     """Friction of 40 N m on 2 kg m2: of the effort hardly anything is acceleration."""
-    answer = diagnose_axis(FORCED, [rigs.ForcedRig(coulomb=40.0, viscous=20.0).record(2)])
+    answer = diagnose_recordings(FORCED, [rigs.ForcedRig(coulomb=40.0, viscous=20.0).record(2)])
     found = {f.effect for f in answer.findings}
     assert {"joint_friction", "viscous_friction"} <= found
     assert "inertia" not in found
@@ -168,14 +168,14 @@ def test_degrees_in_place_of_radians_are_named_as_that(rigs: ModuleType) -> None
     recording = rigs.ForcedRig().record(3, span_s=20.0)
     recording.columns["position"] *= 180.0 / np.pi
     with pytest.raises(RecordingError, match=r"57\.3.*units") as caught:
-        diagnose_axis(FORCED, [recording])
+        diagnose_recordings(FORCED, [recording])
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("seed", [21, 22, 23])
 def test_rounding_alone_is_no_effect(rigs: ModuleType, seed: int) -> None:
     rig = rigs.FollowingRig(noise=1e-4, encoder_step=1.5e-3, rho=0.0)
-    answer = diagnose_axis(FOLLOWS, [rig.record(seed, span_s=15.0)])
+    answer = diagnose_recordings(FOLLOWS, [rig.record(seed, span_s=15.0)])
     assert answer.findings == []
     assert answer.probability_nothing_missing is not None
     assert answer.probability_nothing_missing > 0.5
@@ -198,7 +198,7 @@ def drooping() -> FlatRecording:
 
 def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
     robot = FOLLOWS.model_copy(update={"gravity": AxisGravity(torque_nm=1.5)})
-    answer = diagnose_axis(robot, [drooping()])
+    answer = diagnose_recordings(robot, [drooping()])
     sizes = {f.effect: f.parameters for f in answer.findings}
     assert sizes["joint_compliance"]["stiffness"].value == pytest.approx(14.0, rel=0.1)
     total_s = sum(one.components[0][0] for one in sizes["following_lag"].values())
@@ -208,7 +208,7 @@ def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
 
 
 def test_where_no_weight_is_given_a_servo_s_ratio_may_as_well_be_a_droop() -> None:
-    answer = told(diagnose_axis(FOLLOWS, [drooping()]))
+    answer = told(diagnose_recordings(FOLLOWS, [drooping()]))
     (ratio,) = [f for f in answer.findings if f.effect == "gear_ratio"]
     (droop,) = [one for one in ratio.alternatives if one.effect == "joint_compliance"]
     assert ratio.probability == pytest.approx(droop.probability)
@@ -256,7 +256,7 @@ def test_readings_at_one_place_share_their_error() -> None:
     segment = np.repeat(np.arange(36.0), 30)
     columns = {"t": t_s, "distance": places, "range": reading, "segment": segment}
     robot = RangeSensor(kind="range_sensor", name="rooms")
-    answer = diagnose_axis(robot, [from_columns(columns, "rooms")])
+    answer = diagnose_recordings(robot, [from_columns(columns, "rooms")])
     (offset,) = [f for f in answer.findings if f.effect == "sensor_offset"]
     ((value, low, high),) = offset.parameters["offset"].components
     assert low < -0.15 < high
@@ -267,7 +267,7 @@ def test_readings_at_one_place_share_their_error() -> None:
 def test_a_held_out_run_that_is_too_short_is_left_out_with_a_word(rigs: ModuleType) -> None:
     run = rigs.FollowingRig(scale=1.01).record(31)
     short = FlatRecording(run.t_s[:12], {n: x[:12] for n, x in run.columns.items()}, {}, "short")
-    answer = diagnose_axis(FOLLOWS, [run], [short])
+    answer = diagnose_recordings(FOLLOWS, [run], [short])
     assert answer.fit.holdout == "blocks"
     assert any("short" in line and "left out" in line for line in answer.says)
 
@@ -276,14 +276,14 @@ def test_slow_noise_of_a_healthy_sensor_is_no_drift(rigs: ModuleType) -> None:
     """Correlation 0.9 at 20 Hz, a quarter of a minute: every fourth such sensor had an unknown."""
     robot = RangeSensor(kind="range_sensor", name="ranges")
     rig = rigs.RangingRig(rho=0.9)
-    answers = [diagnose_axis(robot, [rig.record(seed, span_s=15.0)]) for seed in range(16)]
+    answers = [diagnose_recordings(robot, [rig.record(seed, span_s=15.0)]) for seed in range(16)]
     assert sum(bool(answer.findings) for answer in answers) <= 1
 
 
 def test_what_lies_behind_the_encoder_of_an_axis_with_effort_is_not_testable(
     rigs: ModuleType,
 ) -> None:
-    answer = diagnose_axis(FORCED, [rigs.ForcedRig(coulomb=1.0).record(4, span_s=10.0)])
+    answer = diagnose_recordings(FORCED, [rigs.ForcedRig(coulomb=1.0).record(4, span_s=10.0)])
     untold = {one.effect for one in answer.not_testable}
     assert {"gear_backlash", "joint_compliance"} <= untold
     assert not untold & {one.effect for one in answer.findings}
@@ -298,7 +298,7 @@ def test_an_axis_that_turns_at_one_speed_has_no_lag_and_no_play() -> None:
     seen[0] += 3e-5
     columns = {"t": t_s, "command_1": command, "theta_1": seen}
     robot = StepperAxis(kind="stepper_axis", name="mount", zero="arbitrary")
-    answer = diagnose_axis(robot, [from_columns(columns, "mount")])
+    answer = diagnose_recordings(robot, [from_columns(columns, "mount")])
     of_turns = {"following_lag", "gear_backlash", "joint_friction"}
     assert of_turns <= {one.effect for one in answer.not_testable}
     assert not of_turns & {one.effect for one in answer.findings}
@@ -307,7 +307,7 @@ def test_an_axis_that_turns_at_one_speed_has_no_lag_and_no_play() -> None:
 @pytest.mark.parametrize("rho", [0.0, 0.9, 0.97])
 def test_how_long_the_rest_goes_on_is_told(rigs: ModuleType, rho: float) -> None:
     """An autoregression of first order at 50 Hz forgets within 20 ms / -ln(rho)."""
-    answer = told(diagnose_axis(FOLLOWS, [rigs.FollowingRig(lag_s=0.1, rho=rho).record(4)]))
+    answer = told(diagnose_recordings(FOLLOWS, [rigs.FollowingRig(lag_s=0.1, rho=rho).record(4)]))
     fit = answer.fit
     apart_s = fit.left_apart_s
     assert apart_s is not None

@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.models.robot import StepperAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
@@ -46,7 +46,7 @@ def with_uneven_gear(seed: int) -> FlatRecording:
 
 def test_a_wave_through_five_places_is_not_taken_for_a_periodic_error() -> None:
     """Three of these four answers named one when what is left within a rest was the noise."""
-    answers = [diagnose_axis(ROBOT, [with_uneven_gear(seed)]) for seed in range(5, 9)]
+    answers = [diagnose_recordings(ROBOT, [with_uneven_gear(seed)]) for seed in range(5, 9)]
     found = [{finding.effect: finding for finding in answer.findings} for answer in answers]
     assert not any("transmission_error" in effects for effects in found)
     for effects in found:

@@ -8,7 +8,7 @@ from statistics import median
 import pytest
 
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import ServoAxis
 from tests.axes.axis_rigs import FollowingRig
 
@@ -17,7 +17,7 @@ AXES = 6
 
 
 def answer(rig: FollowingRig, seed: int) -> Diagnosis:
-    return diagnose_axis(SLIDE, [rig.record(seed, span_s=20.0)])
+    return diagnose_recordings(SLIDE, [rig.record(seed, span_s=20.0)])
 
 
 @pytest.fixture(scope="module")

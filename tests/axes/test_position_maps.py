@@ -11,9 +11,9 @@ from scipy.signal import lfilter
 
 from deltactl.diagnosis.answer.consistency import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.repeats import repeats
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.plants.lone.waves import resolved_waves
 from deltactl.diagnosis.report.remedies import remedies
 from deltactl.diagnosis.report.summary import told
@@ -61,7 +61,7 @@ class ScaleRig:
 @pytest.fixture(scope="module")
 def rough() -> Diagnosis:
     rig = ScaleRig()
-    return told(diagnose_axis(SLIDE, [rig.record(1)], [rig.record(2, passes=4)]))
+    return told(diagnose_recordings(SLIDE, [rig.record(1)], [rig.record(2, passes=4)]))
 
 
 def test_a_rough_scale_is_mapped_in_the_detail_that_repeats(rough: Diagnosis) -> None:
@@ -78,7 +78,7 @@ def test_the_odds_of_what_stands_beside_a_map_agree_with_its_probability() -> No
     in nearly all recordings" stood beside a probability above 99 %.
     """
     rig = ScaleRig(rough=3e-5, noise=3e-6, ratio=0.996, memory=0.9)
-    answer = diagnose_axis(SLIDE, [rig.record(1, passes=4)], [])
+    answer = diagnose_recordings(SLIDE, [rig.record(1, passes=4)], [])
     chances = {one.effect: one.evidence.p for one in answer.findings}
     assert chances["gear_ratio"] < 1e-6
     assert max(chances.values()) <= ASSESSMENT.unlikely
@@ -101,7 +101,7 @@ def test_what_is_more_than_readings_at_rest_scatter_by_is_not_called_their_noise
     wobble = 2e-5 * np.random.default_rng(4).standard_normal(len(recording)) * moving
     columns = {"t": recording.t_s, **recording.columns}
     columns["position"] = columns["position"] + wobble
-    answer = told(diagnose_axis(SLIDE, [from_columns(columns, "rig")]))
+    answer = told(diagnose_recordings(SLIDE, [from_columns(columns, "rig")]))
     assert answer.fit.scatter_within_m == pytest.approx(5e-7, rel=0.5)
     assert "so most of it comes with motion (0.0" in answer.unexplained.says
     assert "consistent with measurement noise" not in answer.unexplained.says
@@ -118,7 +118,7 @@ def test_noise_repeats_nowhere_however_long_its_memory(rigs: Any, rho: float) ->
 
 def test_teeth_far_finer_than_a_wheels_turn_are_found(rigs: Any) -> None:
     rig = rigs.FollowingRig(wave=1e-3, period=0.0055)
-    answer = diagnose_axis(JOINT, [rig.record(5)])
+    answer = diagnose_recordings(JOINT, [rig.record(5)])
     (teeth,) = [one for one in answer.findings if one.effect == "transmission_error"]
     assert teeth.parameters["period"].components[0][0] == pytest.approx(0.0055, rel=0.01)
     assert teeth.parameters["amplitude"].components[0][0] == pytest.approx(1e-3, rel=0.2)

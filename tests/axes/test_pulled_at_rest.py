@@ -10,9 +10,9 @@ import pytest
 
 from deltactl.diagnosis.answer.consistency import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.assessment.at_rest import at_rest
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.assessment.persistence import at_rest
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
 from deltactl.diagnosis.plants.lone.travel import ends_earlier_move
 from deltactl.diagnosis.report.summary import plain_lines, told
 from deltactl.models.robot import ServoAxis
@@ -73,7 +73,7 @@ def without_load(recording: FlatRecording) -> FlatRecording:
 @pytest.fixture(scope="module")
 def unsaid() -> Diagnosis:
     """The answer where the recording does not say what pulls."""
-    return told(diagnose_axis(ROBOT, [without_load(stand())]))
+    return told(diagnose_recordings(ROBOT, [without_load(stand())]))
 
 
 def test_what_pulls_at_rest_and_is_not_recorded_is_not_called_noise(unsaid: Diagnosis) -> None:
@@ -91,7 +91,7 @@ def test_what_pulls_at_rest_and_is_not_recorded_is_not_called_noise(unsaid: Diag
 
 
 def test_the_same_with_its_load_shows_the_play_behind_it() -> None:
-    answer = told(diagnose_axis(ROBOT, [stand()]))
+    answer = told(diagnose_recordings(ROBOT, [stand()]))
     found = {one.effect: one for one in answer.findings}
     assert found["gear_backlash"].parameters["width"].value == pytest.approx(PLAY_RAD, rel=0.25)
     assert "joint_compliance" in found
@@ -104,7 +104,7 @@ def test_the_same_with_its_load_shows_the_play_behind_it() -> None:
 
 def test_a_recording_may_begin_within_a_move() -> None:
     """Three rows of a move that no row commands outweighed all rests together."""
-    whole, begun = (diagnose_axis(ROBOT, [stand(at)]) for at in (PLACES[0], 0.0))
+    whole, begun = (diagnose_recordings(ROBOT, [stand(at)]) for at in (PLACES[0], 0.0))
     assert begun.fit.rms_after_m == pytest.approx(whole.fit.rms_after_m, rel=0.15)
     widths = [
         next(f for f in one.findings if f.effect == "gear_backlash").parameters["width"].value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.models.robot import KINDS, AxisGravity, ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import FlatRecording
@@ -68,4 +68,4 @@ def test_an_answer_knows_whether_the_robot_file_says_what_pulls(
     axis = ServoAxis(kind="servo_axis", name="arm", motion="rotary", gravity=gravity)
     noise = 1e-3 * np.random.default_rng(0).standard_normal(len(T_S))
     seen = FlatRecording(T_S, {"command": ASKED_RAD, "position": ASKED_RAD + noise})
-    assert diagnose_axis(axis, [seen]).pull_said == (gravity is not None)
+    assert diagnose_recordings(axis, [seen]).pull_said == (gravity is not None)

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deltactl.diagnosis.answer.consistency import contradictions
-from deltactl.diagnosis.assessment.prior_sensitivity import _change
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.assessment.significance import _change
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.tempering import saturated_noise
-from deltactl.diagnosis.observations.gross_outliers import gross_outliers
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.observations.outliers import gross_outliers
 from deltactl.diagnosis.plants.lone.range_sensor import RangeSensorPlant
 from deltactl.diagnosis.plants.regression import Columns
 from deltactl.models.robot import RangeSensor, ServoAxis
@@ -26,7 +26,7 @@ FORCED = ServoAxis(kind="servo_axis", name="forced", motion="linear", inertia=2.
 
 def test_two_recordings_of_one_sensor_agree() -> None:
     rig = RangingRig(offset=0.02, scale=1.01)
-    answer = diagnose_axis(RANGES, [rig.record(1), rig.record(2)])
+    answer = diagnose_recordings(RANGES, [rig.record(1), rig.record(2)])
     assert {one.effect for one in answer.agreement} == {"sensor_offset", "sensor_scale"}
     assert min(one.p for one in answer.agreement) > 0.001
     assert [len(one.sizes) for one in answer.agreement] == [2, 2]
@@ -34,7 +34,7 @@ def test_two_recordings_of_one_sensor_agree() -> None:
 
 
 def test_recordings_that_differ_are_said_to_and_the_interval_holds_both() -> None:
-    answer = diagnose_axis(
+    answer = diagnose_recordings(
         RANGES, [RangingRig(offset=0.02).record(1), RangingRig(offset=0.03).record(2)]
     )
     (one,) = [a for a in answer.agreement if a.effect == "sensor_offset"]
@@ -47,7 +47,7 @@ def test_recordings_that_differ_are_said_to_and_the_interval_holds_both() -> Non
 
 
 def test_one_recording_is_compared_with_none() -> None:
-    assert diagnose_axis(RANGES, [RangingRig(offset=0.02).record(1)]).agreement == []
+    assert diagnose_recordings(RANGES, [RangingRig(offset=0.02).record(1)]).agreement == []
 
 
 def test_what_one_recording_cannot_show_is_not_compared() -> None:
@@ -58,7 +58,7 @@ def test_what_one_recording_cannot_show_is_not_compared() -> None:
     seen = 1.02 * way + rig.noise * np.random.default_rng(3).standard_normal(len(way))
     one_way = replace(other, columns={"command": way, "position": seen})
     robot = ServoAxis(kind="servo_axis", name="axis", motion="rotary")
-    answer = diagnose_axis(robot, [there_and_back, one_way])
+    answer = diagnose_recordings(robot, [there_and_back, one_way])
     assert "joint_friction" in {one.effect for one in answer.findings}
     compared = {one.effect for one in answer.agreement}
     assert "gear_ratio" in compared
@@ -86,7 +86,7 @@ def test_evidence_under_wider_priors_is_that_of_a_fit_with_them() -> None:
 
 
 def test_a_faint_effect_says_how_it_hangs_on_the_priors() -> None:
-    answer = diagnose_axis(RANGES, [RangingRig(offset=0.0009, noise=0.004).record(4)])
+    answer = diagnose_recordings(RANGES, [RangingRig(offset=0.0009, noise=0.004).record(4)])
     said = [line for line in answer.says if "three times larger" in line]
     assert len(said) == len(answer.prior_sensitivity)
     for one in answer.prior_sensitivity:
@@ -101,7 +101,7 @@ def test_no_size_is_usual_of_what_has_no_name() -> None:
     columns = {name: values[:800] for name, values in rec.columns.items()}
     columns["position"] = columns["position"] + 0.0006 * np.sin(3.0 * np.pi * t_s / np.ptp(t_s))
     robot = ServoAxis(kind="servo_axis", name="axis", motion="rotary")
-    answer = diagnose_axis(robot, [replace(rec, t_s=t_s, columns=columns, extra={})])
+    answer = diagnose_recordings(robot, [replace(rec, t_s=t_s, columns=columns, extra={})])
     assert "unknown" in {one.effect for one in answer.findings}
     assert "unknown" not in {one.effect for one in answer.prior_sensitivity}
 
@@ -123,7 +123,7 @@ def test_a_step_is_no_outlier() -> None:
 
 def test_a_weight_that_the_file_leaves_out_is_unknown_and_takes_no_friction_with_it() -> None:
     rig = ForcedRig(coulomb=1.5, viscous=3.0, gravity=6.0)
-    answer = diagnose_axis(FORCED, [rig.record(5, span_s=15.0)])
+    answer = diagnose_recordings(FORCED, [rig.record(5, span_s=15.0)])
     sizes = {f.effect: f.parameters for f in answer.findings}
     assert sizes["joint_friction"]["torque"].value == pytest.approx(1.5, abs=0.15)
     assert sizes["viscous_friction"]["coefficient"].value == pytest.approx(3.0, abs=0.6)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.page import report_html
 from deltactl.models.robot import RangeSensor
 from deltactl.recording.tables.flat import from_columns
@@ -24,7 +24,7 @@ def test_a_curved_error_in_a_sorted_table_is_foretold() -> None:
         "distance": distance_m,
         "range": distance_m + error_m + noise_m,
     }
-    fit = diagnose_axis(SENSOR, [from_columns(columns, "table")]).fit
+    fit = diagnose_recordings(SENSOR, [from_columns(columns, "table")]).fit
     assert fit.holdout_rms_after_m < 0.4 * fit.holdout_rms_before_m
 
 
@@ -42,7 +42,7 @@ def test_an_error_that_breaks_off_beyond_a_distance_is_no_noise() -> None:
         "distance": distance_m,
         "range": distance_m + error_m + noise_m,
     }
-    answer = diagnose_axis(SENSOR, [from_columns(columns, "table")])
+    answer = diagnose_recordings(SENSOR, [from_columns(columns, "table")])
     assert answer.findings[-1].depends_on == ["distance"]
     assert answer.verdict != "explained"
     assert answer.fit.rms_after_m < 3e-3
@@ -53,7 +53,7 @@ def test_the_report_of_a_table_without_times_is_drawn_over_the_distance() -> Non
     distance_m = np.linspace(0.05, 0.3, 40)
     noise_m = 1e-3 * np.random.default_rng(2).standard_normal(40)
     columns = {"t": np.arange(40.0), "distance": distance_m, "range": distance_m + 0.01 + noise_m}
-    answer = diagnose_axis(SENSOR, [from_columns(columns, "table")])
+    answer = diagnose_recordings(SENSOR, [from_columns(columns, "table")])
     drawn = charts_of(lambda: report_html(answer, SENSOR))
     (chart,) = drawn.values()
     assert "distance [mm]" in str(chart)

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.observations.begun_in_motion import begun_in_motion
-from deltactl.diagnosis.observations.gross_outliers import gross_outliers
+from deltactl.diagnosis.observations.outliers import begun_in_motion, gross_outliers
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
 from deltactl.models.robot import ServoAxis
@@ -46,7 +46,7 @@ def _untold(answer: Diagnosis) -> dict[str, str]:
 def test_a_lead_one_way_is_unknown_physics_of_the_direction() -> None:
     """Play leaves an axis behind; one that stands ahead of its command has no name."""
     commanded_m, way = _up_and_down()
-    answer = diagnose_axis(SLIDE, [_table(commanded_m, 2e-6 * way)])
+    answer = diagnose_recordings(SLIDE, [_table(commanded_m, 2e-6 * way)])
     assert _named(answer) == {"unknown"}
     assert answer.findings[0].depends_on == ["direction"]
 
@@ -55,7 +55,7 @@ def test_play_in_a_table_is_still_play() -> None:
     once = np.concatenate([PLACES_M, PLACES_M[-2:0:-1]])
     commanded_m = np.tile(once, 7)
     way = np.sign(np.diff(commanded_m, prepend=0.0))
-    answer = diagnose_axis(SLIDE, [_table(commanded_m, -2e-6 * way)])
+    answer = diagnose_recordings(SLIDE, [_table(commanded_m, -2e-6 * way)])
     (found,) = answer.findings
     assert {found.effect, *(a.effect for a in found.alternatives)} >= {
         "gear_backlash",
@@ -79,7 +79,7 @@ def test_three_places_show_no_wave_no_play_and_no_lag() -> None:
 
 def test_a_spring_is_no_alternative_where_no_load_is_known() -> None:
     commanded_m, _ = _up_and_down()
-    answer = diagnose_axis(SLIDE, [_table(commanded_m, np.full(50, 1e-5))])
+    answer = diagnose_recordings(SLIDE, [_table(commanded_m, np.full(50, 1e-5))])
     (found,) = answer.findings
     assert found.effect == "home_offset"
     assert not found.alternatives
@@ -94,7 +94,7 @@ def test_a_slip_of_a_servo_is_no_ratio() -> None:
     noise = 5e-5 * np.random.default_rng(4).standard_normal(len(t_s))
     columns = {"t": t_s, "command": commanded, "position": commanded + slip + noise}
     mount = ServoAxis(kind="servo_axis", name="mount", motion="rotary")
-    answer = diagnose_axis(mount, [from_columns(columns, "slip")])
+    answer = diagnose_recordings(mount, [from_columns(columns, "slip")])
     assert _named(answer) == {"unknown"}
     assert answer.findings[0].depends_on == ["time"]
 
@@ -131,5 +131,5 @@ def test_what_foretells_blocks_left_out_is_claimed() -> None:
     t_s = 5.0 * np.arange(len(commanded_m))
     position_m = np.round(commanded_m + lead_m, 7)
     columns = {"t": t_s, "command": commanded_m, "position": position_m}
-    answer = diagnose_axis(SLIDE, [from_columns(columns, "arrivals")])
+    answer = diagnose_recordings(SLIDE, [from_columns(columns, "arrivals")])
     assert [one.depends_on for one in answer.findings] == [["direction"]]

@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deltactl.diagnosis.admission import excerpt as admission
+from deltactl.diagnosis.admission.arm_columns import check_steps
 from deltactl.diagnosis.admission.excerpt import excerpt, excerpts, thinned
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.step_counts import check_steps
 from deltactl.diagnosis.api import diagnose, diagnose_recordings
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.report.summary import plain_lines

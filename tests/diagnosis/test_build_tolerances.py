@@ -9,8 +9,8 @@ import numpy as np
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.priors.build_tolerances import within_tolerance
 from deltactl.diagnosis.priors.options import PENALTIES
+from deltactl.diagnosis.priors.tolerances import within_tolerance
 from deltactl.models.effects import card_of
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording

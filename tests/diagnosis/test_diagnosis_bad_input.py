@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.admission.robot_match import check_belongs
+from deltactl.diagnosis.admission.admit import admit
 from deltactl.diagnosis.api import diagnose, diagnose_recordings
 from deltactl.foundation.errors import DeltactlError, RecordingError
 from deltactl.models.robot import DeltaRobot
@@ -126,7 +126,7 @@ def test_a_machine_that_something_stops_is_not_another(
     slid = 0.05 * np.cos(0.3 * recording.t_s)
     columns["range_x"][low] += slid[low]
     geometry = delta.geometry.model_copy(update={"home_offset_deg": home_deg})
-    check_belongs(delta.model_copy(update={"geometry": geometry}), recording)
+    admit(delta.model_copy(update={"geometry": geometry}), [recording]).passed()
 
 
 def test_empty_and_missing_files(tmp_path: Path) -> None:

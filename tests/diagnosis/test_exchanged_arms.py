@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from deltactl.diagnosis.admission.exchanged_arms import refuse_exchanged_arms
+from deltactl.diagnosis.admission.arm_columns import refuse_exchanged_arms
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.tables.flat import FlatRecording
 from tests.rigs.picker import nominal, recorded

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.assessment.covariance import covariance
+from deltactl.diagnosis.assessment.intervals import covariance
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import estimate
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.priors.file_tolerances import giving_way, pull
 from deltactl.diagnosis.priors.options import PENALTIES
+from deltactl.diagnosis.priors.tolerances import giving_way, pull
 from deltactl.models.effects import card_of
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording

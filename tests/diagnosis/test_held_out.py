@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.assessment.covariance import NORMAL_95, covariance, parameters
 from deltactl.diagnosis.assessment.holdout import on_another_run, on_blocks
+from deltactl.diagnosis.assessment.intervals import NORMAL_95, covariance, parameters
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.estimation.blocks import blocks_of
 from deltactl.diagnosis.estimation.estimate import Solution
@@ -17,7 +17,7 @@ from deltactl.diagnosis.estimation.noise import ChannelNoise, Whitener
 from deltactl.diagnosis.estimation.splines import SplineTerm, knots_for, spline_basis
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.priors import file_tolerances
+from deltactl.diagnosis.priors import tolerances
 from deltactl.models.robot import DeltaRobot
 from deltactl.recording.tables.flat import FlatRecording
 from tests.diagnosis.conftest import Record
@@ -171,9 +171,7 @@ def test_no_interval_is_finer_than_the_best_machine(
     fitter, _, solution = fitted(model)
     silent = replace(solution, residual=np.zeros_like(solution.residual))
     with_them = covariance(fitter, silent)
-    monkeypatch.setattr(
-        file_tolerances, "PENALTIES", replace(file_tolerances.PENALTIES, most_careful=0.0)
-    )
+    monkeypatch.setattr(tolerances, "PENALTIES", replace(tolerances.PENALTIES, most_careful=0.0))
     without = covariance(fitter, silent)
     assert with_them[-1, -1] > without[-1, -1]
 

@@ -7,7 +7,7 @@ from copy import copy
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.assessment import profile_likelihood
+from deltactl.diagnosis.assessment import intervals
 from deltactl.diagnosis.assessment.impossible import (
     beyond_physics,
     first_impossible,
@@ -114,5 +114,5 @@ def test_arms_that_shrink_by_four_percent_are_something_else(
     assert {one.effect for one in model.candidates} - {one.effect for one in left} == {
         "thermal_expansion"
     }
-    monkeypatch.setattr(profile_likelihood, "intervals", lambda *_: {"strain": (-0.09, -0.001)})
+    monkeypatch.setattr(intervals, "by_profile", lambda *_: {"strain": (-0.09, -0.001)})
     assert beyond_physics(fitter, shrunk) is None

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from deltactl.diagnosis.assessment import profile_likelihood as profile
-from deltactl.diagnosis.assessment.covariance import covariance
+from deltactl.diagnosis.assessment import intervals
+from deltactl.diagnosis.assessment.intervals import covariance
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import estimate
@@ -39,7 +39,7 @@ def test_the_rim_of_the_interval_is_where_the_fit_loses_what_95_percent_allow(
     recording = record(warm, seconds=30.0)
     fitter, solution = _fitted(delta, recording, "thermal_expansion", [0.004, np.log(40.0)])
     part = solution.columns_of(0)
-    found = profile.intervals(fitter, solution, 0, covariance(fitter, solution)[part, part])
+    found = intervals.by_profile(fitter, solution, 0, covariance(fitter, solution)[part, part])
     assert found is not None
     for name, (low, high) in found.items():
         assert low < truth[name] < high
@@ -47,11 +47,11 @@ def test_the_rim_of_the_interval_is_where_the_fit_loses_what_95_percent_allow(
     half = 1.96 * float(np.sqrt(covariance(fitter, solution)[part, part][0, 0]))
     straight = np.array([at - half, at + half])
     assert np.abs(np.array([low, high]) - straight).max() > 0.2 * half
-    held = profile._held(solution.terms[0], 0, low)
-    assert fitter.solve([held]).cost - solution.cost > 0.7 * profile.LOSS_95
+    held = intervals._held(solution.terms[0], 0, low)
+    assert fitter.solve([held]).cost - solution.cost > 0.7 * intervals.LOSS_95
 
 
 def test_sizes_that_are_sharp_keep_the_plain_interval(delta: DeltaRobot, record: Record) -> None:
     tilt = EffectEntry(effect="home_offset", component="motor1", parameters={"angle": 0.01})
     fitter, solution = _fitted(delta, record(tilt, seconds=30.0), "home_offset", [0.01])
-    assert profile.intervals(fitter, solution, 0, np.array([[1e-8]])) is None
+    assert intervals.by_profile(fitter, solution, 0, np.array([[1e-8]])) is None

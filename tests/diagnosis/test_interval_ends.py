@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deltactl.diagnosis.answer.records import ParameterResult
-from deltactl.diagnosis.assessment.covariance import NORMAL_95, parameters
+from deltactl.diagnosis.assessment.intervals import NORMAL_95, parameters
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.candidates import candidates_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.admission.robot_match import check_belongs
+from deltactl.diagnosis.admission.admit import admit
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
@@ -15,14 +15,14 @@ from deltactl.recording.tables.flat import FlatRecording
 def test_a_late_recording_belongs(delta: DeltaRobot, record, late_s: float) -> None:
     """So far behind, hardly a sample is where the commands say at that moment."""
     entry = EffectEntry(effect="sensor_latency", component="sensors", parameters={"time": late_s})
-    check_belongs(delta, record(entry, seconds=40.0))
+    admit(delta, [record(entry, seconds=40.0)]).passed()
 
 
 def test_one_late_motor_belongs(delta: DeltaRobot, record) -> None:
     entry = EffectEntry(
         effect="following_lag", component="motor2", parameters={"time": 0.05, "dead_time": 0.4}
     )
-    check_belongs(delta, record(entry, seconds=40.0))
+    admit(delta, [record(entry, seconds=40.0)]).passed()
 
 
 def test_longer_arms_are_another_robot(delta: DeltaRobot, record) -> None:
@@ -31,7 +31,7 @@ def test_longer_arms_are_another_robot(delta: DeltaRobot, record) -> None:
         update={"geometry": delta.geometry.model_copy(update={"forearm_m": 0.6})}
     )
     with pytest.raises(RecordingError, match="forearm"):
-        check_belongs(other, recording)
+        admit(other, [recording]).passed()
 
 
 @pytest.mark.parametrize(("broke_s", "told"), [(6.0, r"[56]\.\d"), (26.0, r"2[567]\.\d")])
@@ -46,7 +46,7 @@ def test_what_broke_on_the_way_is_said_with_its_moment(
         for name, values in whole.columns.items()
     }
     with pytest.raises(RecordingError, match=rf"up to {told} s recording and robot file agree"):
-        check_belongs(delta, FlatRecording(whole.t_s, columns, {}, "broken"))
+        admit(delta, [FlatRecording(whole.t_s, columns, {}, "broken")]).passed()
 
 
 @pytest.mark.parametrize("lost_s", [4.0, 26.0])
@@ -57,7 +57,7 @@ def test_a_great_loss_of_steps_is_no_breakage(
     entry = EffectEntry(
         effect="lost_steps", component="motor2", parameters={"steps": steps, "time": lost_s}
     )
-    check_belongs(delta, record(entry, seconds=40.0))
+    admit(delta, [record(entry, seconds=40.0)]).passed()
 
 
 def test_a_loss_that_no_motor_has_is_a_breakage(delta: DeltaRobot, record) -> None:
@@ -66,4 +66,4 @@ def test_a_loss_that_no_motor_has_is_a_breakage(delta: DeltaRobot, record) -> No
         effect="lost_steps", component="motor2", parameters={"steps": -1600.0, "time": 20.0}
     )
     with pytest.raises(RecordingError, match="has an arm flipped to its other side"):
-        check_belongs(delta, record(entry, seconds=40.0))
+        admit(delta, [record(entry, seconds=40.0)]).passed()

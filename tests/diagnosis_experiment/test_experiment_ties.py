@@ -11,8 +11,7 @@ import pytest
 
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.experiment import Proposal, Tie, next_experiment
-from deltactl.diagnosis.experiment.design import contains
-from deltactl.diagnosis.experiment.options import EXPERIMENT
+from deltactl.diagnosis.experiment.design import EXPERIMENT, contains
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.motions import Motion
 from deltactl.diagnosis.plants.delta.next_runs import next_runs

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from deltactl.diagnosis.answer.known import known_of
+from deltactl.diagnosis.answer.assembly import known_of
 from deltactl.diagnosis.answer.records import Known
 from deltactl.diagnosis.report.limits import known_line
 from deltactl.models.robot import EffectEntry, FoundBy, ServoAxis

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from deltactl.diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
-from deltactl.diagnosis.assessment.prior_sensitivity import as_found
+from deltactl.diagnosis.assessment.significance import as_found
 from deltactl.diagnosis.report.fit import fit_lines
 from deltactl.diagnosis.report.summary import told
 from deltactl.diagnosis.report.templates import say

@@ -11,7 +11,7 @@ import pytest
 from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
-from deltactl.recording.tables.moment import seconds
+from deltactl.recording.tables.cells import seconds
 
 STEP_S = 0.5
 T_S = STEP_S * np.arange(300)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from deltactl.recording.foreign.encoder_steps import of_encoder
+from deltactl.recording.foreign.doubts import of_encoder
 from deltactl.recording.foreign.found import Inspection
 from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping

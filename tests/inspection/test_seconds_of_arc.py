@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.admission.joint_ranges import far_for_a_joint
+from deltactl.diagnosis.admission.doubts import far_for_a_joint
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.foreign.inspection import inspect
@@ -89,6 +89,8 @@ def test_a_far_turn_does_not_propose_the_unit_that_was_given() -> None:
     degrees = np.radians(SEEN_ARCSEC)
     read = from_columns({"t": T_S, "command": degrees, "position": degrees}, "a.csv")
     axis = ServoAxis.model_validate({"kind": "servo_axis", "name": "a", "motion": "rotary"})
-    (line,) = far_for_a_joint(axis, read)
+    doubt = far_for_a_joint(axis, read)
+    assert doubt is not None
+    line = doubt.says
     assert "[deg]" not in line
     assert 'position=COLUMN*FACTOR"' in line

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.admission.joint_ranges import far_for_a_joint
+from deltactl.diagnosis.admission.doubts import far_for_a_joint
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.summary import plain_lines
 from deltactl.foundation.errors import RecordingError
@@ -223,9 +223,9 @@ def test_steps_of_degrees_in_radians_are_told_by_reading_and_by_the_answer(tmp_p
 def test_a_slide_and_a_joint_are_not_asked_about_turns() -> None:
     far = from_columns({"t": T_S, "command": 70.0 * WAVE, "position": 70.0 * WAVE}, "a.csv")
     near = from_columns({"t": T_S, "command": 3.0 * WAVE, "position": 3.0 * WAVE}, "a.csv")
-    assert far_for_a_joint(TURNING.model_copy(update={"motion": "linear"}), far) == []
-    assert far_for_a_joint(TURNING, near) == []
-    assert far_for_a_joint(TURNING, far) != []
+    assert far_for_a_joint(TURNING.model_copy(update={"motion": "linear"}), far) is None
+    assert far_for_a_joint(TURNING, near) is None
+    assert far_for_a_joint(TURNING, far) is not None
 
 
 def test_arm_angles_in_degrees_read_as_radians_are_said_to_look_like_degrees(
@@ -242,7 +242,7 @@ def test_arm_angles_in_degrees_read_as_radians_are_said_to_look_like_degrees(
 
 
 def test_single_arm_angles_that_went_astray_are_no_unit() -> None:
-    from deltactl.diagnosis.admission.joint_ranges import check_arm_angles
+    from deltactl.diagnosis.admission.arm_columns import check_arm_angles
 
     theta = 0.3 * WAVE
     theta[100] = 99.0

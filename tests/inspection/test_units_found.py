@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from deltactl.diagnosis.admission.axis_match import check_velocity
 from deltactl.foundation.errors import ConfigError, RecordingError
-from deltactl.recording.foreign.doubts import other_motion
+from deltactl.recording.foreign.doubts import other_motion, slope_ratio
 from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
-from deltactl.recording.foreign.slope import check_velocity, slope_ratio
 from deltactl.recording.tables.flat import from_columns
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]

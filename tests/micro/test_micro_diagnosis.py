@@ -13,9 +13,8 @@ pytest.importorskip("mujoco", reason="the micro delta needs the extra 'proof' (M
 pytest.importorskip("scipy", reason="the diagnosis needs the extra 'diagnosis'")
 
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.observations.servo_preprocessing import signals_of
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_servo
-from deltactl.diagnosis.pipelines.servo_robot import joined, sensor_rounds
+from deltactl.diagnosis.observations.servo_preprocessing import sensor_rounds, signals_of
+from deltactl.diagnosis.pipelines.by_machine import joined
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.models.chain.servo_delta import ServoChain
 from deltactl.models.robot import EffectEntry
@@ -69,7 +68,7 @@ def test_two_causes_at_one_joint_are_told_apart() -> None:
     given = record(robot, DRIVE, np.random.default_rng(3), 10.0)
     found = {
         (one.effect, one.component): next(iter(one.parameters.values())).value
-        for one in diagnose_servo(ROBOT, [given]).findings
+        for one in diagnose_recordings(ROBOT, [given]).findings
     }
     assert found == {
         ("joint_friction", "motor1"): pytest.approx(7.2e-4, rel=0.05),
@@ -124,8 +123,8 @@ def test_nothing_from_outside_leaves_the_torques() -> None:
 
 
 def test_both_parts_are_one_answer() -> None:
-    named = diagnose_servo(ROBOT, [recording(1)])
-    silent = diagnose_servo(ROBOT, [recording(0)])
+    named = diagnose_recordings(ROBOT, [recording(1)])
+    silent = diagnose_recordings(ROBOT, [recording(0)])
     both = joined(named, silent)
     assert both.verdict == joined(silent, named).verdict == "explained"
     assert both.findings == named.findings

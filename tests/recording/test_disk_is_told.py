@@ -11,7 +11,7 @@ import pytest
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.format.configuration import RunConfiguration
-from deltactl.recording.writing import append_file, disk
+from deltactl.recording.writing import append_file, spool
 from deltactl.recording.writing.append_file import AppendFile
 from deltactl.recording.writing.writer import RunRecorder
 
@@ -83,7 +83,7 @@ def test_the_folder_of_a_recording_is_made_and_one_that_somebody_deleted_is_gone
 def test_a_recording_is_synced_while_it_grows(
     tmp_path: Path, synced: list[int], configuration: RunConfiguration, monkeypatch
 ) -> None:
-    monkeypatch.setattr(disk, "SYNC_S", 0.05)
+    monkeypatch.setattr(spool, "SYNC_S", 0.05)
     path = tmp_path / "run.mcap"
     recorder = RunRecorder(path, configuration, start_ns=START_NS, counts=(0, 0, 0))
     for number in range(5):
@@ -113,7 +113,7 @@ def test_none_is_begun_on_a_disk_that_is_nearly_full(
 def test_one_that_runs_ends_before_the_disk_is_full(
     tmp_path: Path, configuration: RunConfiguration, monkeypatch
 ) -> None:
-    monkeypatch.setattr(disk, "SYNC_S", 0.05)
+    monkeypatch.setattr(spool, "SYNC_S", 0.05)
     path = tmp_path / "run.mcap"
     recorder = RunRecorder(path, configuration, start_ns=START_NS, counts=(0, 0, 0))
     recorder.event(START_NS, "note", "there is room")

@@ -20,7 +20,7 @@ from deltactl.foundation.errors import RecordingError
 from deltactl.recording.format.channels import CHANNELS, WRITTEN
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.reading.reader import read_run
-from deltactl.recording.writing.names import fresh_path
+from deltactl.recording.writing.retention import fresh_path
 from deltactl.recording.writing.writer import RunRecorder
 
 MS = 1_000_000

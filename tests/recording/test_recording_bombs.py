@@ -18,7 +18,7 @@ from deltactl.recording.reading.scan import Scan
 from deltactl.recording.tables import csv_table
 from deltactl.recording.tables.csv_table import read_csv
 from deltactl.recording.writing.container import record_bytes
-from deltactl.recording.writing.names import confined
+from deltactl.recording.writing.retention import confined
 from deltactl.recording.writing.writer import RunRecorder
 
 MB = 2**20

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.format.configuration import RunConfiguration
-from deltactl.recording.format.edges import blocks, counts_set, from_message
+from deltactl.recording.format.messages import blocks, counts_set, edges_from_message
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.writing.writer import RunRecorder
 
@@ -34,7 +34,7 @@ def test_blocks_decode_exactly(deltas_ns: list[int], start_ns: int, seed: int) -
     steps = some_steps(len(due_ns), seed)
     base = np.array([5, -7, 10**9])
     found = [
-        from_message(json.loads(json.dumps(block.as_message())))
+        edges_from_message(json.loads(json.dumps(block.as_message())))
         for block in blocks(due_ns, steps, base)
     ]
     np.testing.assert_array_equal(np.concatenate([block.due_ns for block in found]), due_ns)
@@ -48,7 +48,8 @@ def test_blocks_decode_exactly(deltas_ns: list[int], start_ns: int, seed: int) -
 def test_a_clock_that_goes_back_loses_no_edge() -> None:
     due_ns = np.array([10, 20, 5, 6])
     found = [
-        from_message(block.as_message()) for block in blocks(due_ns, some_steps(4, 1), due_ns[:3])
+        edges_from_message(block.as_message())
+        for block in blocks(due_ns, some_steps(4, 1), due_ns[:3])
     ]
     assert np.concatenate([block.due_ns for block in found]).tolist() == [10, 20, 5, 6]
 
@@ -56,11 +57,11 @@ def test_a_clock_that_goes_back_loses_no_edge() -> None:
 def test_parts_that_do_not_fit_are_refused() -> None:
     message = next(iter(blocks(np.array([1, 2]), some_steps(2, 1), np.zeros(3)))).as_message()
     with pytest.raises(RecordingError, match="2 times and 2 steps for 3 edges"):
-        from_message(message | {"count": 3})
+        edges_from_message(message | {"count": 3})
 
 
 def test_setting_the_counters_is_a_block_without_edges() -> None:
-    block = from_message(counts_set(77, np.array([1, 2, 3])).as_message())
+    block = edges_from_message(counts_set(77, np.array([1, 2, 3])).as_message())
     assert len(block.due_ns) == 0
     assert block.base.tolist() == [1, 2, 3]
 

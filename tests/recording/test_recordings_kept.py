@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from deltactl.recording.writing.keeping import DAY_S, GIB, KeptRecordings, RecordingKeeper
+from deltactl.recording.writing.retention import DAY_S, GIB, KeptRecordings, RecordingKeeper
 
 NOW_S = 1_000_000_000.0
 

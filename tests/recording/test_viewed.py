@@ -17,8 +17,8 @@ from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.firmware_py.controller.jobs.view import View
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.robot_file import load_robot
+from deltactl.recording.format.channels import SCHEMAS, VIEWED
 from deltactl.recording.format.configuration import RunConfiguration
-from deltactl.recording.format.viewed import SCHEMAS, VIEWED
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.writing.writer import RunRecorder
 

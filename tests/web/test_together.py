@@ -12,6 +12,7 @@ import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
 
+from deltactl.diagnosis.admission.which_robot import carried_by
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.format.configuration import RunConfiguration
@@ -24,7 +25,6 @@ from deltactl.web.behind.own_recordings import (
     mapping_text,
 )
 from deltactl.web.behind.shelf import Shelf
-from deltactl.web.behind.worker import carried_by
 from tests.web.conftest import Browser, WebPage
 
 ZHAO = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")

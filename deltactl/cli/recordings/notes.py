@@ -30,7 +30,7 @@ class Notes:
 
     def around(self, read: Callable[[Path], FlatRecording]) -> Callable[[Path], FlatRecording]:
         """The same reading, which also says where an effort is left without use."""
-        from deltactl.diagnosis.observations.needed_columns import command_unused, effort_unused
+        from deltactl.diagnosis.admission.doubts import command_unused, effort_unused
         from deltactl.recording.column_measures import first_of
 
         def noted(path: Path) -> FlatRecording:

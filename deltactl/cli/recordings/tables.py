@@ -8,22 +8,18 @@ from typing import TYPE_CHECKING
 from deltactl.cli.output import warn
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.foundation.extras import needs
-from deltactl.recording.tables.flat import UNITS
+from deltactl.recording.tables.binary_tables import is_data_set, one_joint_at_a_time
 from deltactl.recording.tables.flat_files import read_flat
 from deltactl.recording.tables.foreign_log import is_log
-from deltactl.recording.tables.lerobot import is_data_set
 from deltactl.recording.tables.table_format import first_cells
 
 if TYPE_CHECKING:
     from deltactl.models.robot import RobotModel
-    from deltactl.recording.foreign.found import Inspection
     from deltactl.recording.foreign.mapping import Mapping
     from deltactl.recording.tables.flat import FlatRecording
 
 
 BINARY = (".parquet", ".mat")
-MOST_LISTED = 200
-"""Letters of names."""
 
 
 def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
@@ -37,10 +33,7 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
     except RecordingError as error:
         wrong = error
     if is_data_set(path):
-        raise RecordingError(
-            f"{path}: is a LeRobot data set; one of its joints is diagnosed at a time;"
-            f" which options choose it: deltactl diagnose --inspect {path}"
-        )
+        raise one_joint_at_a_time(path)
     if is_log(path) or path.suffix in BINARY:
         raise wrong
     ours = "t" in first_cells(path)
@@ -53,58 +46,12 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
         if ours and not told:
             raise wrong
     except RecordingError as error:
-        if ours:
-            raise _of_another_kind(path, robot) or wrong from None
-        raise _with_other_names(path, robot, error) or wrong from None
+        from deltactl.diagnosis.admission.another_kind import without_our_names
+
+        raise without_our_names(path, robot, wrong, None if ours else error) from None
     for line in told:
         warn(line)
     return recording
-
-
-def _of_another_kind(path: Path, robot: RobotModel | None) -> RecordingError | None:
-    """What is said of a table with times and none of our columns beside them, where it looks like
-    another kind of machine than the robot file's; else None.
-    """
-    from deltactl.recording.foreign.inspection import inspect
-
-    try:
-        seen = inspect(path)
-    except RecordingError:
-        return None
-    if UNITS.keys() & seen.table.keys() > {"t"} or robot is None:
-        return None
-    return _named_otherwise(seen, robot) if seen.kind not in (None, robot.kind) else None
-
-
-def _with_other_names(
-    path: Path, robot: RobotModel | None, error: RecordingError
-) -> RecordingError | None:
-    """What is said of a table that `error` refused: where it has names of its own, which machine
-    it looks like. None where it is no table that could be looked at.
-    """
-    from deltactl.recording.foreign.inspection import inspect
-
-    try:
-        seen = inspect(path)
-    except RecordingError:
-        return None
-    if UNITS.keys() & seen.table.keys():
-        return error
-    return _named_otherwise(seen, robot)
-
-
-def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RecordingError:
-    """What is said of columns with names of their own, and of the machine that they are of."""
-    from deltactl.diagnosis.admission.another_kind import looks_like
-
-    path = seen.path
-    listed = ", ".join(seen.table)[:MOST_LISTED]
-    names = f"its columns have names of their own ({listed})"
-    own = f"{path}: {names if seen.named else 'it has no line that names its columns'}"
-    if robot is None or seen.kind is None or seen.kind == robot.kind:
-        return RecordingError(f"{own}; which options read them: deltactl diagnose --inspect {path}")
-    also = looks_like(seen.kind, seen.kind_why, robot, str(path))
-    return RecordingError(f"{path}: {also}" + (f". Its columns: {listed}" if seen.named else ""))
 
 
 def mapping_of(columns: list[str]) -> Mapping:

@@ -76,8 +76,7 @@ def show_recording(recording: Path, out: Path, json_out: bool) -> None:
 def export_recording(recording: Path, out: Path, truth: bool) -> None:
     """`deltactl export`: a flat table in the format of the file name's ending."""
     from deltactl.recording.tables.flat_files import write_flat
-    from deltactl.recording.tables.rounds import flatten
-    from deltactl.recording.tables.unseen import flatten_unseen, has_readings
+    from deltactl.recording.tables.rounds import flatten, flatten_unseen, has_readings
 
     with waiting(f"reading {recording.name}", False) as show:
         run = read_run(recording, progress=show)

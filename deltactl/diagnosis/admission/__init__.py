@@ -1,4 +1,5 @@
 """Does this recording belong to this machine?
 
-In: readings and a plant. Out: nothing, or a RecordingError of one line.
+In: recordings and a robot. Out: an `Admission` (`admit`): refusals, doubts, and the plants of what
+was admitted.
 """

@@ -1,39 +1,43 @@
-"""A table of another kind of machine than the robot file describes, or with other columns."""
+"""A table of another kind of machine than the robot file describes, or with names of its own."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from deltactl.foundation.errors import MissingColumns, RecordingError
+from deltactl.diagnosis.admission.refusal import Kind, Refusal, refuse
+from deltactl.foundation.errors import RecordingError, RefusedRecording
 from deltactl.models.robot import DeltaRobot, RobotModel
 from deltactl.recording.column_measures import first_of
 from deltactl.recording.foreign.by_values import ASKED
-from deltactl.recording.foreign.guess import MOTIONS, guess_columns
+from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.guess import MOTIONS, guess_columns, kind_of
 from deltactl.recording.foreign.guessed_units import with_units
-from deltactl.recording.foreign.machine_kind import kind_of
+from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import Guess, without_unit
 from deltactl.recording.tables.flat import UNITS, FlatRecording
 
+MOST_LISTED = 200
+"""Letters of names."""
 OF_MOTORS = ("command", "theta", "steps")
 """What several motors have each, with their number."""
 
 
-def of_another_kind(
-    error: MissingColumns, robot: RobotModel, recording: FlatRecording
-) -> MissingColumns:
-    """The same error, and what to type: where the table looks like another kind of machine than
-    the robot file describes, and where other columns look like those that are missing.
+def of_another_kind(refusal: Refusal, robot: RobotModel, recording: FlatRecording) -> Refusal:
+    """The refusal of a recording without the columns that it needs, and what to type: where the
+    table looks like another kind of machine than the robot file describes, and where other columns
+    look like those that are missing.
     """
     table = {**recording.columns, **recording.extra}
     numbers = {
-        name: one
-        for name, one in table.items()
-        if one.dtype.kind == "f" and bool(np.isfinite(one).any())
+        name: values
+        for name, values in table.items()
+        if values.dtype.kind == "f" and bool(np.isfinite(values).any())
     }
     numbers = {"t": recording.t_s, **numbers}
     guesses = {
@@ -44,10 +48,12 @@ def of_another_kind(
     kind, _, why = kind_of(guesses, [])
     if kind is not None and kind != robot.kind:
         looks = looks_like(kind, why, robot, recording.source)
-        missing = str(error).removeprefix(f"{recording.source}: ")
-        return MissingColumns(f"{recording.source}: {looks} ({missing})", error.source)
+        missing = f"({refusal.why}{refusal.between}{refusal.remedy})"
+        return Refusal(
+            Kind.ANOTHER_MACHINE, looks, missing, recording.source, refusal.column, between=" "
+        )
     also = _could_be(with_units(guesses, numbers)[0], recording)
-    return MissingColumns(f"{error}{also}", error.source)
+    return replace(refusal, remedy=f"{refusal.remedy}{also}")
 
 
 def _turns(name: str) -> bool:
@@ -65,16 +71,16 @@ def _could_be(guesses: Mapping[str, Guess], recording: FlatRecording) -> str:
     ]
     if not found:
         return ""
-    options = [
-        option
-        for one in found
-        for option in ("--set", as_option(one.name, without_unit(one.source), one.unit or "1",
-                                          None if one.scale == 1.0 else one.scale, 0.0))
-    ]  # fmt: skip
-    sources = ", ".join(one.source for one in found)
-    names = ", ".join(one.name for one in found)
+    options = [option for guess in found for option in ("--set", _option(guess))]
+    sources = ", ".join(guess.source for guess in found)
+    names = ", ".join(guess.name for guess in found)
     looks = "looks" if len(found) == 1 else "look"
     return f". Here {sources} {looks} like {names}: add {shlex.join(options)}"
+
+
+def _option(guess: Guess) -> str:
+    scale = None if guess.scale == 1.0 else guess.scale
+    return as_option(guess.name, without_unit(guess.source), guess.unit or "1", scale, 0.0)
 
 
 def looks_like(kind: str, why: str, robot: RobotModel, source: str) -> str:
@@ -88,7 +94,7 @@ def looks_like(kind: str, why: str, robot: RobotModel, source: str) -> str:
 
 
 def refuse_several_motors(robot: RobotModel, recording: FlatRecording) -> None:
-    """Refuse motors beside the first where the robot file knows one axis. Raises RecordingError.
+    """Refuse motors beside the first where the robot file knows one axis. Raises RefusedRecording.
 
     Columns without a number, which somebody chose, are those of the axis.
     """
@@ -98,8 +104,46 @@ def refuse_several_motors(robot: RobotModel, recording: FlatRecording) -> None:
     others = [f"{stem}_{motor}" for stem in OF_MOTORS for motor in (2, 3)]
     there = [name for name in others if first_of(recording, [name])]
     if there:
-        also = looks_like("delta", f"it has {', '.join(there)}", robot, recording.source)
-        raise RecordingError(
-            f"{recording.source}: {also}. To diagnose one of its motors alone, choose the"
-            " columns: --set command=COLUMN[unit] --set position=COLUMN[unit]"
+        refuse(
+            Kind.ANOTHER_MACHINE,
+            recording.source,
+            looks_like("delta", f"it has {', '.join(there)}", robot, recording.source),
+            "To diagnose one of its motors alone, choose the columns:"
+            " --set command=COLUMN[unit] --set position=COLUMN[unit]",
+            between=". ",
+            column=there[0],
         )
+
+
+def without_our_names(
+    path: Path, robot: RobotModel | None, wrong: RecordingError, otherwise: RecordingError | None
+) -> RecordingError:
+    """What is said of a table that could not be read with the program's own names.
+
+    wrong: why not. otherwise: of one without even our times, why it cannot be read by what its
+    columns look like. Where it looks like another machine's than the robot file's, or has names of
+    its own, that is said instead.
+    """
+    try:
+        seen = inspect(path)
+    except RecordingError:
+        return wrong
+    ours = UNITS.keys() & seen.table.keys()
+    if otherwise is not None:
+        return otherwise if ours else _named_otherwise(seen, robot)
+    if ours > {"t"} or robot is None or seen.kind in (None, robot.kind):
+        return wrong
+    return _named_otherwise(seen, robot)
+
+
+def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RefusedRecording:
+    """What is said of columns with names of their own, and of the machine that they are of."""
+    source, listed = str(seen.path), ", ".join(seen.table)[:MOST_LISTED]
+    if robot is None or seen.kind is None or seen.kind == robot.kind:
+        names = f"its columns have names of their own ({listed})"
+        why = names if seen.named else "it has no line that names its columns"
+        remedy = f"which options read them: deltactl diagnose --inspect {source}"
+        return Refusal(Kind.COLUMNS, why, remedy, source).error()
+    why = looks_like(seen.kind, seen.kind_why, robot, source)
+    names = f"Its columns: {listed}" if seen.named else ""
+    return Refusal(Kind.ANOTHER_MACHINE, why, names, source, between=". ").error()

@@ -13,9 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
+from deltactl.diagnosis.admission.refusal import Kind, refuse
 from deltactl.diagnosis.answer.records import Thinned
 from deltactl.diagnosis.observations.readings import IntArray
-from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
@@ -45,7 +45,7 @@ def excerpt(recording: FlatRecording, most: int) -> FlatRecording:
 def excerpts(recordings: Sequence[FlatRecording], most: int) -> list[FlatRecording]:
     """Recordings with no more than `most` rows together: the longest are cut to one length.
 
-    Raises RecordingError where there are too many of them.
+    Raises RefusedRecording where there are too many of them.
     """
     lengths = sorted(len(recording) for recording in recordings)
     if sum(lengths) <= most:
@@ -57,10 +57,8 @@ def excerpts(recordings: Sequence[FlatRecording], most: int) -> list[FlatRecordi
             break
         left -= length
     if share < ADMISSION.fewest_of_each:
-        raise RecordingError(
-            f"{len(recordings)} recordings have {sum(lengths)} rows, {most} can be worked on at "
-            "once; give fewer of them"
-        )
+        why = f"{len(recordings)} recordings have {sum(lengths)} rows, {most} can be worked on at"
+        refuse(Kind.LONG, "", f"{why} once", "give fewer of them")
     return [excerpt(recording, share) for recording in recordings]
 
 

@@ -34,6 +34,9 @@ class AdmissionOptions:
     """Between a lone machine's samples: 50 000 a second are more than any drive logs, and steps of
     more than 15 s are milliseconds."""
 
+    most_unassembled: float = 0.02
+    """Share of the samples of a delta whose commands no linkage reaches: another robot's."""
+
     # How much of a long recording is looked at.
     stretches: int = 10
     """Taken from it, one in each tenth: what changes over hours shows in their order."""

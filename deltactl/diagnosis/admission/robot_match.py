@@ -1,9 +1,11 @@
-"""Whether a recording belongs to the robot file at all, asked before any search.
+"""Whether a recording belongs to a delta's robot file at all, asked before any search.
 
 A machine of the file with something wrong agrees with the file for part of the time, or needs
 other homes and sensor offsets than the file says, or is a little off everywhere. When none of
 this holds, the lengths and the gear that would fit are found, or that none do: that is another
-machine, and everything a search could name would be wrong.
+machine, and everything a search could name would be wrong. An arm that flips into its other
+assembly mode, a rod that comes off or a motor that stops leaves the platform somewhere else for
+good: no effect of the vocabulary describes it either.
 """
 
 from __future__ import annotations
@@ -12,24 +14,161 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.plausibility import check_input
-from deltactl.diagnosis.admission.structural_break import refuse_broken, refuse_once_near
+from deltactl.diagnosis.admission.refusal import Kind, Refusal, refuse
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
+from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.delta.model import ANGLES, POSITIONS, DeltaModel
-from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.effects.lone_axis import said
 from deltactl.models.linkage import Linkage, forward
-from deltactl.models.robot import DeltaRobot
 from deltactl.recording.column_measures import travel
-from deltactl.recording.tables.flat import FlatRecording
+
+
+def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float) -> None:
+    """Refuse a recording in which the machine broke. Raises RefusedRecording, one line.
+
+    left: readings less prediction, (n, channels), NaN where nothing was read. span: how much the
+    readings move.
+    """
+    rows = np.flatnonzero(np.isfinite(left).any(axis=1))
+    apart = np.nanmax(np.abs(left[rows]), axis=1)
+    last = int((1.0 - ADMISSION.least_after) * len(apart))
+    if last <= ADMISSION.least_before:
+        return
+    ratio, at = max(_contrast(apart, at) for at in _moments(ADMISSION.least_before, last))
+    after = float(np.quantile(apart[at:], 1.0 - ADMISSION.nearly_all))
+    if (
+        ratio < ADMISSION.worse
+        or after < ADMISSION.broken_off * span
+        or not _moves(model, rows[at:], span)
+    ):
+        return
+    shift_rad, rest = _shifted(model, rows[at:], left)
+    if rest < ADMISSION.offsets * after and shift_rad < ADMISSION.most_lost_rad:
+        return
+    t_s, off = model.readings.t_s[rows], float(np.median(apart[at:]))
+    raise _broke(model, source, float(t_s[at] - t_s[0]), off).error()
+
+
+def refuse_once_near(model: DeltaModel, source: str, left: FloatArray) -> None:
+    """Refuse a machine that was the file's for a time, where no other machine would fit.
+
+    The bars are lower than those of `refuse_broken`. Raises RefusedRecording, one line.
+    """
+    read = np.isfinite(left).any(axis=1)
+    apart = np.nanmax(np.abs(left[read]), axis=1)
+    after = float(np.median(apart[len(apart) // 2 :]))
+    near = apart < ADMISSION.still_agrees * after
+    before = np.cumsum(near)[:-1]
+    count = np.arange(1, len(near))
+    agreed = before / count
+    later = (near.sum() - before) / (len(near) - count)
+    at = int(np.argmax(agreed - later))
+    if (
+        count[at] >= ADMISSION.least_before
+        and agreed[at] > 1.0 - ADMISSION.stray
+        and later[at] < ADMISSION.stray
+    ):
+        t_s = model.readings.t_s[read]
+        raise _broke(model, source, float(t_s[at] - t_s[0]), after).error()
+
+
+def _broke(model: DeltaModel, source: str, when_s: float, off: float) -> Refusal:
+    return Refusal(
+        Kind.BROKEN,
+        f"up to {when_s:.1f} s recording and robot file agree, from there on they are "
+        f"{off:.2g} {model.readings.units[0]} apart",
+        "has an arm flipped to its other side, a rod come off or a motor stopped? Put it right,"
+        " home the robot and record again",
+        source,
+        t_s=when_s,
+        between=": ",
+    )
+
+
+def _moments(first: int, last: int) -> list[int]:
+    return [int(at) for at in np.linspace(first, last, ADMISSION.moments_tried)]
+
+
+def _contrast(apart: FloatArray, at: int) -> tuple[float, int]:
+    """How many times farther off nearly all readings are from a moment on than before it."""
+    before = float(np.quantile(apart[:at], ADMISSION.nearly_all))
+    return float(np.quantile(apart[at:], 1.0 - ADMISSION.nearly_all)) / max(before, 1e-9), at
+
+
+def _moves(model: DeltaModel, rows: IntArray, span: float) -> bool:
+    return (
+        float(np.nanmax(np.nanstd(model.position_m[rows], axis=0))) > ADMISSION.least_moving * span
+    )
+
+
+def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float, float]:
+    """The largest shift of a joint [rad] where each is shifted as fits best, and how far off the
+    readings are then (median).
+    """
+    joints = model.traits.events
+    columns = [change for place, change in model.inputs().items() if place in joints]
+    known = np.isfinite(left[rows])
+    moved = np.stack([change[rows][known] for change in columns], axis=1)
+    rest = left[rows][known]
+    shift = np.linalg.lstsq(moved, rest, rcond=None)[0]
+    return float(np.abs(shift).max()), float(np.median(np.abs(rest - moved @ shift)))
+
 
 LENGTHS = ("base minus platform radius", "upper arm", "forearm")
 
 
-def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
-    """Refuse a recording of another machine. Raises RecordingError, one line."""
-    model = DeltaModel(robot, [recording])
+def check_input(model: Model) -> None:
+    """Refuse what cannot be right. Raises RefusedRecording."""
+    readings = model.readings
+    if not 1e-4 <= readings.period_s <= 5.0:
+        why = f"samples are {readings.period_s:g} s apart"
+        refuse(Kind.TIMES, "", why, "t must be in seconds (is it in ms?)", column="t")
+    counts = readings.valid.sum(axis=0)
+    if counts.max() < ADMISSION.fewest_valid or counts.sum() < ADMISSION.fewest_in_all:
+        refuse(
+            Kind.EMPTY,
+            "",
+            f"only {int(counts.max())} valid readings in any of {', '.join(readings.names)}",
+            f"nothing can be told from fewer than {ADMISSION.fewest_valid} of one and "
+            f"{ADMISSION.fewest_in_all} of all",
+        )
+    predicted = model.predict([n.term for n in model.nuisances])
+    moved = np.ptp(predicted, axis=0)
+    if moved.max() < ADMISSION.stands_still:
+        refuse(Kind.STILL, "", "nothing moves in this recording", "nothing can be told from it")
+    sizes = np.median(np.abs(predicted), axis=0)
+    for column, name in enumerate(readings.names):
+        good = readings.valid[:, column]
+        if good.sum() < ADMISSION.fewest_valid:
+            continue
+        seen, expected = readings.values[good, column], predicted[good, column]
+        if np.ptp(seen) == 0.0 and np.ptp(expected) > 100 * ADMISSION.stands_still:
+            why = f"{name} never changes (always {seen[0]:g}) though the platform moves"
+            refuse(Kind.STILL, "", why, "is the sensor dead or the column wrong?", column=name)
+        unit, size = readings.units[column], float(np.median(np.abs(seen)))
+        usual = float(np.median(np.abs(expected)))
+        alike = float(sizes[[other == unit for other in readings.units]].max())
+        if _another_unit(size, usual, alike):
+            times = size / max(usual, 1e-9)
+            why = f"{name} is about {times:.3g} times what robot and commands give"
+            remedy = f"it must be in {unit} (is it in m{unit}, or is this another robot's file?)"
+            refuse(Kind.UNITS, "", why, remedy, column=name)
+
+
+def _another_unit(size: float, usual: float, alike: float) -> bool:
+    """Whether readings are so much larger or smaller than is usual that their unit is another.
+
+    alike: the largest of what is usually expected of channels in this unit. Of a platform that
+    only moves up and down, x and y are noise about 0: no size can be expected of them.
+    """
+    if size < usual / ADMISSION.unit_factor:
+        return usual > ADMISSION.stands_still
+    return size > ADMISSION.unit_factor * alike
+
+
+def check_belongs(model: DeltaModel, source: str) -> None:
+    """Refuse a recording of another machine. Raises RefusedRecording, one line."""
     check_input(model)
     readings = model.readings
     rows = np.flatnonzero(readings.valid.any(axis=1) & np.isfinite(model.position_m[:, 0]))
@@ -39,7 +178,7 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     left = seen - model.predict([n.term for n in model.nuisances])
     scatter = _scatter(left)
     span = float(np.nanmax(np.nanstd(seen, axis=0)))
-    refuse_broken(model, recording.source, left, span)
+    refuse_broken(model, source, left, span)
     before = float(np.sqrt(np.nanmean(left**2)))
     if before < ADMISSION.far_off * span or _near(left, scatter) > ADMISSION.near_share:
         return
@@ -49,19 +188,23 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     angles = _as_late_as_fits(model, rows, seen[rows])
     size, left = _closest(model, angles, seen[rows], scatter)
     after = float(np.sqrt(np.nanmean(left**2)))
-    far = f"{recording.source}: recording and robot file do not belong together: "
+    far = "recording and robot file do not belong together: "
     unit, moved = readings.units[0], max(travel(column) for column in seen.T)
     apart = f"{said(before, unit)} apart (root mean square) in a motion over {said(moved, unit)}"
     if after > ADMISSION.far_off * span or np.abs(size).max() > ADMISSION.off:
-        refuse_once_near(model, recording.source, nominal)
+        refuse_once_near(model, source, nominal)
     if after > ADMISSION.far_off * span and _near(left, scatter) < ADMISSION.near_share:
-        raise RecordingError(
+        refuse(
+            Kind.ANOTHER_MACHINE,
+            source,
             f"{far}{apart}, and no lengths, homes, gear or sensor offsets bring them together (at"
-            f" best {said(after, unit)}); is this another robot's file, or another run's commands?"
+            f" best {said(after, unit)})",
+            "is this another robot's file, or another run's commands?",
         )
     if np.abs(size).max() > ADMISSION.off:
         fits = _would_fit(model, size)
-        raise RecordingError(f"{far}{apart}; {fits}; is this another robot's file?")
+        why, remedy = f"{far}{apart}; {fits}", "is this another robot's file?"
+        refuse(Kind.ANOTHER_MACHINE, source, why, remedy)
 
 
 def _scatter(left: FloatArray) -> FloatArray:
@@ -132,9 +275,12 @@ def _closest(
             return np.concatenate([kept[np.isfinite(kept)], x])
 
         found: FloatArray = least_squares(
-            cost, x, loss="soft_l1",
-            f_scale=ADMISSION.soft_from, max_nfev=ADMISSION.match_evaluations,
-        ).x  # fmt: skip
+            cost,
+            x,
+            loss="soft_l1",
+            f_scale=ADMISSION.soft_from,
+            max_nfev=ADMISSION.match_evaluations,
+        ).x
         return found
 
     nothing = np.zeros(len(usual))

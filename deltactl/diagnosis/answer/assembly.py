@@ -1,14 +1,59 @@
-"""The one place where an answer is put together, so that its parts agree."""
+"""The answer put together: verdict, fit, what the file knew, and sizes as far as rows tell."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+from deltactl.diagnosis.answer.finding import ParameterResult
 from deltactl.diagnosis.answer.options import VERDICT
-from deltactl.diagnosis.answer.records import Diagnosis, Finding, Fit, Unexplained
+from deltactl.diagnosis.answer.records import Diagnosis, Finding, Fit, Known, Unexplained
 from deltactl.diagnosis.answer.verdict import Rest, is_noise, left_over, seen, verdict
+from deltactl.models.effects import Trait, has
+from deltactl.models.robot import RobotModel
+
+SMEARED = 1.0 / 4.0 + 1.0 / 4.0
+"""Most that straight lines add to the variance of a delay, in squared row distances: f (1 - f) of a
+dead time that ends at a part f of a row, and twice the eighth by which a chord misses a bend."""
+
+
+def as_far_as_rows_tell(finding: Finding, period_s: float) -> Finding:
+    """A delay with both its parts as uncertain as rows so far apart [s] leave them."""
+    time, dead = (finding.parameters.get(name) for name in ("time", "dead_time"))
+    if not has(finding.effect, Trait.DRIVE_DELAY) or time is None or dead is None:
+        return finding
+    if len(time.components) != 1 or len(dead.components) != 1:
+        return finding
+    value_s, low_s, high_s = time.components[0]
+    _, dead_low_s, dead_high_s = dead.components[0]
+    slack_s = math.hypot(value_s, math.sqrt(SMEARED) * period_s) - value_s
+    slack_s = min(slack_s, max(dead_high_s, 0.0))  # their sum stays, and no dead time is below 0
+    wider = {
+        "time": _between(time, low_s, high_s + slack_s),
+        "dead_time": _between(dead, min(dead_low_s, max(dead_low_s - slack_s, 0.0)), dead_high_s),
+    }
+    return finding.model_copy(update={"parameters": {**finding.parameters, **wider}})
+
+
+def _between(result: ParameterResult, low: float, high: float) -> ParameterResult:
+    return result.model_copy(update={"ci95": [low, high]})
+
+
+def known_of(robot: RobotModel, recordings: Sequence[Path]) -> list[Known]:
+    """Effects of the robot file that a diagnosis found; recordings: what is diagnosed now."""
+    names = {path.name for path in recordings}
+    return [
+        Known(
+            effect=entry.effect,
+            component=entry.component,
+            probability=entry.found.probability,
+            from_these_recordings=bool(names & set(entry.found.recordings)),
+        )
+        for entry in robot.effects
+        if entry.found is not None
+    ]
 
 
 def assembled(
@@ -75,6 +120,8 @@ def unexplained(fit: Fit, rest: Rest, share: float) -> Unexplained:
     if is_noise(fit, rest):
         return Unexplained(share_of_mismatch=0.0, p=rest.p)
     return Unexplained(
-        share_of_mismatch=share, depends_on=list(rest.depends_on), component=rest.component,
+        share_of_mismatch=share,
+        depends_on=list(rest.depends_on),
+        component=rest.component,
         p=rest.p,
-    )  # fmt: skip
+    )

@@ -31,7 +31,7 @@ def contradictions(answer: Diagnosis) -> list[str]:
 
 
 def _verdict(answer: Diagnosis) -> Iterator[str]:
-    named = [one for one in answer.findings if claimed(one)]
+    named = [finding for finding in answer.findings if claimed(finding)]
     match answer.verdict:
         case "nothing_missing":
             if answer.findings:
@@ -45,14 +45,7 @@ def _verdict(answer: Diagnosis) -> Iterator[str]:
         case "explained":
             if not named or len(named) < len(answer.findings):
                 yield "explained, and not by named effects alone"
-            if not at_floor(answer.fit):
-                yield "explained, and the residual is above the noise floor"
-            if much_goes_on(answer.fit):
-                yield "explained, and much is left that is no sensor's noise"
-            if grew(answer.fit):
-                yield "explained, and the held-out mismatch grew"
-            elif not gained(answer.findings, answer.fit):
-                yield "explained, and the held-out mismatch did not fall"
+            yield from _left_of_explained(answer)
         case "partly_explained":
             if not named:
                 yield "partly explained by nothing that has a name"
@@ -61,11 +54,23 @@ def _verdict(answer: Diagnosis) -> Iterator[str]:
                 yield "unexplained, and a named effect is a finding"
 
 
+def _left_of_explained(answer: Diagnosis) -> Iterator[str]:
+    if not at_floor(answer.fit):
+        yield "explained, and the residual is above the noise floor"
+    if much_goes_on(answer.fit):
+        yield "explained, and much is left that is no sensor's noise"
+    if grew(answer.fit):
+        yield "explained, and the held-out mismatch grew"
+    elif not gained(answer.findings, answer.fit):
+        yield "explained, and the held-out mismatch did not fall"
+
+
 def _chances(answer: Diagnosis) -> Iterator[str]:
-    for one in answer.findings:
-        rivals = sum(other.probability or 0.0 for other in one.alternatives)
-        if one.probability is not None and one.probability + rivals < VERDICT.even:
-            yield f"{one.effect} on {one.component} is named, and more probably nothing is there"
+    for finding in answer.findings:
+        rivals = sum(other.probability or 0.0 for other in finding.alternatives)
+        if finding.probability is not None and finding.probability + rivals < VERDICT.even:
+            where = f"{finding.effect} on {finding.component}"
+            yield f"{where} is named, and more probably nothing is there"
 
 
 def _shares(answer: Diagnosis) -> Iterator[str]:
@@ -109,7 +114,11 @@ def _sizes(finding: Finding) -> Iterator[str]:
 
 def _probabilities(answer: Diagnosis) -> Iterator[str]:
     found = [one.probability for one in answer.findings]
-    others = [one.probability for finding in answer.findings for one in finding.alternatives]
+    others = [
+        alternative.probability
+        for finding in answer.findings
+        for alternative in finding.alternatives
+    ]
     given = [answer.probability_nothing_missing, *found, *others]
     stated = [p for p in given if p is not None]
     if not all(0.0 <= p <= 1.0 for p in stated):

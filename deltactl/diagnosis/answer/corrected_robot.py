@@ -15,8 +15,7 @@ from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables, table_of
 from deltactl.diagnosis.answer.verdict import differs_with_speed
-from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.plain_file import said_of_output, write_whole
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.effects import VOCABULARY, Port, Trait, has
 from deltactl.models.effects.kind import MOTORS
@@ -69,7 +68,7 @@ def _tables(robot: DeltaRobot, diagnosis: Diagnosis, asked: Tables) -> list[Effe
 
 def with_effects(text: str, entries: Iterable[EffectEntry], slides: bool = False) -> str:
     """The text of a robot file with other effects; slides: of an axis that does."""
-    plain = [_plain(one) for one in entries]
+    plain = [_plain(entry) for entry in entries]
     if slides:
         plain = [named_for_file(one) for one in plain]
     block = yaml.safe_dump({"effects": plain}, sort_keys=False)
@@ -90,20 +89,15 @@ def save_corrected(
     diagnosis: Diagnosis,
     out: Path,
     all_of_them: bool = False,
-    tables: Tables = Tables.NONE,
     replace: bool = False,
 ) -> None:
     """Write the corrected robot file; `replace`: over one that is there.
 
     Raises RecordingError when it exists or cannot be written.
     """
-    text = corrected_text(robot_file, diagnosis, all_of_them, tables)
-    try:
+    text = corrected_text(robot_file, diagnosis, all_of_them)
+    with said_of_output(out, fresh=True):
         write_whole(out, text, fresh=not replace)
-    except FileExistsError:
-        raise RecordingError(f"{out}: exists already; name another file") from None
-    except OSError as error:
-        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 
 
 def lasts(finding: Finding) -> bool:
@@ -113,7 +107,10 @@ def lasts(finding: Finding) -> bool:
     if finding.component == COMPONENT:
         forms = forms_of(finding.effect)
     # A servo delta's friction is a torque here and a width there: only what the file can say.
-    return any(not kind.event and names <= {one.name for one in kind.parameters} for kind in forms)
+    return any(
+        not kind.event and names <= {parameter.name for parameter in kind.parameters}
+        for kind in forms
+    )
 
 
 def sure_of_correction(finding: Finding) -> float:
@@ -124,7 +121,11 @@ def sure_of_correction(finding: Finding) -> float:
 
 def corrected_alike(finding: Finding) -> list[Alternative]:
     """What may be the cause instead and calls for the same correction."""
-    return [one for one in finding.alternatives if _corrected_alike(finding, one)]
+    return [
+        alternative
+        for alternative in finding.alternatives
+        if _corrected_alike(finding, alternative)
+    ]
 
 
 def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
@@ -140,8 +141,10 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     constant = has(finding.effect, Trait.CONSTANT_FORCE)
     if constant and differs_with_speed(finding, diagnosis.findings):
         return False
-    rivals = [one for one in finding.alternatives if one.effect != "unknown"]
-    alike = [one for one in rivals if _corrected_alike(finding, one)]
+    rivals = [
+        alternative for alternative in finding.alternatives if alternative.effect != "unknown"
+    ]
+    alike = [rival for rival in rivals if _corrected_alike(finding, rival)]
     if len(alike) == len(rivals) and _stands_beside_unknowns(finding, diagnosis):
         return True
     if finding.probability is None:

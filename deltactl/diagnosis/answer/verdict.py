@@ -78,7 +78,11 @@ def is_noise(fit: Fit, rest: Rest) -> bool:
 
 def rather_unknown(finding: Finding) -> bool:
     """Whether it is named and far more probably a part of something unknown."""
-    others = [one.probability or 0.0 for one in finding.alternatives if one.effect == NAMELESS]
+    others = [
+        alternative.probability or 0.0
+        for alternative in finding.alternatives
+        if alternative.effect == NAMELESS
+    ]
     least = VERDICT.outweighed * (finding.probability or 0.0)
     return finding.effect != NAMELESS and max(others, default=0.0) > least
 
@@ -135,7 +139,7 @@ def verdict(
     if not findings:
         sound = not seen(p) and is_noise(fit, rest) and (nothing is None or nothing >= VERDICT.even)
         return "nothing_missing" if sound else "unexplained"
-    named = [claimed(one) for one in findings]
+    named = [claimed(finding) for finding in findings]
     if not any(named):
         return "unexplained"
     whole = all(named) and at_floor(fit) and faint(fit, rest) and gained(findings, fit)
@@ -149,7 +153,7 @@ def differs_with_speed(finding: Finding, findings: Sequence[Finding]) -> int:
     """
     if not has(finding.effect, Trait.FORCE) or finding.component != COMPONENT:
         return 0
-    if not any(one.unit.startswith("N") for one in finding.parameters.values()):
+    if not any(parameter.unit.startswith("N") for parameter in finding.parameters.values()):
         return 0
     for number, one in enumerate(findings, 1):
         by_speed = bool(one.depends_on) and one.depends_on[0].startswith("velocity")

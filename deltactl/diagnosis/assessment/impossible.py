@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from deltactl.diagnosis.answer.options import VERDICT
-from deltactl.diagnosis.assessment import profile_likelihood as profile
-from deltactl.diagnosis.assessment.covariance import covariance, parameters
+from deltactl.diagnosis.assessment import intervals
+from deltactl.diagnosis.assessment.intervals import covariance, parameters
 from deltactl.diagnosis.estimation.estimate import Solution, without
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.plants.candidate import Term
@@ -67,7 +67,7 @@ def beyond_physics(fitter: Fitter, solution: Solution) -> str | None:
             continue
         cov = covariance(fitter, solution)
         part = solution.columns_of(number)
-        ends = profile.intervals(fitter, solution, number, cov[part, part])
+        ends = intervals.by_profile(fitter, solution, number, cov[part, part])
         interval = np.array(parameters(term, cov[part, part], ends)[kind.main.name].ci95, float)
         if (interval > kind.physical).all() or (interval < -kind.physical).all():
             return kind.name
@@ -77,6 +77,6 @@ def beyond_physics(fitter: Fitter, solution: Solution) -> str | None:
 def lacking(model: Model, effect: str) -> Model:
     """The same machine and readings, where that effect is no candidate."""
     other = copy(model)
-    other.candidates = [one for one in model.candidates if one.effect != effect]
-    other.groups = [one for one in model.groups if one.effect != effect]
+    other.candidates = [candidate for candidate in model.candidates if candidate.effect != effect]
+    other.groups = [group for group in model.groups if group.effect != effect]
     return other

@@ -15,8 +15,7 @@ from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.nuisance import Nuisance
-from deltactl.diagnosis.priors.discrepancy import left_by
-from deltactl.diagnosis.priors.penalties import Trial, penalty
+from deltactl.diagnosis.priors.penalties import Trial, left_by, penalty
 from deltactl.diagnosis.score_tests.chi2_tail import log_sf
 
 

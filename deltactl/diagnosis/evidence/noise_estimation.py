@@ -21,7 +21,7 @@ from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.saturated_model import Saturated, given_back
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from deltactl.diagnosis.plants.contract import Model
-from deltactl.diagnosis.priors.file_tolerances import tolerance_columns
+from deltactl.diagnosis.priors.tolerances import tolerance_columns
 from deltactl.diagnosis.score_tests.library import Library, build
 from deltactl.diagnosis.score_tests.score_test import Scorer, tolerance_factor
 

@@ -1,14 +1,9 @@
-"""How much a run is expected to tell: one explanation's readings, the other one refitted to them.
-
-T-optimality (Atkinson and Fedorov 1975, 'The design of experiments for discriminating between
-two rival models'): the evidence a run gives is the chi-square that is left when the rival has
-been refitted to what the other explanation predicts. Here the rival is refitted with all
-nuisances and all effects both share, and stays answerable to the recording there is already.
-"""
+"""The run that tells tied explanations apart, designed with a Jacobian of all that is refitted."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +14,29 @@ from deltactl.diagnosis.observations.readings import FloatArray, Readings
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.next_run import CandidateRun
 from deltactl.diagnosis.plants.traits import Traits, traits_of
+
+
+@dataclass(frozen=True, slots=True)
+class ExperimentOptions:
+    """What a run must tell, and how long it may take."""
+
+    settles: float = 40.0
+    """Expected chi-square that a run must give: it then leaves less than the limit of a tie (11)
+    once in a hundred times, as chi-square scatters by twice its root."""
+    holds_back: float = 1.5
+    """Evidence aimed at over `settles`: the machine is never quite what the model says."""
+    longest_min: float = 8.0
+    """A tie that needs a longer run is left open."""
+    shortest_min: float = 1.0
+    """Repeated up to this: homing and starting take as long as a shorter run."""
+    most_ties: int = 4
+    """Ties that one run is designed for, the closest first: each is simulated both ways."""
+    refined: int = 2
+    """Runs whose evidence is worked out again with everything else refitted to the end."""
+
+
+EXPERIMENT = ExperimentOptions()
+"""As the engine is used."""
 
 
 class Run:
@@ -139,11 +157,13 @@ def both_ways(run: Run, tie: Tie, repeats: float = 1.0, steps: int = 1) -> tuple
         return 0.0, 0.0
     traits = traits_of(run.model)
     return (
-        0.0 if contains(tie.only_second, tie.only_first, traits)
+        0.0
+        if contains(tie.only_second, tie.only_first, traits)
         else expected(run, tie.first, tie.second, repeats, steps),
-        0.0 if contains(tie.only_first, tie.only_second, traits)
+        0.0
+        if contains(tie.only_first, tie.only_second, traits)
         else expected(run, tie.second, tie.first, repeats, steps),
-    )  # fmt: skip
+    )
 
 
 def contains(rival: Sequence[Term], truth: Sequence[Term], traits: Traits) -> bool:

@@ -1,4 +1,4 @@
-"""The next experiment: the safe motion that best separates what one recording leaves tied."""
+"""The next experiment of an answer, and the job that carries it out."""
 
 from __future__ import annotations
 
@@ -6,19 +6,37 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 
 import numpy as np
+import yaml
 
 from deltactl.diagnosis.answer.records import NextExperiment, OpenTie
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.noise import Whitener
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
-from deltactl.diagnosis.experiment.design import Run, both_ways
-from deltactl.diagnosis.experiment.options import EXPERIMENT
+from deltactl.diagnosis.experiment.design import EXPERIMENT, Run, both_ways
 from deltactl.diagnosis.experiment.ties import Tie
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
 from deltactl.diagnosis.plants.next_run import NextRuns
 from deltactl.diagnosis.selection.ambiguity import Standing
+from deltactl.foundation.plain_file import write_whole
+
+
+def write_job(
+    experiment: NextExperiment, path: Path, robot: Path, project: Path | None = None
+) -> None:
+    """Write the job for a robot file: in full, or by name beside the job or in `project`."""
+    folder = robot.parent.resolve()
+    known = [path.resolve().parent, *([project.resolve()] if project else [])]
+    job = {**experiment.job, "robot": robot.name if folder in known else str(folder / robot.name)}
+    head = (
+        f"# Tells apart: {', '.join(experiment.tells_apart)}.\n"
+        f"# {experiment.minutes:.1f} minutes, expected chi-square "
+        f"{experiment.expected_delta_chi2:.0f}. Then diagnose both recordings together.\n"
+    )
+    body = yaml.safe_dump(job, sort_keys=False, allow_unicode=True, default_flow_style=None)
+    write_whole(path, head + body)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +108,7 @@ def next_experiment(
     candidates = next_runs(set().union(*(tie.components for tie in ties)))
     if candidates is None:
         return Proposal(None, [_open(tie, needs_drive=True) for tie in ties])
-    rated = _rate([Run(one, recorded, noise) for one in candidates], ties, 1.0, 1)
+    rated = _rate([Run(candidate, recorded, noise) for candidate in candidates], ties, 1.0, 1)
     rated.sort(key=_Rated.rank, reverse=True)
     better = _rate([one.run for one in rated[: EXPERIMENT.refined]], ties, 1.0, 3)
     best = max(better, key=_Rated.rank, default=None)

@@ -121,6 +121,8 @@ class ObservationOptions:
     twitch: the arm goes to and fro in between, and friction does not brake its whole size."""
     around_rest_s: float = 0.02
     """Left out on either side of such samples: half the length of a polynomial sees them."""
+    fewest_outside: int = 50
+    """Readings of a sensor beside such a robot, below which the sensor is left alone."""
     least_usable: float = 0.05
     """Share of the samples in which a joint must move faster than that."""
 

@@ -13,8 +13,6 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.observations.options import OBSERVATIONS
-from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.printable import count
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
 
@@ -104,22 +102,16 @@ def gather(
     recordings: Sequence[FlatRecording],
     names: Sequence[str],
     unit: dict[str, str],
-    fewest: int = OBSERVATIONS.fewest_samples,
     status: Mapping[str, str] = MappingProxyType({}),
 ) -> Readings:
     """Lay recordings end to end.
 
     names: channels to gather, with `unit` for each. status: for channels that have one, the column
-    that is 0 where a reading is good. Raises RecordingError when nothing can be told from them.
+    that is 0 where a reading is good.
     """
     times, fresh, parts, values, valid, shifts = [], [], [], [], [], []
     begin = 0.0
     for number, recording in enumerate(recordings):
-        if len(recording) < fewest:
-            raise RecordingError(
-                f"{recording.source}: has {count(len(recording), 'sample')}; at least "
-                f"{fewest} are needed to tell anything"
-            )
         shift = begin - recording.t_s[0] if number else 0.0
         times.append(recording.t_s + shift)
         shifts.append(float(shift))
@@ -190,6 +182,14 @@ def without_outliers(residual: FloatArray, valid: BoolArray) -> BoolArray:
         if out.mean() <= OBSERVATIONS.most_outliers:
             kept[rows[out], column] = False
     return kept
+
+
+def bridged(recording: FlatRecording, name: str) -> FloatArray:
+    """An input column (n,) with its holes bridged; `admission` sees that they are few."""
+    values = recording.columns[name]
+    known = np.isfinite(values)
+    whole: FloatArray = np.interp(recording.t_s, recording.t_s[known], values[known])
+    return whole
 
 
 def long_repeats(values: FloatArray, shortest: int) -> list[tuple[int, int]]:

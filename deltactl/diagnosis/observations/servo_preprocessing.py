@@ -11,20 +11,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from deltactl.diagnosis.observations.needed_columns import MAPPING, filled
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import (
     BoolArray,
     FloatArray,
     IntArray,
+    bridged,
     starts_of,
 )
-from deltactl.foundation.errors import MissingColumns, RecordingError
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.chain.servo_delta import Motion, ServoChain
 from deltactl.recording.tables.flat import FlatRecording
 
 JOINTS = (1, 2, 3)
+OUTSIDE = [f"{stem}_{axis}" for stem in ("range", "pos") for axis in "xyz"]
+INSIDE = ("theta_", "steps_", "command_", "current_", "disturbance_")
+STATUS = ("status_",)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +43,10 @@ class Signals:
     fresh: BoolArray
     rows: IntArray
     """Rows of the motion that make each block, (m, k)."""
+    moving: float
+    """Share of the samples in which a joint moves fast enough for its friction to show,"""
+    twitching_radps: float
+    """and the speed below which encoder steps hide it."""
 
     def means(self, values: FloatArray) -> FloatArray:
         """(n, 3) at full pace to (m, 3)."""
@@ -60,22 +66,17 @@ def reads_disturbance(recording: FlatRecording) -> bool:
     return known("theta") and (known("disturbance") or known("current"))
 
 
+def estimates_disturbance(recording: FlatRecording) -> bool:
+    """Whether the drives recorded what their observers estimate."""
+    return recording.has(*(f"disturbance_{joint}" for joint in JOINTS))
+
+
 def signals_of(recording: FlatRecording, chain: ServoChain) -> Signals:
-    """Raises RecordingError for a recording from which nothing can be told."""
+    """Of columns that `admission` has found complete."""
     angle = _three(recording, "theta")
     fresh = starts_of(recording)
     step_s = float(np.median(np.diff(recording.t_s)))
-    shortest_s, longest_s = OBSERVATIONS.servo_period_s
-    if not shortest_s <= step_s <= longest_s:
-        raise RecordingError(
-            f"{recording.source}: samples are {step_s:g} s apart; disturbances need "
-            f"{1 / longest_s:g} to {1 / shortest_s:g} a second, t in seconds"
-        )
     motion, noise = _motion(recording.t_s, angle, fresh, step_s)
-    if not np.ptp(angle, axis=0).max() > OBSERVATIONS.least_turn_rad:
-        raise RecordingError(
-            f"{recording.source}: theta_1..3 never change; nothing can be told from it"
-        )
     observed = _observed(recording, chain, motion)
     drive = chain.drive
     twitching = OBSERVATIONS.dithered * drive.rad_per_count * drive.disturbance_bandwidth_radps
@@ -88,18 +89,19 @@ def signals_of(recording: FlatRecording, chain: ServoChain) -> Signals:
     )
     near = binary_dilation(slow, np.ones((around, 1), dtype=bool))
     edge = binary_dilation(fresh, np.ones(smoothed, dtype=bool))
-    if not np.isfinite(angle).all() or (~near).any(axis=1).mean() < OBSERVATIONS.least_usable:
-        raise RecordingError(
-            f"{recording.source}: the joints moved faster than {twitching:.2g} rad/s in less than "
-            f"{100 * OBSERVATIONS.least_usable:g} % of the time; slower, encoder steps hide what "
-            "friction does"
-        )
     usable = ~near & ~edge[:, None] & np.isfinite(observed) & np.isfinite(angle)
     size = max(1, round(OBSERVATIONS.means_s / step_s))
-    return _in_blocks(motion, np.nan_to_num(observed), usable, size)
+    return Signals(
+        *_in_blocks(motion, np.nan_to_num(observed), usable, size),
+        float((~near).any(axis=1).mean()),
+        twitching,
+    )
 
 
-def _in_blocks(motion: Motion, observed: FloatArray, usable: BoolArray, size: int) -> Signals:
+def _in_blocks(
+    motion: Motion, observed: FloatArray, usable: BoolArray, size: int
+) -> tuple[Motion, FloatArray, BoolArray, FloatArray, BoolArray, IntArray]:
+    """The first fields of `Signals`."""
     starts = np.flatnonzero(motion.fresh)
     firsts = [
         np.arange(first, last - size + 1, size)
@@ -107,16 +109,13 @@ def _in_blocks(motion: Motion, observed: FloatArray, usable: BoolArray, size: in
     ]
     rows = np.concatenate(firsts)[:, None] + np.arange(size)
     fresh = np.concatenate([np.arange(len(one)) == 0 for one in firsts])
-    return Signals(
-        motion, observed[rows].mean(axis=1), usable[rows].all(axis=1),
-        motion.t_s[rows].mean(axis=1), fresh, rows,
-    )  # fmt: skip
+    means, whole = observed[rows].mean(axis=1), usable[rows].all(axis=1)
+    return motion, means, whole, motion.t_s[rows].mean(axis=1), fresh, rows
 
 
 def _observed(recording: FlatRecording, chain: ServoChain, motion: Motion) -> FloatArray:
     """The disturbance at the arm, (n, 3); from the currents where no estimate was recorded."""
-    names = [f"disturbance_{joint}" for joint in JOINTS]
-    if recording.has(*names):
+    if estimates_disturbance(recording):
         return chain.torque_per_ampere_nm * _three(recording, "disturbance")
     drive = chain.drive
     nominal = drive.gear_ratio**2 * drive.nominal_inertia_kgm2
@@ -127,15 +126,7 @@ def _observed(recording: FlatRecording, chain: ServoChain, motion: Motion) -> Fl
 
 
 def _three(recording: FlatRecording, stem: str) -> FloatArray:
-    names = [f"{stem}_{joint}" for joint in JOINTS]
-    missing = [name for name in names if name not in recording.columns]
-    if missing:
-        raise MissingColumns(
-            f"{recording.source}: column {missing[0]} is missing; a servo delta needs theta_1..3 "
-            f"[rad] and disturbance_1..3 or current_1..3 [A]; {MAPPING}",
-            recording.source,
-        )
-    return np.stack([filled(recording, name) for name in names], axis=1)
+    return np.stack([bridged(recording, f"{stem}_{joint}") for joint in JOINTS], axis=1)
 
 
 def _motion(
@@ -160,3 +151,46 @@ def _motion(
         for order, into in enumerate((smooth, speed, acceleration)):
             into[first:last] = savgol_filter(part, size, degree, deriv=order, delta=step_s, axis=0)
     return Motion(t_s, fresh, smooth, speed, acceleration), spread
+
+
+def sensor_rounds(recording: FlatRecording) -> FlatRecording | None:
+    """Rounds of the sensors, with measured angles in place of commands.
+
+    Between two readings of a sensor come many samples of the loop, and each sensor's readings
+    stand in rows of their own: they are brought to the rows of the one that was read most.
+    """
+    columns = recording.columns
+    seen = {name: np.flatnonzero(np.isfinite(columns[name])) for name in OUTSIDE if name in columns}
+    seen = {name: rows for name, rows in seen.items() if len(rows) >= OBSERVATIONS.fewest_outside}
+    if not seen:
+        return None
+    base = max(seen.values(), key=len)
+    table = {
+        name: values[base]
+        for name, values in columns.items()
+        if not name.startswith((*OUTSIDE, *INSIDE, *STATUS))
+    }
+    extra = {name: values[base] for name, values in recording.extra.items()}
+    half_s = 0.5 * float(np.median(np.diff(recording.t_s[base])))
+    for name, rows in seen.items():
+        chosen, near = _nearest(recording.t_s, base, rows, half_s)
+        beside = {name: table, name.replace("range_", "status_"): table}
+        beside[name.replace("range_", "t_")] = extra
+        for other, into in beside.items():
+            source = columns.get(other, recording.extra.get(other))
+            if source is not None:
+                into[other] = np.where(near, source[chosen], np.nan)
+    for joint in JOINTS:
+        table[f"command_{joint}"] = columns[f"theta_{joint}"][base]
+    return FlatRecording(recording.t_s[base], table, extra, recording.source)
+
+
+def _nearest(
+    t_s: FloatArray, base: IntArray, rows: IntArray, most_s: float
+) -> tuple[IntArray, BoolArray]:
+    """For each of the `base` rows the nearest of `rows`, and whether it is near enough."""
+    after = np.clip(np.searchsorted(rows, base), 1, len(rows) - 1)
+    before_s = np.abs(t_s[rows[after - 1]] - t_s[base])
+    chosen = np.where(before_s <= np.abs(t_s[rows[after]] - t_s[base]), after - 1, after)
+    nearest: IntArray = rows[chosen]
+    return nearest, np.abs(t_s[nearest] - t_s[base]) <= most_s

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from deltactl.diagnosis.answer.records import Agreement, Finding, ParameterResult
-from deltactl.diagnosis.assessment.covariance import NORMAL_95
+from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.regression_holdout import LASTING
 from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
 from deltactl.diagnosis.evidence.tempering import saturated_noise
@@ -32,13 +32,12 @@ def agreement(selected: Selected, singles: Sequence[RegressionPlant]) -> list[Ag
     recording; empty for one recording.
     """
     keys = frozenset(
-        key for key in selected.best.keys
-        if key not in LASTING and selected.plant.shown(key)
-    )  # fmt: skip
+        key for key in selected.best.keys if key not in LASTING and selected.plant.shown(key)
+    )
     if len(singles) < 2 or not keys:
         return []
     # A recording by itself may show less than all together: none of play if it never turns back.
-    tried = [keys & {one.key for one in plant.regressors} for plant in singles]
+    tried = [keys & {regressor.key for regressor in plant.regressors} for plant in singles]
     keys = frozenset.intersection(*tried)
     if not keys:
         return []
@@ -74,7 +73,7 @@ def _compared(
     effect: str, component: str, name: str, sizes: Sequence[ParameterResult]
 ) -> Agreement:
     """Chi-square of one size over the recordings, each weighed by its interval."""
-    values, errors = np.array([_value_and_error(one) for one in sizes]).T
+    values, errors = np.array([_value_and_error(size) for size in sizes]).T
     weight = 1.0 / errors**2
     common = float((weight @ values) / weight.sum())
     total = float(weight @ (values - common) ** 2)

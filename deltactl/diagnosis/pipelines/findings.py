@@ -1,4 +1,4 @@
-"""From a settled explanation to the contract's answer."""
+"""Findings of effects that were fitted together, with their sizes, alternatives and shares."""
 
 from __future__ import annotations
 
@@ -20,18 +20,25 @@ from deltactl.diagnosis.answer.records import (
     Where,
 )
 from deltactl.diagnosis.answer.verdict import Rest, rather_unknown, seen
-from deltactl.diagnosis.assessment import profile_likelihood as profile
-from deltactl.diagnosis.assessment.covariance import covariance, parameters
+from deltactl.diagnosis.assessment import intervals
+from deltactl.diagnosis.assessment.holdout import counted_columns, rms
+from deltactl.diagnosis.assessment.intervals import covariance, parameters
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.estimation.splines import SplineTerm
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
-from deltactl.diagnosis.pipelines.left_without import left_without, share_and_left
+from deltactl.diagnosis.evidence.left_by_measured import held_to
+from deltactl.diagnosis.observations.readings import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    without_outliers,
+)
 from deltactl.diagnosis.pipelines.options import UNKNOWN
+from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.traits import traits_of
-from deltactl.diagnosis.priors.build_tolerances import within_tolerance
+from deltactl.diagnosis.priors.tolerances import within_tolerance
 from deltactl.diagnosis.score_tests.change_points import Stale, moment
 from deltactl.diagnosis.score_tests.chi2_tail import log_sf
 from deltactl.diagnosis.score_tests.hysteresis import has_memory, tied_drivers
@@ -41,6 +48,48 @@ from deltactl.diagnosis.selection.imitation import Beside
 from deltactl.diagnosis.selection.model_choice import Explained
 from deltactl.diagnosis.selection.options import CREDIBLE
 from deltactl.models.effects import Search, found_by
+
+LEAST_GAIN = 1e-30
+REFIT_STEPS = 4
+
+
+def left_without(fitter: Fitter, solution: Solution, number: int) -> float:
+    """Root mean square without a term; number: of the term."""
+    others = _others(solution, number)
+    bare = fitter.solve(others, solution.frees, solution.nuisances, steps=REFIT_STEPS)
+    return _left_by(fitter, solution, [bare.predicted])[0]
+
+
+def share_and_left(
+    fitter: Fitter, nominal: Solution, solution: Solution, number: int, whole: FloatArray
+) -> tuple[float, float] | None:
+    """Share of the mismatch, and what is left without it (root mean square); number: of the term.
+
+    None of an effect of which the robot file holds nothing. nominal: as the file foretells. whole:
+    prediction by all nuisances and terms.
+    """
+    key = solution.terms[number].candidate.key
+    if key not in {nuisance.term.candidate.key for nuisance in held_to(fitter)}:
+        return None
+    by_others = fitter.model.predict([*solution.nuisances, *_others(solution, number)])
+    without = by_others + solution.predicted - whole
+    every = (nominal.predicted, solution.predicted, without)
+    before, after, left = _left_by(fitter, solution, every)
+    return (left**2 - after**2) / max(before**2 - after**2, LEAST_GAIN), left
+
+
+def _others(solution: Solution, number: int) -> tuple[Term, ...]:
+    return (*solution.terms[:number], *solution.terms[number + 1 :])
+
+
+def _left_by(fitter: Fitter, solution: Solution, every: Sequence[FloatArray]) -> list[float]:
+    """By each prediction in the channels of the figures of the fit, without the outliers of the
+    solution.
+    """
+    model, observed = fitter.model, fitter.observed
+    valid = without_outliers(observed - solution.predicted, model.readings.valid)
+    columns, _ = counted_columns(model)
+    return [rms(observed - predicted, valid, columns) for predicted in every]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,10 +121,8 @@ def findings(outcome: Outcome) -> list[Finding]:
     small = {t.candidate.key[:2] for t in solution.terms if within_tolerance(model, t)}
     return sorted(
         found,
-        key=lambda f: (
-            (f.effect, f.component) in small, rather_unknown(f), -f.evidence.delta_chi2
-        ),
-    )  # fmt: skip
+        key=lambda f: ((f.effect, f.component) in small, rather_unknown(f), -f.evidence.delta_chi2),
+    )
 
 
 def _named(
@@ -87,7 +134,7 @@ def _named(
     part = solution.columns_of(number)
     rad_per_step = outcome.explained.search.rad_per_step
     jump = moment(outcome.fitter, solution, number, rad_per_step)
-    intervals = profile.intervals(outcome.fitter, solution, number, cov[part, part])
+    profiled = intervals.by_profile(outcome.fitter, solution, number, cov[part, part])
     readings = model.readings
     times, numbers = readings.whole, list(range(1, len(readings.shift_s) + 1))
     plain = {name: np.asarray(v).tolist() for name, v in candidate.values(term.at).items()}
@@ -96,10 +143,10 @@ def _named(
         begin, end = readings.whole[numbers[0] - 1]
         shift = readings.shift_s[numbers[0] - 1]
         low, high = (float(np.clip(x - shift, begin, end)) for x in jump.interval_s)
-        intervals = {"time": (low, high)}
+        profiled = {"time": (low, high)}
         times = [(jump.time_s - shift, end)]
         plain["time"] = jump.time_s - shift
-    sizes = parameters(term, cov[part, part], intervals)
+    sizes = parameters(term, cov[part, part], profiled)
     if jump is not None:
         sizes["time"] = sizes["time"].model_copy(update={"value": plain["time"]})
     whole = model.predict([*solution.nuisances, *solution.terms])
@@ -144,8 +191,10 @@ def _with_chances(
 ) -> list[Alternative]:
     """Alternatives with their probabilities."""
     return [
-        one.model_copy(update={"probability": chances.get((one.effect, one.component), 0.0)})
-        for one in alternatives
+        alternative.model_copy(
+            update={"probability": chances.get((alternative.effect, alternative.component), 0.0)}
+        )
+        for alternative in alternatives
     ]
 
 
@@ -248,15 +297,13 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
                 value=seconds, ci95=[seconds - 2.5 * half, seconds + half], unit="s"
             ),
         },
-        where=Where(
-            axes=[run.channel], times_s=[(own_begin, own_end)], recordings=number
-        ),
+        where=Where(axes=[run.channel], times_s=[(own_begin, own_end)], recordings=number),
         evidence=Evidence(
             delta_chi2=float(np.nansum(miss**2)) / noise.spread**2, p=float(np.exp(run.log_p))
         ),
         probability=1.0 - float(np.exp(run.log_p)),
         share_of_mismatch=1.0 if not (outcome.solution.terms or outcome.solution.frees) else 0.0,
-    )  # fmt: skip
+    )
 
 
 def rest(outcome: Outcome) -> Rest:

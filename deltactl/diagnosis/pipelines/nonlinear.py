@@ -8,15 +8,22 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.stats import chi2
 
-from deltactl.diagnosis.admission.plausibility import check_input
-from deltactl.diagnosis.answer.assembly import allowing
-from deltactl.diagnosis.answer.between_rows import as_far_as_rows_tell
-from deltactl.diagnosis.answer.records import Diagnosis, Finding, Fit, Picture, PriorSensitivity
+from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell
+from deltactl.diagnosis.answer.records import (
+    AllowedFor,
+    Diagnosis,
+    Finding,
+    Fit,
+    Picture,
+    PriorSensitivity,
+)
 from deltactl.diagnosis.answer.verdict import seen
 from deltactl.diagnosis.assessment.detection_limits import limits
 from deltactl.diagnosis.assessment.holdout import counted_columns, on_another_run, on_blocks, rms
 from deltactl.diagnosis.assessment.impossible import beyond_physics, first_impossible, lacking, less
+from deltactl.diagnosis.assessment.intervals import covariance, parameters
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.estimation.budget import Budget
 from deltactl.diagnosis.estimation.estimate import Solution
@@ -26,14 +33,49 @@ from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.evidence.noise_estimation import Prepared, prepare
 from deltactl.diagnosis.experiment.propose import Proposal, propose
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
-from deltactl.diagnosis.pipelines.allowed_for import allowed_for
 from deltactl.diagnosis.pipelines.findings import Outcome, findings, picture, rest
 from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.next_run import NextRuns
+from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.score_tests.change_points import without_stale
 from deltactl.diagnosis.selection.model_choice import Explained, explain, final_fit
 from deltactl.models.effects import Search, found_by
+
+
+def allowed_for(fitter: Fitter, solution: Solution) -> list[AllowedFor]:
+    """Fitted build tolerances that are clearly not nothing, the one farthest off first."""
+    tolerances = {nuisance.term.candidate.key: nuisance for nuisance in fitter.model.tolerances}
+    cov = covariance(fitter, solution)
+    found: list[AllowedFor] = []
+    first = 0
+    for term in solution.nuisances:
+        candidate = term.candidate
+        part = slice(first, first + len(candidate.moved))
+        first = part.stop
+        tolerance = tolerances.get(candidate.key)
+        if tolerance is None:
+            continue
+        off = (term.at - tolerance.term.at)[candidate.moved]
+        if not _clear(off, cov[part, part]):
+            continue
+        usual = PENALTIES.within * max(tolerance.spread)
+        found.append(
+            AllowedFor(
+                effect=candidate.effect,
+                component=candidate.component,
+                parameters=parameters(term, cov[part, part]),
+                usual=usual,
+                times_usual=float(np.linalg.norm(off)) / usual,
+            )
+        )
+    return sorted(found, key=lambda one: -one.times_usual)
+
+
+def _clear(off: FloatArray, cov: FloatArray) -> bool:
+    """Whether fitted numbers (k,) are as far off nothing as chance hardly brings them."""
+    gain = float(off @ np.linalg.pinv(cov, hermitian=True) @ off)
+    return bool(chi2.sf(gain, len(off)) < chi2.sf(ASSESSMENT.clearly_off**2, 1))
 
 
 def diagnose_model(
@@ -44,12 +86,11 @@ def diagnose_model(
     next_runs: NextRuns | None = None,
     thorough: bool = False,
 ) -> Diagnosis:
-    """Detect, locate, name, resolve, size, hold out. Raises RecordingError for bad input.
+    """Detect, locate, name, resolve, size, hold out.
 
     next_runs: what the machine may do next; without it no run is proposed.
     thorough: compare everything, however much work it is.
     """
-    check_input(model)
     progress("noise of the readings")
     valid, runs = without_stale(model)
     while True:
@@ -124,12 +165,15 @@ class FittedTogether:
         every = zip(terms, chances.terms, chances.under, strict=True)
         return [
             PriorSensitivity(
-                effect=term.candidate.effect, component=term.candidate.component,
-                probability=now, narrower=narrower, wider=wider,
+                effect=term.candidate.effect,
+                component=term.candidate.component,
+                probability=now,
+                narrower=narrower,
+                wider=wider,
             )
             for term, now, (narrower, wider) in every
             if max(abs(narrower - now), abs(wider - now)) > ASSESSMENT.matters
-        ]  # fmt: skip
+        ]
 
     def limits(self) -> Limits:
         """See Settled."""
@@ -140,9 +184,12 @@ class FittedTogether:
         searched = self.outcome.explained.search
         searched.prepared.library.forget_white()
         return propose(
-            self.outcome.fitter.model.readings, searched.fitter.whiten, self.outcome.stands,
-            self.outcome.explained.solution, self.next_runs,
-        )  # fmt: skip
+            self.outcome.fitter.model.readings,
+            searched.fitter.whiten,
+            self.outcome.stands,
+            self.outcome.explained.solution,
+            self.next_runs,
+        )
 
     def picture(self) -> Picture:
         """See Settled."""

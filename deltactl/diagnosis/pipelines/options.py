@@ -31,8 +31,6 @@ class RegressionOptions:
     """Of the load's range, by which it may change from row to row and be one load."""
     memories_a_stay: float = 3.0
     """and autocorrelation times that a rest lasts at least: noise hardly changes within one."""
-    fewest_rows: int = 50
-    """Of a channel that looks at a servo robot from outside, below which it is left alone."""
 
 
 @dataclass(frozen=True, slots=True)

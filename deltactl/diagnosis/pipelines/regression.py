@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.special import expit
 
-from deltactl.diagnosis.answer.assembly import allowing
-from deltactl.diagnosis.answer.between_rows import as_far_as_rows_tell
+from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import (
     Agreement,
@@ -20,11 +19,10 @@ from deltactl.diagnosis.answer.records import (
     PriorSensitivity,
 )
 from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, seen
+from deltactl.diagnosis.assessment.detection_limits import detection_limits
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.assessment.prior_sensitivity import as_found, prior_sensitivity
 from deltactl.diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
-from deltactl.diagnosis.assessment.regression_limits import detection_limits
-from deltactl.diagnosis.assessment.significance import chance, charge
+from deltactl.diagnosis.assessment.significance import as_found, chance, charge, prior_sensitivity
 from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.propose import Proposal
 from deltactl.diagnosis.pipelines.agreement import agreement, widened

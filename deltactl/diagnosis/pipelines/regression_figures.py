@@ -9,8 +9,8 @@ import numpy as np
 
 from deltactl.diagnosis.answer.records import AtRest, Channel, Fit, Picture
 from deltactl.diagnosis.answer.verdict import Rest, seen
-from deltactl.diagnosis.assessment.at_rest import at_rest
-from deltactl.diagnosis.assessment.covariance import NORMAL_95
+from deltactl.diagnosis.assessment.intervals import NORMAL_95
+from deltactl.diagnosis.assessment.persistence import at_rest
 from deltactl.diagnosis.assessment.regression_holdout import Blocks, on_other_runs
 from deltactl.diagnosis.assessment.significance import chance, charge
 from deltactl.diagnosis.evidence.laplace import Explanation
@@ -163,10 +163,13 @@ def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
     good = np.zeros(len(plant.t_s), dtype=bool)
     good[plant.rows] = True
     channel = Channel(
-        name=plant.channel, unit=plant.unit, observed=np.where(good, plant.observed + on, np.nan),
-        before=selected.empty.predicted + on, after=selected.best.predicted + on,
+        name=plant.channel,
+        unit=plant.unit,
+        observed=np.where(good, plant.observed + on, np.nan),
+        before=selected.empty.predicted + on,
+        after=selected.best.predicted + on,
         noise=float(np.median(selected.left_over.noise.sigma)),
-    )  # fmt: skip
+    )
     return Picture(
         t_s=plant.t_s,
         channels=[channel],

@@ -16,7 +16,7 @@ from deltactl.diagnosis.answer.records import (
     Table,
     Where,
 )
-from deltactl.diagnosis.assessment.covariance import NORMAL_95
+from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.regression_holdout import over_what_it_follows, scaled_covariance
 from deltactl.diagnosis.assessment.significance import chance
 from deltactl.diagnosis.evidence.laplace import Explanation
@@ -63,12 +63,14 @@ def _finding(
     probability = min(probability_of(selected, regressor), 1.0)
     alternatives = [
         Alternative(
-            effect=t.effect, component=regressor.component, delta_chi2=d,
+            effect=t.effect,
+            component=regressor.component,
+            delta_chi2=d,
             probability=float(probability * s),
         )
         for t, d, s in zip(regressor.equivalents, apart, share[1:], strict=True)
         if probability * s > REGRESSION.least_probability
-    ]  # fmt: skip
+    ]
     alternatives += _others(selected, regressor)
     return Finding(
         effect=regressor.effect,
@@ -168,12 +170,14 @@ def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
     named = {regressor.effect, *(t.effect for t in regressor.equivalents)}
     return [
         Alternative(
-            effect=by_key[key].effect, component=by_key[key].component,
-            delta_chi2=max(worse[key], 0.0), probability=weight,
+            effect=by_key[key].effect,
+            component=by_key[key].component,
+            delta_chi2=max(worse[key], 0.0),
+            probability=weight,
         )
         for key, weight in sorted(weights.items(), key=lambda pair: -pair[1])
         if weight > REGRESSION.least_probability and by_key[key].effect not in named
-    ]  # fmt: skip
+    ]
 
 
 def _where(regressor: Regressor, readings: Readings, best: Explanation, axes: list[str]) -> Where:

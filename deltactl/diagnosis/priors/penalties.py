@@ -1,4 +1,4 @@
-"""What an explanation must earn, in chi-square: the more it can bend, the more."""
+"""What an effect must gain before it is named, and what its operator may leave behind."""
 
 from __future__ import annotations
 
@@ -9,6 +9,18 @@ import numpy as np
 from deltactl.diagnosis.estimation.splines import SplineTerm
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.priors.options import PENALTIES
+
+
+def left_by(term: Term, new: Candidate | None = None) -> float:
+    """Share of what a term explains that it may leave in the shape of a new effect.
+
+    Without one: of a spline term, which may have any.
+    """
+    own = term.candidate.kind.discrepancy
+    if new is None:
+        return own.elsewhere
+    usual = own.in_pose if new.kind.pose_alone else own.elsewhere
+    return own.leads_to.get(new.effect, usual)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -56,8 +56,7 @@ from deltactl.diagnosis.report.scene import badge, hue
 from deltactl.diagnosis.report.sizes import Size, departure, forced, number, scale_of
 from deltactl.diagnosis.report.summary import remarks
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
-from deltactl.foundation.errors import RecordingError
-from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.plain_file import said_of_output, write_whole
 from deltactl.models.effects import Trait, has
 from deltactl.models.robot import RobotModel
 
@@ -72,10 +71,8 @@ def write_report(
 ) -> None:
     """Write the report; an earlier one is replaced whole or not at all. Raises RecordingError."""
     text = report_html(diagnosis, robot, ways)
-    try:
+    with said_of_output(path):
         write_whole(path, text)
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
 
 
 def report_html(diagnosis: Diagnosis, robot: RobotModel, ways: Ways = TERMINAL) -> str:

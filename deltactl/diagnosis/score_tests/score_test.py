@@ -121,7 +121,7 @@ def tolerance_factor(gram: FloatArray, by_tolerances: FloatArray) -> float:
     """How many times more a test's gain may be by build tolerances than by noise alone.
 
     gram: of the test's columns, (k, k). by_tolerances: their products with the
-    `tolerance_columns` of `priors/file_tolerances.py`, (k, n).
+    `tolerance_columns` of `priors/tolerances.py`, (k, n).
     """
     frame, usable = _frame(gram, np.diag(gram))
     return 1.0 + float(np.sum((frame.T @ by_tolerances) ** 2)) / max(int(usable.sum()), 1)

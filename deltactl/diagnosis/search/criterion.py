@@ -9,9 +9,8 @@ from deltactl.diagnosis.answer.verdict import ALARM
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.evidence.detection import Detection
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.priors.discrepancy import left_by
 from deltactl.diagnosis.priors.options import SearchOptions
-from deltactl.diagnosis.priors.penalties import penalty_of, spline_penalty
+from deltactl.diagnosis.priors.penalties import left_by, penalty_of, spline_penalty
 from deltactl.diagnosis.score_tests.chi2_tail import log_sf
 from deltactl.diagnosis.search.outside_contact import gain_elsewhere, local_terms
 from deltactl.models.effects.kind import EXACT

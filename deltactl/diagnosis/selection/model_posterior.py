@@ -15,7 +15,6 @@ import numpy as np
 
 from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
 from deltactl.diagnosis.selection.options import SELECTION
-from deltactl.foundation.errors import RecordingError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,11 +47,11 @@ class Posterior:
 
 
 def posterior(explanations: Iterable[Explanation]) -> Posterior:
-    """Weights of evaluated sets. Raises RecordingError where none of them has any evidence."""
+    """Weights of evaluated sets. Raises OverflowError where none of them has any evidence."""
     ordered = sorted(explanations, key=lambda e: (-e.log_evidence, len(e.keys), sorted(e.keys)))
     top = ordered[0].log_evidence
     if not np.isfinite(top):
-        raise RecordingError("the readings are too large to compare; are columns and units right?")
+        raise OverflowError("no set of regressors has any evidence")
     counted = [e for e in ordered if top - e.log_evidence < SELECTION.window]
     weights = np.exp([e.log_evidence - top for e in counted])
     return Posterior(counted, (weights / weights.sum()).tolist())

@@ -10,9 +10,9 @@ from deltactl.diagnosis.answer.verdict import ALARM
 from deltactl.diagnosis.estimation.budget import Until
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.splines import SplineTerm
-from deltactl.diagnosis.priors.build_tolerances import effects_of_building
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.penalties import penalty, penalty_of, spline_penalty
+from deltactl.diagnosis.priors.tolerances import effects_of_building
 from deltactl.diagnosis.search.addition import falls_short
 from deltactl.diagnosis.search.outside_contact import gain_elsewhere, local_terms
 from deltactl.diagnosis.search.removal import drop

@@ -13,8 +13,8 @@ from deltactl.diagnosis.estimation.budget import Until
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.plants.candidate import Term
-from deltactl.diagnosis.priors.build_tolerances import effects_of_building, within_tolerance
 from deltactl.diagnosis.priors.penalties import Trial
+from deltactl.diagnosis.priors.tolerances import effects_of_building, within_tolerance
 from deltactl.diagnosis.search.outside_contact import clear_rows, left_near_contact
 from deltactl.diagnosis.search.removal import drop
 from deltactl.diagnosis.search.search import Search

@@ -1,4 +1,6 @@
-"""What looks like another unit than the one a column was read in."""
+"""What looks like another unit than the one a column was read in: by its size, by the steps of an
+encoder, and beside a velocity or position that it goes with.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +9,106 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from deltactl.recording.foreign.encoder_steps import of_encoder
+from deltactl.recording.column_measures import spacing
 from deltactl.recording.foreign.names import read_name, unit_said, without_unit
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.units import LINEAR, ROTARY
-from deltactl.recording.reading.columns import FloatArray
+from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY
+from deltactl.recording.reading.run import FloatArray
+from deltactl.recording.tables.flat import GAP_PERIODS
+
+TURNS: tuple[tuple[float, str], ...] = ((360.0, "deg"), (2.0 * np.pi, "rad"))
+"""One turn in each unit. No power of two brings the one near the other (57.3 is 2^5.84), nor near
+the decimal steps of a scale in mm."""
+SERVO_STEPS: tuple[tuple[float, int], ...] = ((300.0, 1024),)
+"""Degrees, and the steps they are parted into: Dynamixel AX."""
+
+
+def of_encoder(values: FloatArray) -> tuple[str, str] | None:
+    """Unit of readings (n,) that go in steps of an encoder, and words for the step; else None."""
+    step = even_step(values)
+    if step is None:
+        return None
+    across = float(np.nanmax(values) - np.nanmin(values)) / step
+    least, most = GUESSES.near_unit_step
+    near = float(np.clip(GUESSES.slip / across, least, most))
+    for degrees, parts in SERVO_STEPS:
+        if abs(step * parts / degrees - 1.0) < near:
+            return "deg", f"in steps of {degrees:g}/{parts} degrees"
+    low, high = GUESSES.encoder_bits
+    for turn, unit in TURNS:
+        bits = round(float(np.log2(turn / step)))
+        if low <= bits <= high and abs(step * 2.0**bits / turn - 1.0) < near:
+            said = f"360/{2**bits} degrees" if unit == "deg" else f"2 pi/{2**bits} rad"
+            return unit, f"in steps of {said}"
+    return None
+
+
+def even_step(values: FloatArray) -> float | None:
+    """The step of readings (n,) that stand at places evenly apart; None where they do not.
+
+    All of them must; of what the engine takes for the rounding of a reading
+    (`observations.readings.step_of`) a few may not.
+    """
+    known = values[np.isfinite(values)]
+    if not len(known) or not np.ptp(known):
+        return None
+    alike = GUESSES.same_reading * float(np.ptp(known))
+    places = np.unique(known)
+    places = places[np.diff(places, prepend=-np.inf) > alike]
+    if len(places) < GUESSES.places_for_a_step:
+        return None
+    step = spacing(places)
+    steps = np.concatenate([[0.0], np.cumsum(np.round(np.diff(places) / step))])
+    left = places - step * steps
+    far = float(np.max(np.abs(left - np.mean(left))))
+    return step if far < GUESSES.off_place * step else None
+
+
+TOO_LARGE: tuple[tuple[float, str], ...] = (
+    *(
+        (
+            1.0 / IN_SI[f"{small}/s"],
+            f"give its unit: velocity=COLUMN[{small}/s]; or is the position in {large}, and not in"
+            f" {small}: position=COLUMN[{large}]?",
+        )
+        for small, large in (("deg", "rad"), ("mm", "m"))
+    ),
+    (IN_SI["deg"], "is it the position that is in degrees: position=COLUMN[deg]?"),
+    (IN_SI["mm"], "is it the position that is in mm: position=COLUMN[mm]?"),
+    (1.0 / IN_SI["rpm"], "give its unit: velocity=COLUMN[rpm]"),
+)
+"""How many times too large the velocity is, and what is to be written then."""
+
+
+def slope_ratio(t_s: FloatArray, position: FloatArray, velocity: FloatArray) -> float | None:
+    """How many times d(position)/dt the velocity is; None where it is no slope of it.
+
+    All of shape (n,), NaN for empty cells. Moves over some rows are compared with the integral of
+    the velocity, so that neither rounding of the position nor uneven times count.
+    """
+    known = np.isfinite(position) & np.isfinite(velocity) & np.isfinite(t_s)
+    t_s, position, velocity = t_s[known], position[known], velocity[known]
+    if len(t_s) < GUESSES.fewest_in_common + max(GUESSES.slope_rows):
+        return None
+    step = np.diff(t_s)
+    longest = GAP_PERIODS * float(np.median(step))
+    between = 0.5 * (velocity[1:] + velocity[:-1]) * step
+    between[step > longest] = np.nan  # and with it whatever spans the gap
+    best, ratio = 0.0, None
+    for rows in GUESSES.slope_rows:
+        went = position[rows:] - position[:-rows]
+        whole = np.convolve(between, np.ones(rows), mode="valid")
+        good = np.isfinite(whole)
+        if good.sum() < GUESSES.fewest_in_common or not (
+            np.std(went[good]) and np.std(whole[good])
+        ):
+            continue
+        alike = float(np.corrcoef(went[good], whole[good])[0, 1])
+        if abs(alike) > max(best, GUESSES.alike_slope):
+            best = abs(alike)
+            ratio = float(np.copysign(np.std(whole[good]) / np.std(went[good]), alike))
+    return ratio
+
 
 TURNS_RAD = 4.0 * np.pi
 """Joints seldom turn further; degrees read as rad always do."""
@@ -73,7 +170,9 @@ def of_radians(
         return ""
     if RTDE.match(column):
         why = "logs of RTDE are in rad"
-    elif others := [one for one in headings if _says_radians(one) and one != column]:
+    elif others := [
+        heading for heading in headings if _says_radians(heading) and heading != column
+    ]:
         why = f"the heading '{others[0]}' says rad"
     elif np.ptp(known) > GUESSES.narrowest_deg:
         return ""
@@ -103,7 +202,7 @@ def of_degrees(
     known = values[np.isfinite(values)]
     if unit not in ("1", "rad") or name.split("_")[0] not in ANGULAR or not len(known):
         return ""
-    others = [one for one in headings if _says_degrees(one) and one != column]
+    others = [heading for heading in headings if _says_degrees(heading) and heading != column]
     if not others or unit_said(column, name) is not None:
         return ""
     if np.ptp(known) < GUESSES.narrowest_deg:  # few machines move so little in degrees

@@ -11,7 +11,7 @@ import yaml
 from deltactl.recording.foreign.mapping import Mapping, as_option
 from deltactl.recording.foreign.names import Guess, pulls, unit_said, without_unit
 from deltactl.recording.foreign.units import IN_SI
-from deltactl.recording.reading.columns import FloatArray
+from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.table_format import IN_OPTIONS
 
 

@@ -1,26 +1,42 @@
-"""Which column is what: from names where there are any, from the numbers where there are none."""
+"""Which column is what, from names where there are any and from numbers where there are none; which
+kind of machine the table is then of, and whether what is taken for an effort is one.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping
+import shlex
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from deltactl.recording.foreign.by_values import by_values, partners
-from deltactl.recording.foreign.names import Guess, Named, of_contract, read_name
+import numpy as np
+
+from deltactl.recording.foreign.by_values import by_values, partners, ranked
+from deltactl.recording.foreign.mapping import as_option
+from deltactl.recording.foreign.names import (
+    Guess,
+    Hint,
+    Named,
+    may_be_outside,
+    of_contract,
+    pulls,
+    read_name,
+    without_unit,
+)
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.ranking import ranked
 from deltactl.recording.foreign.shapes import (
     copies_of_others,
+    correlation,
     rising,
     same_range,
     starts_again,
     unevenness,
 )
-from deltactl.recording.format.edges import MOTORS
-from deltactl.recording.reading.columns import FloatArray
+from deltactl.recording.foreign.units import LINEAR, ROTARY
+from deltactl.recording.format.messages import MOTORS
+from deltactl.recording.reading.run import FloatArray
+from deltactl.recording.tables.cells import seldom_back
 from deltactl.recording.tables.flat import BESIDE, UNITS
-from deltactl.recording.tables.moment import seldom_back
 
 MOTIONS = frozenset({"position", "command", "steps", "range", "distance"})
 LETTERED = frozenset({"position", "command", "steps"})
@@ -182,3 +198,141 @@ def _unique(found: dict[str, Guess]) -> dict[str, Guess]:
         if guess.name not in {kept.name for kept in first.values()}:
             first[guess.source] = guess
     return first
+
+
+COMMANDED = ("command", "position")
+
+
+def kind_of(
+    guesses: Mapping[str, Guess], left: Sequence[str]
+) -> tuple[str | None, str | None, str]:
+    """Kind of machine, linear or rotary, and why; `left`: columns that nothing is known of."""
+    there = {guess.name for guess in guesses.values()}
+    units = {
+        guess.unit for guess in guesses.values() if guess.role in ("command", "position", "theta")
+    }
+    motion = "rotary" if units & set(ROTARY) else "linear" if units & set(LINEAR) else None
+    if there >= {"steps_2", "steps_3"} or there >= {"command_2", "command_3"}:
+        return "delta", None, "commands of three motors"
+    if "steps_1" in there and {"theta_1", "position"} & there:
+        return "stepper_axis", None, "a count of steps, and the angle that came of it"
+    if "range" in there and not {"command", "effort"} & there:
+        return "range_sensor", None, "distances, true and reported"
+    if {"position", "theta_1"} & there and {"command", "effort"} & there:
+        asked = " and ".join(sorted({"command", "effort"} & there))
+        return "servo_axis", motion, f"{asked} in, position out"
+    return None, motion, f"not enough is known: {_lacking(guesses, left)}"
+
+
+def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
+    """What is needed besides, and how it is said; `left`: columns that nothing is known of."""
+    here = "here too: --inspect"
+    position = next((guess.source for guess in guesses.values() if guess.name == "position"), None)
+    if position is None:
+        likely = next((one for one in left if not pulls(one)), None)
+        example = shlex.join(["--set", f"position={without_unit(likely or 'COLUMN')}"])
+        return f"a position or a reading was not found; say which column it is, {here} {example}"
+    twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)
+    if twin is not None:
+        names = [without_unit(one) for one in (position, twin)]
+        asked, read = (f"{role}={one}" for role, one in zip(COMMANDED, names, strict=True))
+        return (
+            f"{' and '.join(names)} both look like positions; say which was commanded and which was"
+            f" read, {here} {shlex.join(['--set', asked, '--set', read])}"
+        )
+    likely = next((one for one in left if pulls(one)), left[0] if left else "COLUMN")
+    name = without_unit(likely)
+    example = shlex.join(["--set", f"effort={name}"])
+    counts = "" if pulls(likely) else f"; or, if it counts steps, {_set('steps_1', name)}"
+    return f"a command or an effort was not found; say which column it is, {here} {example}{counts}"
+
+
+def _set(name: str, column: str) -> str:
+    return shlex.join(["--set", f"{name}={column}"])
+
+
+def zero_of(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> str | None:
+    """Whether command and reading of an axis share their zero."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    for asked, seen in (("command", "position"), ("command_1", "theta_1")):
+        if asked not in by_name or seen not in by_name:
+            continue
+        one, other = by_name[asked], by_name[seen]
+        if one.unit != other.unit:
+            return None
+        values = table[one.source]
+        apart = abs(float(np.nanmedian(table[other.source] - values)))
+        width = float(np.nanmax(values) - np.nanmin(values))
+        return "arbitrary" if apart > GUESSES.zeros_apart * width else "absolute"
+    return None
+
+
+OF_THE_DRIVE = (
+    "taken for what the drive itself gives; if it pulls at the axis from outside (a weight, a"
+    " spring)"
+)
+OF_A_LOAD = (
+    "taken for what pulls at the axis from outside (a weight, a spring), as it is 0 while the"
+    " axis moves fastest; if the drive itself gives it"
+)
+BY_NAME = "by its name"
+ASKED = frozenset({"command", "command_1", "steps_1"})
+MAY_BE_ASKED = (
+    "{}: taken for an effort by its name; it goes where {} goes, over as much, and may be its"
+    " command: then read it so with --set {}"
+)
+
+
+def may_be_asked(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+    """A word of an effort that looks like the command of a position without one.
+
+    u is what a controller gives, in the books the effort and in many a log what was asked for.
+    """
+    by_name = {guess.name: guess for guess in guesses.values()}
+    effort, seen = by_name.get("effort"), by_name.get("position") or by_name.get("theta_1")
+    if effort is None or seen is None or effort.why != BY_NAME or ASKED & by_name.keys():
+        return []
+    if effort.unit not in (None, *ROTARY, *LINEAR):  # a heading in N m says what it is
+        return []
+    u, y = table[effort.source], table[seen.source]
+    wide = float(np.nanmax(u) - np.nanmin(u)), float(np.nanmax(y) - np.nanmin(y))
+    if correlation(u, y) < GUESSES.asked_alike or max(wide) > GUESSES.asked_as_far * min(wide):
+        return []
+    unit = effort.unit or seen.unit or "1"
+    read = as_option("command", without_unit(effort.source), unit, None, 0.0)
+    return [MAY_BE_ASKED.format(effort.source, seen.source, shlex.quote(read))]
+
+
+def from_outside(
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+) -> tuple[dict[str, Guess], list[str]]:
+    """Guesses in which a torque that no drive gives is a load, and a word of what it was taken for.
+
+    guesses: by column. table: columns, name -> (n,).
+    """
+    by_name = {guess.name: guess for guess in guesses.values()}
+    effort, seen = by_name.get("effort"), by_name.get("position")
+    if effort is None or seen is None or "command" not in by_name or "load" in by_name:
+        return dict(guesses), []
+    if effort.why == "as you say" or not may_be_outside(effort.source):
+        return dict(guesses), []
+    if not _nothing_in_motion(table[effort.source], table[seen.source]):
+        instead = "in place of effort in the command below"
+        return dict(guesses), [Hint(OF_THE_DRIVE, "name", effort.source, "load", instead)]
+    load = replace(effort, role="load", why="it is 0 while the axis moves fastest")
+    instead = "in place of load in the command below"
+    hint = Hint(OF_A_LOAD, "name", effort.source, "effort", instead)
+    return {**guesses, effort.source: load}, [hint]
+
+
+def _nothing_in_motion(torque: FloatArray, place: FloatArray) -> bool:
+    """Whether a torque (n,) is there at rest, and not where a drive would need it.
+
+    A drive that moves an axis has friction and inertia to overcome.
+    """
+    speed = np.nan_to_num(np.abs(np.gradient(place)))
+    most, top = float(np.nanmax(np.abs(torque))), float(np.quantile(speed, 0.99))
+    fast = speed > GUESSES.fast_of_top * top
+    nothing = np.nan_to_num(np.abs(torque)) <= GUESSES.no_torque * most
+    enough = np.count_nonzero(fast) >= GUESSES.fewest_in_common
+    return bool(enough and nothing[fast].all() and np.mean(~nothing) > GUESSES.pulled_at)

@@ -9,13 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from deltactl.recording.column_measures import travel
-from deltactl.recording.foreign.doubts import ANGULAR
+from deltactl.recording.foreign.doubts import ANGULAR, slope_ratio
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.motion_units import PAIRS, of_one_unit, unit_of_motion
 from deltactl.recording.foreign.names import Guess, Hint, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import same_range
-from deltactl.recording.foreign.slope import slope_ratio
 from deltactl.recording.foreign.units import (
     IN_SI,
     LINEAR,
@@ -26,13 +25,14 @@ from deltactl.recording.foreign.units import (
     UNIT_OF,
     UNIT_WORDS,
 )
-from deltactl.recording.reading.columns import FloatArray
+from deltactl.recording.reading.run import FloatArray
 
 RATIOS: tuple[tuple[float, str, str], ...] = (
-    (1.0 / IN_SI["deg"], "deg", "rad"), (1.0 / IN_SI["mm"], "mm", "m"),
+    (1.0 / IN_SI["deg"], "deg", "rad"),
+    (1.0 / IN_SI["mm"], "mm", "m"),
     (1.0 / IN_SI["cm"], "cm", "m"),
     (4096.0 / (2.0 * np.pi), "counts of 4096 a turn", "rad"),
-)  # fmt: skip
+)
 """How many of the first unit are one of the second."""
 
 

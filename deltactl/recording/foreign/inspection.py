@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,14 @@ from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.by_values import EARLIER
 from deltactl.recording.foreign.found import Inspection
-from deltactl.recording.foreign.guess import guess_columns, of_other_joints
+from deltactl.recording.foreign.guess import (
+    from_outside,
+    guess_columns,
+    kind_of,
+    may_be_asked,
+    of_other_joints,
+    zero_of,
+)
 from deltactl.recording.foreign.guessed_units import (
     meant_otherwise,
     steps_of_a_slide,
@@ -25,22 +32,19 @@ from deltactl.recording.foreign.guessed_units import (
     with_units,
 )
 from deltactl.recording.foreign.joints import of_data_set, one_joint
-from deltactl.recording.foreign.loads import from_outside, may_be_asked
-from deltactl.recording.foreign.machine_kind import kind_of, zero_of
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
 from deltactl.recording.foreign.names import Guess, of_contract
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import rising
-from deltactl.recording.foreign.stumbling import stumbling
-from deltactl.recording.foreign.timing import NO_COLUMN, row_number, rows_and_times
+from deltactl.recording.foreign.timing import NO_COLUMN, row_number, rows_and_times, stumbling
 from deltactl.recording.foreign.units import IN_SI
-from deltactl.recording.reading.columns import FloatArray
+from deltactl.recording.reading.run import FloatArray
+from deltactl.recording.tables.binary_tables import JOINTS, files_of, is_data_set, names_of
 from deltactl.recording.tables.flat import UNITS
 from deltactl.recording.tables.flat_files import is_own_run, read_flat
 from deltactl.recording.tables.foreign_log import is_log, read_log, topic_of
 from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
-from deltactl.recording.tables.lerobot import JOINTS, files_of, is_data_set, names_of
 from deltactl.recording.tables.table_format import TableFormat, guess_format, marks_said
 
 
@@ -67,7 +71,8 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     units = dict(zip(form.names, form.units, strict=True))
     base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
     facts = _facts(form) + [("remarks", words) for words in remarks]
-    return inspect_table(path, table, base, units, form.named, facts, known, form.before, lines)
+    read = _Read(path, table, base, facts, units, form.named, form.before, lines)
+    return _inspected(read, known)
 
 
 def _of_own_run(path: Path) -> Inspection:
@@ -75,7 +80,7 @@ def _of_own_run(path: Path) -> Inspection:
     flat = read_flat(path)
     table = {"t": flat.t_s, **flat.columns, **flat.extra}
     facts = [("written", "a recording of deltactl")]
-    return replace(inspect_table(path, table, Mapping(), {}, True, facts), own_run=True)
+    return replace(_inspected(_Read(path, table, Mapping(), facts), {}), own_run=True)
 
 
 def _said_of_the_table(said: Mapping | None) -> Mapping:
@@ -94,26 +99,29 @@ def _of_columns(path: Path, known: AnyMapping[str, Source], base: Mapping) -> In
     if joints := names_of(path).get(JOINTS[0]):
         facts.append(("joints", ", ".join(joints)))
     units, of_units = of_data_set(table)
-    found = inspect_table(path, table, base, units, True, facts, known)
+    found = _inspected(_Read(path, table, base, facts, units), known)
     return replace(found, warnings=[*of_units, *found.warnings])
 
 
-def inspect_table(
-    path: Path,
-    table: dict[str, FloatArray],
-    base: Mapping,
-    units: AnyMapping[str, str],
-    named: bool,
-    facts: list[tuple[str, str]],
-    said: AnyMapping[str, Source] | None = None,
-    before: Sequence[str] = (),
-    lines: Sequence[int] = (),
-) -> Inspection:
-    """The same for columns that are read already; `base` says how the file is written.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Read:
+    """Columns that are read already; `base` says how the file is written."""
 
-    before: the lines above the table. lines: those that its rows stand on, where it has such.
-    """
-    said = said or {}
+    path: Path
+    table: dict[str, FloatArray]
+    base: Mapping
+    facts: list[tuple[str, str]]
+    units: AnyMapping[str, str] = field(default_factory=dict)
+    named: bool = True
+    before: Sequence[str] = ()
+    """The lines above the table."""
+    lines: Sequence[int] = ()
+    """Those that its rows stand on, where it has such."""
+
+
+def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
+    """What columns that are not said seem to be."""
+    path, table, base, units, named = read.path, read.table, read.base, read.units, read.named
     if not table or not len(next(iter(table.values()))):
         raise RecordingError(f"{path}: has no rows")
     known = {name: one for name, one in table.items() if np.isfinite(one).any()}
@@ -125,7 +133,7 @@ def inspect_table(
         if guess.name in UNITS
     }
     guesses = _as_said(path, table, guesses, said)
-    guesses, noted = unit_noted(guesses, before)
+    guesses, noted = unit_noted(guesses, read.before)
     guesses, warnings = with_units(guesses, known)
     warnings += noted
     guesses, of_steps = steps_of_a_slide(guesses, known)
@@ -153,7 +161,7 @@ def inspect_table(
     if timeless or counter:
         guesses = _without_times(guesses)
     timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None)
-    stumbles = None if timeless else stumbling(guesses, known, lines, kind)
+    stumbles = None if timeless else stumbling(guesses, known, read.lines, kind)
     if stumbles:
         warnings.append(stumbles.says)
         late = [one for one in late if one is not NO_COLUMN]
@@ -182,7 +190,7 @@ def inspect_table(
     mapping = base.model_copy(update={"columns": columns})
     warnings += late
     return Inspection(
-        path, [*facts, *timing], table, guesses, kind, motion, why, zero_of(guesses, known),
+        path, [*read.facts, *timing], table, guesses, kind, motion, why, zero_of(guesses, known),
         mapping, warnings, counter, named=named,
         stumbles=stumbles.name if stumbles else None,
     )  # fmt: skip
@@ -194,7 +202,7 @@ def _without_times(guesses: AnyMapping[str, Guess]) -> dict[str, Guess]:
 
 def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
     """A word of two columns of which only the numbers say which was asked for."""
-    asked = [one.source for one in guesses.values() if one.why.endswith(EARLIER)]
+    asked = [guess.source for guess in guesses.values() if guess.why.endswith(EARLIER)]
     if not asked:
         return []
     are = "it is" if len(asked) == 1 else "they are"

@@ -10,9 +10,9 @@ import numpy as np
 from deltactl.recording.foreign.guess import LETTERED
 from deltactl.recording.foreign.names import read_name
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.format.edges import MOTORS
-from deltactl.recording.reading.columns import FloatArray
-from deltactl.recording.tables.lerobot import JOINTS
+from deltactl.recording.format.messages import MOTORS
+from deltactl.recording.reading.run import FloatArray
+from deltactl.recording.tables.binary_tables import JOINTS
 
 _NUMBERED = re.compile(r"(.*?[^\d._])[._]?(\d+)([._][^\d]+)?")
 CARTESIAN = frozenset("xyzw")

@@ -31,7 +31,7 @@ from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.explain import explain
 from deltactl.foundation.strict_yaml import Document, StrictModel
 from deltactl.recording.foreign.units import IN_SI, SPEEDS, no_unit
-from deltactl.recording.tables.cell import number
+from deltactl.recording.tables.cells import number
 from deltactl.recording.tables.flat import UNITS
 from deltactl.recording.tables.table_format import IN_OPTIONS, WIDE
 
@@ -130,7 +130,7 @@ def _source(option: str) -> Source:
         names = (*OF_THE_TABLE, *UNITS)
         wanted = option.partition("=")[0].strip()
         near = [] if wanted in names else difflib.get_close_matches(wanted, names, n=1)
-        near = [one for one in names if one == f"{wanted}_1"] or near  # the first motor's
+        near = [name for name in names if name == f"{wanted}_1"] or near  # the first motor's
         meant = f" (did you mean {near[0]}?)" if near else ""
         raise ConfigError(
             f"--set {option}: must be NAME=COLUMN, NAME=COLUMN[unit], NAME=COLUMN*FACTOR+OFFSET or "

@@ -9,8 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from deltactl.recording.column_measures import travel
-from deltactl.recording.foreign.doubts import ANGULAR, counts_like, of_counts, turns, whole
-from deltactl.recording.foreign.encoder_steps import of_encoder
+from deltactl.recording.foreign.doubts import (
+    ANGULAR,
+    counts_like,
+    of_counts,
+    of_encoder,
+    turns,
+    whole,
+)
 from deltactl.recording.foreign.names import (
     Guess,
     Hint,
@@ -20,12 +26,13 @@ from deltactl.recording.foreign.names import (
 )
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import same_range
-from deltactl.recording.reading.columns import FloatArray
+from deltactl.recording.reading.run import FloatArray
 
 PAIRS = (
-    ("command", "position"), ("distance", "range"),
+    ("command", "position"),
+    ("distance", "range"),
     *((f"command_{n}", f"theta_{n}") for n in (1, 2, 3)),
-)  # fmt: skip
+)
 """What was asked for, and what came of it."""
 LONE = frozenset({"command", "position"})
 """Of an axis by itself, which turns or slides."""
@@ -43,7 +50,7 @@ def of_one_unit(
     """Columns of motion, those together that have one unit though none is said: the angles of all
     arms, and the command and the reading of one axis that go over the same numbers.
     """
-    left = {one.name: one for one in guesses.values() if one.role in (*ANGULAR, *STRAIGHT)}
+    left = {guess.name: guess for guess in guesses.values() if guess.role in (*ANGULAR, *STRAIGHT)}
     arms = [one for one in left.values() if one.index in ("1", "2", "3") and _is_open(one)]
     pairs = [[left[name] for name in pair if name in left] for pair in PAIRS[:2]]
     alike = [
@@ -171,7 +178,7 @@ def ask_unit(
     """The unit to be written for columns of an axis of which nothing tells one, by their name in
     the contract, and what to be asked of them; both empty where there are none.
     """
-    open_ = [one for one in guesses.values() if one.name in LONE and _is_open(one)]
+    open_ = [guess for guess in guesses.values() if guess.name in LONE and _is_open(guess)]
     if not open_:
         return {}, ""
     largest = max(float(np.nanmax(np.abs(table[one.source]))) for one in open_)

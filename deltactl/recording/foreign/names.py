@@ -38,7 +38,6 @@ WORDS: dict[str, str] = {
 }
 """Column of the contract -> words that stand for it, in lower case."""
 ROLE_OF = {word: role for role, words in WORDS.items() for word in words.split()}
-ROLES_IN_NAMES = frozenset(ROLE_OF)
 PULLS = frozenset(
     [
         "pull",

@@ -16,7 +16,7 @@ from deltactl.recording.foreign.missing import no_column, no_time, other_separat
 from deltactl.recording.foreign.names import Guess, unit_said, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.units import IN_SI, LINEAR, PULLING, ROTARY, TIMES
-from deltactl.recording.reading.columns import FloatArray
+from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
 from deltactl.recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
 from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
@@ -119,8 +119,11 @@ def _table(
     lines: gets the line of each row, of a file that has lines.
     """
     if is_log(path):
-        sources = [mapping.columns[name].from_ for name in ("t", *mapping.columns)
-                   if name in mapping.columns]  # fmt: skip
+        sources = [
+            mapping.columns[name].from_
+            for name in ("t", *mapping.columns)
+            if name in mapping.columns
+        ]
         topics = [topic_of(source) for source in sources if source is not None]
         table = read_log(path, next(filter(None, topics), None))
         return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping
 import numpy as np
 
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.reading.columns import FloatArray
+from deltactl.recording.reading.run import FloatArray
 
 
 def rising(values: FloatArray) -> bool:

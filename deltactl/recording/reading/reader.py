@@ -10,7 +10,7 @@ import numpy as np
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import printable
-from deltactl.recording.format import configuration, edges
+from deltactl.recording.format import configuration, messages
 from deltactl.recording.format.channels import (
     CHANNELS,
     COMMANDED,
@@ -24,11 +24,12 @@ from deltactl.recording.format.channels import (
     TARGET,
     TRUTH,
 )
-from deltactl.recording.reading.columns import Columns, Int64Array
 from deltactl.recording.reading.run import (
+    Columns,
     Commanded,
     Edges,
     Event,
+    Int64Array,
     Paces,
     Readings,
     Run,
@@ -139,7 +140,7 @@ def _commanded(columns: Columns) -> Commanded:
 
 
 def _edges(columns: Columns) -> Edges:
-    decoded = [edges.from_message(row) for row in columns.rows()]
+    decoded = [messages.edges_from_message(row) for row in columns.rows()]
     # A block without edges marks counters that were set: one row in which nothing steps.
     times = [block.due_ns if len(block.due_ns) else np.array([block.start_ns]) for block in decoded]
     steps = [block.steps if len(block.steps) else np.zeros((1, 3), np.int8) for block in decoded]

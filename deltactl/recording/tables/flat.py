@@ -11,8 +11,8 @@ import numpy as np
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
-from deltactl.recording.reading.columns import FloatArray
-from deltactl.recording.tables.moment import FAR_BACK, advice, not_increasing
+from deltactl.recording.reading.run import FloatArray
+from deltactl.recording.tables.cells import FAR_BACK, advice, not_increasing
 
 AnyArray = np.ndarray[Any, np.dtype[Any]]
 
@@ -46,9 +46,6 @@ BESIDE = frozenset(
 )
 """Columns that an exported run has besides; the diagnosis reads none of them."""
 
-WHOLE_NUMBERS = frozenset(
-    name for name in UNITS if name.startswith(("steps_", "status_")) or name == "segment"
-)
 MOST_COLUMNS = 1000
 """More are a matrix, not a recording."""
 MOST_SPAN_S = 366 * 86400.0

@@ -13,14 +13,14 @@ from deltactl.foundation.errors import RecordingError
 from deltactl.recording.format.channels import WRITTEN_BY
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.reading.scan import begins_as_mcap
-from deltactl.recording.tables.csv_table import read_csv, write_csv
-from deltactl.recording.tables.flat import FlatRecording
-from deltactl.recording.tables.parquet_and_mat import (
+from deltactl.recording.tables.binary_tables import (
     read_mat,
     read_parquet,
     write_mat,
     write_parquet,
 )
+from deltactl.recording.tables.csv_table import read_csv, write_csv
+from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.rounds import flatten
 
 Progress = Callable[[str], None]

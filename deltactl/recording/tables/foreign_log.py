@@ -129,9 +129,7 @@ def _fields(value: Any) -> dict[str, Any]:
     names = getattr(value, "__slots__", None) or getattr(value, "__dataclass_fields__", None)
     if names is None or isinstance(value, (str, bytes)):
         return {}
-    return {
-        key.lstrip("_"): getattr(value, key) for key in names if not key.startswith("__")
-    }  # fmt: skip
+    return {key.lstrip("_"): getattr(value, key) for key in names if not key.startswith("__")}
 
 
 def _of_protobuf(message: Any) -> Iterator[tuple[str, Any]]:
@@ -166,7 +164,10 @@ def _of_mcap(path: Path) -> Iterator[tuple[str, int, Any]]:
                     yield channel.topic, message.log_time, json.loads(message.data)
                     continue
                 if channel.id not in decoders:
-                    found = (one.decoder_for(channel.message_encoding, schema) for one in factories)
+                    found = (
+                        factory.decoder_for(channel.message_encoding, schema)
+                        for factory in factories
+                    )
                     decoders[channel.id] = next(filter(None, found), None)
                 if decoders[channel.id] is not None:
                     yield channel.topic, message.log_time, decoders[channel.id](message.data)

@@ -5,25 +5,31 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from deltactl.foundation.errors import RecordingError
-from deltactl.recording.tables.cell import (
-    is_number,
-    not_a_number,
+from deltactl.recording.tables.binary_tables import (
+    check_size,
+    files_of,
+    is_data_set,
+    names_of,
+    parquet_columns,
+)
+from deltactl.recording.tables.cells import (
+    is_date,
+    is_moment,
+    is_time_of_day,
     number,
+    seconds,
     text_among_numbers,
     wrong_count,
 )
+from deltactl.recording.tables.csv_table import read_text
 from deltactl.recording.tables.flat import AnyArray
-from deltactl.recording.tables.lerobot import files_of, is_data_set, names_of
-from deltactl.recording.tables.moment import is_date, is_moment, is_time_of_day, seconds
-from deltactl.recording.tables.parquet_and_mat import check_size, parquet_columns
 from deltactl.recording.tables.table_format import split
-from deltactl.recording.tables.text_file import read_text
 
 COMMENTS = ("#", "%", "//", ";")
 """How a comment begins; the last only where no number follows it, as it may separate cells."""
@@ -39,16 +45,14 @@ def read_table(
     heading: Sequence[str] = (),
     separator: str = ",",
     decimal: str = ".",
-    numbers: Collection[str] = (),
     tell: Callable[[str], None] = lambda _: None,
     lines_of: list[int] | None = None,
 ) -> dict[str, AnyArray]:
     """Columns of numbers by name, shape (n,) each; NaN where a cell holds no number.
 
     heading: names of the columns where the file has none. Dates and times of day are seconds since
-    the first row's. numbers: columns in which every cell is to hold a number, or nothing. tell:
-    takes words for comments and a footer that were left out, which happens where no column must
-    hold numbers. lines_of: gets the line of each row, from 1. Raises RecordingError.
+    the first row's. tell: takes words for comments and a footer that were left out. lines_of: gets
+    the line of each row, from 1. Raises RecordingError.
     """
     lines = read_text(path, any_encoding=True).split("\n")[skip_lines:]
     if not heading:
@@ -61,22 +65,18 @@ def read_table(
         for n, text in enumerate(lines, skip_lines + 1)
         if text.strip()
     ]
-    if not numbers:
-        rows, left_out = without_remarks(rows, len(heading), decimal)
-        if left_out:
-            tell(f"is read {left_out}")
-        if all(len(parts) == len(heading) for _, _, parts in rows):
-            for said in text_among_numbers(heading, rows, decimal):
-                tell(said)
+    rows, left_out = without_remarks(rows, len(heading), decimal)
+    if left_out:
+        tell(f"is read {left_out}")
+    if all(len(parts) == len(heading) for _, _, parts in rows):
+        for said in text_among_numbers(heading, rows, decimal):
+            tell(said)
     cells = [parts for _, _, parts in rows]
     if not cells:
         raise RecordingError(f"{path}: has a heading but no rows")
     for line, _, parts in rows:
         if len(parts) != len(heading):
             raise wrong_count(path, line, len(parts), len(heading))
-        for name, cell in zip(heading, parts, strict=True):
-            if name in numbers and not is_number(cell, decimal):
-                raise not_a_number(path, line, name, cell)
     if lines_of is not None:
         lines_of += [line for line, _, _ in rows]
     columns = list(zip(*cells, strict=True))

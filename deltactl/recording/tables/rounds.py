@@ -1,20 +1,68 @@
-"""From a recorded run to a flat table: readings gathered into rounds, counts exactly as sent."""
+"""From a recorded run to a flat table, counts exactly as sent: readings gathered into rounds, the
+samples of a servo's loop, or what was commanded where no sensor saw anything.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from deltactl.foundation.errors import RecordingError
-from deltactl.recording.reading.columns import FloatArray, Int64Array
-from deltactl.recording.reading.run import BoolArray, Readings, Run
+from deltactl.recording.reading.run import BoolArray, FloatArray, Int64Array, Readings, Run
 from deltactl.recording.tables.flat import AnyArray, FlatRecording
-from deltactl.recording.tables.servo_rows import servo_rows
+
+_NS = 1e-9
+STEMS = {
+    "command": "reference_rad",
+    "theta": "angle_rad",
+    "current": "current_a",
+    "disturbance": "disturbance_a",
+}
+"""Columns of the table and the fields of `deltactl.recording.run.Servo` they come from."""
+
+
+def servo_rows(
+    run: Run, fresh: dict[str, Readings]
+) -> tuple[Int64Array, dict[str, FloatArray], dict[str, AnyArray]]:
+    """Times [ns], columns of the contract, and columns beside it.
+
+    `fresh` are the readings of each sensor without stale ones. A range stands in the row whose
+    time is nearest to the reading's own, which is kept as `t_x, t_y, t_z`; other rows are empty.
+    """
+    rising = np.concatenate([[True], np.diff(run.servo.t_ns) > 0])
+    t_ns = run.servo.t_ns[rising]
+    columns = {
+        f"{stem}_{motor + 1}": getattr(run.servo, field)[rising, motor]
+        for stem, field in STEMS.items()
+        for motor in range(3)
+    }
+    extra: dict[str, AnyArray] = {}
+    for axis, samples in fresh.items():
+        rows = _nearest_sample(t_ns, samples.t_ns)
+        columns[f"range_{axis}"] = _spread(len(t_ns), rows, samples.distance_m)
+        columns[f"status_{axis}"] = _spread(len(t_ns), rows, samples.status.astype(np.float64))
+        extra[f"t_{axis}"] = _spread(len(t_ns), rows, samples.t_ns * _NS)
+    return t_ns, columns, extra
+
+
+def _nearest_sample(t_ns: Int64Array, at_ns: Int64Array) -> Int64Array:
+    """The row nearest to each time."""
+    right = np.clip(np.searchsorted(t_ns, at_ns), 1, max(1, len(t_ns) - 1))
+    right = np.minimum(right, len(t_ns) - 1)
+    left = np.maximum(right - 1, 0)
+    return np.where(at_ns - t_ns[left] <= t_ns[right] - at_ns, left, right)
+
+
+def _spread(length: int, rows: Int64Array, values: FloatArray) -> FloatArray:
+    """A column with values in some rows and nothing in the others."""
+    column = np.full(length, np.nan)
+    column[rows] = values
+    return column
+
 
 AXES = ("x", "y", "z")
-_NS = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +112,7 @@ def flatten(run: Run, with_truth: bool = False) -> FlatRecording:
     an empty cell. `steps_i` is what was really sent up to `t`. `with_truth` adds
     `truth_x_m..truth_z_m` and `truth_theta_1_rad..3` of a simulated robot.
 
-    The run of a servo has a row for each sample of its loop instead, see `servo_rows`.
+    The run of a servo has a row for each sample of its loop instead, see `servo_table`.
     Raises RecordingError when the run holds no readings.
     """
     if len(run.servo.t_ns):
@@ -217,3 +265,41 @@ def _truth(run: Run, t_ns: Int64Array) -> dict[str, AnyArray]:
         name: np.interp(t_ns, truth.t_ns, values, left=np.nan, right=np.nan)
         for name, values in named.items()
     }
+
+
+OF_SENSORS = frozenset(f"{stem}_{axis}" for stem in ("range", "status", "t") for axis in AXES)
+
+
+def has_readings(run: Run) -> bool:
+    """Whether a ranging sensor gave anything."""
+    return any(len(samples.t_ns) for samples in run.readings.values())
+
+
+def flatten_unseen(run: Run, with_truth: bool = False) -> FlatRecording:
+    """As `flatten`, without columns of sensors; a stepper's rows are those of the control loop.
+
+    Raises RecordingError when nothing was commanded, or there is no truth to add.
+    """
+    if with_truth and not len(run.truth.t_ns):
+        raise RecordingError(f"{run.path}: holds no simulated truth; only simulated runs do")
+    if len(run.servo.t_ns):
+        table = flatten(run, with_truth)
+        columns = {name: values for name, values in table.columns.items() if name not in OF_SENSORS}
+        extra = {name: values for name, values in table.extra.items() if name not in OF_SENSORS}
+        return replace(table, columns=columns, extra=extra)
+    t_ns = np.unique(run.commanded.t_ns)
+    if not len(t_ns):
+        raise RecordingError(f"{run.path}: nothing was commanded, and no sensor read")
+    counts = run.edges.counts_at(t_ns).astype(np.float64)
+    steps = {f"steps_{motor + 1}": counts[:, motor] for motor in range(counts.shape[1])}
+    t_pwm_s = run.settings.t_pwm_at(t_ns)
+    timed = {"t_pwm": t_pwm_s} if np.isfinite(t_pwm_s).any() else {}
+    truth: dict[str, AnyArray] = {}
+    if with_truth:
+        named = {f"truth_{axis}_m": run.truth.position_m[:, k] for k, axis in enumerate(AXES)}
+        named |= {f"truth_theta_{k + 1}_rad": run.truth.angles_rad[:, k] for k in range(3)}
+        truth = {
+            name: np.interp(t_ns, run.truth.t_ns, values, left=np.nan, right=np.nan)
+            for name, values in named.items()
+        }
+    return FlatRecording(t_ns * _NS, steps | timed, truth, str(run.path))

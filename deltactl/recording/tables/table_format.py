@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from deltactl.foundation.errors import RecordingError
-from deltactl.recording.tables.cell import is_number
-from deltactl.recording.tables.moment import is_date, is_moment, is_time_of_day
-from deltactl.recording.tables.text_file import read_text
+from deltactl.recording.tables.cells import is_date, is_moment, is_number, is_time_of_day
+from deltactl.recording.tables.csv_table import read_text
 
 WIDE = "  "
 """Stands for two spaces or more: one alone is part of a cell, as in a date with its time."""
@@ -198,9 +197,7 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
             heading = None  # something stands between: whoever reads must be told the names
     plain = "cp1252" if not _is_utf8(path) else "UTF-8"
     before = tuple(line for line in lines[: above[-1] if above else first] if line.strip())
-    return TableFormat(
-        separator, decimal, first, names, bool(above), units, heading, plain, before
-    )  # fmt: skip
+    return TableFormat(separator, decimal, first, names, bool(above), units, heading, plain, before)
 
 
 def _words(line: str, separator: str) -> list[str]:

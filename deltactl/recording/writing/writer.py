@@ -29,6 +29,7 @@ from deltactl.recording.format.channels import (
     TRUTH,
     WRITTEN_BY,
     Channel,
+    ViewedChannel,
 )
 from deltactl.recording.format.configuration import (
     JOB_ATTACHMENT,
@@ -36,13 +37,20 @@ from deltactl.recording.format.configuration import (
     ROBOT_ATTACHMENT,
     RunConfiguration,
 )
-from deltactl.recording.format.edges import Int8Array, Int64Array, blocks, counts_set
-from deltactl.recording.format.messages import Message, ReadingLike, ServoLike, Steps, Three
-from deltactl.recording.format.viewed import ViewedChannel
+from deltactl.recording.format.messages import (
+    Int8Array,
+    Int64Array,
+    Message,
+    ReadingLike,
+    ServoLike,
+    Steps,
+    Three,
+    blocks,
+    counts_set,
+)
 from deltactl.recording.writing.append_file import AppendFile
 from deltactl.recording.writing.container import Attachment, Container
-from deltactl.recording.writing.disk import DiskThread
-from deltactl.recording.writing.spool import WAITING_BYTES, Spool
+from deltactl.recording.writing.spool import WAITING_BYTES, DiskThread, Spool
 
 RESERVE_BYTES = 64 * 2**20
 """What a recording leaves free: a Pi with a full card does not boot."""
@@ -160,10 +168,10 @@ class RunRecorder:
         """A message for viewers, in the form of its schema; not read back."""
         self._put(channel.topic, self.wall_ns(t_ns), message)
 
-    def flush(self, timeout_s: float = CLOSE_S) -> bool:
-        """Wait until the system has everything so far. False after `timeout_s` or a failure."""
+    def flush(self) -> bool:
+        """Wait until the system has everything so far. False after `CLOSE_S` or a failure."""
         self._spool.cut()
-        return self._spool.wait_written(timeout_s) and not self.failed
+        return self._spool.wait_written(CLOSE_S) and not self.failed
 
     def close(self, timeout_s: float = CLOSE_S) -> None:
         """Write the rest and the summary. Safe to call twice; never raises."""

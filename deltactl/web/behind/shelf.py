@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.foundation.plain_file import write_whole
-from deltactl.recording.writing.names import ENDING
+from deltactl.recording.writing.retention import ENDING
 from deltactl.web.behind.own_recordings import OwnRecordings
 
 SHOWN = 40

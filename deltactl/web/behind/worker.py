@@ -1,54 +1,23 @@
-"""Which robot file recordings are compared with: the one that they carry."""
+"""Work that takes the processor for seconds, in a process of its own and at low priority.
+
+`python -m deltactl.web.behind.worker KIND FILE...` writes one JSON object a line:
+{"progress": text} any number of times, then {"result": {...}} or
+{"error": text}. The files are named by the page, never by a browser.
+"""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from deltactl.foundation.errors import DeltactlError, RecordingError
+from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.extras import missing
 from deltactl.foundation.plain_file import write_whole
-from deltactl.foundation.strict_yaml import Document
-from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.reading.reader import read_run
-from deltactl.recording.writing.names import ENDING
-
-MAY_DIFFER = ("effects", "networks", "as_built", "recordings")
-"""Sections in which two files of one machine may differ: counts mean the same by both."""
-
-
-def carried_by(recordings: Sequence[Path], believed: Path) -> RunConfiguration:
-    """Robot and job of the last run among these, which are in order of time.
-
-    believed: of tables, which carry none. Raises RecordingError where runs are of several robots.
-    """
-    runs = [one for one in recordings if one.suffix == ENDING]
-    carried = {one: read_run(one).configuration for one in runs}
-    if not runs:
-        return RunConfiguration(believed.read_text(encoding="utf-8"), "")
-    last = runs[-1]
-    for one in runs:
-        if differing := _differing(carried[one].robot_text, carried[last].robot_text):
-            raise RecordingError(
-                f"{one} and {last} are of two robots (their robot files differ in"
-                f" {', '.join(differing)}): only recordings of one robot are diagnosed together"
-            )
-    return carried[last]
-
-
-def _differing(text: str, other: str) -> list[str]:
-    one, two = _machine(text), _machine(other)
-    return [key for key in {**one, **two} if one.get(key) != two.get(key)]
-
-
-def _machine(text: str) -> dict[str, Any]:
-    data = Document(Path("robot.yaml"), text).data
-    return {key: value for key, value in data.items() if key not in MAY_DIFFER}
-
 
 NICE = 10
 
@@ -81,6 +50,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
 
     `folder` takes all that comes of it. believed: the robot file of tables, which carry none.
     """
+    from deltactl.diagnosis.admission.which_robot import carried_by
     from deltactl.diagnosis.answer.corrected_robot import save_corrected
     from deltactl.diagnosis.api import diagnose as answer_of
     from deltactl.diagnosis.experiment import write_job
@@ -128,7 +98,6 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
     import numpy as np
 
     from deltactl.firmware_py.run_report.tracking import robot_of, track
-    from deltactl.recording.reading.reader import read_run
 
     runs = [read_run(path) for path in (before, after)]
     robots = [robot_of(run) for run in runs]

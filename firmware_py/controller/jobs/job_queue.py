@@ -12,7 +12,7 @@ from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.planning.prepared import Prepared
 from deltactl.firmware_py.program.instructions import Program
 from deltactl.foundation.errors import RecordingError
-from deltactl.recording.writing.names import confined, fresh_path
+from deltactl.recording.writing.retention import confined, fresh_path
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """A running job as viewers draw it: frames, scene, poses, ranges and log, ten times a second.
 
 In: counts, targets, readings and events of a run. Out: messages on the channels of
-`deltactl.recording.viewed`. The scene is written once; frames move its parts.
+`deltactl.recording.format.channels`. The scene is written once; frames move its parts.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from deltactl.models.linkage import Linkage
 from deltactl.models.linkage.scalar import counted_pose, forward_one
 from deltactl.models.linkage.skeleton import Placed, Skeleton, quaternion, turn_x_to
 from deltactl.models.robot import AXES
-from deltactl.recording.format.viewed import (
+from deltactl.recording.format.channels import (
     LOG,
     POSES,
     RANGES,

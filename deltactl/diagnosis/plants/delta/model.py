@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.diagnosis.observations.begun_in_motion import begun_in_motion
-from deltactl.diagnosis.observations.readings import FloatArray, gather
+from deltactl.diagnosis.observations.outliers import begun_in_motion
+from deltactl.diagnosis.observations.readings import FloatArray, bridged, gather
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.candidates import (
     candidates_of,
@@ -23,7 +23,6 @@ from deltactl.diagnosis.plants.delta.sensor_clock import OwnTimes
 from deltactl.diagnosis.plants.delta.traits import delta_traits
 from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.diagnosis.plants.shared_parameters import groups_of
-from deltactl.foundation.errors import MissingColumns, RecordingError
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.chain.delta import Course, standing
 from deltactl.models.effects import VOCABULARY, Port, Trait, has
@@ -34,7 +33,8 @@ from deltactl.recording.tables.flat import FlatRecording
 
 RANGES = tuple(f"range_{axis}" for axis in AXES)
 POSITIONS = tuple(f"pos_{axis}" for axis in AXES)
-ANGLES = tuple(f"theta_{motor}" for motor in (1, 2, 3))
+MOTORS = (1, 2, 3)
+ANGLES = tuple(f"theta_{motor}" for motor in MOTORS)
 UNITS = {**dict.fromkeys((*RANGES, *POSITIONS), "m"), **dict.fromkeys(ANGLES, "rad")}
 STATUS = {name: name.replace("range_", "status_") for name in RANGES}
 
@@ -44,15 +44,7 @@ class DeltaModel:
 
     def __init__(self, robot: DeltaRobot, recordings: Sequence[FlatRecording]):
         self.robot = robot
-        seen = [name for name in (*RANGES, *POSITIONS, *ANGLES) if _somewhere(recordings, name)]
-        if robot.sensors is None:
-            seen = [name for name in seen if name not in RANGES]
-        if not seen:
-            raise MissingColumns(
-                f"{recordings[0].source}: nothing observed; it needs range_x..z (with `sensors` in "
-                "the robot file), theta_1..3 or pos_x..z",
-                recordings[0].source,
-            )
+        seen = self.channels(robot, recordings)
         self.readings = gather(recordings, seen, UNITS, status=STATUS)
         self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
         if any(name in ANGLES for name in seen):  # of drives that may be behind at the beginning
@@ -63,7 +55,10 @@ class DeltaModel:
         self.chain = Chain.delta(stays)
         self._courses = self._split()
         self.position_m = forward(self.chain.linkage, self.commanded_rad).position_m
-        self._refuse_impossible()
+        lost = ~np.isfinite(self.position_m[:, 0])
+        self.unassembled = float(lost.mean())
+        """Share of the samples in which the commanded angles cannot be assembled."""
+        self.readings.valid[lost | fragile(self.chain.linkage, self.commanded_rad)] = False
         self._jacobian = jacobian(self.chain.linkage, self.commanded_rad, self.position_m)
         self._late = late_readings()
         half = 0.5 * self._period
@@ -85,6 +80,18 @@ class DeltaModel:
         if self.loosely_built:
             self.nuisances = [*self.nuisances, *beside(self._measured, self.tolerances)]
 
+    @staticmethod
+    def channels(robot: DeltaRobot, recordings: Sequence[FlatRecording]) -> list[str]:
+        """What looks at the machine in these recordings."""
+        seen = [name for name in (*RANGES, *POSITIONS, *ANGLES) if _somewhere(recordings, name)]
+        return seen if robot.sensors else [name for name in seen if name not in RANGES]
+
+    @staticmethod
+    def commands_in(recording: FlatRecording) -> str | None:
+        """Stem of the columns in which all three motors are commanded."""
+        stems = ("command_", "steps_")
+        return next((one for one in stems if recording.has(*(f"{one}{m}" for m in MOTORS))), None)
+
     @property
     def _timed(self) -> bool:
         return any(name in RANGES for name in self.readings.names)
@@ -94,24 +101,10 @@ class DeltaModel:
         return self.readings.period_s
 
     def _commands(self, recording: FlatRecording) -> FloatArray:
-        columns = recording.columns
-        for stem in ("command_", "steps_"):
-            names = [f"{stem}{motor}" for motor in (1, 2, 3)]
-            if not all(name in columns for name in names):
-                continue
-            given = np.stack([_filled(columns[name], name, recording) for name in names], axis=1)
-            if stem == "command_":
-                return given
-            if self.robot.drive is None:
-                raise RecordingError(
-                    f"{recording.source}: steps_1..3 need a `drive` section in the robot file"
-                )
-            return given * self.robot.drive.rad_per_step
-        raise MissingColumns(
-            f"{recording.source}: what was commanded is missing; it needs steps_1..3 [microsteps] "
-            f"or command_1..3 [rad], and has {', '.join(columns)}",
-            recording.source,
-        )
+        stem = self.commands_in(recording)
+        given = np.stack([bridged(recording, f"{stem}{motor}") for motor in MOTORS], axis=1)
+        drive = self.robot.drive
+        return given * drive.rad_per_step if stem == "steps_" and drive else given
 
     def _split(self) -> list[Course]:
         readings, courses = self.readings, []
@@ -122,16 +115,6 @@ class DeltaModel:
             )
             courses.append(self.chain.course(commands))
         return courses
-
-    def _refuse_impossible(self) -> None:
-        lost = ~np.isfinite(self.position_m[:, 0])
-        if lost.mean() > 0.02:
-            raise RecordingError(
-                f"the commanded angles cannot be assembled by robot '{self.robot.name}' in "
-                f"{100 * lost.mean():.0f} % of the samples; is this another robot's file, "
-                "or are the units wrong?"
-            )
-        self.readings.valid[lost | fragile(self.chain.linkage, self.commanded_rad)] = False
 
     def predict(self, terms: Sequence[Term]) -> FloatArray:
         """Channels (n, channels) with the terms at work."""
@@ -215,12 +198,3 @@ def _somewhere(recordings: Sequence[FlatRecording], name: str) -> bool:
         name in recording.columns and bool(np.isfinite(recording.columns[name]).any())
         for recording in recordings
     )
-
-
-def _filled(values: FloatArray, name: str, recording: FlatRecording) -> FloatArray:
-    """A command column with short holes bridged. Raises RecordingError when it is mostly empty."""
-    known = np.isfinite(values)
-    if known.mean() < 0.5:
-        raise RecordingError(f"{recording.source}: {name} is mostly empty")
-    filled: FloatArray = np.interp(recording.t_s, recording.t_s[known], values[known])
-    return filled

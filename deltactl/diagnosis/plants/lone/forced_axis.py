@@ -15,14 +15,14 @@ import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
 
 from deltactl.diagnosis.answer.records import NotTestable
-from deltactl.diagnosis.observations.gross_outliers import without_gross
 from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
-from deltactl.diagnosis.observations.needed_columns import filled, needed, refuse_still
+from deltactl.diagnosis.observations.outliers import without_gross
 from deltactl.diagnosis.observations.readings import (
     BoolArray,
     FloatArray,
     IntArray,
     Readings,
+    bridged,
     gather,
 )
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
@@ -37,7 +37,6 @@ from deltactl.diagnosis.plants.regression import (
     instead,
     named,
 )
-from deltactl.foundation.errors import RecordingError
 from deltactl.models.chain.axis import Driven, EffortChain, gravity_pull
 from deltactl.models.effects import Trait, column_of, with_trait
 from deltactl.models.robot import ServoAxis
@@ -45,6 +44,13 @@ from deltactl.recording.column_measures import first_of
 from deltactl.recording.tables.flat import FlatRecording
 
 MEASURED = ("position", "theta_1", "velocity", "effort")
+FEWEST_IN_MOTION = FORCED_AXIS.fewest_forced_rows // 2
+"""Samples in clear motion, below which `admission` refuses a recording."""
+
+
+def prepared(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
+    """Without single readings that are none."""
+    return [without_gross(one, MEASURED) for one in recordings]
 
 
 class ForcedAxis(LeftOver):
@@ -55,46 +61,29 @@ class ForcedAxis(LeftOver):
     ):
         """narrower: the low-pass ends at this share of where the position meets its noise."""
         self.robot, self.source = robot, recordings[0].source
-        recordings = [without_gross(one, MEASURED) for one in recordings]
+        assert robot.inertia is not None
+        recordings = prepared(recordings)
         self._recordings = tuple(recordings)
-        if robot.inertia is None:
-            raise RecordingError(f"{self.source}: effort in needs `inertia` in the robot file")
         self.inertia = robot.inertia
         self.unit = "N" if robot.motion == "linear" else "N m"
-        name = needed(recordings[0], ("position", "theta_1"), "position")
-        self.readings: Readings = gather(
-            recordings,
-            [name],
-            {name: "m" if robot.motion == "linear" else "rad"},
-            FORCED_AXIS.fewest_forced_rows,
-        )
+        name = first_of(recordings[0], ("position", "theta_1")) or "position"
+        unit = {name: "m" if robot.motion == "linear" else "rad"}
+        self.readings: Readings = gather(recordings, [name], unit)
         self.t_s = self.readings.t_s
-        refuse_still(self.readings.values[:, 0], name, self.source)
-        self.position = np.concatenate([filled(r, name) for r in recordings])
-        force = robot.effort_gain * np.concatenate(
-            [filled(r, needed(r, ("effort",), "effort")) for r in recordings]
-        )
-        self.let_go = not float(np.ptp(force)) > 0.0
-        if self.let_go and robot.gravity is None:
-            refuse_still(force, "effort", self.source)
-        self.force = force
+        self.position = np.concatenate([bridged(r, name) for r in recordings])
+        self.force = robot.effort_gain * np.concatenate([bridged(r, "effort") for r in recordings])
+        self.let_go = not float(np.ptp(self.force)) > 0.0
         self.rounding = 0.0
         self.channel = "effort"
-        fewest = FORCED_AXIS.fewest_forced_rows // 2
         for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
             self._low_passed(recordings, narrower * wider)
-            if len(self.rows) >= fewest:
+            if len(self.rows) >= FEWEST_IN_MOTION:
                 break
-        else:
-            raise RecordingError(
-                f"{self.source}: only {len(self.rows)} samples in clear motion, one a filter's"
-                f" memory apart; at least {fewest} are needed to tell anything of the effort:"
-                " record longer, or faster"
-            )
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
         self.beside = np.zeros((len(self.t_s), 0))
-        self.regressors = tuple(self._regressors())
+        enough = len(self.rows) >= FEWEST_IN_MOTION
+        self.regressors = tuple(self._regressors()) if enough else ()
 
     def _low_passed(self, recordings: Sequence[FlatRecording], narrower: float) -> None:
         """Motion and forces behind a low-pass, and the samples that count of them."""
@@ -109,14 +98,14 @@ class ForcedAxis(LeftOver):
     def _motion(self, recordings: Sequence[FlatRecording], narrower: float) -> Motion:
         velocity = None
         if all(first_of(r, ["velocity"]) for r in recordings):
-            velocity = np.concatenate([filled(r, "velocity") for r in recordings])
+            velocity = np.concatenate([bridged(r, "velocity") for r in recordings])
         return motion_of(self.t_s, self.readings.fresh, self.position, velocity, narrower)
 
     def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
         """Effort less what inertia, gravity, load and believed effects need, low-passed, (n,)."""
         motion, robot = self.motion, self.robot
         load = np.concatenate(
-            [filled(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
+            [bridged(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
         )
         effort = self.force / robot.effort_gain
         driven = Driven(
@@ -304,6 +293,10 @@ class ForcedAxis(LeftOver):
 
     def variant(self) -> ForcedAxis:
         """The same under a narrower low-pass: what differs between the two is no knowledge."""
+        return self._narrower
+
+    @cached_property
+    def _narrower(self) -> ForcedAxis:
         return ForcedAxis(self.robot, self._recordings, FORCED_AXIS.narrower)
 
     def not_testable(self) -> list[NotTestable]:

@@ -7,17 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from deltactl.diagnosis.observations.needed_columns import (
-    filled,
-    needed,
-    refuse_other_units,
-    refuse_still,
-)
 from deltactl.diagnosis.observations.readings import (
     BoolArray,
     FloatArray,
     IntArray,
     Readings,
+    bridged,
     gather,
 )
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
@@ -46,17 +41,11 @@ class RangeSensorPlant(LeftOver):
 
     def __init__(self, robot: RangeSensor, recordings: Sequence[FlatRecording]):
         self.robot = robot
-        for recording in recordings:
-            needed(recording, ("distance",), "distance")
-            needed(recording, ("range",), "range")
-        recordings = [_averaged(recording) for recording in recordings]
+        recordings = averaged(recordings)
         self.channel = "range"
-        self.readings: Readings = gather(
-            recordings, [self.channel], {self.channel: "m"}, RANGE_SENSOR.fewest_ranged_rows
-        )
+        self.readings: Readings = gather(recordings, [self.channel], {self.channel: "m"})
         self.t_s = self.readings.t_s
-        self.distance = np.concatenate([filled(r, "distance") for r in recordings])
-        source = recordings[0].source
+        self.distance = np.concatenate([bridged(r, "distance") for r in recordings])
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         self.nominal = self._nominal(recordings)
         self.drawn_on = np.zeros(len(self.t_s))
@@ -64,19 +53,11 @@ class RangeSensorPlant(LeftOver):
         self.valid = self.readings.valid[:, 0] & ~_gross(
             self.observed - self.nominal, self.readings.valid[:, 0]
         )
-        refuse_still(self.observed[self.valid], "range", source)
-        refuse_other_units(
-            self.distance[self.valid],
-            self.observed[self.valid],
-            ("range", "distance"),
-            "m",
-            source,
-        )
         self.rows: IntArray = np.flatnonzero(self.valid)
         self.groups = self._places()
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
         self.beside = np.zeros((len(self.t_s), 0))
-        self.regressors = tuple(self._regressors())
+        self.regressors = tuple(self._regressors()) if len(self.rows) else ()
 
     @property
     def stays(self) -> IntArray:
@@ -257,6 +238,11 @@ def _gross(left: FloatArray, valid: BoolArray) -> BoolArray:
     gross: BoolArray = off > RANGE_SENSOR.gross_from_median * usual
     few = float(gross[valid].mean()) < RANGE_SENSOR.most_gross_ranges
     return gross if few else np.zeros_like(valid)
+
+
+def averaged(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
+    """With no more rows than are worked on."""
+    return [_averaged(recording) for recording in recordings]
 
 
 def _averaged(recording: FlatRecording) -> FlatRecording:

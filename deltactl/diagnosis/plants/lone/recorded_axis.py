@@ -7,20 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
-from deltactl.diagnosis.observations.begun_in_motion import begun_in_motion
-from deltactl.diagnosis.observations.gross_outliers import without_gross
-from deltactl.diagnosis.observations.needed_columns import (
-    filled,
-    needed,
-    refuse_other_units,
-    refuse_still,
-)
 from deltactl.diagnosis.observations.options import OBSERVATIONS
+from deltactl.diagnosis.observations.outliers import begun_in_motion, without_gross
 from deltactl.diagnosis.observations.readings import (
     BoolArray,
     FloatArray,
     IntArray,
     Readings,
+    bridged,
     gather,
 )
 from deltactl.diagnosis.plants.lone.known_effects import Foretold, begun, foretold_by, may_leave
@@ -34,7 +28,6 @@ from deltactl.diagnosis.plants.lone.travel import (
     turns,
 )
 from deltactl.diagnosis.plants.lone.waves import resolved_waves
-from deltactl.foundation.errors import RecordingError
 from deltactl.models.chain.axis import AxisChain, entries_of, gravity_pull
 from deltactl.models.chain.commands import Commands
 from deltactl.models.robot import ServoAxis, StepperAxis
@@ -55,30 +48,17 @@ class RecordedAxis:
 
     def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
         self.robot = robot
-        servo = isinstance(robot, ServoAxis)
-        self.unit = "m" if isinstance(robot, ServoAxis) and robot.motion == "linear" else "rad"
+        self.unit = unit_of(robot)
         self._motor = robot.drive if isinstance(robot, StepperAxis) else None
         self.rad_per_step = self._motor.rad_per_step if self._motor else 0.0
         self._chain = self._bare_chain()
-        recordings = [_thinned(without_gross(one, OBSERVED)) for one in recordings]
-        order = OBSERVED[::-1] if servo else OBSERVED
-        self.name = needed(recordings[0], order, "position" if servo else "theta_1")
-        self.readings: Readings = gather(
-            recordings, [self.name], {self.name: self.unit}, COMMANDED_AXIS.fewest_followed_rows
-        )
+        recordings = prepared(recordings)
+        order = observed_in(robot)
+        self.name = first_of(recordings[0], order) or order[0]
+        self.readings: Readings = gather(recordings, [self.name], {self.name: self.unit})
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         self.t_s = self.readings.t_s
-        self.commanded = np.concatenate([self._commanded(r) for r in recordings])
-        source = recordings[0].source
-        refuse_still(self.commanded, "the command", source)
-        refuse_still(self.readings.values[:, 0], self.name, source)
-        refuse_other_units(
-            self.commanded,
-            self.readings.values[:, 0],
-            (self.name, "the command"),
-            self.unit,
-            source,
-        )
+        self.commanded = np.concatenate([commanded(robot, one) for one in recordings])
         self._commands = [
             Commands.of_angles(self.t_s[p], self.commanded[p, None], self.readings.fresh[p])
             for p in self.parts
@@ -124,20 +104,6 @@ class RecordedAxis:
             return AxisChain("rotary", None, None, self.rad_per_step)
         return AxisChain(robot.motion, robot.gravity, robot.drive_stiffness)
 
-    def _commanded(self, recording: FlatRecording) -> FloatArray:
-        servo = isinstance(self.robot, ServoAxis)
-        name = first_of(recording, COMMANDED[::-1] if servo else COMMANDED)
-        if name is not None:
-            return filled(recording, name)
-        if isinstance(self.robot, StepperAxis) and first_of(recording, ["steps_1"]):
-            if not self.rad_per_step:
-                raise RecordingError(
-                    f"{recording.source}: steps_1 needs a `drive` section in the robot file"
-                )
-            return filled(recording, "steps_1") * self.rad_per_step
-        needed(recording, (), "command" if servo else "command_1")
-        raise AssertionError("needed() raises")
-
     @cached_property
     def parts(self) -> list[FloatArray]:
         """Which rows belong to each recording, (n,) of booleans."""
@@ -148,7 +114,7 @@ class RecordedAxis:
         """Known load on the axis (n,): gravity where the axis is, and what a column gives."""
         at = np.where(self.readings.valid[:, 0], self.observed, self.commanded)
         loads = [
-            filled(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings
+            bridged(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings
         ]
         gravity = self.robot.gravity if isinstance(self.robot, ServoAxis) else None
         load: FloatArray = np.concatenate(loads)
@@ -277,6 +243,34 @@ class RecordedAxis:
         return (
             self.rad_per_step * self._motor.microsteps_per_rev / COMMANDED_AXIS.full_steps_per_turn
         )
+
+
+def unit_of(robot: StepperAxis | ServoAxis) -> str:
+    """Unit of its motion."""
+    return "m" if isinstance(robot, ServoAxis) and robot.motion == "linear" else "rad"
+
+
+def observed_in(robot: StepperAxis | ServoAxis) -> tuple[str, ...]:
+    """Columns that may hold its motion, the first that does counts."""
+    return OBSERVED[::-1] if isinstance(robot, ServoAxis) else OBSERVED
+
+
+def commanded_in(robot: StepperAxis | ServoAxis) -> tuple[str, ...]:
+    """Columns that may hold its command as a motion, the first that does counts."""
+    return COMMANDED[::-1] if isinstance(robot, ServoAxis) else COMMANDED
+
+
+def commanded(robot: StepperAxis | ServoAxis, recording: FlatRecording) -> FloatArray:
+    """The command as a motion (n,); `admission` sees that there is one."""
+    name = first_of(recording, commanded_in(robot))
+    if name is None and isinstance(robot, StepperAxis) and robot.drive:
+        return bridged(recording, "steps_1") * robot.drive.rad_per_step
+    return bridged(recording, name or commanded_in(robot)[0])
+
+
+def prepared(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
+    """Without single readings that are none, and with no more rows than are worked on."""
+    return [_thinned(without_gross(one, OBSERVED)) for one in recordings]
 
 
 def _thinned(recording: FlatRecording) -> FlatRecording:

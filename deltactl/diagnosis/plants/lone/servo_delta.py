@@ -13,19 +13,16 @@ import numpy as np
 
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
-from deltactl.diagnosis.observations.servo_preprocessing import Signals, signals_of
+from deltactl.diagnosis.observations.servo_preprocessing import Signals
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
 from deltactl.diagnosis.plants.spline_terms import KeepsBeside, spline_terms
-from deltactl.foundation.errors import RecordingError
 from deltactl.models.chain.active import Active, activate
 from deltactl.models.chain.servo_delta import Course, ServoChain
 from deltactl.models.effects import card_of
 from deltactl.models.effects.kind import MOTORS, EffectKind
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
-from deltactl.models.robot import DeltaRobot
-from deltactl.recording.tables.flat import FlatRecording
 
 CHANNEL = "disturbance"
 INERTIA = "kg m2"
@@ -39,18 +36,16 @@ class ServoDelta(KeepsBeside):
     unit = "N m"
     averages = False
 
-    def __init__(self, robot: DeltaRobot, recordings: Sequence[FlatRecording]):
-        self.chain = ServoChain(robot)
-        self._signals: list[Signals] = [signals_of(r, self.chain) for r in recordings]
+    fewest = SERVO_JOINTS.joints_of_samples * OBSERVATIONS.fewest_samples
+    """Stretches in clear motion, below which `admission` refuses a recording."""
+
+    def __init__(self, chain: ServoChain, signals: Sequence[Signals]):
+        """signals: of each recording."""
+        self.chain = chain
+        self._signals = list(signals)
         self._courses: list[Course] = [self.chain.course(s.motion) for s in self._signals]
         self.readings = self._laid_end_to_end()
         self.channel = self.readings.names[0]
-        fewest = SERVO_JOINTS.joints_of_samples * OBSERVATIONS.fewest_samples
-        if self.readings.valid.sum() < fewest:
-            raise RecordingError(
-                f"{recordings[0].source}: {int(self.readings.valid.sum())} stretches of 10 ms in "
-                "clear motion; that is too little to tell anything"
-            )
         self.span_s = max(float(np.ptp(s.motion.t_s)) for s in self._signals)
         self.t_s = self.readings.t_s
         self.observed = np.nan_to_num(self.readings.values[:, 0])
@@ -62,7 +57,7 @@ class ServoDelta(KeepsBeside):
         self.rounding = 0.0
         self.drawn_on = np.zeros(len(self.t_s))
         self.beside = np.zeros((len(self.t_s), 0))
-        self.regressors = tuple(self._regressors())
+        self.regressors = tuple(self._regressors()) if len(valid) >= self.fewest else ()
 
     def _laid_end_to_end(self) -> Readings:
         times: list[FloatArray] = []

@@ -1,9 +1,4 @@
-"""What a robot file cannot promise: how exact the machine behind it is at best.
-
-A long recording tells a length to a hundredth of a millimetre, but no machine is like its file to
-that: joints sag under their own weight, a stop gives way under what presses on it. An interval
-says where the truth is, so it has room for such build tolerances, whether seen or not.
-"""
+"""What every machine may be off by as it is built, and what its robot file may be off by."""
 
 from __future__ import annotations
 
@@ -17,8 +12,25 @@ from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Term
+from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.nuisance import Nuisance
+from deltactl.diagnosis.plants.traits import traits_of
 from deltactl.diagnosis.priors.options import PENALTIES
+
+
+def effects_of_building(model: Model) -> set[str]:
+    """The effects that every machine has a little of."""
+    return {nuisance.term.candidate.effect for nuisance in model.tolerances}
+
+
+def within_tolerance(model: Model, term: Term) -> bool:
+    """Whether a wrong size of the machine is within what building leaves."""
+    candidate = term.candidate
+    spreads = {n.term.candidate.key: n.spread for n in model.tolerances}
+    if candidate.effect not in traits_of(model).build_effects or candidate.key not in spreads:
+        return False
+    size = term.at[candidate.moved] - np.array(candidate.shapes[0].origin)[candidate.moved]
+    return bool(np.all(np.abs(size) < PENALTIES.within * np.array(spreads[candidate.key])))
 
 
 def tolerance_columns(fitter: Fitter, around: Sequence[Term]) -> FloatArray:

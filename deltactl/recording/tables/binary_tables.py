@@ -1,9 +1,16 @@
-"""Parquet and MATLAB files; both need the `tables` extra and say so when it is absent."""
+"""Parquet and MATLAB files, and the folders of Parquet that LeRobot data sets are.
+
+Both formats need the `tables` extra and say so when it is absent. LeRobot's versions 2 (a file an
+episode) and 3 (several episodes a file) have what their columns are in `meta/info.json`:
+https://huggingface.co/docs/lerobot/lerobot-dataset-v3
+"""
 
 from __future__ import annotations
 
 import importlib
+import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,6 +27,64 @@ from deltactl.recording.tables.flat import (
     FlatRecording,
     from_columns,
 )
+
+INFO = Path("meta", "info.json")
+JOINTS = ("action", "observation.state")
+"""Features with one value a joint: what was asked of them, and what came of it."""
+FOLDERS_UP = 3
+"""From a file of a data set to its folder: data/chunk-000/file-000.parquet."""
+
+
+def is_data_set(path: Path) -> bool:
+    """Whether a path is the folder of a LeRobot data set."""
+    return (path / INFO).is_file()
+
+
+def one_joint_at_a_time(path: Path) -> RecordingError:
+    """What is said where a whole data set is to be diagnosed."""
+    return RecordingError(
+        f"{path}: is a LeRobot data set; one of its joints is diagnosed at a time;"
+        f" which options choose it: deltactl diagnose --inspect {path}"
+    )
+
+
+def files_of(path: Path) -> list[Path]:
+    """The tables of a data set, in the order of their episodes; raises RecordingError without any.
+
+    Files whose data were not fetched (Git LFS) are refused where they are read.
+    """
+    files = sorted((path / "data").glob("*/*.parquet"))
+    if not files:
+        raise RecordingError(
+            f"{path}: is a LeRobot data set without data/chunk-*/*.parquet; fetch those files too"
+        )
+    return files
+
+
+def names_of(path: Path) -> dict[str, list[str]]:
+    """Names of the joints by feature, of a data set or of a file in one; empty where none is said.
+
+    Raises RecordingError where meta/info.json is not what it should be.
+    """
+    folders = [path, *path.resolve().parents[:FOLDERS_UP]]
+    folder = next((one for one in folders if is_data_set(one)), None)
+    if folder is None:
+        return {}
+    try:
+        features = json.loads((folder / INFO).read_text(encoding="utf-8"))["features"]
+        found = {name: _listed(features[name].get("names")) for name in JOINTS if name in features}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RecordingError(f"{folder / INFO}: is not that of a LeRobot data set") from error
+    return {name: names for name, names in found.items() if names}
+
+
+def _listed(names: Any) -> list[str]:
+    """Names of joints: a list, or a list under a heading such as `motors` (version 2.0)."""
+    if isinstance(names, Mapping):
+        names = next(iter(names.values()), [])
+    plain = isinstance(names, list) and all(isinstance(name, str) for name in names)
+    return names if plain and len(set(names)) == len(names) else []
+
 
 MOST_CELLS = 80_000_000
 """A day at 50 Hz in eighteen columns; twice 0.6 GB in memory while it is read."""

@@ -1,0 +1,90 @@
+"""What the door says of a recording: refusals, which end a diagnosis, and doubts, which do not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import NoReturn
+
+from deltactl.foundation.errors import RefusedRecording
+
+
+class Kind(StrEnum):
+    """What is wrong with a recording, for whoever does not read the sentence."""
+
+    COLUMNS = "columns"
+    """A column that the diagnosis of such a machine needs is missing, or empty."""
+    EMPTY = "empty"
+    """A column has too few readings."""
+    SHORT = "short"
+    """There are too few rows, or too few of them in motion."""
+    LONG = "long"
+    """There are too many recordings for one diagnosis."""
+    STILL = "still"
+    """Nothing moves, or a reading never changes."""
+    TIMES = "times"
+    """The times are no seconds."""
+    UNITS = "units"
+    """Values in another unit than they are read in."""
+    SIGN = "sign"
+    """A column has the wrong sign."""
+    EXCHANGED = "exchanged"
+    """Two columns, motors or encoders stand in each other's place."""
+    ROBOT_FILE = "robot_file"
+    """The robot file lacks what these columns need."""
+    ANOTHER_MACHINE = "another_machine"
+    """The recording is of another machine than the robot file."""
+    BROKEN = "broken"
+    """The machine was the file's until something broke."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why a recording is not diagnosed: what is wrong, where, and what to do.
+
+    source: the recording's name; empty where it is about all that were given. row, t_s: the first
+    place at which it is wrong, where there is one.
+    """
+
+    kind: Kind
+    why: str
+    remedy: str = ""
+    source: str = ""
+    column: str = ""
+    row: int | None = None
+    t_s: float | None = None
+    between: str = "; "
+    """Between what is wrong and what to do."""
+
+    @property
+    def says(self) -> str:
+        """All of it in one line."""
+        where = f"{self.source}: " if self.source else ""
+        remedy = f"{self.between}{self.remedy}" if self.remedy else ""
+        return f"{where}{self.why}{remedy}"
+
+    def error(self) -> RefusedRecording:
+        """The same to be raised."""
+        error = RefusedRecording(self.says)
+        error.refusal = self
+        return error
+
+    def of(self, sources: str) -> Refusal:
+        """The same, which names these recordings where it names none."""
+        return self if self.source else replace(self, source=sources)
+
+
+def refuse(
+    kind: Kind, source: str, why: str, remedy: str = "", between: str = "; ", column: str = ""
+) -> NoReturn:
+    """Raise a refusal, see `Refusal`. Raises RefusedRecording."""
+    raise Refusal(kind, why, remedy, source, column, between=between).error()
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """What makes an answer doubtful and refuses nothing: a sentence that is kept in the answer."""
+
+    source: str
+    column: str
+    says: str

@@ -1,0 +1,184 @@
+"""The ways from an admitted machine to its answer: a delta, an axis, a sensor, a servo robot.
+
+A servo robot is looked at in two parts: torques by the disturbances, geometry by the sensors. The
+encoders say where the arms were, so sensors are compared with the measured angles, not with what
+was asked for; what following costs is the torques' business.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
+from deltactl.diagnosis.admission.axis_match import check_together, too_large
+from deltactl.diagnosis.answer.records import (
+    Diagnosis,
+    Finding,
+    NotTestable,
+    Picture,
+    Verdict,
+)
+from deltactl.diagnosis.evidence.detection import Progress
+from deltactl.diagnosis.pipelines.nonlinear import diagnose_model
+from deltactl.diagnosis.pipelines.regression import diagnose_plant
+from deltactl.diagnosis.plants.delta.next_runs import next_runs
+from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
+from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
+from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
+from deltactl.diagnosis.report.summary import kinds_of, spoken, told
+from deltactl.models.effects.kind import MOTORS
+from deltactl.models.effects.servo_joints import SERVO_EFFECTS
+from deltactl.models.robot import DeltaRobot, ServoAxis
+
+
+def diagnosed(
+    admission: Admission,
+    progress: Progress = lambda _: None,
+    limits: MotionLimits | None = None,
+    thorough: bool = False,
+) -> Diagnosis:
+    """The answer, by the kind of machine. Raises RefusedRecording for what was not admitted.
+
+    limits: for the run that is proposed. thorough: go on beyond the limit of work.
+    """
+    machine = admission.passed()
+    if isinstance(machine, Delta):
+        drive = machine.model.robot.drive
+        return _delta(machine, drive.rad_per_step if drive else 0.0, progress, limits, thorough)
+    if isinstance(machine, Lone):
+        if isinstance(machine.plant, ServoDelta):
+            return _joints(machine, progress)
+        return _axis(admission, machine, progress)
+    outside = _delta(machine.outside, 0.0, progress, limits, thorough)
+    if not isinstance(machine.torques, Lone):
+        return _alone(outside, machine.torques.says)
+    return joined(_joints(machine.torques, progress), told(outside))
+
+
+def _delta(
+    machine: Delta,
+    rad_per_step: float,
+    progress: Progress,
+    limits: MotionLimits | None,
+    thorough: bool,
+) -> Diagnosis:
+    runs = partial(next_runs, machine.model, limits)
+    return diagnose_model(machine.model, rad_per_step, machine.held_out, progress, runs, thorough)
+
+
+def _axis(admission: Admission, machine: Lone, progress: Progress) -> Diagnosis:
+    """A single axis or a sensor."""
+    robot = admission.robot
+    assert not isinstance(robot, DeltaRobot)
+    plant, recording = machine.plant, admission.recordings[0]
+    try:
+        answer = diagnose_plant(plant, machine.others, progress, machine.singles)
+    except OverflowError:
+        raise too_large() from None
+    if isinstance(plant, CommandedAxis):
+        check_together(plant, answer.fit, answer.findings, recording)
+    # Whether nobody need be asked to enter in the robot file what pulls at it.
+    pull_said = not isinstance(robot, ServoAxis) or robot.gravity is not None
+    answer = answer.model_copy(update={"pull_said": pull_said})
+    return spoken(answer, kinds_of(robot, answer), _left_out(machine), robot.effects)
+
+
+def _joints(machine: Lone, progress: Progress) -> Diagnosis:
+    """A servo delta by its disturbance estimates."""
+    plant = machine.plant
+    assert isinstance(plant, ServoDelta)
+    try:
+        answer = diagnose_plant(plant, machine.others, progress)
+    except OverflowError:
+        raise too_large() from None
+    first = float(plant.readings.t_s[0])
+    found = [_of_joint(finding, first, plant.span_s) for finding in answer.findings]
+    pictured = answer.model_copy(update={"findings": found, "picture": joint_channels(answer)})
+    return spoken(pictured, SERVO_EFFECTS, _left_out(machine))
+
+
+def _left_out(machine: Lone) -> list[str]:
+    return [refusal.says for refusal in machine.left_out]
+
+
+def _of_joint(finding: Finding, first_s: float, span_s: float) -> Finding:
+    """Its place in the recording's own time, on the channels of its joint."""
+    joints = finding.component[-1] if finding.component in MOTORS else "123"
+    axes = [f"{CHANNEL}_{joint}" for joint in joints]
+    where = finding.where.model_copy(
+        update={"axes": axes, "times_s": [(first_s, first_s + span_s)], "recordings": [1]}
+    )
+    return finding.model_copy(update={"where": where})
+
+
+def joint_channels(answer: Diagnosis) -> Picture | None:
+    """One channel a joint, in the recording's own time, of three that stood end to end."""
+    picture = answer.picture
+    if picture is None:
+        return None
+    (whole,) = picture.channels
+    third = len(picture.t_s) // 3
+    parts = [slice(third * j, third * (j + 1)) for j in range(3)]
+    channels = [
+        whole.model_copy(
+            update={"name": f"{CHANNEL}_{j + 1}"}
+            | {name: getattr(whole, name)[rows] for name in ("observed", "before", "after")}
+        )
+        for j, rows in enumerate(parts)
+    ]
+    names = {"position": "theta", "velocity": "speed"}
+    covariates = {
+        f"{new}_{j + 1}": picture.covariates[old][rows]
+        for old, new in names.items()
+        for j, rows in enumerate(parts)
+    }
+    return Picture(t_s=picture.t_s[:third], channels=channels, covariates=covariates)
+
+
+def _alone(outside: Diagnosis, why: str) -> Diagnosis:
+    """Geometry only: the torques could not be read, and the answer says why."""
+    untested = [
+        NotTestable(effect=kind.name, component=component, why=why)
+        for kind in SERVO_EFFECTS.values()
+        for component in kind.components
+    ]
+    return outside.model_copy(
+        update={
+            "not_testable": [*outside.not_testable, *untested],
+            "not_read": [why],
+        }
+    )
+
+
+def joined(torques: Diagnosis, outside: Diagnosis) -> Diagnosis:
+    """Findings of both; figures and pictures are those of the part that found more."""
+    first, second = (
+        (torques, outside) if _weight(torques) >= _weight(outside) else (outside, torques)
+    )
+    untested = [one for one in outside.not_testable if one.effect not in SERVO_EFFECTS]
+    return first.model_copy(
+        update={
+            "verdict": _verdict([torques.verdict, outside.verdict]),
+            # Two looks at one machine: the smaller p by chance is likelier.
+            "false_alarm_p": min(1.0, 2.0 * min(torques.false_alarm_p, outside.false_alarm_p)),
+            "findings": [*first.findings, *second.findings],
+            "not_testable": [*torques.not_testable, *untested],
+            "smallest_detectable": [*torques.smallest_detectable, *outside.smallest_detectable],
+            "loosely_built": outside.loosely_built,
+            "allowed_for": outside.allowed_for,
+            "next_experiment": outside.next_experiment,
+            "says": [*first.says, *second.says],
+        }
+    )
+
+
+def _weight(answer: Diagnosis) -> tuple[bool, float]:
+    return bool(answer.findings), sum(finding.evidence.delta_chi2 for finding in answer.findings)
+
+
+def _verdict(both: Sequence[Verdict]) -> Verdict:
+    told = {one for one in both if one != "nothing_missing"}
+    if not told:
+        return "nothing_missing"
+    return told.pop() if len(told) == 1 else "partly_explained"
