@@ -22,7 +22,6 @@ from bokeh.models import (
     Range1d,
     ResetTool,
     Scatter,
-    Step,
     VArea,
     VBar,
     WheelZoomTool,
@@ -164,7 +163,7 @@ def _source(
 ) -> ColumnDataSource:
     """Where the series' numbers stand; series over the same x share it."""
     x = numbers(series["x"])
-    same = [one for one in sources if np.array_equal(one[0], x) and series["sorted"]]
+    same = [source for source in sources if np.array_equal(source[0], x) and series["sorted"]]
     if not same:
         same = [(x, ColumnDataSource({"x": x}), [])]
         sources += same
@@ -191,8 +190,6 @@ def _series(plot: Plot, source: ColumnDataSource, number: int, series: dict[str,
     elif style == "bars":
         width = 0.94 * _bar_width(np.asarray(source.data["x"], dtype=np.float64))
         glyph = VBar(x=x, top=y, bottom=0, width=width, line_width=0)
-    elif style == "step":
-        glyph = Step(x=x, y=y, mode="after", line_width=1.6)
     else:
         glyph = Line(x=x, y=y, line_width=1.6, line_join="round")
         if series["dashed"]:
@@ -261,7 +258,7 @@ def _spans(plot: Plot, spec: dict[str, Any]) -> None:
 def _zero(plot: Plot, spec: dict[str, Any]) -> None:
     """A line at zero where curves lie on both sides of it."""
     values = [unpack(series["y"]) for series in spec["series"]]
-    if any(np.nanmin(one, initial=0.0) < 0.0 < np.nanmax(one, initial=0.0) for one in values):
+    if any(np.nanmin(shown, initial=0.0) < 0.0 < np.nanmax(shown, initial=0.0) for shown in values):
         line = Span(location=0.0, dimension="width", level="underlay", css_variables=_line("axis"))
         plot.add_layout(line)
 
@@ -271,7 +268,7 @@ def _marks(plot: Plot, spec: dict[str, Any]) -> None:
     low, high = spec["home"]
     free = [low, low]
     a_letter = (high - low) / LETTERS_ACROSS
-    for mark in sorted(spec["marks"], key=lambda one: float(one["x"])):
+    for mark in sorted(spec["marks"], key=lambda drawn: float(drawn["x"])):
         x, colour = float(mark["x"]), mark["colour"]
         if not low <= x <= high:
             continue

@@ -146,58 +146,6 @@ class HeatStrip:
         return figure(self.title, spec, HEAT_ROW_PX * len(self.rows) + HEAT_AROUND_PX, note)
 
 
-@dataclass(frozen=True)
-class Bar:
-    """One bar; low and high are the ends of its interval."""
-
-    name: str
-    value: float
-    low: float | None = None
-    high: float | None = None
-    colour: Colour = Colour.FIRST
-    text: str = ""
-    """What stands behind it; the value if empty."""
-
-
-@dataclass(frozen=True)
-class BarChart:
-    """Horizontal bars from zero with room for long names; needs no script."""
-
-    title: str
-    unit: str
-    bars: Sequence[Bar]
-    note: str = ""
-
-    def html(self) -> str:
-        """The chart as HTML."""
-        ends = [value for bar in self.bars for value in (bar.value, bar.low, bar.high, 0.0)]
-        finite = [value for value in ends if value is not None and np.isfinite(value)]
-        low, high = min(finite, default=0.0), max(finite, default=1.0)
-        size = high - low or 1.0
-        rows = "".join(self._row(bar, low, size) for bar in self.bars)
-        name = html.escape(self.title, quote=True)
-        return (
-            f'<figure class="bars" role="figure" aria-label="{name}">'
-            f"<figcaption>{html.escape(self.title)}</figcaption>"
-            f"{rows}{_note(self.note)}</figure>"
-        )
-
-    def _row(self, bar: Bar, low: float, size: float) -> str:
-        def part(value: float) -> float:
-            return 100.0 * (value - low) / size
-
-        start, end = sorted((part(0.0), part(bar.value)))
-        marks = f'<i style="left:{start:.3f}%;width:{end - start:.3f}%"></i>'
-        if bar.low is not None and bar.high is not None:
-            left, right = part(bar.low), part(bar.high)
-            marks += f'<b style="left:{left:.3f}%;width:{right - left:.3f}%"></b>'
-        text = bar.text or f"{bar.value:.4g} {self.unit}"
-        return (
-            f'<div class="bar" data-colour="{bar.colour.value}"><span>{html.escape(bar.name)}'
-            f"</span><div>{marks}</div><span>{html.escape(text)}</span></div>"
-        )
-
-
 def figure(title: str, spec: dict[str, Any], height_px: int, note: str) -> str:
     """A figure with its data; `deltactl.charts.page.page` draws those of a page together."""
     name = html.escape(title, quote=True)

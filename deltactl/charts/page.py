@@ -51,7 +51,7 @@ def _numbered(text: str) -> str:
     names: dict[str, str] = {}
     for found in re.finditer(r'"id":"(p\d+)"', text):
         names.setdefault(found[1], f"p{len(names) + 1}")
-    return re.sub(r'"(p\d+)"(?=[],}:])', lambda one: f'"{names.get(one[1], one[1])}"', text)
+    return re.sub(r'"(p\d+)"(?=[],}:])', lambda found: f'"{names.get(found[1], found[1])}"', text)
 
 
 @cache
@@ -78,17 +78,17 @@ def _homes(specs: Sequence[dict[str, Any]]) -> None:
 def _fit(specs: Sequence[dict[str, Any]]) -> bool:
     """Thin the longest series until all fit; whether any lost points."""
     series = list(itertools.chain.from_iterable(spec.get("series", ()) for spec in specs))
-    sizes = np.array([len(one["y"]["f32"]) for one in series], dtype=np.float64)
-    columns = np.array([2 + 2 * ("low" in one) for one in series])
+    sizes = np.array([len(curve["y"]["f32"]) for curve in series], dtype=np.float64)
+    columns = np.array([2 + 2 * ("low" in curve) for curve in series])
     most = _longest(sizes, columns)
     points = int(most / BYTES_A_NUMBER)
-    for one, size in zip(series, sizes, strict=True):
+    for curve, size in zip(series, sizes, strict=True):
         if size > most:
-            x, y = unpack(one["x"]), unpack(one["y"])
+            x, y = unpack(curve["x"]), unpack(curve["y"])
             kept = keep(x, y, max(points, FEWEST_POINTS))
             for name in ("x", "y", "low", "high"):
-                if name in one:
-                    one[name] = pack(unpack(one[name])[kept])
+                if name in curve:
+                    curve[name] = pack(unpack(curve[name])[kept])
     return bool((sizes > most).any())
 
 

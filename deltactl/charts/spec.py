@@ -57,8 +57,6 @@ class Style(enum.Enum):
 
     LINE = "line"
     POINTS = "points"
-    STEP = "step"
-    """The value holds until the next point."""
     BARS = "bars"
     """Columns from zero, one a point, as wide as the points are apart."""
 

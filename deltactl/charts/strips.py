@@ -64,12 +64,12 @@ def home(spec: dict[str, Any]) -> tuple[float, float]:
 def _cells(cells: list[dict[str, Any]], state: int | None) -> ColumnDataSource:
     """The cells of one state, or all that hold a value."""
     parts: dict[str, list[Any]] = {name: [] for name in ("left", "right", "top", "bottom", "value")}
-    for row, one in enumerate(cells):
-        value = unpack(one["value"])
+    for row, cell in enumerate(cells):
+        value = unpack(cell["value"])
         chosen = np.isfinite(value) if state is None else np.round(value) == state
         top = np.full(int(chosen.sum()), row + 0.08)
-        parts["left"].append(numbers(one["start"])[chosen])
-        parts["right"].append(numbers(one["end"])[chosen])
+        parts["left"].append(numbers(cell["start"])[chosen])
+        parts["right"].append(numbers(cell["end"])[chosen])
         parts["top"].append(top)
         parts["bottom"].append(top + 0.84)
         parts["value"].append(value[chosen])

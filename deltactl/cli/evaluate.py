@@ -113,7 +113,7 @@ def _held_out(
         _show(held.words, found)
     return {
         "judged_by": held.words,
-        "held_out": {name: one.as_json() for name, one in found.items()},
+        "held_out": {name: error.as_json() for name, error in found.items()},
     }
 
 
@@ -138,7 +138,7 @@ def _asked_where_seen(
         return lambda seen_m: angles(true_m(found, seen_m))
 
     true = {"calibrated"} | ({"network"} if metadata.training.recipe == "ours" else set())
-    return {name: with_truth(one) if name in true else one for name, one in models.items()}
+    return {name: with_truth(model) if name in true else model for name, model in models.items()}
 
 
 def _show(words: str, found: dict[str, Errors]) -> None:
@@ -147,14 +147,14 @@ def _show(words: str, found: dict[str, Errors]) -> None:
     rows = [
         [
             name,
-            *(f"{value:.3f}" for value in one.joint_median_deg),
-            *(f"{value:.3f}" for value in one.joint_rms_deg),
-            f"{one.joint_max_deg.max():.2f}",
-            *(f"{1e3 * value:.2f}" for value in one.axis_rms_m),
-            f"{1e3 * one.axis_max_m.max():.1f}",
-            str(one.unanswered),
+            *(f"{value:.3f}" for value in error.joint_median_deg),
+            *(f"{value:.3f}" for value in error.joint_rms_deg),
+            f"{error.joint_max_deg.max():.2f}",
+            *(f"{1e3 * value:.2f}" for value in error.axis_rms_m),
+            f"{1e3 * error.axis_max_m.max():.1f}",
+            str(error.unanswered),
         ]
-        for name, one in found.items()
+        for name, error in found.items()
     ]
     head = [
         "model",

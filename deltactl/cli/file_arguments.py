@@ -70,7 +70,7 @@ def refuse_missing(recordings: Iterable[Path]) -> None:
         if path.exists():
             continue
         folder = path.parent
-        there = [one.name for one in folder.iterdir()] if folder.is_dir() else []
+        there = [entry.name for entry in folder.iterdir()] if folder.is_dir() else []
         close = difflib.get_close_matches(path.name, there, n=1, cutoff=0.75)
         hint = f"; did you mean '{folder / close[0]}'?" if close else ""
         raise RecordingError(f"{path}: no such file{hint}")
@@ -87,7 +87,7 @@ def robot_or_here(named: str | None) -> str:
 
     here = robots_here()
     if len(here) > 1:
-        say = " or ".join(f"--robot {one}" for one in here)
+        say = " or ".join(f"--robot {name}" for name in here)
         raise ConfigError(f"{len(here)} robot files are in this folder; add {say}")
     if here:
         warn(f"Robot file: {here[0]}, the one in this folder.")

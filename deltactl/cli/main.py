@@ -126,7 +126,7 @@ def _robot_file_hint(said: str, error: typer.TyperException) -> str:
     """How a robot file is named where somebody gave it as an argument that is not taken."""
     extra = re.match(r"Got unexpected extra argument\S* \((\S+\.ya?ml)\)", said)
     command = getattr(getattr(error, "ctx", None), "command", None)
-    options = [option for one in getattr(command, "params", []) for option in one.opts]
+    options = [option for parameter in getattr(command, "params", []) for option in parameter.opts]
     return (
         f"; a robot file is named with --robot {extra[1]}" if extra and "--robot" in options else ""
     )

@@ -21,7 +21,9 @@ def unknown_option(error: typer.TyperException) -> str:
     command = getattr(getattr(error, "ctx", None), "command", None)
     if not typed or command is None or "No such option" not in error.format_message():
         return ""
-    options = {name for one in command.params for name in one.opts if name.startswith("--")}
+    options = {
+        name for parameter in command.params for name in parameter.opts if name.startswith("--")
+    }
     if close := _nearest(typed, options):
         return f"No such option: {typed}; did you mean '{close}'?"
     if "--set" in options and (close := _nearest(typed, _set_keys())):
@@ -78,9 +80,9 @@ class Commands(TyperGroup):
 
 def _option_without_value(command: Any, args: list[str]) -> str:
     """What is wrong where an option lacks its value, or has another option there; else empty."""
-    options = [one for one in command.params if one.param_type_name == "option"]
-    names = {name for one in options for name in one.opts}
-    valued = {name: one for one in options if not _alone(one) for name in one.opts}
+    options = [parameter for parameter in command.params if parameter.param_type_name == "option"]
+    names = {name for option in options for name in option.opts}
+    valued = {name: option for option in options if not _alone(option) for name in option.opts}
     typed = list(takewhile(lambda word: word != "--", args))
     for name, value in pairwise(typed):
         if name in valued and value in names:

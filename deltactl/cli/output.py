@@ -141,7 +141,9 @@ FEWEST_DECIMALS, MOST_DECIMALS = 2, 6
 
 def decimals(lengths_m: Iterable[float], digits: int = 2) -> int:
     """Decimals in mm with which the smallest length still shows so many digits."""
-    sizes = [abs(one) * 1e3 for one in lengths_m if math.isfinite(one) and one != 0.0]
+    sizes = [
+        abs(length_m) * 1e3 for length_m in lengths_m if math.isfinite(length_m) and length_m != 0.0
+    ]
     if not sizes:
         return FEWEST_DECIMALS
     needed = digits - 1 - math.floor(math.log10(min(sizes)))

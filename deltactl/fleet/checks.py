@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,11 @@ class Announcement:
     probability: float
     recording: str
 
+    def told(self, date: str = "%Y-%m-%d %H:%M") -> str:
+        """In words; date: how the beginning of the first run is written."""
+        since = datetime.fromtimestamp(self.since_s)
+        return f"{self.says}, since {since:{date}} (probability {self.probability:.2f})"
+
 
 class RunChecks:
     """Checks the recordings of a folder; what it finds lies in `checks/` beside them."""
@@ -75,7 +81,7 @@ class RunChecks:
         for row in latest.values():
             if "verdict" in row:
                 by_robot.setdefault(row["robot"], []).append(row)
-        return [one for rows in by_robot.values() for one in standing(rows)]
+        return [mismatch for rows in by_robot.values() for mismatch in standing(rows)]
 
     def close(self) -> None:
         """Give the files back."""
@@ -109,7 +115,7 @@ class RunChecks:
         return head | self._diagnose(str(path), str(robot))
 
     def _announce(self) -> None:
-        text = json.dumps([asdict(one) for one in self.announced()], indent=1)
+        text = json.dumps([asdict(mismatch) for mismatch in self.announced()], indent=1)
         write_whole(self.folder / ANNOUNCED, text + "\n")
 
 
@@ -118,14 +124,14 @@ def standing(rows: Sequence[Row]) -> list[Announcement]:
     ordered = sorted(rows, key=lambda row: float(row["time_s"]))
     keys = {key for row in ordered for key in _found(row)}
     found = (_standing(ordered, key) for key in sorted(keys))
-    return [one for one in found if one is not None]
+    return [mismatch for mismatch in found if mismatch is not None]
 
 
 def read_announced(recordings: Path) -> list[Announcement]:
     """What a check service wrote; nothing where none runs."""
     try:
         found = json.loads((recordings / FOLDER / ANNOUNCED).read_text(encoding="utf-8"))
-        return [Announcement(**one) for one in found]
+        return [Announcement(**entry) for entry in found]
     except (OSError, ValueError, TypeError):
         return []
 
@@ -139,7 +145,7 @@ def _standing(rows: list[Row], key: tuple[str, str]) -> Announcement | None:
         had.append(row if size else None)
         if size is not None:
             newest = {**size, "recording": row["recording"]}
-        seen = [one for one in had[-OF:] if one is not None]
+        seen = [finding for finding in had[-OF:] if finding is not None]
         if holds:
             holds = any(had[-MISSED:])
         elif len(seen) >= ENOUGH:

@@ -172,7 +172,7 @@ def diagnose_one(recording: str, robot: str) -> Row:
         "noise_floor": fit.noise_floor_m,
         "findings": [row for finding in answer.findings for row in _sizes(finding)],
         "detectable": {
-            f"{one.effect} {one.component}": one.value for one in answer.smallest_detectable
+            f"{least.effect} {least.component}": least.value for least in answer.smallest_detectable
         },
         "seconds": time.monotonic() - started_s,
     }
@@ -198,11 +198,11 @@ def _sizes(finding: Any) -> list[Row]:
                     "share": finding.share_of_mismatch,
                     "alternatives": [
                         {
-                            "effect": one.effect,
-                            "component": one.component,
-                            "probability": one.probability,
+                            "effect": other.effect,
+                            "component": other.component,
+                            "probability": other.probability,
                         }
-                        for one in finding.alternatives
+                        for other in finding.alternatives
                     ],
                 }
             )

@@ -218,8 +218,8 @@ def groups(found: Sequence[Course], moving: Sequence[Trend] = ()) -> list[Group]
         lasting[effect, parameter, course.unit, place].append((robot, component, size, scatter))
     made = []
     for (effect, parameter, unit, _), members in lasting.items():
-        for one in _alike(sorted(members, key=lambda member: member[2])):
-            group = Group(effect, parameter, unit, tuple(member[:3] for member in one))
+        for batch in _alike(sorted(members, key=lambda member: member[2])):
+            group = Group(effect, parameter, unit, tuple(member[:3] for member in batch))
             if len(group.robots) >= FEWEST_ALIKE:
                 made.append(group)
     return sorted(made, key=lambda group: -len(group.robots))
@@ -270,7 +270,7 @@ class Sisters:
             if "error" in row:
                 continue
             runs[row["robot"]] += 1
-            for kind in {_kind(one) for one in row["findings"]}:
+            for kind in {_kind(size) for size in row["findings"]}:
                 found[row["robot"], kind] += 1
         lasts_on = {
             robot: frozenset(
@@ -322,10 +322,10 @@ def _sharper(known: Sisters, robot: str, size: Row) -> Row:
     if alone is None:
         return size
     its = _kind(size)
-    rivals = [one for one in size.get("alternatives", ()) if one["probability"] is not None]
+    rivals = [rival for rival in size.get("alternatives", ()) if rival["probability"] is not None]
     weights = [alone * known.ratio(robot, its)]
-    weights += [one["probability"] * known.ratio(robot, _kind(one)) for one in rivals]
-    neither = max(0.0, 1.0 - alone - sum(one["probability"] for one in rivals))
+    weights += [rival["probability"] * known.ratio(robot, _kind(rival)) for rival in rivals]
+    neither = max(0.0, 1.0 - alone - sum(rival["probability"] for rival in rivals))
     total = sum(weights) + neither
     best = max(range(len(weights)), key=weights.__getitem__)
     rather = rivals[best - 1] if best else None

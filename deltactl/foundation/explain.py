@@ -66,8 +66,8 @@ def mistakes_in(errors: Sequence[Any], in_file: Container[Location], most: int) 
     errors and to `most` squared, so a file with a mistake in every row holds nobody up.
     """
     # A misspelt key is also a missing one: the misspelling is what the user can see.
-    ordered = sorted(errors, key=lambda one: one["type"] != "extra_forbidden")
-    left = [Found(_place(one["loc"], in_file), one) for one in ordered[: most * ERRORS_EACH]]
+    ordered = sorted(errors, key=lambda error: error["type"] != "extra_forbidden")
+    left = [Found(_place(error["loc"], in_file), error) for error in ordered[: most * ERRORS_EACH]]
     found: list[Found] = []
     in_mm: list[tuple[Location, float]] = []
     while left and len(found) < most:
@@ -76,11 +76,11 @@ def mistakes_in(errors: Sequence[Any], in_file: Container[Location], most: int) 
             in_mm.append((worst.place, worst.error["input"] / 1e3))
         else:
             found.append(worst)
-        left = [one for one in left if one is not worst and not _same(worst, one)]
+        left = [other for other in left if other is not worst and not _same(worst, other)]
         if worst.error["type"] == "extra_forbidden":
             left = _without_the_meant(worst.error["loc"], left)
     if in_mm:
-        in_mm.sort(key=lambda one: [str(part) for part in one[0]])
+        in_mm.sort(key=lambda entry: [str(part) for part in entry[0]])
         found.append(Found(in_mm[0][0], None, tuple(in_mm)))
     return found
 
@@ -108,16 +108,18 @@ def _lacks_a_key(error: Any) -> bool:
 def _without_the_meant(misspelt: Location, left: list[Found]) -> list[Found]:
     """The errors less that of the one missing key beside a misspelt one that was meant by it."""
     missing = [
-        one
-        for one in left
-        if one.error["type"] == "missing" and one.error["loc"][:-1] == misspelt[:-1]
+        found
+        for found in left
+        if found.error["type"] == "missing" and found.error["loc"][:-1] == misspelt[:-1]
     ]
     if not missing:
         return left
-    names = [str(one.error["loc"][-1]) for one in missing]
+    names = [str(found.error["loc"][-1]) for found in missing]
     close = _nearest(str(misspelt[-1]), names, SIMILAR)
-    meant = [id(one) for one in missing if str(one.error["loc"][-1]) == close] or [id(missing[0])]
-    return [one for one in left if id(one) not in meant]
+    meant = [id(found) for found in missing if str(found.error["loc"][-1]) == close] or [
+        id(missing[0])
+    ]
+    return [found for found in left if id(found) not in meant]
 
 
 def _nearest(key: str, names: list[str], least: float) -> str | None:
@@ -191,8 +193,10 @@ def _worst(left: Sequence[Found]) -> Found:
     """The one to report first."""
     # Of the errors that the members of a union give for one value, the innermost says most.
     place = left[0].place
-    same = [one for one in left if one.place[: len(place)] == place]
-    return max(same, key=lambda one: (len(one.place), not one.error["type"].endswith("_type")))
+    same = [found for found in left if found.place[: len(place)] == place]
+    return max(
+        same, key=lambda found: (len(found.place), not found.error["type"].endswith("_type"))
+    )
 
 
 def _place(loc: Location, in_file: Container[Location]) -> Location:

@@ -77,7 +77,7 @@ def first_parts(value: Any, most: int, model: type[BaseModel]) -> Any:
 
 def _first_parts(value: Any, most: int, kept: frozenset[str]) -> Any:
     if isinstance(value, list):
-        return [_first_parts(one, most, kept) for one in value[:most]]
+        return [_first_parts(part, most, kept) for part in value[:most]]
     if not isinstance(value, dict):
         return value
     first = set(islice(value, most)) | (kept & value.keys())
@@ -116,7 +116,7 @@ def _next(candidates: Sequence[Any], before: str | int, part: str | int) -> list
     """Where a part leads from several models; behind a number it may be a member's own key, which
     names it, as `repeat` does among the steps of a job.
     """
-    named = [one for one in candidates if part in getattr(one, "model_fields", {})]
+    named = [model for model in candidates if part in getattr(model, "model_fields", {})]
     if named and isinstance(before, int) and len(candidates) > 1:
         return named
     return [inner for candidate in candidates for inner in _step_into(candidate, part)]

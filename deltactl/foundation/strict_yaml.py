@@ -52,8 +52,10 @@ class RuledModel(StrictModel):
 
 @cache
 def _rules(model: type[BaseModel]) -> tuple[Callable[[Any], None], ...]:
-    found = {name: one for base in reversed(model.__mro__) for name, one in vars(base).items()}
-    return tuple(one for one in found.values() if getattr(one, "of_keys", None))
+    found = {
+        name: member for base in reversed(model.__mro__) for name, member in vars(base).items()
+    }
+    return tuple(member for member in found.values() if getattr(member, "of_keys", None))
 
 
 def broken_rules(
@@ -108,14 +110,14 @@ def _meant(candidates: list[type[BaseModel]], data: Mapping[str, Any]) -> type[B
     """The model that a section is meant for: by its tag, else by the keys that it must have."""
     if len(candidates) == 1:
         return candidates[0]
-    return next((one for one in candidates if _is_meant(one, data)), None)
+    return next((candidate for candidate in candidates if _is_meant(candidate, data)), None)
 
 
 def _is_meant(model: type[BaseModel], data: Mapping[str, Any]) -> bool:
     for name, field in model.model_fields.items():
         if get_origin(field.annotation) is Literal and len(get_args(field.annotation)) == 1:
             return bool(data.get(name, field.default) == get_args(field.annotation)[0])
-    return all(name in data for name, one in model.model_fields.items() if one.is_required())
+    return all(name in data for name, field in model.model_fields.items() if field.is_required())
 
 
 __all__ = ["Document", "StrictModel", "load", "text_of"]
@@ -190,7 +192,7 @@ class Document:
                 model.model_validate_json(json.dumps(first_parts(values, most, model)))
             except ValidationError as error:
                 # What a section says as a whole may follow from what was left out.
-                errors = [one for one in error.errors() if one["type"] not in OF_WHOLE]
+                errors = [problem for problem in error.errors() if problem["type"] not in OF_WHOLE]
                 if errors:
                     raise self._refused(model, errors, in_part=True) from None
         try:
@@ -210,8 +212,8 @@ class Document:
     ) -> ConfigError:
         """in_part: the errors are those of the first parts of the file."""
         found = mistakes_in(errors, self._tree, MOST_COUNTED)
-        found.sort(key=lambda one: self.line_of(one.place))
-        said = [one.says(model, self._tree) for one in found[:MOST_MISTAKES]]
+        found.sort(key=lambda mistake: self.line_of(mistake.place))
+        said = [mistake.says(model, self._tree) for mistake in found[:MOST_MISTAKES]]
         listed = list(dict.fromkeys([*said, *islice(rules, MOST_COUNTED)]))
         listed.sort(key=lambda mistake: self.line_of(mistake[0]))
         of = len(found) - len(said) + len(listed)

@@ -139,14 +139,14 @@ def _bounds(field: Any) -> tuple[str, str]:
     )
     reason = (field.description if isinstance(field, FieldInfo) else None) or ""
     words: dict[str, str] = {}
-    for one in metadata:
-        if isinstance(one, FieldInfo):
-            inner, why = _bounds(one)
+    for bound in metadata:
+        if isinstance(bound, FieldInfo):
+            inner, why = _bounds(bound)
             words["field"] = inner
             reason = reason or why
             continue
         for name, sign in (SIGNS | LENGTHS).items():
-            if (value := getattr(one, name, None)) is not None:
+            if (value := getattr(bound, name, None)) is not None:
                 words[name] = f"{sign} {value:,}" if isinstance(value, int) else f"{sign} {value:g}"
     if words:
         return " ".join(word for word in words.values() if word), reason
@@ -180,9 +180,11 @@ def _docstrings(model: type[BaseModel]) -> dict[str, str]:
             continue
         body = ast.parse(textwrap.dedent(inspect.getsource(base))).body[0]
         assert isinstance(body, ast.ClassDef)
-        for one, after in zip(body.body, body.body[1:], strict=False):
-            if not (isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name)):
+        for statement, after in zip(body.body, body.body[1:], strict=False):
+            if not (
+                isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name)
+            ):
                 continue
             if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
-                found[one.target.id] = " ".join(str(after.value.value).split())
+                found[statement.target.id] = " ".join(str(after.value.value).split())
     return found

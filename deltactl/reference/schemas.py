@@ -54,16 +54,18 @@ def _shared(made: dict[str, Schema]) -> dict[str, Schema]:
     """Definitions of what several entries demand of an effect; the entries then refer to them."""
     places: dict[str, list[Schema]] = {}
     for entry in made.values():
-        for one in entry["allOf"]:
-            places.setdefault(json.dumps(one["if"]) + json.dumps(one["then"]), []).append(one)
+        for demand in entry["allOf"]:
+            places.setdefault(json.dumps(demand["if"]) + json.dumps(demand["then"]), []).append(
+                demand
+            )
     shared: dict[str, Schema] = {}
     for alike in places.values():
         if len(alike) > 1:
             effect = alike[0]["if"]["properties"]["effect"]["const"]
-            name = f"{effect}_{sum(one.startswith(effect) for one in shared) + 1}"
+            name = f"{effect}_{sum(known.startswith(effect) for known in shared) + 1}"
             shared[name] = alike[0]["then"]
-            for one in alike:
-                one["then"] = {"$ref": f"#/$defs/{name}"}
+            for demand in alike:
+                demand["then"] = {"$ref": f"#/$defs/{name}"}
     return shared
 
 
@@ -95,12 +97,12 @@ def _if_effect(name: str, shapes: list[Schema]) -> Schema:
 
 def _shape(kind: EffectKind, other_names: Mapping[str, str]) -> Schema:
     """Component and parameters of one effect, under either of their names."""
-    needed = [one.name for one in kind.parameters if one.default is None]
+    needed = [parameter.name for parameter in kind.parameters if parameter.default is None]
     properties: Schema = {}
-    for one in kind.parameters:
-        properties[one.name] = _parameter(kind, one)
-        if one.name in other_names:
-            properties[other_names[one.name]] = _parameter(kind, one)
+    for parameter in kind.parameters:
+        properties[parameter.name] = _parameter(kind, parameter)
+        if parameter.name in other_names:
+            properties[other_names[parameter.name]] = _parameter(kind, parameter)
     parameters: Schema = {
         "type": "object",
         "properties": properties,
@@ -119,37 +121,43 @@ def _needs(name: str, other: str) -> Schema:
     return {"oneOf": [{"required": [name]}, {"required": [other]}]}
 
 
-def _parameter(kind: EffectKind, one: Parameter) -> Schema:
-    bounds = {"minimum": one.low, "maximum": one.high}
+def _parameter(kind: EffectKind, parameter: Parameter) -> Schema:
+    bounds = {"minimum": parameter.low, "maximum": parameter.high}
     number: Schema = {"type": "number"} | {k: v for k, v in bounds.items() if math.isfinite(v)}
-    if one.size > 1:
-        least = 2 if one.up_to else one.size
-        number = {"type": "array", "items": number, "minItems": least, "maxItems": one.size}
-    elif one.default is not None and math.isfinite(one.default):
-        number["default"] = one.default
-    unit = "a ratio" if one.unit == "1" else one.unit
+    if parameter.size > 1:
+        least = 2 if parameter.up_to else parameter.size
+        number = {"type": "array", "items": number, "minItems": least, "maxItems": parameter.size}
+    elif parameter.default is not None and math.isfinite(parameter.default):
+        number["default"] = parameter.default
+    unit = "a ratio" if parameter.unit == "1" else parameter.unit
     return number | {
         "description": f"{unit}; at: {PORT_TEXT[kind.port]}",
-        "examples": [example(kind, one)],
+        "examples": [example(kind, parameter)],
     }
 
 
-def example(kind: EffectKind, one: Parameter) -> float | list[float]:
+def example(kind: EffectKind, parameter: Parameter) -> float | list[float]:
     """A typical size; where an effect has none, its default, where a fit starts, or any."""
-    value = _typical(kind, one)
-    if one.up_to:
+    value = _typical(kind, parameter)
+    if parameter.up_to:
         return [0.0, value, 0.0]
-    return [*[0.0] * (one.size - 1), value] if one.size > 1 else value
+    return [*[0.0] * (parameter.size - 1), value] if parameter.size > 1 else value
 
 
-def _typical(kind: EffectKind, one: Parameter) -> float:
-    if one.typical is not None:
-        size = 1.0 / one.typical if one.reciprocal else one.typical
-        nothing = kind.nothing if one is kind.main and math.isfinite(kind.nothing) else 0.0
+def _typical(kind: EffectKind, parameter: Parameter) -> float:
+    if parameter.typical is not None:
+        size = 1.0 / parameter.typical if parameter.reciprocal else parameter.typical
+        nothing = kind.nothing if parameter is kind.main and math.isfinite(kind.nothing) else 0.0
         return float(f"{size + nothing:.4g}")
-    guesses = (one.default, *one.starts, BY_UNIT.get(one.unit), one.low, one.high)
+    guesses = (
+        parameter.default,
+        *parameter.starts,
+        BY_UNIT.get(parameter.unit),
+        parameter.low,
+        parameter.high,
+    )
     finite = (x for x in guesses if x is not None and math.isfinite(x))
-    return next(x for x in finite if x != 0.0 and one.low <= x <= one.high)
+    return next(x for x in finite if x != 0.0 and parameter.low <= x <= parameter.high)
 
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -182,8 +190,8 @@ def _of_model(model: type[BaseModel]) -> Schema:
     """The schema of a file, with words, units and examples under every key."""
     schema = model.model_json_schema()
     definitions = schema.get("$defs", {})
-    for one in _below(model):
-        _annotate(definitions.get(one.__name__, schema), one)
+    for inner in _below(model):
+        _annotate(definitions.get(inner.__name__, schema), inner)
     switched: Schema = _with_switches(schema)
     return switched
 
@@ -201,15 +209,15 @@ def _below(model: type[BaseModel], seen: tuple[type[BaseModel], ...] = ()) -> li
 def _annotate(schema: Schema, model: type[BaseModel]) -> None:
     for name, field in model.model_fields.items():
         said = key(name, field, model)
-        one = schema["properties"][said.name]
-        one["description"] = f"{said.unit}; {said.says}" if said.unit else said.says
-        one["examples"] = [example_of(model, said.name)]
+        entry = schema["properties"][said.name]
+        entry["description"] = f"{said.unit}; {said.says}" if said.unit else said.says
+        entry["examples"] = [example_of(model, said.name)]
 
 
 def _with_switches(schema: Any) -> Any:
     """Wherever something is on or off, the words for it too."""
     if isinstance(schema, list):
-        return [_with_switches(one) for one in schema]
+        return [_with_switches(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
     inner = {name: _with_switches(value) for name, value in schema.items()}
@@ -247,9 +255,9 @@ def _robots() -> Schema:
 def _take_effects(schema: Schema, entry: str) -> None:
     """Put what may stand in `effects` beside what every entry has."""
     effects = schema["properties"]["effects"]
-    for one in (effects, *effects.get("anyOf", ())):
-        if one.get("type") == "array":
-            one["items"] = {"allOf": [one["items"], _to(entry)]}
+    for list_of in (effects, *effects.get("anyOf", ())):
+        if list_of.get("type") == "array":
+            list_of["items"] = {"allOf": [list_of["items"], _to(entry)]}
 
 
 def _if(name: str, value: str, then: Schema) -> Schema:
@@ -272,7 +280,7 @@ def _request() -> Schema:
         "type": "object",
         "properties": {"do": {"enum": list(ARGUMENTS), "description": "What is asked for."}},
         "required": ["do"],
-        "allOf": [_if("do", do, _of_request(do, one)) for do, one in ARGUMENTS.items()],
+        "allOf": [_if("do", do, _of_request(do, arguments)) for do, arguments in ARGUMENTS.items()],
     }
 
 
@@ -286,19 +294,27 @@ def _of_request(do: str, arguments: dict[str, Argument]) -> Schema:
                 "description": "Of the request; its answer carries the same.",
             },
             "do": {"const": do, "description": REQUEST_WORDS[do], "examples": [do]},
-            **{name: _argument(name, one) for name, one in arguments.items()},
+            **{name: _argument(name, argument) for name, argument in arguments.items()},
         },
         "additionalProperties": False,
     }
 
 
-def _argument(name: str, one: Argument) -> Schema:
+def _argument(name: str, argument: Argument) -> Schema:
     words = ARGUMENT_WORDS[name]
     said = {"description": words.says, "examples": [words.example]}
     if words.default is not None:
         said["default"] = words.default
-    if one.type is str:
-        return {"type": "string", "minLength": int(one.least), "maxLength": int(one.most)} | said
-    if one.type is bool:
+    if argument.type is str:
+        return {
+            "type": "string",
+            "minLength": int(argument.least),
+            "maxLength": int(argument.most),
+        } | said
+    if argument.type is bool:
         return {"type": "boolean"} | said
-    return {"type": TYPES[one.type], "minimum": one.least, "maximum": one.most} | said
+    return {
+        "type": TYPES[argument.type],
+        "minimum": argument.least,
+        "maximum": argument.most,
+    } | said

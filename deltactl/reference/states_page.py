@@ -83,8 +83,8 @@ def _then(rule: Rule | None) -> str:
 
 
 def _ended(event: Event, state: State, ends: Ends) -> str:
-    there = [one for one, states in PRESENT.items() if one in ends and state in states]
-    every = ", ".join(ENDS_WORDS[one] for one in there)
+    there = [kind for kind, states in PRESENT.items() if kind in ends and state in states]
+    every = ", ".join(ENDS_WORDS[kind] for kind in there)
     own = OWN.get(event, "") if isinstance(event, Happening) else ""
     return f"{every} ({own})" if every and own else every
 

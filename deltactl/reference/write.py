@@ -177,15 +177,15 @@ def _effect_table(kinds: dict[str, EffectKind]) -> str:
         (
             f"`{kind.name}`",
             ", ".join(kind.components),
-            f"`{one.name}`",
-            one.unit,
-            f"{one.low:g} to {one.high:g}",
-            "required" if one.default is None else f"{one.default:g}",
-            in_one_line(example(kind, one)),
+            f"`{parameter.name}`",
+            parameter.unit,
+            f"{parameter.low:g} to {parameter.high:g}",
+            "required" if parameter.default is None else f"{parameter.default:g}",
+            in_one_line(example(kind, parameter)),
             PORT_TEXT[kind.port],
         )
         for kind in sorted(kinds.values(), key=lambda kind: kind.name)
-        for one in kind.parameters
+        for parameter in kind.parameters
     ]
     return table(
         ("effect", "component", "parameter", "unit", "plausible", "default", "example", "at"), rows
@@ -231,8 +231,10 @@ def _socket() -> str:
         )
         for do, arguments in ARGUMENTS.items()
     ]
-    asked_for = {name: one for arguments in ARGUMENTS.values() for name, one in arguments.items()}
-    arguments = [_argument_row(name, one) for name, one in asked_for.items()]
+    asked_for = {
+        name: argument for arguments in ARGUMENTS.values() for name, argument in arguments.items()
+    }
+    arguments = [_argument_row(name, argument) for name, argument in asked_for.items()]
     return _page(
         "Requests of the socket",
         "One JSON object a line, each way; [the service](../service.md) says how. Schema: "
@@ -246,7 +248,7 @@ def _socket() -> str:
 
 
 def _states() -> str:
-    parts = [states_page.INTRODUCTION, "\n".join(f"- {one}" for one in states_page.RULES)]
+    parts = [states_page.INTRODUCTION, "\n".join(f"- {rule}" for rule in states_page.RULES)]
     names = [f"`{state.value}`" for state in State]
     parts += ["## Next states", "Empty: refused.", table(("", *names), states_page.overview())]
     for state in State:
@@ -259,14 +261,14 @@ def _states() -> str:
     return _page("States of the robot", *parts)
 
 
-def _argument_row(name: str, one: Argument) -> tuple[str, ...]:
+def _argument_row(name: str, argument: Argument) -> tuple[str, ...]:
     words = ARGUMENT_WORDS[name]
-    length = " characters" if one.type is str else ""
+    length = " characters" if argument.type is str else ""
     return (
         f"`{name}`",
-        NAMES[one.type],
+        NAMES[argument.type],
         words.unit,
-        "" if one.type is bool else f"{one.least:g} to {one.most:g}{length}",
+        "" if argument.type is bool else f"{argument.least:g} to {argument.most:g}{length}",
         "none" if words.default is None else str(words.default),
         f"`{json.dumps(words.example)}`",
         words.says,

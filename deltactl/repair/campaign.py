@@ -91,9 +91,9 @@ def run(case: Case, networks: bool) -> dict[str, Any]:
     limit = limit_of(plan, coverage(load_job(JOB), robot, JOB))
     result: dict[str, Any] = {
         "number": case.number,
-        "concealed": [f"{one.effect} on {one.where}" for one in machine.answers],
-        "found": [f"{one.effect} on {one.component}" for one in answer.findings],
-        "corrected": [f"{one.effect} on {one.component}" for one in robot.effects],
+        "concealed": [f"{answered.effect} on {answered.where}" for answered in machine.answers],
+        "found": [f"{finding.effect} on {finding.component}" for finding in answer.findings],
+        "corrected": [f"{effect.effect} on {effect.component}" for effect in robot.effects],
         "before_m": before.rms_m,
         "after_m": after.rms_m,
         "possible_m": conceal([], 0).draw(shipped).rms_m,

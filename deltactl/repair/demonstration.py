@@ -255,25 +255,32 @@ def _median(channel: Channel, predicted: FloatArray) -> FloatArray:
 
 
 def _found(demo: Demonstration) -> str:
-    concealed = [(f"{one.effect} on {one.where}", "concealed", _size(one)) for one in demo.answers]
+    concealed = [
+        (f"{hidden.effect} on {hidden.where}", "concealed", _size(hidden))
+        for hidden in demo.answers
+    ]
     found = [
-        (f"{one.effect} on {one.component}", "found", one.says) for one in demo.diagnosis.findings
+        (f"{finding.effect} on {finding.component}", "found", finding.says)
+        for finding in demo.diagnosis.findings
     ]
     return table(("effect", "", "size"), [*concealed, *found], numbers_from=9)
 
 
-def _size(one: Hidden) -> str:
+def _size(hidden: Hidden) -> str:
     """In the units that what was found is told in."""
-    parts = np.ravel(one.parameters[one.main])
-    return ", ".join(quantity(float(part), one.unit, one.main, 3) for part in parts)
+    parts = np.ravel(hidden.parameters[hidden.main])
+    return ", ".join(quantity(float(part), hidden.unit, hidden.main, 3) for part in parts)
 
 
 def _covered(coverage: Coverage) -> list[str]:
     if not coverage.effects:
         return [paragraph("Nothing was found that could be corrected: nothing is changed.")]
     rows = [
-        (f"{one.effect} on {one.component}", one.how or f"not compensated: {one.why_not}")
-        for one in coverage.effects
+        (
+            f"{effect.effect} on {effect.component}",
+            effect.how or f"not compensated: {effect.why_not}",
+        )
+        for effect in coverage.effects
     ]
     return [table(("effect", "compensation"), rows, numbers_from=9)]
 

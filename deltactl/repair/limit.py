@@ -71,8 +71,8 @@ def limit_of(
         for entry in robot.effects
         if card_of(entry.effect).compensated is not Compensated.IN_READINGS
     )
-    left = {(one.effect, one.component) for one in covered.left}
-    met = tuple(one for one in believed if (one.effect, one.component) not in left)
+    left = {(effect.effect, effect.component) for effect in covered.left}
+    met = tuple(effect for effect in believed if (effect.effect, effect.component) not in left)
     at_best_m, reached_m = (_reached_m(robot, effects, path) for effects in (met, believed))
     known_m = _rms_m(reached_m - path.target_m)
     counted_m = _rms_m(_reached_m(robot, believed, path, whole=True) - path.target_m)
@@ -126,7 +126,7 @@ def _moved_by_sigma(effects: tuple[EffectEntry, ...]) -> list[tuple[EffectEntry,
 
 def _off_by(effect: str, name: str, value: float, sigma: float) -> float:
     """A size off by its standard deviation, upwards unless its bound is there."""
-    parameter = next(one for one in effect_kind(effect).parameters if one.name == name)
+    parameter = next(known for known in effect_kind(effect).parameters if known.name == name)
     if value + sigma <= parameter.high:
         return value + sigma
     return max(value - sigma, parameter.low)
@@ -206,9 +206,9 @@ def _together(found: list[tuple[Limit, float]]) -> Limit:
         return float(np.sqrt(np.average(np.square(sizes_m), weights=weights)))
 
     return Limit(
-        rms_m=mean([one.rms_m for one, _ in found]),
-        steps_m=mean([one.steps_m for one, _ in found]),
-        sizes_m=mean([one.sizes_m for one, _ in found]),
-        left_m=mean([one.left_m for one, _ in found]),
-        counted_m=mean([one.counted_m for one, _ in found]),
+        rms_m=mean([limit.rms_m for limit, _ in found]),
+        steps_m=mean([limit.steps_m for limit, _ in found]),
+        sizes_m=mean([limit.sizes_m for limit, _ in found]),
+        left_m=mean([limit.left_m for limit, _ in found]),
+        counted_m=mean([limit.counted_m for limit, _ in found]),
     )

@@ -46,7 +46,7 @@ class ColumnsForm:
         ui.label(SAYS).classes("text-sm")
         for warning in self._found["warnings"]:
             ui.label(warning).classes("text-sm text-gray-600")
-        self._fields = [self._field(one) for one in self._found["columns"]]
+        self._fields = [self._field(column) for column in self._found["columns"]]
         with ui.row().classes("gap-2"):
             go = ui.button("Diagnose with these columns", icon="troubleshoot", on_click=self._done)
             go.props("no-caps dense data-testid=columns-done").classes("px-2")
@@ -76,7 +76,7 @@ class ColumnsForm:
         chosen = [
             Chosen(column, str(name.value), str(unit.value)) for column, name, unit in self._fields
         ]
-        counted = Counter(one.name for one in chosen if one.name)
+        counted = Counter(choice.name for choice in chosen if choice.name)
         if twice := next((name for name, count in counted.items() if count > 1), ""):
             ui.notify(TWICE.format(name=twice), type="warning")
             return

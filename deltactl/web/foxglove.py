@@ -91,7 +91,7 @@ class RobotChannels:
         self._tf.log(FrameTransforms(transforms=transforms), log_time=t_ns)
         links = self._skeleton.links(angles, position)
         parts = [self._link(link, number) for number, link in enumerate(links)]
-        cylinders = [one for some in parts for one in some] + self._plates(position)
+        cylinders = [cylinder for some in parts for cylinder in some] + self._plates(position)
         entity = SceneEntity(timestamp=stamp(t_ns), frame_id=BASE, id="robot", cylinders=cylinders)
         self._scene.log(SceneUpdate(entities=[entity]), log_time=t_ns)
 

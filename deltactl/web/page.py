@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import datetime
-
 from nicegui import ui
 
 from deltactl.fleet.checks import read_announced
@@ -103,8 +101,7 @@ class RobotPage:
         """What `deltactl check-runs` found to be new since some run."""
         status = self._visit.site.link.seen.status
         text = "; ".join(
-            f"{mismatch.says}, since {datetime.fromtimestamp(mismatch.since_s):%d %b %H:%M}"
-            f" (probability {mismatch.probability:.2f})"
+            mismatch.told("%d %b %H:%M")
             for mismatch in read_announced(self._visit.site.recordings)
             if status is None or mismatch.robot == status.robot
         )

@@ -112,7 +112,7 @@ class RecordingRow:
         self._listed = listed
         when = datetime.fromtimestamp(listed.written_s)
         text = f"{when:%d %b %H:%M}, {listed.size_bytes / 1e6:.1f} MB"
-        self._lock(any(self._visit.site.grows(one.path) for one in listed.singles))
+        self._lock(any(self._visit.site.grows(single.path) for single in listed.singles))
         if self._when.text != text:
             self._when.set_text(text)
         if again is not None and self._visit.site.grows(again.path):
@@ -152,7 +152,7 @@ class RecordingRow:
         made = self._listed.made
         made.mkdir(parents=True, exist_ok=True)
         believed = self._visit.site.robot_file() or made / "robot.yaml"
-        recordings = [one.path for one in self._listed.singles]
+        recordings = [single.path for single in self._listed.singles]
         self._button.set_enabled(False)
         try:
             answer = await self._work("diagnosing", "diagnose", made, believed, *recordings)
@@ -177,7 +177,7 @@ class RecordingRow:
             return await self._visit.site.tasks.run(kind, *files, progress=tell)
         except DeltactlError as error:
             says, told = str(error), str(error).removesuffix(error.typed)
-            tables = any(one.own for one in self._listed.singles)
+            tables = any(single.own for single in self._listed.singles)
             says = f"{told}; {COLUMNS}" if tables and told != says else says
             self._answer.tell(self._listed.shown(says))
             return None
@@ -217,13 +217,15 @@ class RecordingsTab:
     def _look(self) -> None:
         """Add and remove rows; one that stays keeps its answer and a diagnosis under way."""
         listed = self._visit.site.listed()
-        found = {one.made.name: one for one in listed}
+        found = {recording.made.name: recording for recording in listed}
         for name in self._rows.keys() - found.keys():
             self._rows.pop(name).card.delete()
         with self._list:
-            for name, one in found.items():
+            for name, recording in found.items():
                 if name not in self._rows:
-                    self._rows[name] = RecordingRow(self._visit, one, self._ticked, self._begun)
+                    self._rows[name] = RecordingRow(
+                        self._visit, recording, self._ticked, self._begun
+                    )
         for place, name in enumerate(found):
             row = self._rows[name]
             row.look(found[name], found[name].again_in(listed))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -222,11 +223,8 @@ class StateCard:
                         "data-testid=waiting"
                     )
                     if self._visit.operates:
-                        leave = ui.button(
-                            "Leave out",
-                            icon="close",
-                            on_click=lambda _, one=number, its=name: self._leave_out(one, its),
-                        )
+                        leave_out = partial(self._leave_out, number, name)
+                        leave = ui.button("Leave out", icon="close", on_click=leave_out)
                         labelled(leave.props("no-caps dense flat"), f"leave out {name}")
                         marked(leave, f"leave-out-{place}")
 

@@ -44,12 +44,12 @@ class Coverage:
     @property
     def compensated(self) -> tuple[Covered, ...]:
         """Those taken into account."""
-        return tuple(one for one in self.effects if one.how)
+        return tuple(effect for effect in self.effects if effect.how)
 
     @property
     def left(self) -> tuple[Covered, ...]:
         """Those that are work to do."""
-        return tuple(one for one in self.effects if not one.how)
+        return tuple(effect for effect in self.effects if not effect.how)
 
 
 def coverage_of(
@@ -128,7 +128,7 @@ def _network_warning(
     more = [entry for entry in learned if entry not in known]
     if not missing and not more:
         return ""
-    words = ", ".join(f"{one.effect} on {one.component}" for one in missing or more)
+    words = ", ".join(f"{effect.effect} on {effect.component}" for effect in missing or more)
     says = "does not know" if missing else "corrects what the robot file does not know:"
     robot = "the robot file" if robot_path is None else str(robot_path)
     return (

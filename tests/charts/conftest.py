@@ -13,7 +13,7 @@ import pytest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
-from deltactl.charts.figures import Bar, BarChart, HeatStrip, LineChart
+from deltactl.charts.figures import HeatStrip, LineChart
 from deltactl.charts.page import page, table
 from deltactl.charts.spec import Colour, Mark, Series, Span, Style
 
@@ -34,10 +34,9 @@ def report() -> str:
                       equal_aspect=True)  # fmt: skip
     states = [("good", Colour.GOOD), ("bad", Colour.BAD)]
     strip = HeatStrip("Strip", "t [s]", t, ["x"], [np.arange(50) % 2], states, group="time")
-    bars = BarChart("Bars", "mm", [Bar("before", 3.0, colour=Colour.THIRD), Bar("after", 1.0)])
     cells = [[f"column {number}" for number in range(9)]]
     wide = table(cells[0], cells * 2)
-    return page("Report", [*(one.html() for one in (first, plane, strip, bars)), wide])
+    return page("Report", [*(one.html() for one in (first, plane, strip)), wide])
 
 
 def wait(condition: Any, what: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from deltactl.charts import drawing
-from deltactl.charts.figures import Bar, BarChart, HeatStrip, LineChart, histogram
+from deltactl.charts.figures import HeatStrip, LineChart, histogram
 from deltactl.charts.page import (
     THINNED,
     columns,
@@ -90,7 +90,6 @@ def test_texts_stay_texts() -> None:
         facts([(NASTY, NASTY)]),
         folded(NASTY, NASTY),
         columns([chart().html()]),
-        BarChart(NASTY, NASTY, [Bar(NASTY, 1.0)]).html(),
     ]
     reader = read(page(NASTY, parts, lead=NASTY))
     scripts = [attributes for tag, attributes in reader.tags if tag == "script"]
@@ -119,7 +118,7 @@ def test_a_page_with_many_long_curves_stays_below_two_megabytes_and_says_so() ->
 
 
 def test_a_page_without_charts_carries_no_library() -> None:
-    text = page("", [BarChart("t", "", []).html()])
+    text = page("", [table(["a"], [["1"]])])
     assert "<script" not in text
     assert len(text) < 20_000
 
@@ -273,13 +272,6 @@ def test_long_heat_strips_keep_the_worst_state_and_the_mean_of_a_quantity() -> N
 def test_heat_strips_of_the_wrong_shape_are_refused() -> None:
     with pytest.raises(ValueError, match=r"shape \(1, 2\), not \(1, 3\)"):
         HeatStrip("h", "t", [0, 1, 2], ["a"], [[0, 1]]).html()
-
-
-def test_bars_start_at_zero() -> None:
-    html = BarChart("b", "%", [Bar("up", 30.0, 20.0, 40.0), Bar("down", -10.0)]).html()
-    found = re.findall(r"left:([\d.]+)%;width:([\d.]+)%", html)
-    assert found == [("20.000", "60.000"), ("60.000", "40.000"), ("0.000", "20.000")]
-    assert "30 %" in html
 
 
 def test_the_first_and_the_last_point_lie_within_the_axis_as_drawn() -> None:

@@ -88,8 +88,8 @@ def _say(found: Corrected, all_of_them: bool) -> None:
     table = Table(box=SIMPLE_HEAD, title="What is done about it", title_justify="left")
     table.add_column("known effect")
     table.add_column("compensated")
-    for one in found.coverage.effects:
-        table.add_row(one.says, one.how or f"no: {one.why_not}")
+    for effect in found.coverage.effects:
+        table.add_row(effect.says, effect.how or f"no: {effect.why_not}")
     for finding, why in found.held_back:
         table.add_row(finding.says, f"not written: {why}")
     if table.row_count:
@@ -109,7 +109,7 @@ def _as_json(found: Corrected) -> dict[str, Any]:
     return {
         "robot": str(found.robot_file),
         "changed": found.changed,
-        "effects": [one.as_json() for one in found.coverage.effects],
+        "effects": [effect.as_json() for effect in found.coverage.effects],
         "not_written": [
             {"effect": finding.effect, "component": finding.component, "why": why}
             for finding, why in found.held_back

@@ -94,7 +94,7 @@ def make_room(out: Path, names: Sequence[str], force: bool) -> bool:
     """
     mark = out / ABOUT
     ours = mark.is_file() and mark.read_bytes() == OURS.encode()
-    there = [one for name in (*names, ABOUT) if (one := out / name).exists()]
+    there = [file for name in (*names, ABOUT) if (file := out / name).exists()]
     if there and not ours:
         refuse_existing(force, *there)
     out.mkdir(parents=True, exist_ok=True)
@@ -106,8 +106,8 @@ def _say(shown: Demonstration) -> None:
     from deltactl.diagnosis.report.finding import rivals
     from deltactl.diagnosis.report.names import effect
 
-    for one in shown.answers:
-        say(f"concealed:  {effect(one.effect, one.where)}")
+    for answer in shown.answers:
+        say(f"concealed:  {effect(answer.effect, answer.where)}")
     for finding in shown.diagnosis.findings:
         instead = f", or {rivals(finding)}" if finding.alternatives else ""
         say(f"found:      {finding.says}{instead}")
@@ -134,13 +134,13 @@ def _say(shown: Demonstration) -> None:
 
 def _as_json(shown: Demonstration, page: Path) -> dict[str, Any]:
     return {
-        "concealed": [one.answer() for one in shown.answers],
-        "found": [one.model_dump(mode="json") for one in shown.diagnosis.findings],
+        "concealed": [answer.answer() for answer in shown.answers],
+        "found": [finding.model_dump(mode="json") for finding in shown.diagnosis.findings],
         "before_rms_m": shown.before.rms_m,
         "after_rms_m": shown.after.rms_m,
         "possible_rms_m": shown.possible.rms_m,
         "limit": None if shown.limit is None else shown.limit.as_json(),
-        "effects": [one.as_json() for one in shown.coverage.effects],
+        "effects": [effect.as_json() for effect in shown.coverage.effects],
         "not_written": [
             {"effect": finding.effect, "component": finding.component, "why": why}
             for finding, why in shown.held_back

@@ -109,7 +109,7 @@ def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
     """Raise ConfigError where a length was said of an axis that turns, or an angle of a slide."""
     from deltactl.recording.foreign.doubts import other_motion
 
-    units = {name: one.unit for name, one in mapping_of(columns).columns.items()}
+    units = {name: column.unit for name, column in mapping_of(columns).columns.items()}
     if why := other_motion(units, robot.motion):
         raise ConfigError(f"--set: {why}")
 

@@ -22,14 +22,21 @@ if TYPE_CHECKING:
     from deltactl.recording.tables.flat import FlatRecording
 
 WIRED = "For hardware (a delta; all are asked for with --wiring)"
-SAID = {one.key: one.text for one in (*(q for qs in QUESTIONS.values() for q in qs), *WIRING)}
+SAID = {
+    question.key: question.text
+    for question in (*(q for qs in QUESTIONS.values() for q in qs), *WIRING)
+}
 
 
 def _asked(key: str) -> Any:
     """The option that answers a question without asking."""
-    wired = any(one.key == key for one in WIRING)
-    kinds = [kind for kind, asked in QUESTIONS.items() if any(one.key == key for one in asked)]
-    only = next((one.only for one in QUESTIONS["servo_axis"] if one.key == key), None)
+    wired = any(question.key == key for question in WIRING)
+    kinds = [
+        kind for kind, asked in QUESTIONS.items() if any(question.key == key for question in asked)
+    ]
+    only = next(
+        (question.only for question in QUESTIONS["servo_axis"] if question.key == key), None
+    )
     of = f"For {' and '.join(kinds)}" if only is None else f"For {only[2]}"
     panel = WIRED if wired else "Every kind" if len(kinds) > 2 else of
     return typer.Option(help=SAID[key], rich_help_panel=panel)
@@ -103,7 +110,7 @@ def init(
     """
     options = dict(locals())
     given = {key: options[key] for key in SAID if options[key] is not None}
-    wiring = wiring or (kind is Kind.DELTA and any(one.key in given for one in WIRING))
+    wiring = wiring or (kind is Kind.DELTA and any(question.key in given for question in WIRING))
     questions = QUESTIONS[kind.value] + (WIRING if wiring else ())
     keys = {question.key for question in questions}
     if extra := [key for key in given if key not in keys]:

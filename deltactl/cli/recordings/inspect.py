@@ -65,10 +65,10 @@ def inspect_recordings(
     known = mapping_of(columns)
     seen = _readable(recordings, lambda path: inspect(path, known))
     if as_json:
-        print_json([_as_json(one) for one in seen])
+        print_json([_as_json(table) for table in seen])
     else:
-        for one in seen:
-            _show(one, robot, save)
+        for table in seen:
+            _show(table, robot, save)
     if save is not None:
         write_whole(save, seen[0].mapping_text())
         if not as_json:
@@ -90,50 +90,50 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Inspection]) -> list[
     return seen
 
 
-def _as_json(one: Inspection) -> dict[str, Any]:
+def _as_json(seen: Inspection) -> dict[str, Any]:
     return {
-        "file": one.path,
-        "facts": dict(one.facts),
-        "kind": one.kind,
-        "motion": one.motion,
+        "file": seen.path,
+        "facts": dict(seen.facts),
+        "kind": seen.kind,
+        "motion": seen.motion,
         "columns": {
-            name: asdict(guess) | {"name": guess.name} for name, guess in one.guesses.items()
+            name: asdict(guess) | {"name": guess.name} for name, guess in seen.guesses.items()
         },
-        "options": one.options,
-        "warnings": one.warnings,
+        "options": seen.options,
+        "warnings": seen.warnings,
     }
 
 
-def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
-    kind = f"{one.kind or 'unknown'} ({one.kind_why})"
-    console.print(facts(str(one.path), [*one.facts, ("machine", kind)]))
+def _show(seen: Inspection, robot: str | None, save: Path | None) -> None:
+    kind = f"{seen.kind or 'unknown'} ({seen.kind_why})"
+    console.print(facts(str(seen.path), [*seen.facts, ("machine", kind)]))
     console.print()
     narrow = console.width < NARROW
-    console.print(_preview(one, narrow))
+    console.print(_preview(seen, narrow))
     if narrow:
-        _say_why(one)
-    if empty := _empty(one):
+        _say_why(seen)
+    if empty := _empty(seen):
         _say_broken(f"empty cells: {empty}")
-    if one.warnings:
+    if seen.warnings:
         console.print()
-    for warning in one.warnings:
+    for warning in seen.warnings:
         _say_broken(f"look here: {warning}")
-    if one.kind is None:
+    if seen.kind is None:
         return
     console.print()
-    if one.own_run:
+    if seen.own_run:
         _say_broken(f"this is a recording of deltactl and is read as it is; {OF_THE_RUN}")
         robot = robot or "ROBOT"
     if robot is None:
-        motion = ["--motion", one.motion or "rotary"] if one.kind == "servo_axis" else []
-        zero = ["--zero", "arbitrary"] if one.zero == "arbitrary" else []
-        forced = FORCED if one.needs_inertia else []
-        init = ["deltactl", "init", _new(one), "--kind", one.kind, *motion, *forced, *zero]
+        motion = ["--motion", seen.motion or "rotary"] if seen.kind == "servo_axis" else []
+        zero = ["--zero", "arbitrary"] if seen.zero == "arbitrary" else []
+        forced = FORCED if seen.needs_inertia else []
+        init = ["deltactl", "init", _new(seen), "--kind", seen.kind, *motion, *forced, *zero]
         _say_command("describe the machine:  ", init)
-        for line in FORCED_SAYS if one.needs_inertia else ():
-            _say_broken(line.format(weight=WEIGHT[one.motion or "rotary"]))
-    read = ["--columns", str(save)] if save is not None else one.options
-    _say_command("diagnose it:           ", one.command(robot or _new(one), read))
+        for line in FORCED_SAYS if seen.needs_inertia else ():
+            _say_broken(line.format(weight=WEIGHT[seen.motion or "rotary"]))
+    read = ["--columns", str(save)] if save is not None else seen.options
+    _say_command("diagnose it:           ", seen.command(robot or _new(seen), read))
 
 
 def _say_broken(text: str) -> None:
@@ -171,9 +171,9 @@ def _options(words: list[str]) -> Iterator[str]:
     yield shlex.join(part)
 
 
-def _new(one: Inspection) -> str:
+def _new(seen: Inspection) -> str:
     """A robot file name that is still free: a second machine gets its own file."""
-    return f"{one.path.stem}-robot.yaml" if Path(ROBOT).exists() else ROBOT
+    return f"{seen.path.stem}-robot.yaml" if Path(ROBOT).exists() else ROBOT
 
 
 def _figure(value: float) -> str:
@@ -197,32 +197,32 @@ def _unit(guess: Guess) -> str:
     return f"{guess.scale:.4g} {guess.unit or ''}".rstrip()
 
 
-def _say_why(one: Inspection) -> None:
+def _say_why(seen: Inspection) -> None:
     """The reasons that are not simply the column's name."""
-    shown = list(one.table)[:SHOWN_COLUMNS]
+    shown = list(seen.table)[:SHOWN_COLUMNS]
     for name in shown:
-        if name in one.guesses and one.guesses[name].why != BY_NAME:
-            say(f"why {name}: {one.guesses[name].why}")
+        if name in seen.guesses and seen.guesses[name].why != BY_NAME:
+            say(f"why {name}: {seen.guesses[name].why}")
     for name in shown:
-        if name not in one.guesses:
-            say(f"why not {name}: {one.unused(name)}")
+        if name not in seen.guesses:
+            say(f"why not {name}: {seen.unused(name)}")
 
 
-def _empty(one: Inspection) -> str:
+def _empty(seen: Inspection) -> str:
     """How many cells of which columns hold no number, of those that are shown."""
-    shown = list(one.table.items())[:SHOWN_COLUMNS]
+    shown = list(seen.table.items())[:SHOWN_COLUMNS]
     empty = {name: int(np.isnan(values).sum()) for name, values in shown}
     return ", ".join(f"{number} of {name}" for name, number in empty.items() if number)
 
 
-def _preview(one: Inspection, narrow: bool) -> Table:
+def _preview(seen: Inspection, narrow: bool) -> Table:
     """One line per column: its name, what it is read as, why, and its first values."""
     table = Table(box=None, pad_edge=False, title_justify="left")
     headings = ["column", "taken for", "unit", "first values", "from", "to", "why"]
     for heading in headings[:-1] if narrow else headings:
         table.add_column(heading, overflow="fold")
-    for name, values in list(one.table.items())[:SHOWN_COLUMNS]:
-        guess = one.guesses.get(name)
+    for name, values in list(seen.table.items())[:SHOWN_COLUMNS]:
+        guess = seen.guesses.get(name)
         known = values[np.isfinite(values)]
         ends = (known.min(), known.max()) if len(known) else ()
         cells = [
@@ -231,9 +231,9 @@ def _preview(one: Inspection, narrow: bool) -> Table:
             _unit(guess) if guess else "",
             _values(values, guess),
             *(list(map(_figure, ends)) or ["", ""]),
-            guess.why if guess else one.unused(name),
+            guess.why if guess else seen.unused(name),
         ]
         table.add_row(*cells[: len(table.columns)])
-    if len(one.table) > SHOWN_COLUMNS:
-        table.caption = f"and {len(one.table) - SHOWN_COLUMNS} more"
+    if len(seen.table) > SHOWN_COLUMNS:
+        table.caption = f"and {len(seen.table) - SHOWN_COLUMNS} more"
     return table

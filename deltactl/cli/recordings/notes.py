@@ -108,7 +108,7 @@ class Notes:
             guesses = inspect(path, mapping_of(self._columns)).guesses
         except DeltactlError:
             return None
-        found = (without_unit(name) for name, one in guesses.items() if one.name == "effort")
+        found = (without_unit(name) for name, guess in guesses.items() if guess.name == "effort")
         return next(found, None)
 
 
@@ -117,7 +117,9 @@ def next_commands(
 ) -> list[str]:
     """What to type after a robot file was saved: the same recordings against it, and a run."""
     options = [
-        part for one in columns for part in ("--columns" if is_mapping_file(one) else "--set", one)
+        part
+        for option in columns
+        for part in ("--columns" if is_mapping_file(option) else "--set", option)
     ]
     again = ["deltactl", "diagnose", *map(str, recordings), "--robot", str(saved), *options]
     lines = [f"check it:   {shlex.join(again)}"]

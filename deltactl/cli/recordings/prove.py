@@ -175,7 +175,7 @@ def prove_repair(
 def _written(path: Path, rows: Sequence[Row], figures: Sequence[tuple[str, str]]) -> Path:
     """The same in Markdown, which no narrow window cuts off."""
     headings = [heading for heading, _ in COLUMNS]
-    lines = [headings, ["---:" if one in MEASURED else "---" for one in headings]]
+    lines = [headings, ["---:" if heading in MEASURED else "---" for heading in headings]]
     lines += [[cell(row).replace("\n", ", ") for _, cell in COLUMNS] for row in rows]
     text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     text += "\n\n" + "\n".join(f"- {what}: {figure}" for what, figure in figures) + "\n"

@@ -58,10 +58,10 @@ def mapping_of(columns: list[str]) -> Mapping:
     """Mapping files and single columns, as `--columns` and `--set` give them."""
     from deltactl.recording.foreign.mapping import load_mapping
 
-    files = [one for one in columns if is_mapping_file(one)]
+    files = [option for option in columns if is_mapping_file(option)]
     if len(files) > 1:
         raise ConfigError(f"--columns: one mapping file at most, not {' and '.join(files)}")
-    options = [one for one in columns if one not in files]
+    options = [option for option in columns if option not in files]
     return load_mapping(Path(files[0]) if files else None, options)
 
 

@@ -37,7 +37,7 @@ def show_check(program: Program, path: Path, covered: Coverage, json_out: bool =
         print_json(
             summary.as_json()
             | {
-                "effects": [one.as_json() for one in covered.effects],
+                "effects": [effect.as_json() for effect in covered.effects],
                 "warning": covered.warning or None,
                 "too_coarse": too_coarse(summary.robot, moved_m, limit, size_m(summary)) or None,
                 "limit": limit.as_json() if isinstance(limit, Limit) else None,
@@ -105,12 +105,12 @@ def _farthest_m(program: Program) -> float | None:
 
 def say_covered(covered: Coverage) -> None:
     """What is compensated, what is not and why; nothing where no effect is known."""
-    for one in covered.effects:
-        name = f"{one.effect} on {one.component}"
-        if one.how:
-            say(f"compensated: {name}, {one.how}")
+    for effect in covered.effects:
+        name = f"{effect.effect} on {effect.component}"
+        if effect.how:
+            say(f"compensated: {name}, {effect.how}")
         else:
-            say(f"not compensated: {name}: {one.why_not}")
+            say(f"not compensated: {name}: {effect.why_not}")
     if covered.warning:
         warn(f"warning: {covered.warning}")
 
@@ -180,7 +180,7 @@ def error_judged(rms_m: float, path_m: float) -> str:
     if path_m <= 0.0:
         return ""
     share = rms_m / path_m
-    word = next((one.word for one in SHARES if share <= one.most), "")
+    word = next((allowed.word for allowed in SHARES if share <= allowed.most), "")
     if not word:
         return f" (too coarse for a path of {wide(path_m)})"
     percent = "less than 1 %" if share <= SHARES[0].most else f"{100.0 * share:.2g} %"

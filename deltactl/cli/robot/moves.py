@@ -112,7 +112,7 @@ def _go(
     if robot is None:
         from deltactl.firmware_py.robots_here import robots_here
 
-        say = " or ".join(f"--robot {one}" for one in robots_here() or ["FILE"])
+        say = " or ".join(f"--robot {name}" for name in robots_here() or ["FILE"])
         raise ConfigError(f"no daemon answers that could say which robot this is; add {say}")
     with _told_as_typed(move):
         _go_simulated(move, robot, simulate, json_out, socket)
@@ -327,7 +327,7 @@ def convert(
         told_by_line(source, drawn, made, known),
         told_with(job),
     ):
-        program = make_program(made, known, lambda one: kinematics_of(one, known, job))
+        program = make_program(made, known, lambda part: kinematics_of(part, known, job))
         show_check(program, job, coverage(made, known, job, robot_path))
     say(f"job: {job}, {count(len(drawn.legs), 'leg')}")
     if said := rounded(drawn, corner):

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from datetime import datetime
 from pathlib import Path
 
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
@@ -104,12 +103,8 @@ def announced(robot: str) -> list[str]:
     from deltactl.fleet.checks import read_announced
 
     places = (Path("recordings"), Path("/var/lib/deltactl/recordings"))
-    found = [one for place in places for one in read_announced(place) if one.robot == robot]
-    return [
-        f"{one.says}, since {datetime.fromtimestamp(one.since_s):%Y-%m-%d %H:%M}"
-        f" (probability {one.probability:.2f})"
-        for one in found
-    ]
+    found = (mismatch for place in places for mismatch in read_announced(place))
+    return [mismatch.told() for mismatch in found if mismatch.robot == robot]
 
 
 Sleep = Callable[[float], None]
@@ -241,9 +236,9 @@ def interrupted_between_sleeps(clock: Clock) -> Iterator[Sleep]:
             raise KeyboardInterrupt
 
     signals = (signal.SIGINT, signal.SIGTERM)
-    before = {one: signal.signal(one, lambda number, _: asked.append(number)) for one in signals}
+    before = {sent: signal.signal(sent, lambda number, _: asked.append(number)) for sent in signals}
     try:
         yield sleep
     finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)

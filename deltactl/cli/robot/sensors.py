@@ -76,14 +76,14 @@ def _as_json(sensor: SensorStatus) -> dict[str, object]:
 
 def _table(sensors: tuple[SensorStatus, ...]) -> Table:
     table = Table("sensor", "distance", "age", "signal", "reading", "sensor is", box=None)
-    for one in sensors:
+    for sensor in sensors:
         table.add_row(
-            one.axis,
-            "-" if one.distance_m is None else millimetres(one.distance_m),
-            "-" if one.age_s is None else f"{one.age_s * 1e3:.0f} ms",
-            "-" if one.signal_mcps is None else f"{one.signal_mcps:.1f} MCPS",
-            one.gate,
-            one.health,
+            sensor.axis,
+            "-" if sensor.distance_m is None else millimetres(sensor.distance_m),
+            "-" if sensor.age_s is None else f"{sensor.age_s * 1e3:.0f} ms",
+            "-" if sensor.signal_mcps is None else f"{sensor.signal_mcps:.1f} MCPS",
+            sensor.gate,
+            sensor.health,
         )
     return table
 

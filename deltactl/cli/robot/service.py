@@ -6,7 +6,6 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import asdict
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -249,8 +248,7 @@ def check_runs(
         found = checks.announced()
         checks.close()
     if json_out:
-        print_json([asdict(one) for one in found])
+        print_json([asdict(mismatch) for mismatch in found])
         return
-    for one in found:
-        since = datetime.fromtimestamp(one.since_s)
-        say(f"new: {one.says}, since {since:%Y-%m-%d %H:%M} (probability {one.probability:.2f})")
+    for mismatch in found:
+        say(f"new: {mismatch.told()}")

@@ -30,7 +30,7 @@ def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
         robot = robot_of(run)
         tracking = track(run, robot)
     if not quiet:
-        if any(min(one.samples) for one in tracking.all()):
+        if any(min(error.samples) for error in tracking.all()):
             console.print(tracking_table(run.configuration.job_name, tracking))
             if not tracking.whole:
                 say(ENDED_EARLY.format(tracking.on_path_s))
@@ -43,7 +43,7 @@ def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
             )
         for text in run.damage:
             warn(f"the recording is {text}")
-    return {one.name: one.as_json() for one in tracking.all()}
+    return {error.name: error.as_json() for error in tracking.all()}
 
 
 def tracking_table(job: str, tracking: RunTracking) -> Table:
@@ -55,11 +55,11 @@ def tracking_table(job: str, tracking: RunTracking) -> Table:
         table.add_column(f"{axis} RMS", justify="right")
         table.add_column(f"{axis} max", justify="right")
     table.add_column("samples", justify="right")
-    digits = decimals((float(max(one.rms_m)) for one in tracking.all()), 1)
-    for one in tracking.all():
-        pairs = zip(one.rms_m, one.max_m, strict=True)
+    digits = decimals((float(max(error.rms_m)) for error in tracking.all()), 1)
+    for error in tracking.all():
+        pairs = zip(error.rms_m, error.max_m, strict=True)
         cells = [f"{value_m * 1e3:.{digits}f}" for pair in pairs for value_m in pair]
-        table.add_row(one.name, *cells, str(min(one.samples)))
+        table.add_row(error.name, *cells, str(min(error.samples)))
     return table
 
 

@@ -64,17 +64,17 @@ class Door:
     def __len__(self) -> int:
         return self._open.total()
 
-    def enter(self, one: Connection) -> bool:
+    def enter(self, connection: Connection) -> bool:
         """Count a new connection; False where there is no place, and none can be made."""
-        address = network_of(str(one.peer[0]))
+        address = network_of(str(connection.peer[0]))
         if self._open[address] >= self._each and not self._make_room(address):
             return False
         if len(self) >= self._most and not self._make_room(None):
             return False
-        timer = asyncio.get_running_loop().call_later(self.request_s, one.give_up)
-        self._silent[one.peer] = (one, timer)
+        timer = asyncio.get_running_loop().call_later(self.request_s, connection.give_up)
+        self._silent[connection.peer] = (connection, timer)
         self._open[address] += 1
-        one.door = self
+        connection.door = self
         return True
 
     def heard(self, peer: Key) -> None:
@@ -92,9 +92,9 @@ class Door:
 
     def _make_room(self, address: str | None) -> bool:
         """End the oldest that is silent, of one address or of all."""
-        for peer, (one, _) in list(self._silent.items()):
+        for peer, (connection, _) in list(self._silent.items()):
             if address in (None, network_of(str(peer[0]))):
-                one.give_up()
+                connection.give_up()
                 return True
         return False
 
@@ -107,12 +107,12 @@ class Listening(socket.socket):
     def accept(self) -> tuple[socket.socket, Any]:
         """The next connection. Raises ConnectionAbortedError, which the loop passes over."""
         accepted, peer = super().accept()
-        one = Connection(self.family, self.type, self.proto, fileno=accepted.detach())
-        one.peer = peer
-        if not self.door.enter(one):
-            one.close()
+        connection = Connection(self.family, self.type, self.proto, fileno=accepted.detach())
+        connection.peer = peer
+        if not self.door.enter(connection):
+            connection.close()
             raise ConnectionAbortedError("too many connections")
-        return one, peer
+        return connection, peer
 
 
 def network_of(peer: str) -> str:
@@ -141,22 +141,22 @@ def listen(host: str, port: int, door: Door) -> list[socket.socket]:
 
 
 def _each_once(found: Iterable[tuple[Any, ...]]) -> Iterable[tuple[socket.AddressFamily, Key]]:
-    return dict.fromkeys((one[0], one[4]) for one in found)
+    return dict.fromkeys((address[0], address[4]) for address in found)
 
 
 def _listening(family: socket.AddressFamily, address: Key, door: Door) -> Listening:
-    one = Listening(family, socket.SOCK_STREAM)
-    one.door = door
-    one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listening = Listening(family, socket.SOCK_STREAM)
+    listening.door = door
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     if family == socket.AF_INET6:
-        one.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+        listening.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
     try:
-        one.bind(address)
-        one.listen(BACKLOG)
+        listening.bind(address)
+        listening.listen(BACKLOG)
     except OSError:
-        one.close()
+        listening.close()
         raise
-    return one
+    return listening
 
 
 def protocol_of(door: Door) -> type[asyncio.Protocol]:

@@ -40,7 +40,7 @@ class BuiltPages:
     def add(self, client: Client, peer: str) -> None:
         """Note a page that is being built; the oldest that nobody came for makes room."""
         network = network_of(peer)
-        same = [one for one, _ in self._unseen.values() if one == network]
+        same = [peer_of for peer_of, _ in self._unseen.values() if peer_of == network]
         if len(same) >= MOST_UNSEEN_EACH:
             self._drop(network)
         elif len(self._unseen) >= MOST_UNSEEN:

@@ -95,7 +95,9 @@ def _first_scripts(known: Sequence[str]) -> str:
     """What runs before all other scripts."""
     if not STRICT:
         return STYLES
-    knows = "".join(f"deltactlScripts.set({json.dumps(one)}, () => ({one}));\n" for one in known)
+    knows = "".join(
+        f"deltactlScripts.set({json.dumps(script)}, () => ({script}));\n" for script in known
+    )
     text = (FOLDER / "without_eval.js").read_text(encoding="utf-8")
     compiled = TEMPLATES.read_text(encoding="utf-8")
     # Raw: the scripts contain what Jinja would take for its own.

@@ -198,8 +198,8 @@ class Sessions:
 
     def begin(self, user: User) -> str:
         """A new session; returns the cookie's value."""
-        self._open = {word: one for word, one in self._open.items() if self._lasts(one)}
-        its = [word for word, one in self._open.items() if one.name == user.name]
+        self._open = {word: session for word, session in self._open.items() if self._lasts(session)}
+        its = [word for word, session in self._open.items() if session.name == user.name]
         for word in its[: max(0, len(its) + 1 - MOST)]:
             del self._open[word]
         word = secrets.token_urlsafe(32)

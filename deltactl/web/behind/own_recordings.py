@@ -41,7 +41,7 @@ class OwnRecordings:
     async def take(self, name: str, body: AsyncIterable[bytes]) -> Path:
         """Keep what a browser sends; its name is only shown. Raises RecordingError."""
         shown = plain_name(name)
-        ending = next((one for one in ENDINGS if shown.lower().endswith(one)), None)
+        ending = next((known for known in ENDINGS if shown.lower().endswith(known)), None)
         if ending is None:
             raise RecordingError(
                 f"{shown}: a recording to open here ends in .csv, .csv.gz or .mcap; for others:"
@@ -69,8 +69,8 @@ class OwnRecordings:
 
     def newest_first(self) -> Iterator[Path]:
         """What is kept."""
-        found = [one for one in self._folder.glob("*") if one.name.endswith(ENDINGS)]
-        yield from sorted(found, key=lambda one: one.stat().st_mtime_ns, reverse=True)
+        found = [path for path in self._folder.glob("*") if path.name.endswith(ENDINGS)]
+        yield from sorted(found, key=lambda path: path.stat().st_mtime_ns, reverse=True)
 
     def name_of(self, path: Path) -> str:
         """As it was called by whoever sent it; empty for what is none of these."""
@@ -115,7 +115,7 @@ async def _write(out: BinaryIO, shown: str, body: AsyncIterable[bytes]) -> None:
 def plain_name(name: str, otherwise: str = "unnamed") -> str:
     """A file's name as a browser tells it, without folders and without what is not printed."""
     last = name.replace("\\", "/").rsplit("/", 1)[-1]
-    return "".join(one for one in last if one.isprintable())[-LONGEST_NAME:] or otherwise
+    return "".join(letter for letter in last if letter.isprintable())[-LONGEST_NAME:] or otherwise
 
 
 AS_IT_IS = "1"
@@ -154,7 +154,9 @@ def inspected(path: Path) -> dict[str, Any]:
         "columns": columns,
         "units_of": {name: [AS_IT_IS, *known] for name, known in units.items()},
         "mapping": found.mapping_text(),
-        "warnings": [one.chosen if isinstance(one, Hint) else one for one in found.warnings],
+        "warnings": [
+            warning.chosen if isinstance(warning, Hint) else warning for warning in found.warnings
+        ],
     }
 
 
@@ -162,11 +164,13 @@ def mapping_text(guessed: str, chosen: Iterable[Chosen]) -> str:
     """The mapping file of a choice. guessed: the one of the inspection, which knows factors too."""
     mapping = yaml.safe_load(guessed)
     before, mapping["columns"] = mapping.get("columns") or {}, {}
-    for one in chosen:
-        if one.name:
-            same = before.get(one.name, {})
-            kept = same.get("from") == one.column and same.get("unit", AS_IT_IS) == one.unit
-            mapping["columns"][one.name] = same if kept else {"from": one.column, "unit": one.unit}
+    for choice in chosen:
+        if choice.name:
+            same = before.get(choice.name, {})
+            kept = same.get("from") == choice.column and same.get("unit", AS_IT_IS) == choice.unit
+            mapping["columns"][choice.name] = (
+                same if kept else {"from": choice.column, "unit": choice.unit}
+            )
     return str(yaml.safe_dump(mapping, sort_keys=False, allow_unicode=True))
 
 

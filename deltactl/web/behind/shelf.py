@@ -41,7 +41,7 @@ class Listed:
     def title(self) -> str:
         """What the list calls it."""
         if self.parts:
-            return " + ".join(one.title for one in self.parts)
+            return " + ".join(part.title for part in self.parts)
         return self.own or self.path.stem
 
     @property
@@ -73,19 +73,19 @@ class Listed:
         """The newest run of the same job after these recordings."""
         newest = self.singles[-1]
         later = [
-            one
-            for one in listed
+            other
+            for other in listed
             if newest.job
-            and one.job == newest.job
-            and not one.parts
-            and one.written_s > newest.written_s
+            and other.job == newest.job
+            and not other.parts
+            and other.written_s > newest.written_s
         ]
-        return max(later, key=lambda one: one.written_s, default=None)
+        return max(later, key=lambda other: other.written_s, default=None)
 
     def shown(self, text: str) -> str:
         """A text with the names that people gave in place of paths."""
-        for one in self.singles:
-            text = text.replace(str(one.path), one.own or one.path.name)
+        for single in self.singles:
+            text = text.replace(str(single.path), single.own or single.path.name)
         return text
 
 
@@ -98,13 +98,13 @@ class Shelf:
 
     def newest_first(self) -> list[Listed]:
         """The newest recordings of jobs; moves by hand are kept, and not listed."""
-        singles = {one.made.name: one for one in self._singles()}
+        singles = {single.made.name: single for single in self._singles()}
         found = [*singles.values(), *self._several(singles)]
-        return sorted(found, key=lambda one: one.written_s, reverse=True)[:SHOWN]
+        return sorted(found, key=lambda listed: listed.written_s, reverse=True)[:SHOWN]
 
     def together(self, chosen: Sequence[Listed]) -> str:
         """Note that these belong together; the name of the folder for what is made of them."""
-        names = sorted(one.made.name for one in chosen)
+        names = sorted(listed.made.name for listed in chosen)
         word = hashlib.sha256(json.dumps(names).encode()).hexdigest()[:16]
         folder = self._made / f"together-{word}"
         folder.mkdir(parents=True, exist_ok=True)
@@ -126,9 +126,9 @@ class Shelf:
             names = _json(noted)
             if not isinstance(names, list) or not all(name in singles for name in names):
                 continue
-            parts = sorted((singles[name] for name in names), key=lambda one: one.written_s)
+            parts = sorted((singles[name] for name in names), key=lambda part: part.written_s)
             with suppress(OSError):
-                size = sum(one.size_bytes for one in parts)
+                size = sum(part.size_bytes for part in parts)
                 when_s = noted.stat().st_mtime
                 yield Listed(parts[-1].path, size, when_s, noted.parent, parts=tuple(parts))
 

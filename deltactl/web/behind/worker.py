@@ -73,7 +73,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
         recordings, robot, json_out=folder / "answer.json", progress=_progress, read=reader()
     )
     # Whoever reads the report, or the corrected file, knows the name under which it was sent.
-    answer = answer.model_copy(update={"recordings": [name_beside(one) for one in recordings]})
+    answer = answer.model_copy(update={"recordings": [name_beside(path) for path in recordings]})
     model = load_with_effects(robot)
     write_report(answer, model, folder / "report.html")
     lines = plain_lines(answer, model, PAGE)
@@ -103,13 +103,13 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
     robots = [robot_of(run) for run in runs]
     seen = [track(run, robot) for run, robot in zip(runs, robots, strict=True)]
     errors_m = [
-        {one.name: float(np.sqrt(np.square(one.rms_m).sum())) for one in tracking.all()}
+        {error.name: float(np.sqrt(np.square(error.rms_m).sum())) for error in tracking.all()}
         for tracking in seen
     ]
     both = [name for name in errors_m[0] if name in errors_m[1]]
     return {
-        "errors_m": {name: [one[name] for one in errors_m] for name in both},
-        "whole": all(one.whole and one.windows_ns for one in seen),
+        "errors_m": {name: [errors[name] for errors in errors_m] for name in both},
+        "whole": all(tracking.whole and tracking.windows_ns for tracking in seen),
         "same_file": robots[0].effects == robots[1].effects,
     }
 
