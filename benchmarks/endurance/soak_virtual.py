@@ -115,6 +115,7 @@ class VirtualSoak:
         )
         self.clock = self.controller.clock
         self._actions = Actions(self.controller, JobStore(folder / "sent"), self.folder, self._note)
+        self._actions.checks.start()
         self._edges_told = [0, 0, 0]
         self._offset = (0, 0, 0)
         self._ballast = self.folder / "something.else"
