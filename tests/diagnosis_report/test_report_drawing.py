@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from deltactl.diagnosis.answer.records import Alternative
+from deltactl.diagnosis.report.drawings import BADGE_RADIUS, Mark, badge_places, hull
 from deltactl.diagnosis.report.machines import (
     DeltaDrawing,
     axis_scene,
@@ -16,7 +17,6 @@ from deltactl.diagnosis.report.machines import (
     parts_of,
     sensor_scene,
 )
-from deltactl.diagnosis.report.scene import BADGE_RADIUS, Mark, badge_places, hull
 from deltactl.models.effects import VOCABULARY
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 

@@ -20,7 +20,7 @@ from deltactl.diagnosis.answer.records import (
     ParameterResult,
     Picture,
 )
-from deltactl.diagnosis.report.bars import interval_bar, pair_bars
+from deltactl.diagnosis.report.drawings import interval_bar, pair_bars
 from deltactl.diagnosis.report.page import report_html, write_report
 from deltactl.diagnosis.report.sizes import Size
 from deltactl.foundation.errors import RecordingError
@@ -256,7 +256,7 @@ def test_an_interval_bar_shows_nothing_wrong_and_the_smallest_visible() -> None:
 
 
 def test_bars_are_as_long_as_their_values() -> None:
-    from deltactl.diagnosis.report.bars import Pair
+    from deltactl.diagnosis.report.drawings import Pair
 
     bars = pair_bars("t", [Pair("one", 4.0, 1.0), Pair("two", NAN, 2.0)], 0.5, "mm")
     assert re.findall(r"width:([\d.]+)%", bars) == ["100.00", "25.00", "0.00", "50.00"]

@@ -20,10 +20,9 @@ TOP_QUANTILE = 0.95
 FEWEST_ROWS = 30
 """Readings over which a root mean square is told."""
 
-Case = Literal[
-    "all", "forward", "backward", "stands", "command_stands", "reversed", "slow", "fast",
-    "low_load", "high_load",
-]  # fmt: skip
+Way = Literal["forward", "backward", "stands", "command_stands", "reversed"]
+Third = Literal["slow", "fast", "low_load", "high_load"]
+Case = Literal["all"] | Way | Third
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,7 +90,7 @@ def _after_reversal(t_s: FloatArray, way: FloatArray) -> BoolArray:
     return after
 
 
-def _thirds(low: Case, high: Case, which: str, size: FloatArray) -> Iterator[Regime]:
+def _thirds(low: Third, high: Third, which: str, size: FloatArray) -> Iterator[Regime]:
     least, most = np.quantile(size, [1.0 / 3.0, 2.0 / 3.0])
     if most > least:
         yield Regime(low, which, size <= least)

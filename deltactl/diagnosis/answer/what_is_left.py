@@ -24,10 +24,8 @@ from deltactl.models.effects import VOCABULARY
 ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 
 Part = Literal["nearly_all", "most", "part", "little"]
-Headline = Literal[
-    "nothing_missing", "probably_nothing", "explained", "explained_but", "fits_worse", "partly",
-    "unnamed", "none_known", "too_faint", "no_effect",
-]  # fmt: skip
+Found = Literal["explained", "explained_but", "fits_worse", "partly", "unnamed"]
+Sound = Literal["nothing_missing", "probably_nothing", "none_known", "too_faint", "no_effect"]
 
 
 def doubtful_floor(fit: Fit) -> bool:
@@ -203,7 +201,7 @@ def partly(answer: Diagnosis) -> tuple[Part, Literal["", "left", "other", "small
     return part, "small" if part == "nearly_all" else "other"
 
 
-def headline_case(answer: Diagnosis) -> Headline:
+def headline_case(answer: Diagnosis) -> Found | Sound:
     """Which sentence the verdict is put in."""
     if answer.verdict == "nothing_missing":
         sure = answer.probability_nothing_missing

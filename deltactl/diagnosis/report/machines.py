@@ -13,9 +13,7 @@ from math import cos, sin
 import numpy as np
 
 from deltactl.diagnosis.answer.records import Finding
-from deltactl.diagnosis.report.names import called, unknown
-from deltactl.diagnosis.report.pairs import uneven
-from deltactl.diagnosis.report.scene import (
+from deltactl.diagnosis.report.drawings import (
     BADGE_RADIUS,
     Label,
     Mark,
@@ -30,6 +28,8 @@ from deltactl.diagnosis.report.scene import (
     polygon,
     rod,
 )
+from deltactl.diagnosis.report.names import called, unknown
+from deltactl.diagnosis.report.pairs import uneven
 from deltactl.diagnosis.report.templates import say
 from deltactl.models.effects import card_of
 from deltactl.models.linkage import Linkage, forward
@@ -255,14 +255,19 @@ class DeltaDrawing:
         )
 
     def _add(
-        self, name: str, outlines: list[list[Point]], middle_m: FloatArray, nearer: float = 0.0,
-        style: str = "solid", badge: Point | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        outlines: list[list[Point]],
+        middle_m: FloatArray,
+        nearer: float,
+        above: Point | None = None,
+    ) -> None:
+        """above: where the badge goes; None: in the middle."""
         corners = tuple(point for outline in outlines for point in outline)
         shapes = tuple(polygon(outline) for outline in outlines)
         depth = float(middle_m @ TOWARDS) + nearer
-        badge = self.at(middle_m) if badge is None else badge
-        self.scene.parts.append(Part(name, shapes, corners, badge, depth, style))
+        place = self.at(middle_m) if above is None else above
+        self.scene.parts.append(Part(name, shapes, corners, place, depth))
 
     def _plate(self, name: str, radius_m: FloatArray, middle_m: FloatArray) -> None:
         """A hexagon: a corner on each side of every arm."""
@@ -286,7 +291,7 @@ class DeltaDrawing:
             middle = 0.5 * (ends[start] + ends[end])
             outlines = self._barrel(ends[start], ends[end], radius * unit, arm)
             above = _shift(self.at(middle), (0.0, -radius * unit * self.px_per_m - BADGE_RADIUS))
-            self._add(f"{name}{number}", outlines, middle, 0.05, badge=above)
+            self._add(f"{name}{number}", outlines, middle, 0.05, above)
         x, y = self.at(ends[2] + 1.2 * unit * self.out[arm])
         side = "start" if x > MIDDLE_PX else "end" if x < -MIDDLE_PX else "middle"
         label = (x, y - 1.1 * unit * self.px_per_m - 2.3 * BADGE_RADIUS)

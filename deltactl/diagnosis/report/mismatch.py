@@ -17,11 +17,10 @@ from deltactl.diagnosis.answer.picture import FloatArray, bare
 from deltactl.diagnosis.answer.records import Channel, Diagnosis, Finding, Picture
 from deltactl.diagnosis.answer.regimes import AFTER_REVERSAL_S, FEWEST_ROWS, Regime, regimes
 from deltactl.diagnosis.answer.what_is_left import doubtful_floor
-from deltactl.diagnosis.report.bars import Pair, cell_map, pair_bars
+from deltactl.diagnosis.report.drawings import Pair, cell_map, hue, pair_bars
 from deltactl.diagnosis.report.finding import stretches
 from deltactl.diagnosis.report.names import channel as channel_name
 from deltactl.diagnosis.report.names import count, followed, part
-from deltactl.diagnosis.report.scene import hue
 from deltactl.diagnosis.report.sizes import covariate_unit, scale_of
 from deltactl.diagnosis.report.templates import say
 from deltactl.models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis

@@ -21,7 +21,7 @@ from deltactl.diagnosis.answer.how_sure import alternatives_case, exclusive, set
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, ParameterResult
 from deltactl.diagnosis.answer.verdict import as_well
 from deltactl.diagnosis.answer.what_is_left import doubtful_floor
-from deltactl.diagnosis.report.bars import Pair, interval_bar, pair_bars
+from deltactl.diagnosis.report.drawings import Pair, badge, hue, interval_bar, pair_bars
 from deltactl.diagnosis.report.finding import (
     Span,
     alternatives_line,
@@ -52,7 +52,6 @@ from deltactl.diagnosis.report.names import (
 )
 from deltactl.diagnosis.report.next_run import experiment_line, hint, made_to_distinguish
 from deltactl.diagnosis.report.remedies import remedies
-from deltactl.diagnosis.report.scene import badge, hue
 from deltactl.diagnosis.report.sizes import Size, departure, forced, number, scale_of
 from deltactl.diagnosis.report.summary import remarks
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
