@@ -1,7 +1,8 @@
 """How fast the daemon answers while it works on large files: benchmarks/endurance/answers.py.
 
 Prints, for files of each kind that hold up whoever reads them, the time to the answer, and the
-longest time to the answer of a `status`, a `stop` and an `acknowledge` meanwhile.
+longest time to the answer of a `status`, a `stop` and an `acknowledge` meanwhile. A job that takes
+long is answered with 'planning', and followed.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ def main() -> int:
                 found = measured(socket, do, path)
                 late += _is_late(found)
                 times = "".join(f"{found.meanwhile_s.get(request, 0.0):13.3f}" for request in ASKED)
-                says = "late" if _is_late(found) else ""
+                says = "planning " if found.planned_late else ""
+                says += "late" if _is_late(found) else ""
                 print(f"{do + ': ' + name:36s}{found.answer_s:8.2f}{times} {says}", flush=True)
     print(f"{late} late")
     return int(late > 0)

@@ -12,23 +12,30 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.daemon.line import Line
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import DeltactlError, ServiceError
 
 MB = 1_000_000
 ROBOT_FILE = CONFIG_FOLDER / "zhao-2023.yaml"
 START_S = 60.0
+ANSWER_S = 120.0
+"""So long the answer to a request is waited for."""
+FOLLOWED_S = 20.0
+"""So long a job is followed that is being planned."""
 JOB = f"name: large\nrobot: {ROBOT_FILE.name}\ntiming: {{mode: together, t_pwm_s: 0.01}}\n"
 JOB += "inverse_kinematics: {kind: geometry}\n"
 
 
 def _filled(pattern: str, size: int) -> str:
-    """A pattern with a running number, so often that it makes `size` bytes."""
-    return "".join(pattern.format(n=n) for n in range(size // len(pattern.format(n=10_000))))
+    """A pattern with a running number, as often as it fits into `size` characters."""
+    longest = len(pattern.format(n=size // max(1, len(pattern.format(n=0)))))
+    return "".join(pattern.format(n=n) for n in range(size // longest))
 
 
 WRONG: dict[str, Callable[[int], str]] = {
@@ -49,10 +56,38 @@ WRONG: dict[str, Callable[[int], str]] = {
     "long keys": lambda size: _filled("k" * 900 + "{n}: 1\n", size),
     "numbers that are none": lambda size: "effects: [" + ".nan," * (size // 5) + "]\n",
     "escapes": lambda size: 'a: "' + "\\x41" * (size // 4) + '"\n',
+    "letters of many alphabets": lambda size: _filled("ключ{n}: значение 値 🙂\n", size // 2),
+    "numbers of a million digits": lambda size: "".join(
+        f"a{n}: {'7' * 1_000_000}\n" for n in range(size // 1_000_000)
+    ),
+    "one block of text": lambda size: "a: |\n" + _filled("  line {n}\n", size),
+    "quoted keys": lambda size: _filled('"k {n}": "1"\n', size),
     "comments": lambda size: "#\n" * (size // 2),
     "blank lines": lambda size: "\n" * size,
 }
 """What is added to a robot file or a job."""
+ITEMS = {
+    "numbers": "{n}",
+    "texts": "x{n}",
+    "lists": "[{n}]",
+    "mappings": "{{a: {n}}}",
+    "nothing": "",
+}
+"""What an entry of a list may be, and is not."""
+LISTS = {
+    "steps": "steps:\n",
+    "inner steps": "steps:\n- repeat: 2\n  steps:\n",
+    "points": "path:\n  shape: points\n  points_m:\n",
+    "angles": "path:\n  shape: joints\n  angles_deg:\n",
+    "legs": "path:\n  shape: way\n  legs:\n",
+}
+"""The lists of a job."""
+
+
+def _entries(head: str, item: str) -> Callable[[int], str]:
+    return lambda size: head + _filled(f"    - {item}\n", size)
+
+
 JOBS: dict[str, Callable[[int], str]] = {
     "wrong poses": lambda size: (
         "path:\n  shape: joints\n  angles_deg:\n" + _filled("  - [1, x, {n}]\n", size)
@@ -69,7 +104,23 @@ JOBS: dict[str, Callable[[int], str]] = {
     ),
     "outputs that are none": lambda size: "steps:\n" + _filled("- {{set: {{o{n}: on}}}}\n", size),
 }
+JOBS |= {
+    f"{what} as {name}": _entries(head, item)
+    for name, head in LISTS.items()
+    for what, item in ITEMS.items()
+}
 """What a job alone may have."""
+VALID: dict[str, Callable[[int], str]] = {
+    "poses": lambda size: (
+        "path:\n  shape: joints\n  angles_deg:\n"
+        + _filled("  - [10.0, 11.0, 12.{n}]\n", min(size, 2 * MB))
+    ),
+    "legs": lambda size: (
+        "path:\n  shape: way\n  legs:\n"
+        + _filled("  - {{to: [0.00{n}, 0.01, -0.45]}}\n", min(size, 3 * MB))
+    ),
+}
+"""Jobs that are right, or nearly, and take long to plan."""
 
 
 @dataclass
@@ -80,6 +131,8 @@ class Latencies:
     meanwhile_s: dict[str, float] = field(default_factory=dict)
     """Request -> its longest answer while the other was worked on."""
     refusal: str = ""
+    planned_late: bool = False
+    """Whether a job was answered before its check ended."""
 
 
 @contextlib.contextmanager
@@ -116,25 +169,32 @@ def files(folder: Path, size: int) -> Iterator[tuple[str, str, Path]]:
             whole = written + text if written.startswith("%") else text + written
             path.write_text(whole[: 4 * 2**20])
             yield name, do, path
-    for name, added in JOBS.items():
+    for name, added in (JOBS | VALID).items():
         path.write_text(JOB + added(size))
         yield name, "run", path
 
 
-def measured(socket: Path, do: str, path: Path) -> Latencies:
+def measured(socket: Path, do: str, path: Path, followed_s: float = FOLLOWED_S) -> Latencies:
     """Have a daemon work on a file, and ask it for other things meanwhile."""
     found = Latencies()
-    with Client(socket) as asking, Client(socket) as other:
-        _ready(asking, do)
-        ended = threading.Event()
+    with Client(socket) as other:
+        _ready(other, do)
+        ended, argument = threading.Event(), "job" if do == "run" else "robot"
 
         def ask() -> None:
             begun_s = time.monotonic()
-            try:
-                asking.submit(path) if do == "run" else asking.home(robot=path)
-            except DeltactlError as error:
-                found.refusal = str(error)
-            found.answer_s = time.monotonic() - begun_s
+            with closing(Line(socket, ANSWER_S)) as line:
+                try:
+                    answer = line.ask({"do": do, argument: str(path)}, ANSWER_S)
+                except DeltactlError as error:
+                    answer = {"error": {"message": str(error)}}
+                found.answer_s = max(found.answer_s, time.monotonic() - begun_s)
+                found.planned_late |= bool(answer.get("planning"))
+                number = answer.get("job_id")
+                while answer.get("planning") and time.monotonic() < begun_s + followed_s:
+                    time.sleep(0.05)
+                    answer = line.ask({"do": "result", "job_id": number}, ANSWER_S)
+                found.refusal = answer.get("error", {}).get("message", found.refusal)
             ended.set()
 
         thread = threading.Thread(target=ask)
@@ -144,7 +204,6 @@ def measured(socket: Path, do: str, path: Path) -> Latencies:
         thread.join()
         thread = threading.Thread(target=ask)
         ended.clear()
-        first_s = found.answer_s
         thread.start()
         ended.wait(0.1)
         for name, request in (
@@ -153,7 +212,6 @@ def measured(socket: Path, do: str, path: Path) -> Latencies:
         ):
             _timed(found, name, request)
         thread.join()
-        found.answer_s = max(first_s, found.answer_s)
     return found
 
 
