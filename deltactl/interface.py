@@ -166,7 +166,7 @@ def simulate(
     """
     from deltactl.firmware_py.controller.build import build_controller
     from deltactl.firmware_py.file_access import FileAccess
-    from deltactl.firmware_py.program.one_file import job_of
+    from deltactl.firmware_py.program.includes import job_of
     from deltactl.foundation.clock import sleep_s
 
     path = find(str(job), key=JOB_KEY)

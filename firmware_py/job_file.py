@@ -1,4 +1,4 @@
-"""A job: robot, path or steps, timing, inverse kinematics, repeats, and where it is recorded."""
+"""A job file: robot, path or steps, timing, inverse kinematics, repeats, its recording."""
 
 from __future__ import annotations
 
@@ -7,23 +7,218 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
+from deltactl.drivers.settings import Name
 from deltactl.firmware_py.feedback.settings import FeedbackSettings
-from deltactl.firmware_py.job_steps import (
-    CalibratedIk,
-    GeometryIk,
-    KinematicsSpec,
-    NetworkIk,
-    Repeats,
-    Step,
-)
-from deltactl.firmware_py.job_timing import Accelerated, Timing, Together
-from deltactl.firmware_py.path_file import Joints, PathSpec, StraightTo, Way
+from deltactl.firmware_py.path_file import Dwell, Joints, PathSpec, StraightTo, Way
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.explain import Mistake
-from deltactl.foundation.strict_yaml import Document, StrictModel, valid_keys_of
+from deltactl.foundation.strict_yaml import Document, RuledModel, StrictModel, rule, valid_keys_of
 from deltactl.models.robot import KINDS
+
+SLOWEST_MPS, FASTEST_MPS = 1e-6, 10.0
+
+
+class Together(StrictModel):
+    """All motors step together, one tick every T_PWM, as in Zhao 2023. There are no ramps."""
+
+    mode: Literal["together"] = "together"
+    t_pwm_s: Annotated[
+        float, Field(ge=50e-6, le=10.0, description="the pulse process is good for 50 us and up")
+    ]
+
+
+class Accelerated(RuledModel):
+    """Every motor keeps its own speed and acceleration limit; the path slows down where it must."""
+
+    mode: Literal["accelerated"]
+    speed_mps: (
+        Annotated[float, Field(ge=SLOWEST_MPS, le=FASTEST_MPS, description="m/s; 1 um/s to 10 m/s")]
+        | None
+    ) = None
+    """Speed of the platform along the path wherever the limits allow it."""
+    duration_s: (
+        Annotated[float, Field(ge=0.01, le=86400.0, description="seconds; a day at most")] | None
+    ) = None
+    """In place of a speed: how long each repeat takes from leaving the first target, with the
+    rests at the others and the way back to its start. Refused, with the shortest time there is,
+    where the limits do not allow it."""
+    joint_speed_radps: (
+        Annotated[float, Field(ge=1e-5, le=1e3, description="rad/s, a turn a week to 160 a second")]
+        | None
+    ) = None
+    """Not above the robot file's limit; absent for that limit. So too the acceleration."""
+    joint_acceleration_radps2: (
+        Annotated[float, Field(ge=1e-4, le=1e5, description="rad/s2; beyond is a blow")] | None
+    ) = None
+
+    @rule("speed_mps", "duration_s")
+    def _either(self) -> None:
+        if (self.speed_mps is None) == (self.duration_s is None):
+            raise ValueError("give either 'speed_mps' or 'duration_s'")
+
+
+def mode(timing: Any) -> Any:
+    """The mode that a `timing` section asks for; without one all motors step together."""
+    if isinstance(timing, dict):
+        return timing.get("mode", "together")
+    return getattr(timing, "mode", "together")
+
+
+Timing = Annotated[
+    Annotated[Together, Tag("together")] | Annotated[Accelerated, Tag("accelerated")],
+    Discriminator(mode),
+]
+
+
+MANY = "weeks of work at most"
+FileName = Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+class PathStep(StrictModel):
+    """Follow a path; the arms stand at its beginning and at its end."""
+
+    path: PathSpec
+    """A `way` without `start_m` begins where the path before it ended."""
+    timing: Timing | None = None
+    """Absent: the job's."""
+
+
+class SetStep(StrictModel):
+    """Switch outputs of the robot file."""
+
+    set: Annotated[dict[Name, bool], Field(min_length=1, description="name an output")]
+    """`{gripper: on}`."""
+
+
+class WaitStep(StrictModel):
+    """Stand and wait."""
+
+    wait_s: Dwell
+
+
+class Awaited(StrictModel):
+    """An input, and how long to wait for it."""
+
+    input: Name
+    """One of `inputs.named` of the robot file."""
+    is_on: bool = True
+    """Or until it is off."""
+    within_s: Annotated[float, Field(gt=0.0, le=86_400.0, description="seconds, at most a day")]
+    """When it has not come by then, the job is cancelled."""
+
+
+class WaitForStep(StrictModel):
+    """Stand until an input is on, or off."""
+
+    wait_for: Awaited
+
+
+class PauseStep(StrictModel):
+    """Stand until somebody says `resume`: a hand may be in the machine."""
+
+    pause: Annotated[
+        str, Field(min_length=1, max_length=200, description="says in one line why somebody waits")
+    ]
+    """Why, for whoever is to resume."""
+
+
+class IncludeStep(StrictModel):
+    """Another job file, for the same robot: its path or steps, timing and kinematics."""
+
+    include: FileName
+    """Sought beside this job and in `config/`."""
+
+
+class GeometryIk(StrictModel):
+    """Closed-form inverse kinematics of the robot file's geometry and known effects."""
+
+    kind: Literal["geometry"]
+
+
+class NetworkIk(StrictModel):
+    """A TFLite network; its file names the robot it was trained for."""
+
+    kind: Literal["network"]
+    file: FileName
+    """Sought beside the job, in `config/` and in `models/trained/`."""
+
+
+class CalibratedIk(StrictModel):
+    """As `geometry`, and refused when the robot file knows of no effect that it could correct."""
+
+    kind: Literal["calibrated"]
+
+
+KinematicsSpec = Annotated[GeometryIk | NetworkIk | CalibratedIk, Field(discriminator="kind")]
+Repeats = Annotated[int, Field(ge=1, le=100_000, description=MANY)]
+
+
+class InnerJob(StrictModel):
+    """What an `include` becomes in a recording, so that a recording holds its whole path."""
+
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    """That of the other file; so with all that follow."""
+    path: PathSpec | None = None
+    """One path, or `steps`."""
+    steps: tuple[Step, ...] | None = None
+    """In place of a path."""
+    timing: Timing
+    """As in a job file."""
+    inverse_kinematics: KinematicsSpec
+    """As in a job file."""
+    repeats: Repeats = 1
+
+
+class JobStep(StrictModel):
+    """Another job, written out."""
+
+    job: InnerJob
+
+
+class RepeatStep(StrictModel):
+    """Steps, so many times."""
+
+    repeat: Repeats
+    steps: Annotated[tuple[Step, ...], Field(min_length=1, description="repeat something")]
+
+
+STEP_KINDS: dict[str, type[StrictModel]] = {
+    "path": PathStep,
+    "set": SetStep,
+    "wait_s": WaitStep,
+    "wait_for": WaitForStep,
+    "pause": PauseStep,
+    "include": IncludeStep,
+    "job": JobStep,
+    "repeat": RepeatStep,
+}
+"""The key that says what a step is."""
+
+
+def step(value: Any) -> Any:
+    """What a step is, by its first key that says so."""
+    if isinstance(value, dict):
+        return next((key for key in value if key in STEP_KINDS), None)
+    return next((key for key, kind in STEP_KINDS.items() if isinstance(value, kind)), None)
+
+
+Step = Annotated[
+    Annotated[PathStep, Tag("path")]
+    | Annotated[SetStep, Tag("set")]
+    | Annotated[WaitStep, Tag("wait_s")]
+    | Annotated[WaitForStep, Tag("wait_for")]
+    | Annotated[PauseStep, Tag("pause")]
+    | Annotated[IncludeStep, Tag("include")]
+    | Annotated[JobStep, Tag("job")]
+    | Annotated[RepeatStep, Tag("repeat")],
+    Discriminator(step),
+]
+InnerJob.model_rebuild()
+RepeatStep.model_rebuild()
+JobStep.model_rebuild()
+
 
 __all__ = ["Accelerated", "CalibratedIk", "GeometryIk", "JobFile", "NetworkIk", "Together"]
 

@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from deltactl.firmware_py.paths import circle, heart, points, spiral, way
 from deltactl.firmware_py.paths.legs import MOST_LEGS, AsColumns, Legs, packed
 from deltactl.firmware_py.paths.path import MAX_TARGETS, BoolArray
+from deltactl.firmware_py.paths.shapes import (
+    circle_length_m,
+    heart_length_m,
+    point_target_count,
+    spiral_length_m,
+)
+from deltactl.firmware_py.paths.way import way_target_count
 from deltactl.foundation.strict_yaml import RuledModel, StrictModel, rule
 from deltactl.models.robot import FloatArray
 
@@ -58,7 +64,7 @@ class Circle(_Curve):
     def _has_length(self) -> None:
         if abs(self.turns) < 1e-3:
             raise ValueError("turns must not be 0: the circle would have no length")
-        _not_too_many(circle.length_m(self.radius_m, self.turns) / self.spacing_m)
+        _not_too_many(circle_length_m(self.radius_m, self.turns) / self.spacing_m)
 
 
 class Heart(_Curve):
@@ -73,7 +79,7 @@ class Heart(_Curve):
 
     @rule("width_m", "turns", "spacing_m")
     def _bounded(self) -> None:
-        _not_too_many(heart.length_m(self.width_m, self.turns) / self.spacing_m)
+        _not_too_many(heart_length_m(self.width_m, self.turns) / self.spacing_m)
 
 
 class Spiral(_Curve):
@@ -93,7 +99,7 @@ class Spiral(_Curve):
     def _bounded(self) -> None:
         if self.outer_radius_m <= self.inner_radius_m:
             return
-        length_m = spiral.length_m(self.inner_radius_m, self.outer_radius_m, self.turns)
+        length_m = spiral_length_m(self.inner_radius_m, self.outer_radius_m, self.turns)
         _not_too_many(length_m / self.spacing_m)
 
 
@@ -110,7 +116,7 @@ class Points(RuledModel):
 
     @rule("points_m", "spacing_m")
     def _bounded(self) -> None:
-        _not_too_many(points.target_count(self.points_m, self.spacing_m))
+        _not_too_many(point_target_count(self.points_m, self.spacing_m))
 
 
 class StraightTo(StrictModel):
@@ -175,7 +181,7 @@ class Way(RuledModel):
             return
         start_m = np.array(self.start_m)
         _check_legs(start_m, self.legs)
-        _not_too_many(way.target_count(start_m, self.legs, self.spacing_m))
+        _not_too_many(way_target_count(start_m, self.legs, self.spacing_m))
 
 
 LEAST_RADIUS_M = 1e-6
@@ -232,7 +238,7 @@ class Joints(StrictModel):
 class Survey(RuledModel):
     """Random arm angles, as Zhao 2023 section 3 collects its training data.
 
-    Triples that cannot be used are skipped and drawn again, see firmware_py/paths/survey.py.
+    Triples that cannot be used are skipped and drawn again, see firmware_py/paths/shapes.py.
     """
 
     shape: Literal["survey"]

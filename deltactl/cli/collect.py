@@ -53,9 +53,8 @@ def collect(
     ```
     """
     from deltactl.cli.file_arguments import robot_or_here
-    from deltactl.firmware_py.named_files import find
+    from deltactl.firmware_py.named_files import EXAMPLE, find
     from deltactl.firmware_py.robot_file import load_robot
-    from deltactl.firmware_py.robots_here import EXAMPLE
     from deltactl.models.training.dataset import load_dataset
 
     path = find(EXAMPLE if robot is None and as_built == SHIPPED_AS_BUILT else robot_or_here(robot))

@@ -83,7 +83,7 @@ def robot_or_here(named: str | None) -> str:
     """
     if named is not None:
         return named
-    from deltactl.firmware_py.robots_here import EXAMPLE, robots_here
+    from deltactl.firmware_py.named_files import EXAMPLE, robots_here
 
     here = robots_here()
     if len(here) > 1:

@@ -22,7 +22,7 @@ from deltactl.diagnosis.answer.tables import Tables
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.estimation.side_by_side import alone
 from deltactl.firmware_py.job_file import JobFile, NetworkIk, load_job
-from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.job_targets import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import Plan, make_plan
 from deltactl.firmware_py.program.coverage import coverage

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.firmware_py.paths.survey import survey
+from deltactl.firmware_py.paths.shapes import survey
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.linkage import Linkage
 

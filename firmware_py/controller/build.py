@@ -17,8 +17,14 @@ from deltactl.firmware_py.controller.file_in_force import keep_text
 from deltactl.firmware_py.controller.servo_machine import servo_machine
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.machine import Machine
-from deltactl.firmware_py.planning.prepared import Prepare, prepare_for, prepare_with
-from deltactl.firmware_py.planning.robot_read import ReadRobot, read_robot_here, read_robot_once
+from deltactl.firmware_py.planning.prepared import (
+    Prepare,
+    ReadRobot,
+    prepare_for,
+    prepare_with,
+    read_robot_here,
+    read_robot_once,
+)
 from deltactl.firmware_py.robot_file import RobotFile, check_said
 from deltactl.firmware_py.simulation.sensors import simulated_sensors, with_seed
 from deltactl.firmware_py.simulation.world import Concealed, SimulatedRobot, nothing_apart

@@ -33,8 +33,14 @@ from deltactl.firmware_py.controller.states import (
     State,
 )
 from deltactl.firmware_py.machine import Machine
-from deltactl.firmware_py.planning.prepared import InForce, Prepare, prepare_for
-from deltactl.firmware_py.planning.robot_read import ReadRobot, RobotRead, read_robot_here
+from deltactl.firmware_py.planning.prepared import (
+    InForce,
+    Prepare,
+    ReadRobot,
+    RobotRead,
+    prepare_for,
+    read_robot_here,
+)
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import TaskHandle
 from deltactl.foundation.errors import NotReady

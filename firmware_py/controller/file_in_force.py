@@ -13,7 +13,7 @@ from pathlib import Path
 
 from deltactl.firmware_py.controller.belief import needs_restart
 from deltactl.firmware_py.file_access import FileAccess, stamp_of, without_quoting
-from deltactl.firmware_py.planning.robot_read import ReadRobot, RobotRead, read_robot_here
+from deltactl.firmware_py.planning.prepared import ReadRobot, RobotRead, read_robot_here
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole

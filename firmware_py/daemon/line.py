@@ -13,7 +13,7 @@ from deltactl.firmware_py import wire_errors
 from deltactl.firmware_py.daemon import protocol
 from deltactl.firmware_py.daemon.address import client_sockets
 from deltactl.firmware_py.daemon.protocol import MAX_LINE_BYTES, Message
-from deltactl.firmware_py.robots_here import proposed
+from deltactl.firmware_py.named_files import proposed
 from deltactl.foundation.errors import ServiceError
 
 RETRY_S = 0.002

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.program.totals import check_job
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import MotionError
 from deltactl.foundation.plain_file import undone_on_failure, write_whole

@@ -12,13 +12,19 @@ import math
 import re
 from array import array
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
+from deltactl.firmware_py.importing import gcode_tables as notes_of
 from deltactl.firmware_py.importing.drawn import FLAT, MOST_MISTAKES, Drawn, Point, as_written
-from deltactl.firmware_py.importing.gcode_arcs import centre_by_words, check_words
-from deltactl.firmware_py.importing.gcode_line import WAIT, Command, command_of
-from deltactl.firmware_py.importing.gcode_meanings import Meanings
+from deltactl.firmware_py.importing.gcode_line import (
+    WAIT,
+    Command,
+    centre_by_words,
+    check_words,
+    command_of,
+)
 from deltactl.firmware_py.importing.gcode_tables import (
     ARCS,
     AXES,
@@ -28,21 +34,18 @@ from deltactl.firmware_py.importing.gcode_tables import (
     MOVES,
     PLACED,
     UNITS,
+    Meanings,
 )
-from deltactl.firmware_py.importing.gcode_text import numbered_lines
-from deltactl.firmware_py.importing.gcode_words import BLANK, DELETED, without_comments
+from deltactl.firmware_py.importing.gcode_words import (
+    BLANK,
+    DELETED,
+    numbered_lines,
+    without_comments,
+)
 from deltactl.firmware_py.path_file import MOST_DWELL_S
 from deltactl.firmware_py.paths.legs import MOST_LEGS, LegsGathered
 from deltactl.foundation.errors import ConfigError
 
-MILLISECONDS = "G4 P taken as milliseconds ({}); where they are seconds: --code G4=s"
-SECONDS = "G4 P taken as seconds, as one has a fraction ({}); where not so: --code G4=ms"
-EARLY = "moves before X, Y and Z are all known left out ({})"
-EARLY_WAIT = "G4 before the first place left out ({})"
-LEFT_OUT = "lines with / left out ({})"
-CARRIED_OUT = "lines with / carried out ({})"
-BY_WAY = "{} goes by way of the place that it names ({}); a 3D printer's goes straight home"
-AFTER = "{} behind the end of the program left out"
 _SETTING = re.compile(r"[gG][ \t]*0*(20|21|90(?:\.1)?|91(?:\.1)?|[0-3])(?![\d.])", re.ASCII)
 _SAME_M = 1e-9
 _MOST_SAID = 150
@@ -51,19 +54,15 @@ NOTHING_SAID = Meanings()
 
 def read_gcode(path: Path, origin_m: Point, means: Meanings = NOTHING_SAID) -> Drawn:
     """A G-code file as legs. Raises MissingFile, or ConfigError naming each wrong line."""
-    reader = _read(path, origin_m, means, flat=False)
-    if reader.begun or reader.heights or reader.errors:
-        return reader.done()
-    return _read(path, origin_m, means, flat=True).done()
-
-
-def _read(path: Path, origin_m: Point, means: Meanings, flat: bool) -> _Reader:
-    reader = _Reader(path, origin_m, means, flat)
-    for number, line in numbered_lines(path):
-        reader.take(number, line)
-        if reader.full:
+    for flat in (False, True):  # without any height it lies at that of the origin
+        reader = _Reader(path, origin_m, means, flat)
+        for number, line in numbered_lines(path):
+            reader.take(number, line)
+            if reader.full:
+                break
+        if reader.begun or reader.heights or reader.errors:
             break
-    return reader
+    return reader.done()
 
 
 class _Reader:
@@ -114,7 +113,7 @@ class _Reader:
             return
         leaves_out = self._means.block_delete
         if leaves_out is not None and (deleted := DELETED.match(said)):
-            self._notes[LEFT_OUT if leaves_out else CARRIED_OUT] += 1
+            self._notes[notes_of.LEFT_OUT if leaves_out else notes_of.CARRIED_OUT] += 1
             if leaves_out:
                 return
             said = line = deleted[1] + said[deleted.end() :]
@@ -167,7 +166,7 @@ class _Reader:
         elif WAIT in codes:
             self._dwell(number, given)
         elif placed := [code for code in codes if code in PLACED]:
-            self._go_to_place(number, placed[0], given, command.bare)
+            self._go_to_place(number, placed[0], command)
         elif given.keys() & {*AXES, *CENTRE, "R"}:
             if self._modal is None:
                 raise ValueError("coordinates after G80, which ends all moves; give G0 to G3")
@@ -237,7 +236,7 @@ class _Reader:
             holder = {"wait_s": 0.0}
             self._between.append((here, holder))
         elif self._start is None:
-            self._notes[EARLY_WAIT] += 1
+            self._notes[notes_of.EARLY_WAIT] += 1
             return
         else:
             if not self._legs:
@@ -262,20 +261,18 @@ class _Reader:
         for axis in [letter for letter in AXES if letter in given] or AXES:
             self._at[AXES.index(axis)] = None
 
-    def _go_to_place(
-        self, number: int, code: float, given: dict[str, float], bare: set[str]
-    ) -> None:
+    def _go_to_place(self, number: int, code: float, command: Command) -> None:
         """To the place that --code gives G28, in the axes that the line names, or in all.
 
         By way of a place that the line gives, as RS-274, LinuxCNC and grbl have it.
         """
-        place = self._means.places_m[f"G{code:g}"]
-        named = [axis for axis in AXES if axis in given or axis in bare] or list(AXES)
+        place, given = self._means.places_m[f"G{code:g}"], command.given
+        named = [axis for axis in AXES if axis in given.keys() | command.bare] or list(AXES)
         self.heights |= "Z" in named
         if given.keys() & set(AXES) and (self._absolute or None not in self._at):
             self._go(given)
             if self._start is not None and self._arrive(number, MOVES[0], {}):
-                self._notes[BY_WAY.format(f"G{code:g}", "{}")] += 1
+                self._notes[notes_of.BY_WAY.format(f"G{code:g}", "{}")] += 1
         for axis in named:
             self._at[AXES.index(axis)] = place[AXES.index(axis)]
         self._doubtful -= set(named)
@@ -299,8 +296,10 @@ class _Reader:
                 raise ValueError(
                     "an arc needs a place to begin at: X, Y and Z before it" + self._too_early()
                 )
-            arc["centre_m"] = self._centre(begin, words, clockwise=code == ARCS[0])
-            arc["clockwise"] = code == ARCS[0]
+            from_m, to_m = ((place[0] or 0.0, place[1] or 0.0) for place in (begin, self._at))
+            clockwise = code == ARCS[0]
+            x_m, y_m = centre_by_words(from_m, to_m, words, self._unit_m, clockwise, self._placed)
+            arc = {"centre_m": self._written((x_m, y_m)), "clockwise": clockwise}
         self._arrive(number, code, arc)
 
     def _arrive(self, number: int, code: float, arc: dict[str, Any]) -> bool:
@@ -313,9 +312,9 @@ class _Reader:
                 raise ValueError(
                     f"{missing} is not known after what --skip left out; give all three in the file"
                 )
-            self._notes[EARLY] += code != MOVES[0]
+            self._notes[notes_of.EARLY] += code != MOVES[0]
             return False  # the first lines of a file name the axes one by one
-        here = self._place()
+        here = cast(Point, self._written(self._at))
         if self._start is None:
             self._start, self._start_line = here, number
             return True
@@ -339,22 +338,10 @@ class _Reader:
                 raise ValueError("G91 comes before any absolute place; begin with G90")
         self._gone = True
 
-    def _centre(
-        self, begin: list[float | None], words: dict[str, float], *, clockwise: bool
-    ) -> tuple[float, ...]:
-        from_m = (begin[0] or 0.0, begin[1] or 0.0)
-        to_m = (self._at[0] or 0.0, self._at[1] or 0.0)
-        x_m, y_m = centre_by_words(from_m, to_m, words, self._unit_m, clockwise, self._placed)
-        return as_written((round(x_m + self._origin[0], 9), round(y_m + self._origin[1], 9)))
-
-    def _place(self) -> Point:
-        x_m, y_m, z_m = as_written(
-            tuple(
-                round((place or 0.0) + zero, 9)
-                for place, zero in zip(self._at, self._origin, strict=True)
-            )
-        )
-        return x_m, y_m, z_m
+    def _written(self, place_m: Sequence[float | None]) -> tuple[float, ...]:
+        """A place of the file in the robot's frame."""
+        pairs = zip(place_m, self._origin, strict=False)
+        return as_written(tuple(round((place or 0.0) + zero, 9) for place, zero in pairs))
 
     def done(self) -> Drawn:
         """Everything that was taken. Raises ConfigError where that is nothing, or any is wrong."""
@@ -364,15 +351,10 @@ class _Reader:
         over = [f"{word} passed over ({_times(count)})" for word, count in self._over.items()]
         notes = [note.format(_times(count)) for note, count in self._notes.items() if count]
         if self._behind:
-            notes.append(AFTER.format("one line" if self._behind == 1 else f"{self._behind} lines"))
-        return Drawn(
-            self._start,
-            self._legs.legs(),
-            (*over, *notes),
-            self._lines,
-            self._start_line,
-            tuple(self._between),
-        )
+            lines = "one line" if self._behind == 1 else f"{self._behind} lines"
+            notes.append(notes_of.AFTER.format(lines))
+        legs, said, between = self._legs.legs(), (*over, *notes), tuple(self._between)
+        return Drawn(self._start, legs, said, self._lines, self._start_line, between)
 
     def _refuse(self) -> None:
         if len(self._legs) > MOST_LEGS:
@@ -399,17 +381,17 @@ class _Reader:
         seconds = self._means.p_is_seconds
         if seconds is None:
             seconds = any(value != int(value) for *_, value in self._waits)
-            self._notes[SECONDS if seconds else MILLISECONDS] = len(self._waits)
+            self._notes[notes_of.SECONDS if seconds else notes_of.MILLISECONDS] = len(self._waits)
         for number, holder, value in self._waits:
             if self._wait(holder, value if seconds else value / 1e3) > MOST_DWELL_S:
                 raise ConfigError(f"{self._path}:{number}: G4 waits from nothing to an hour")
 
     def _too_early(self) -> str:
         """Why other moves are no part of the path, if there are any."""
-        count = self._notes.get(EARLY, 0)
+        count = self._notes.get(notes_of.EARLY, 0)
         if not count:
             return ""
-        early = EARLY.format(_times(count))
+        early = notes_of.EARLY.format(_times(count))
         return f" ({early}: begin with a move that has all three, as G0 X0 Y0 Z5)"
 
 

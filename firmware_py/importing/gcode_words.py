@@ -1,17 +1,64 @@
-"""A line of G-code as words: a letter and a number each; comments and line numbers taken off.
+"""Lines of a G-code file, whatever wrote it, and the words of each: a letter and a number.
 
-Every character of a line is part of a word, a comment, a line number or a checksum, or the line is
-refused. The package gcodeparser makes G91 of G91.1, drops a line of coordinates alone, and gives a
-coordinate to the nearest G word before it, though words of a line act together (NIST IR 6556,
-section 3). The tests compare these words with its own where both can read a line.
+A comment may hold any byte. Every other character of a line is part of a word, a line number or a
+checksum, or the line is refused. The package gcodeparser makes G91 of G91.1, drops a line of
+coordinates alone, and gives a coordinate to the nearest G word before it, though words of a line
+act together (NIST IR 6556, section 3). The tests compare these words with its own where both can
+read a line.
 """
 
 from __future__ import annotations
 
+import codecs
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
+
+from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.plain_file import TooLong, read_plain
+
+MAX_BYTES = 20_000_000
+_WIDE = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+_LEADER = "\x00\x02\x03\x04\x11\x12\x13\x14\x1a\x7f \t\r\n\x0b\x0c"
+"""What old controllers and serial lines put before and behind a program: NUL, start and end of
+text, XON and XOFF, Ctrl-Z, rub-out."""
+_BREAK = re.compile(r"\r*\n\r+(?!\n)|\r*\n|\r")
+"""Only CR and LF end a line: str.splitlines also breaks at bytes that stand in comments."""
+
+
+def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Lines from 1, without what ends them. Raises MissingFile, ConfigError."""
+    try:
+        content = read_plain(path, MAX_BYTES)
+    except TooLong:
+        raise ConfigError(
+            f"{path}: is longer than {MAX_BYTES:,} bytes; split it into several jobs"
+        ) from None
+    text = _decoded(path, content)
+    begin = len(text) - len(text.lstrip(_LEADER))
+    number = 1 + sum(1 for _ in _BREAK.finditer(text, 0, begin))
+    text = text.rstrip(_LEADER)
+    at = begin
+    for found in _BREAK.finditer(text, begin):
+        yield number, text[at : found.start()]
+        number, at = number + 1, found.end()
+    yield number, text[at:]
+
+
+def _decoded(path: Path, content: bytes) -> str:
+    """Text of UTF-8 or UTF-16 by its mark, else of UTF-8 or Latin-1, which cannot fail."""
+    wide = _WIDE.get(content[:2])
+    try:
+        if wide is not None:
+            return content[2:].decode(wide)
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if wide is not None:
+            raise ConfigError(f"{path}: is no G-code ({error})") from error
+        return content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
+
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 _WORD = re.compile(rf"\s*([A-Za-z])[ \t]*({_NUMBER})", re.ASCII)

@@ -14,9 +14,9 @@ from pathlib import Path
 
 from deltactl.firmware_py.importing.drawn import FLAT, MOST_MISTAKES, Drawn, Point, as_written
 from deltactl.firmware_py.importing.point_columns import (
-    UNNAMED,
     Column,
     columns_of,
+    headings_of,
     wrong_headings,
 )
 from deltactl.firmware_py.paths.legs import MOST_LEGS, LegsGathered
@@ -90,13 +90,6 @@ def _form(path: Path) -> TableFormat:
 def _has_places(form: TableFormat) -> bool:
     columns = columns_of(headings_of(form), form.units)
     return {"x", "y"} <= {column.kind for column in columns.values()}
-
-
-def headings_of(form: TableFormat) -> tuple[str, ...]:
-    """What the columns of a table are called, here where it does not say it itself."""
-    if form.named:
-        return form.names
-    return (*UNNAMED, *form.names[len(UNNAMED) :])[: len(form.names)]
 
 
 def _heading_line(form: TableFormat, lines: list[str]) -> int:

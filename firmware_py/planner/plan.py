@@ -12,11 +12,9 @@ import numpy as np
 
 from deltactl.drivers.steps.contract import Counts
 from deltactl.firmware_py.compensation.remembering import Course, Remembering
-from deltactl.firmware_py.job_file import JobFile, Together, load_job, way_in_mps
-from deltactl.firmware_py.job_timing import SLOWEST_MPS
-from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.job_file import SLOWEST_MPS, JobFile, Together, load_job, way_in_mps
+from deltactl.firmware_py.job_targets import kinematics_of, path_of
 from deltactl.firmware_py.named_files import find
-from deltactl.firmware_py.path_of_job import path_of
 from deltactl.firmware_py.paths.path import Space
 from deltactl.firmware_py.paths.reach import Reach
 from deltactl.firmware_py.planner.approach import StraightWay, WayIn, approach

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, Int64Array, Ticks
-from deltactl.firmware_py.job_timing import FASTEST_MPS, SLOWEST_MPS
+from deltactl.firmware_py.job_file import FASTEST_MPS, SLOWEST_MPS
 from deltactl.firmware_py.paths.path import BoolArray
 from deltactl.firmware_py.planner.curve import LONGEST_STEPS, curve_through, squared_rates
 from deltactl.firmware_py.planner.motion import NEVER, Schedule, StepGate

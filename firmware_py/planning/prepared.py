@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
-from deltactl.firmware_py.file_access import FileAccess, without_quoting
+from deltactl.firmware_py.file_access import FileAccess, Stamp, stamp_of, without_quoting
 from deltactl.firmware_py.job_file import JobFile, NetworkIk
-from deltactl.firmware_py.kinematics_of_job import kinematics_of, network_file
+from deltactl.firmware_py.job_targets import kinematics_of, network_file
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.planner.plan import Plan
-from deltactl.firmware_py.program.building import make_program
+from deltactl.firmware_py.program.building import make_program, told_with
 from deltactl.firmware_py.program.includes import read_whole
 from deltactl.firmware_py.program.instructions import Program
-from deltactl.firmware_py.program.naming import told_with
-from deltactl.firmware_py.robot_file import RobotFile
-from deltactl.foundation.errors import ConfigError
+from deltactl.firmware_py.robot_file import RobotFile, robot_in
+from deltactl.foundation.errors import ConfigError, ServiceError
+from deltactl.foundation.strict_yaml import Document
 from deltactl.models.inverse_kinematics import InverseKinematics
 
 
@@ -126,3 +127,44 @@ def _wanted(name: str, job_file: Path, robot: InForce, how: FileAccess) -> Path:
             if name == path.name:
                 return path
     return find(name, job_file, listing=how.follow)
+
+
+@dataclass(frozen=True, slots=True)
+class RobotRead:
+    """A robot, and the text that says it."""
+
+    robot: RobotFile
+    text: str
+    stamp: Stamp
+    """Of the file before it was read."""
+
+    def message(self) -> dict[str, Any]:
+        """As plain values; keys that the file leaves out stay left out."""
+        robot = self.robot.model_dump(mode="json", exclude_unset=True)
+        return {"robot": robot, "text": self.text, "stamp": self.stamp}
+
+    @classmethod
+    def of(cls, message: dict[str, Any]) -> RobotRead:
+        """The same again. Raises ServiceError when that is none."""
+        try:
+            robot = RobotFile.model_validate_json(json.dumps(message["robot"]))
+            changed, size, inode = map(int, message["stamp"])
+            return cls(robot, str(message["text"]), (changed, size, inode))
+        except (KeyError, TypeError, ValueError) as error:
+            raise ServiceError(f"the reader's answer cannot be read ({error})") from error
+
+
+ReadRobot = Callable[[Path, FileAccess], RobotRead]
+
+
+def read_robot_here(path: Path, access: FileAccess) -> RobotRead:
+    """Read and check a robot file in this process. Raises MissingFile, ConfigError."""
+    stamp = stamp_of(path)
+    with without_quoting(path, access):
+        document = Document.read(path, access.follow, access.most_bytes)
+        return RobotRead(robot_in(document), document.text, stamp)
+
+
+def read_robot_once(path: Path, access: FileAccess) -> RobotRead:
+    """As `read_robot_here`, or what this access has read before."""
+    return RobotRead(access.robot(path), access.document(path).text, access.stamp(path))

@@ -19,8 +19,7 @@ from typing import Any
 
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.planning.packed import unpack
-from deltactl.firmware_py.planning.prepared import CalledOff, InForce, Prepared
-from deltactl.firmware_py.planning.robot_read import RobotRead
+from deltactl.firmware_py.planning.prepared import CalledOff, InForce, Prepared, RobotRead
 from deltactl.firmware_py.wire_errors import as_exception
 from deltactl.foundation.errors import ConfigError, ServiceError
 from deltactl.foundation.process import importable

@@ -26,7 +26,7 @@ def main(arguments: list[str]) -> int:
     """One question after another, until one has led to a plan or the daemon has gone."""
     os.nice(NICE)
     import deltactl.firmware_py.planning.packed
-    import deltactl.firmware_py.planning.robot_read  # noqa: F401  before anything is asked
+    import deltactl.firmware_py.planning.prepared  # noqa: F401  before anything is asked
 
     memory_bytes = _least(resource.RLIMIT_AS, MEMORY_BYTES)
     resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
@@ -91,7 +91,7 @@ def _plan(asked: dict[str, Any], descriptor: int, memory_bytes: int) -> dict[str
 def _robot(asked: dict[str, Any]) -> dict[str, Any]:
     """Read a robot file; the kernel ends the process when its time is over (SIGALRM)."""
     from deltactl.firmware_py.file_access import FileAccess
-    from deltactl.firmware_py.planning.robot_read import read_robot_here
+    from deltactl.firmware_py.planning.prepared import read_robot_here
     from deltactl.firmware_py.wire_errors import as_message
     from deltactl.foundation.errors import DeltactlError
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from deltactl.drivers.steps.contract import Counts
-from deltactl.firmware_py.job_file import JobFile
-from deltactl.firmware_py.job_steps import (
+from deltactl.firmware_py.job_file import (
     InnerJob,
+    JobFile,
     JobStep,
     PathStep,
     PauseStep,
@@ -147,3 +149,12 @@ def _plain(error: ValueError) -> str:
     """What a validator said, without pydantic's frame around it."""
     found = getattr(error, "errors", None)
     return str(found()[0]["msg"]).removeprefix("Value error, ") if found else str(error)
+
+
+@contextmanager
+def told_with(job_file: Path | str) -> Iterator[None]:
+    """Put the job file before whatever breaks a limit within."""
+    try:
+        yield
+    except (LimitExceeded, UnreachablePoint) as error:
+        raise error.worded(f"{job_file}: {error}") from error

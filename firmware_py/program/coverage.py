@@ -8,7 +8,7 @@ from typing import Any
 
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.job_file import JobFile, NetworkIk
-from deltactl.firmware_py.kinematics_of_job import network_file, read_network
+from deltactl.firmware_py.job_targets import network_file, read_network
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.program.includes import kinematics_in, paths_of, read_whole
 from deltactl.firmware_py.robot_file import RobotFile

@@ -1,13 +1,18 @@
-"""Figures of a whole program, from those of its moves."""
+"""Figures of a whole program, and of what a job file would do, without doing it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from deltactl.drivers.steps.contract import Counts
-from deltactl.firmware_py.planner.plan import Plan
+from deltactl.firmware_py.job_targets import kinematics_of
+from deltactl.firmware_py.named_files import ROBOT_KEY, find
+from deltactl.firmware_py.planner.plan import Plan, home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.planner.summary import CheckSummary, Range, slower, summarise
+from deltactl.firmware_py.program.building import make_program, told_with
+from deltactl.firmware_py.program.includes import read_whole
 from deltactl.firmware_py.program.instructions import (
     Leaf,
     Move,
@@ -17,6 +22,7 @@ from deltactl.firmware_py.program.instructions import (
     WaitFor,
     visit,
 )
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.clock import NS_PER_S, ns
 
 
@@ -126,3 +132,30 @@ def _ranges(triples: list[tuple[Range, Range, Range]]) -> tuple[Range, Range, Ra
         for column in zip(*triples, strict=True)
     )
     return first, second, third
+
+
+def check_job(
+    job_path: Path, from_counts: Counts | None = None, robot_file: Path | None = None
+) -> CheckSummary:
+    """Dry run of a job file from home (or other counts): what it would do.
+
+    `robot_file`: instead of the one the job names. Raises MissingFile, ConfigError,
+    NetworkError, UnreachablePoint or LimitExceeded.
+    """
+    robot = None if robot_file is None else load_robot(robot_file)
+    program = program_of(job_path, robot, from_counts)
+    return summarise_program(program, from_counts or home_counts(program.robot))
+
+
+def program_of(
+    job_path: Path, robot: RobotFile | None = None, from_counts: Counts | None = None
+) -> Program:
+    """The program of a job file, for the robot it names or for one that is there already."""
+    job = read_whole(job_path, robot=robot).job
+    if robot is None:
+        robot = load_robot(find(job.robot, beside=job_path, key=ROBOT_KEY))
+    known = robot
+    with told_with(job_path):
+        return make_program(
+            job, known, lambda one: kinematics_of(one, known, job_path), from_counts
+        )

@@ -7,7 +7,7 @@ import pytest
 
 from deltactl.firmware_py.compensation.remembering import Course, Remembering
 from deltactl.firmware_py.job_file import JobFile, load_job
-from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.job_targets import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import Plan, home_counts, make_plan
 from deltactl.firmware_py.planner.stream import MotionStream

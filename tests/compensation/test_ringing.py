@@ -8,7 +8,7 @@ import pytest
 from deltactl.drivers.steps.contract import Ticks
 from deltactl.firmware_py.compensation.ringing import Ringing, knot_s
 from deltactl.firmware_py.job_file import load_job
-from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.job_targets import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import Plan, home_counts, make_plan
 from deltactl.firmware_py.planner.stream import MotionStream

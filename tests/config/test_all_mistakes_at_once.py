@@ -9,7 +9,7 @@ import pytest
 
 from deltactl.firmware_py.job_file import load_job
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.program.totals import check_job
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.robot_files import load_with_effects

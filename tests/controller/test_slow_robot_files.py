@@ -14,7 +14,7 @@ from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.file_in_force import FileInForce
 from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.file_access import FileAccess
-from deltactl.firmware_py.planning.robot_read import RobotRead, read_robot_here
+from deltactl.firmware_py.planning.prepared import RobotRead, read_robot_here
 from deltactl.foundation.errors import DeltactlError, NotReady
 from tests.controller.conftest import ROBOT
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from deltactl.firmware_py.describing.first_job import write_first_job
 from deltactl.firmware_py.describing.robot_text import robot_text
-from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.program.totals import check_job
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.robot_files import load_robot_model
 from tests.describing.conftest import DELTA, WIRED, Deltactl, options

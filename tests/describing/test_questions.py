@@ -5,14 +5,8 @@ from __future__ import annotations
 import pytest
 
 from deltactl.cli.recordings.init import _ask as asked_by_hand
-from deltactl.firmware_py.describing.questions import (
-    QUESTIONS,
-    WIRING,
-    Question,
-    gather,
-    numbers,
-    remarks,
-)
+from deltactl.firmware_py.describing.question import Question
+from deltactl.firmware_py.describing.questions import QUESTIONS, WIRING, gather, numbers, remarks
 from deltactl.foundation.errors import ConfigError
 from tests.describing.conftest import DELTA, WIRED
 

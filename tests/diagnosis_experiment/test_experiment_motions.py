@@ -16,7 +16,7 @@ from deltactl.diagnosis.plants.delta.next_runs import job_of
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits, is_safe
 from deltactl.diagnosis.plants.delta.timeline import duration_s
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
-from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.program.totals import check_job
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.linkage import Linkage, forward
 

@@ -16,7 +16,7 @@ from deltactl.drivers.steps.contract import Ticks
 from deltactl.firmware_py.feedback.feedback import Feedback
 from deltactl.firmware_py.feedback.settings import FeedbackSettings
 from deltactl.firmware_py.job_file import JobFile
-from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.job_targets import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import home_counts, make_plan
 from deltactl.firmware_py.robot_file import load_robot

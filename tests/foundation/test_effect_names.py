@@ -28,10 +28,8 @@ HOMONYMS = {
     "deltactl/diagnosis/plants/lone/forced_axis.py": 7,
     "deltactl/reference/words.py": 2,
     "firmware_py/robot_file.py": 1,
-    "firmware_py/describing/asked_of_all.py": 1,
-    "firmware_py/describing/asked_of_an_axis.py": 2,
-    "firmware_py/describing/measured.py": 1,
-    "firmware_py/describing/robot_text.py": 4,
+    "firmware_py/describing/questions.py": 3,
+    "firmware_py/describing/robot_text.py": 5,
 }
 """Keys of robot files, questions of `deltactl init`, and a parameter that have an effect's name."""
 ALLOWED = EXPERIMENT | HOMONYMS

@@ -14,11 +14,11 @@ import pytest
 from deltactl.firmware_py.importing.by_line import checked_job
 from deltactl.firmware_py.importing.drawn import job_text
 from deltactl.firmware_py.importing.gcode import read_gcode
-from deltactl.firmware_py.importing.gcode_meanings import meanings_of
+from deltactl.firmware_py.importing.gcode_tables import meanings_of
 from deltactl.firmware_py.job_file import load_job
+from deltactl.firmware_py.job_targets import path_of
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.path_file import Way
-from deltactl.firmware_py.path_of_job import path_of
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError
 

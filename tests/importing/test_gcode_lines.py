@@ -9,7 +9,7 @@ import pytest
 
 from deltactl.firmware_py.importing.drawn import Drawn
 from deltactl.firmware_py.importing.gcode import read_gcode
-from deltactl.firmware_py.importing.gcode_meanings import meanings_of
+from deltactl.firmware_py.importing.gcode_tables import meanings_of
 from deltactl.foundation.errors import ConfigError
 
 HEAD = "G21 G90\nG0 X10 Y0 Z0\nG1 X0 F600\n"

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from deltactl.firmware_py.importing.drawn import Drawn, held
+from deltactl.firmware_py.importing.point_columns import add_point
 from deltactl.firmware_py.importing.points_table import read_points
-from deltactl.firmware_py.importing.teaching import add_point
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import ConfigError, DeltactlError
 

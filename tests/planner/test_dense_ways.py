@@ -13,8 +13,7 @@ from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.paths.corner import from_polyline
 from deltactl.firmware_py.paths.legs import Legs
-from deltactl.firmware_py.paths.merging import Lines
-from deltactl.firmware_py.paths.way import way
+from deltactl.firmware_py.paths.way import Lines, way
 from deltactl.firmware_py.planner.plan import Plan, make_plan
 from deltactl.firmware_py.planner.summary import slower
 from deltactl.firmware_py.robot_file import load_robot

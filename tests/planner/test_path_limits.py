@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.paths.points import target_count
+from deltactl.firmware_py.paths.shapes import target_count
 from deltactl.firmware_py.planner.plan import make_plan
 from deltactl.foundation.errors import LimitExceeded, UnreachablePoint
 from deltactl.models.inverse_kinematics import GeometricInverse

@@ -9,8 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.paths import circle, heart, points, spiral
 from deltactl.firmware_py.paths.path import Path, Space
+from deltactl.firmware_py.paths.shapes import (
+    circle,
+    circle_length_m,
+    heart,
+    point_target_count,
+    points,
+    spiral,
+    spiral_length_m,
+)
 
 lengths = st.floats(0.01, 0.3)
 spacings = st.floats(0.0005, 0.01)
@@ -25,7 +33,7 @@ def hops_m(path: Path) -> np.ndarray:
 @given(radius_m=lengths, turns=st.floats(0.1, 4.0), spacing_m=spacings, back=st.booleans())
 def test_circle_keeps_its_radius_and_spacing(radius_m, turns, spacing_m, back):
     turns = -turns if back else turns
-    path = circle.circle(CENTRE, radius_m, turns, spacing_m)
+    path = circle(CENTRE, radius_m, turns, spacing_m)
     away = path.targets - np.array(CENTRE)
     assert np.hypot(away[:, 0], away[:, 1]) == pytest.approx(radius_m)
     assert (path.targets[:, 2] == CENTRE[2]).all()
@@ -33,7 +41,7 @@ def test_circle_keeps_its_radius_and_spacing(radius_m, turns, spacing_m, back):
     assert hops.max() <= spacing_m * (1 + 1e-9)
     assert np.ptp(hops) < 1e-12
     # A chord is shorter than its arc by (spacing / radius)^2 / 24, and no more.
-    exact = circle.length_m(radius_m, turns)
+    exact = circle_length_m(radius_m, turns)
     assert exact * (1 - (spacing_m / radius_m) ** 2 / 20) <= hops.sum() <= exact * (1 + 1e-12)
     turned = away[0, 0] * away[1, 1] - away[0, 1] * away[1, 0]
     assert np.sign(turned) == np.sign(turns)
@@ -41,7 +49,7 @@ def test_circle_keeps_its_radius_and_spacing(radius_m, turns, spacing_m, back):
 
 @pytest.mark.parametrize("turns", [1, -1, 3, -2])
 def test_whole_turns_close_exactly_and_repeat_themselves(turns):
-    path = circle.circle(CENTRE, 0.1, turns, 0.0007)
+    path = circle(CENTRE, 0.1, turns, 0.0007)
     per_turn = (len(path) - 1) // abs(turns)
     assert path.is_closed
     for turn in range(abs(turns)):
@@ -50,7 +58,7 @@ def test_whole_turns_close_exactly_and_repeat_themselves(turns):
 
 
 def test_part_of_a_turn_is_open_and_goes_back_straight():
-    path = circle.circle(CENTRE, 0.1, 0.5, 0.001)
+    path = circle(CENTRE, 0.1, 0.5, 0.001)
     assert not path.is_closed
     way = np.concatenate([path.targets[-1:], path.way_back, path.targets[:1]])
     assert np.linalg.norm(np.diff(way, axis=0), axis=1) == pytest.approx(0.001, rel=1e-6)
@@ -60,7 +68,7 @@ def test_part_of_a_turn_is_open_and_goes_back_straight():
 @settings(max_examples=40, deadline=None)
 @given(width_m=lengths, spacing_m=spacings, turns=st.integers(1, 3))
 def test_heart_is_as_wide_as_asked_centred_symmetric_and_closed(width_m, spacing_m, turns):
-    path = heart.heart(CENTRE, width_m, turns, spacing_m)
+    path = heart(CENTRE, width_m, turns, spacing_m)
     assert path.is_closed
     per_turn = (len(path) - 1) // turns
     once = path.targets[: per_turn + 1] - np.array(CENTRE)
@@ -81,7 +89,7 @@ def heart_y(cos: np.ndarray) -> np.ndarray:
 
 def test_heart_satisfies_its_formula():
     """x = 16 sin^3 t gives sin t, and cos t up to its sign; y must be that of one of the signs."""
-    path = heart.heart((0, 0, -0.4), 0.32, 1, 0.002)
+    path = heart((0, 0, -0.4), 0.32, 1, 0.002)
     y = heart_y(np.cos(np.linspace(0, 2 * np.pi, 100_001)))
     middle = (y.max() + y.min()) / 2
     cos = np.sqrt(1 - np.cbrt(path.targets[:, 0] / 0.16) ** 2)
@@ -90,7 +98,7 @@ def test_heart_satisfies_its_formula():
 
 
 def test_heart_spacing_is_even_off_the_cusps():
-    hops = hops_m(heart.heart(CENTRE, 0.2, 1, 0.0005))
+    hops = hops_m(heart(CENTRE, 0.2, 1, 0.0005))
     assert hops.max() / hops.min() < 1.001
 
 
@@ -103,7 +111,7 @@ def test_heart_spacing_is_even_off_the_cusps():
 )
 def test_spiral_is_logarithmic_with_even_spacing(inner_m, growth, turns, spacing_m):
     outer_m = inner_m * growth
-    path = spiral.spiral(CENTRE, inner_m, outer_m, turns, spacing_m)
+    path = spiral(CENTRE, inner_m, outer_m, turns, spacing_m)
     away = path.targets - np.array(CENTRE)
     radius = np.hypot(away[:, 0], away[:, 1])
     assert radius[[0, -1]] == pytest.approx([inner_m, outer_m])
@@ -113,7 +121,7 @@ def test_spiral_is_logarithmic_with_even_spacing(inner_m, growth, turns, spacing
     hops = hops_m(path)
     assert hops.max() <= spacing_m * (1 + 1e-9)
     # Chords of equal arcs: shorter only by their curvature, at most 1 / (inner radius).
-    arc = spiral.length_m(inner_m, outer_m, turns) / len(hops)
+    arc = spiral_length_m(inner_m, outer_m, turns) / len(hops)
     assert hops.min() >= arc * (1 - (arc / inner_m) ** 2 / 8)
 
 
@@ -128,8 +136,8 @@ def test_spiral_is_logarithmic_with_even_spacing(inner_m, growth, turns, spacing
     dwell_s=st.floats(0, 5),
 )
 def test_points_rest_exactly_at_the_given_points(corners, spacing_m, dwell_s):
-    path = points.points(corners, dwell_s, spacing_m)
-    assert len(path) == points.target_count(corners, spacing_m)
+    path = points(corners, dwell_s, spacing_m)
+    assert len(path) == point_target_count(corners, spacing_m)
     assert (path.targets[path.rest] == np.array(corners)).all()
     assert (path.dwell_s[path.rest] == dwell_s).all()
     assert (path.dwell_s[~path.rest] == 0.0).all()

@@ -7,7 +7,7 @@ import pytest
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.paths import reach
-from deltactl.firmware_py.paths.survey import survey
+from deltactl.firmware_py.paths.shapes import survey
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import UnreachablePoint
 from deltactl.models.linkage import Linkage

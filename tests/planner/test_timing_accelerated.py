@@ -18,8 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.paths.heart import heart
-from deltactl.firmware_py.paths.points import points
+from deltactl.firmware_py.paths.shapes import heart, points
 from deltactl.firmware_py.planner.motion import StepGate
 from deltactl.firmware_py.planner.plan import motor_limits
 from deltactl.firmware_py.planner.timing_accelerated import CurveSchedule

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from deltactl.firmware_py.file_access import FileAccess
-from deltactl.firmware_py.planning.robot_read import read_robot_here
+from deltactl.firmware_py.planning.prepared import read_robot_here
 from deltactl.firmware_py.program.includes import read_whole
 from deltactl.foundation.errors import ConfigError
 from tests.rigs.large_requests import JOB, JOBS, MB, ROBOT_FILE, WRONG

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from deltactl.firmware_py.controller.controller import Controller
-from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.program.totals import check_job
 from deltactl.foundation.clock import sleep_s
 from deltactl.foundation.errors import ConfigError
 from deltactl.recording.reading.reader import read_run

@@ -8,8 +8,8 @@ import pytest
 
 from deltactl.firmware_py.planning.packed import pack, unpack
 from deltactl.firmware_py.planning.prepared import InForce, prepare_here
-from deltactl.firmware_py.program.dry_run import check_job
 from deltactl.firmware_py.program.instructions import Leaf, Move
+from deltactl.firmware_py.program.totals import check_job
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from tests.program.conftest import HEAD, Write

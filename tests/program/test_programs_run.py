@@ -10,7 +10,7 @@ from deltactl.firmware_py.controller.claim import Claim, Owner
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.jobs import active_job
 from deltactl.firmware_py.job_file import JobFile
-from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.program.totals import check_job
 from deltactl.foundation.clock import sleep_s
 from deltactl.foundation.errors import MotionError
 from deltactl.foundation.strict_yaml import Document

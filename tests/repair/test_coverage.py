@@ -10,7 +10,7 @@ import pytest
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planning.prepared import InForce, prepare_here
 from deltactl.firmware_py.program.coverage import coverage_of, robot_coverage
-from deltactl.firmware_py.program.dry_run import check_job
+from deltactl.firmware_py.program.totals import check_job
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.calibrated_inverse import CalibratedInverse

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from deltactl.firmware_py.job_file import load_job
-from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.job_targets import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import make_plan
 from deltactl.firmware_py.program.coverage import coverage
-from deltactl.firmware_py.program.dry_run import program_of
 from deltactl.firmware_py.program.includes import read_whole
+from deltactl.firmware_py.program.totals import program_of
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.robot import EffectEntry, FoundBy
 from deltactl.repair.limit import Limit, limit_of, limit_of_program

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from deltactl.firmware_py.job_file import JobFile, load_job
-from deltactl.firmware_py.kinematics_of_job import kinematics_of
+from deltactl.firmware_py.job_targets import kinematics_of
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError, RecordingError, UnreachablePoint

@@ -69,8 +69,7 @@ def correct(
 def _limit_of(job: Path, found: Corrected) -> Limit | str:
     """Check a job with the corrected robot. Raises ConfigError, MotionError, NetworkError."""
     from deltactl.firmware_py.planner.plan import home_counts
-    from deltactl.firmware_py.program.dry_run import program_of
-    from deltactl.firmware_py.program.totals import summarise_program
+    from deltactl.firmware_py.program.totals import program_of, summarise_program
     from deltactl.repair.limit import limit_of_program
 
     program = program_of(job, found.robot)

@@ -18,7 +18,8 @@ from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
 
 if TYPE_CHECKING:
-    from deltactl.firmware_py.describing.questions import Answers, Question
+    from deltactl.firmware_py.describing.question import Question
+    from deltactl.firmware_py.describing.questions import Answers
     from deltactl.recording.tables.flat import FlatRecording
 
 WIRED = "For hardware (a delta; all are asked for with --wiring)"
@@ -147,7 +148,7 @@ def _measured(
     kind: str, path: Path, columns: list[str], known: Answers
 ) -> tuple[Answers, list[str]]:
     """What the recording tells, and the options that read it."""
-    from deltactl.firmware_py.describing.measured import measured
+    from deltactl.firmware_py.describing.robot_text import measured
 
     recording, columns = _read(path, columns)
     answers, said = measured(kind, recording, known)

@@ -11,9 +11,8 @@ from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.planner.summary import CheckSummary
 from deltactl.firmware_py.program.coverage import Coverage, coverage
-from deltactl.firmware_py.program.dry_run import program_of
 from deltactl.firmware_py.program.instructions import Program
-from deltactl.firmware_py.program.totals import summarise_program
+from deltactl.firmware_py.program.totals import program_of, summarise_program
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.robot import AXES, FloatArray
 from deltactl.repair.limit import Limit, limit_of_program, microstep_m

@@ -110,7 +110,7 @@ def _go(
             _go_through_daemon(move, json_out, socket)
         return
     if robot is None:
-        from deltactl.firmware_py.robots_here import robots_here
+        from deltactl.firmware_py.named_files import robots_here
 
         say = " or ".join(f"--robot {name}" for name in robots_here() or ["FILE"])
         raise ConfigError(f"no daemon answers that could say which robot this is; add {say}")
@@ -233,7 +233,7 @@ def teach(
     ```
     """
     from deltactl.cli.output import say
-    from deltactl.firmware_py.importing.teaching import add_point
+    from deltactl.firmware_py.importing.point_columns import add_point
 
     place_m = platform_m(socket)
     add_point(points, place_m, dwell)
@@ -285,17 +285,15 @@ def convert(
     from deltactl.cli.output import say, warn
     from deltactl.cli.robot.check import show_check
     from deltactl.firmware_py.describing.questions import numbers
-    from deltactl.firmware_py.importing.by_line import checked_job, told_by_line
+    from deltactl.firmware_py.importing.by_line import checked_job, told_by_line, with_an_origin
     from deltactl.firmware_py.importing.drawn import TABLES, held, job_text, rounded
     from deltactl.firmware_py.importing.gcode import read_gcode
-    from deltactl.firmware_py.importing.gcode_meanings import meanings_of
-    from deltactl.firmware_py.importing.origin import with_an_origin
+    from deltactl.firmware_py.importing.gcode_tables import meanings_of
     from deltactl.firmware_py.importing.points_table import read_points
-    from deltactl.firmware_py.kinematics_of_job import kinematics_of
+    from deltactl.firmware_py.job_targets import kinematics_of
     from deltactl.firmware_py.named_files import ROBOT_KEY, find, named_beside
-    from deltactl.firmware_py.program.building import make_program
+    from deltactl.firmware_py.program.building import make_program, told_with
     from deltactl.firmware_py.program.coverage import coverage
-    from deltactl.firmware_py.program.naming import told_with
     from deltactl.firmware_py.robot_file import load_robot
     from deltactl.foundation.errors import ConfigError
     from deltactl.foundation.printable import count

@@ -26,8 +26,7 @@ from deltactl.firmware_py.job_file import load_job
 from deltactl.firmware_py.machine import is_raspberry_pi
 from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 from deltactl.firmware_py.program.coverage import coverage_of
-from deltactl.firmware_py.program.includes import read_whole
-from deltactl.firmware_py.program.one_file import job_of
+from deltactl.firmware_py.program.includes import job_of, read_whole
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import (
     ConfigError,

@@ -15,9 +15,7 @@ from typing import Any
 import numpy as np
 
 from deltactl.firmware_py.collecting.settings import settings_of
-from deltactl.firmware_py.paths.circle import circle
-from deltactl.firmware_py.paths.heart import heart
-from deltactl.firmware_py.paths.spiral import spiral
+from deltactl.firmware_py.paths.shapes import circle, heart, spiral
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.robot import FloatArray, Sensors
 from deltactl.models.training.dataset import SAMPLES, DataSet, DataSetWriter, IntArray, load_dataset

@@ -24,7 +24,7 @@ NICE = 10
 
 def check_job(path: Path) -> dict[str, Any]:
     """What a job would do. Raises any DeltactlError when it must not run."""
-    from deltactl.firmware_py.program.dry_run import check_job as dry_run
+    from deltactl.firmware_py.program.totals import check_job as dry_run
 
     return dry_run(path).as_json()
 
