@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from deltactl.firmware_py.describing.question import UNKNOWN
 from deltactl.firmware_py.describing.questions import MICROSTEPS, Answers, numbers
 from deltactl.foundation.errors import RecordingError
-from deltactl.recording.tables.flat import FlatRecording
+
+if TYPE_CHECKING:
+    from deltactl.recording.tables.flat import FlatRecording
 
 NOTE = "# Made by deltactl init. All keys: docs/reference/robots.md in the source of deltactl"
 
@@ -215,6 +216,8 @@ def measured(kind: str, recording: FlatRecording, known: Answers) -> tuple[Answe
 
 
 def _gear(recording: FlatRecording, known: Answers) -> tuple[Answers, list[str]]:
+    import numpy as np  # a robot file that is written from answers needs none
+
     steps, theta = recording.column("steps_1"), recording.column("theta_1")
     both = np.isfinite(steps) & np.isfinite(theta)
     rad_per_step = float(np.polyfit(steps[both], theta[both], 1)[0])
@@ -228,6 +231,8 @@ def _gear(recording: FlatRecording, known: Answers) -> tuple[Answers, list[str]]
 
 
 def _zero(recording: FlatRecording) -> tuple[Answers, list[str]]:
+    import numpy as np  # as above
+
     command, position = recording.column("command"), recording.column("position")
     apart = float(np.nanmedian(position - command))
     width = float(np.nanmax(command) - np.nanmin(command))

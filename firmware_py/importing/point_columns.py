@@ -10,8 +10,8 @@ from pathlib import Path
 from deltactl.firmware_py.importing.drawn import TABLES, Point
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.foundation.plain_file import write_whole
-from deltactl.recording.tables.table_format import SEPARATORS, TableFormat, guess_format, split
 from deltactl.recording.tables.csv_table import read_text
+from deltactl.recording.tables.table_format import SEPARATORS, TableFormat, guess_format, split
 
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
 SPEEDS = {
