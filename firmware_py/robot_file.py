@@ -23,15 +23,14 @@ from deltactl.firmware_py.servo.as_built import AsBuiltServo
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.explain import Mistake
 from deltactl.foundation.strict_yaml import Document, RuledModel, StrictModel, rule, valid_keys_of
+from deltactl.models.gearing import LEAST_RATIO, too_small_ratio
 from deltactl.models.robot import (
     KINDS,
-    LEAST_RATIO,
     AnyDrive,
     DeltaRobot,
     DriveSection,
     EffectEntry,
     Masses,
-    too_small_ratio,
 )
 from deltactl.models.robot_files import of_delta, wrong_effects, wrong_entries, wrong_values
 from deltactl.models.servo_drive import ServoDrive

@@ -264,15 +264,3 @@ KINDS: dict[str, type[DeltaRobot] | type[StepperAxis] | type[ServoAxis] | type[R
     "servo_axis": ServoAxis,
     "range_sensor": RangeSensor,
 }
-
-
-LEAST_RATIO = 1.0
-"""Turns of the motor for one of an arm: motors are too fast and too weak to turn one faster."""
-
-
-def too_small_ratio(ratio: float) -> str:
-    """What is said of a ratio below `LEAST_RATIO`, with which an arm would outrun its motor."""
-    if ratio <= 0.0:
-        return f"must not be below {LEAST_RATIO:g}"
-    turns = f"{1.0 / ratio:.6g}"
-    return f"did you mean {turns}? The motor turns {turns} times for one turn of the arm"

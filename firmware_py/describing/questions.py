@@ -19,7 +19,7 @@ from deltactl.firmware_py.describing.question import (
 )
 from deltactl.firmware_py.describing.question import Answers as Answers
 from deltactl.foundation.errors import ConfigError
-from deltactl.models.robot import LEAST_RATIO, too_small_ratio
+from deltactl.models.gearing import LEAST_RATIO, too_small_ratio
 
 NAME = Question("name", "Name of the machine", "my-robot", any_text=True)
 MICROSTEPS = Question(
