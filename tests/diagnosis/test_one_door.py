@@ -125,6 +125,15 @@ def test_a_held_out_recording_that_says_nothing_is_left_out_with_its_reason() ->
     assert any("still.csv: position never changes" in line for line in left_out)
 
 
+def test_a_held_out_recording_is_judged_by_what_the_others_are_judged_by() -> None:
+    """One without an effort says nothing about an axis that is diagnosed by its effort."""
+    effort = -WAVE + 0.1 * np.sign(np.cos(T_S)) + 1e-3 * np.sin(900.0 * T_S)
+    good = _table("good.csv", position=WAVE, effort=effort)
+    without = _table("without.csv", command=WAVE, position=LATE)
+    answer = diagnose_recordings(FORCED, [good], [without])
+    assert any("without.csv" in line and "effort" in line for line in answer.says)
+
+
 def test_what_is_doubtful_is_kept_in_the_answer() -> None:
     turned = _table(command=300.0 * WAVE, position=300.0 * LATE)
     (doubt,) = admit(FOLLOWS, [turned]).doubts

@@ -239,8 +239,10 @@ def _joints(
 def _lone(
     robot: LoneRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
 ) -> Lone:
+    forced = _judged_by_effort(robot, recordings)
+
     def plant(recordings: Sequence[FlatRecording]) -> LonePlant:
-        return _plant(robot, recordings)
+        return _plant(robot, recordings, forced)
 
     for recording in recordings:
         axis_match.check_times(recording)
@@ -258,15 +260,23 @@ def _lone(
     return Lone(whole, others, left_out, singles)
 
 
-def _plant(robot: LoneRobot, recordings: Sequence[FlatRecording]) -> LonePlant:
-    """The plant that fits robot and columns."""
+def _judged_by_effort(robot: LoneRobot, recordings: Sequence[FlatRecording]) -> bool:
+    """All recordings have an effort and the file an inertia; held-out ones are judged alike."""
+    return (
+        isinstance(robot, ServoAxis)
+        and robot.inertia is not None
+        and all(r.has("effort") and np.isfinite(r.columns["effort"]).any() for r in recordings)
+    )
+
+
+def _plant(robot: LoneRobot, recordings: Sequence[FlatRecording], forced: bool) -> LonePlant:
+    """The plant of the robot's kind; of an axis by its effort or by its commands."""
     if isinstance(robot, RangeSensor):
         columns.check_ranged(recordings)
         sensor = RangeSensorPlant(robot, recordings)
         columns.check_ranges(sensor, recordings[0].source)
         return sensor
-    forced = all(r.has("effort") and np.isfinite(r.columns["effort"]).any() for r in recordings)
-    if forced and isinstance(robot, ServoAxis) and robot.inertia is not None:
+    if forced and isinstance(robot, ServoAxis):
         columns.check_forced(robot, recordings)
         axis = ForcedAxis(robot, recordings)
         columns.check_clear_motion(axis)
