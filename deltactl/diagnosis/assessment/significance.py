@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -49,6 +50,16 @@ def chance(
     scale = max(better.chi2 / left, 1.0)
     single = float(f.sf(gain / more / scale, more, left))
     return min(1.0, single * tests(selected))
+
+
+def calibrated(probability: float, p: float) -> float:
+    """At most how probable a hypothesis still is that a test rejects with p.
+
+    By the bound -e p log p on the Bayes factor for it (Sellke, Bayarri and Berger 2001, Am. Stat.
+    55, 62-71).
+    """
+    factor = -math.e * p * math.log(p) if p < 1.0 / math.e else 1.0
+    return factor * probability / (factor * probability + 1.0 - probability)
 
 
 def tests(selected: Selected) -> float:

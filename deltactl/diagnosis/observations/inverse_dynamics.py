@@ -28,6 +28,8 @@ class Motion:
     top_speed: float
     low_passed: Callable[[FloatArray], FloatArray]
     slope: Callable[[FloatArray], FloatArray]
+    passes: Callable[[FloatArray], FloatArray]
+    """Power (m,) that the low-pass leaves at angles (m,) a sample."""
 
 
 def motion_of(
@@ -43,7 +45,7 @@ def motion_of(
     """
     # Takes 0.3 s to import. Splines: differences make a mass larger by (omega period)^2 / 3.
     from scipy.interpolate import CubicSpline
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import butter, sosfiltfilt, sosfreqz
 
     step_s = float(np.median(np.diff(t_s)))
     starts = [*np.flatnonzero(fresh).tolist(), len(t_s)]
@@ -74,6 +76,9 @@ def motion_of(
                 smooth[part] = resampled(passed, grid_s, own_s)
         return smooth
 
+    def passes(angle: FloatArray) -> FloatArray:
+        return np.abs(np.asarray(sosfreqz(sections, angle)[1])) ** 4  # twice, there and back
+
     def slope(values: FloatArray) -> FloatArray:
         changing = np.zeros_like(values)
         for part in stretches:
@@ -93,7 +98,7 @@ def motion_of(
     top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
         smooth, speed, slope(speed), settled, cut_off_hz, float(noise), max(top, 1e-300),
-        low_passed, slope,
+        low_passed, slope, passes,
     )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,17 @@ from deltactl.diagnosis.answer.records import (
     Picture,
     PriorSensitivity,
 )
-from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, seen
+from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, Rest, seen
 from deltactl.diagnosis.assessment.detection_limits import detection_limits
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
-from deltactl.diagnosis.assessment.significance import as_found, chance, charge, prior_sensitivity
+from deltactl.diagnosis.assessment.significance import (
+    as_found,
+    calibrated,
+    chance,
+    charge,
+    prior_sensitivity,
+)
 from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.propose import Proposal
 from deltactl.diagnosis.pipelines.agreement import agreement, widened
@@ -64,7 +71,7 @@ def diagnose_plant(
     return answered(settled, progress)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class SummedColumns:
     """An explanation that is a sum of columns, see `Settled`."""
 
@@ -80,7 +87,7 @@ class SummedColumns:
 
     def figures(self) -> Figures:
         """See Settled."""
-        rest = rest_of(self.selected)
+        rest = self._rest
         found = findings(self.selected, self.plant.readings, [self.plant.channel])
         fit = fit_of(self.selected, self.others, rest, self.blocks)
         if self.plant.left_by_known and not seen(rest.p):
@@ -89,13 +96,18 @@ class SummedColumns:
         found = [as_far_as_rows_tell(one, self.plant.readings.period_s) for one in found]
         return Figures(widened(found, self.compared), fit, rest)
 
+    @cached_property
+    def _rest(self) -> Rest:
+        return rest_of(self.selected)
+
     def chance(self, found: Sequence[Finding]) -> float:
         """See Settled."""
-        return self.first_p
+        return self.first_p if found else min(self.first_p, self._rest.p)
 
     def nothing_missing(self, found: Sequence[Finding]) -> float:
         """See Settled."""
-        return float(np.clip(self.selected.nothing, 0.0, 1.0))
+        nothing = float(np.clip(self.selected.nothing, 0.0, 1.0))
+        return nothing if found else calibrated(nothing, self._rest.p)
 
     def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:
         """See Settled. Of what has no name there is no usual size to speak of."""

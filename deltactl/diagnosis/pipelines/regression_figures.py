@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import AtRest, Channel, Fit, Picture
 from deltactl.diagnosis.answer.verdict import Rest, seen
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.persistence import at_rest
 from deltactl.diagnosis.assessment.regression_holdout import Blocks, on_other_runs
 from deltactl.diagnosis.assessment.significance import chance, charge
+from deltactl.diagnosis.evidence.effective_size import spike_weights
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.pipelines.options import REGRESSION
@@ -22,7 +25,33 @@ from deltactl.diagnosis.selection.options import SELECTION
 
 
 def rest_of(selected: Selected) -> Rest:
-    """What the tests say of the residual, of spline terms that are not out of the question."""
+    """What the tests say of the residual: by what it may follow, and by its size."""
+    by_size, by_shape = beyond_noise(selected), _by_shape(selected)
+    if by_size.p >= by_shape.p:
+        return by_shape
+    return replace(by_size, depends_on=by_shape.depends_on if seen(by_shape.p) else ())
+
+
+def beyond_noise(selected: Selected) -> Rest:
+    """Whether more is left than the largest noise that the spectra of what was read allow.
+
+    Single readings far off their neighbours are noise, and so is what effects of the robot file may
+    leave.
+    """
+    plant, rows, left = selected.plant, selected.noise.rows, selected.best.residual
+    steady = left.copy()
+    steady[rows] *= spike_weights(left[rows], plant.kinds[rows])
+    bounds = plant.noise_bounds(steady)
+    if bounds is None:
+        return Rest(1.0)
+    size = math.sqrt(max(float(np.mean(steady[rows] ** 2)) - _left_by_file(selected), 0.0))
+    p = bounds.chance(size)
+    share = 1.0 - (bounds.largest(VERDICT.alarm) / size) ** 2 if seen(p) else 0.0
+    return Rest(p, share=share * (size / rms_left(selected.best, rows)) ** 2)
+
+
+def _by_shape(selected: Selected) -> Rest:
+    """By spline terms that are not out of the question."""
     free, best = selected.left_over, selected.best
     known = free(best.keys, [best])
     unknown = [
@@ -72,10 +101,15 @@ def left_by_known(selected: Selected, fit: Fit, excused: bool) -> float:
     excused: an explanation was found, and gained no more than those effects may leave: what is left
     is theirs then.
     """
+    above = fit.rms_after_m**2 - fit.noise_floor_m**2 if excused else 0.0
+    return math.sqrt(max(_left_by_file(selected), above))
+
+
+def _left_by_file(selected: Selected) -> float:
+    """Mean square of what effects of the robot file may leave."""
     rows = selected.noise.rows
     parts = [share * np.mean(alone[rows] ** 2) for share, alone in selected.plant.left_by_known]
-    above = fit.rms_after_m**2 - fit.noise_floor_m**2 if excused else 0.0
-    return math.sqrt(max(sum(map(float, parts)), above))
+    return float(sum(parts))
 
 
 def _done_by_known(selected: Selected) -> float:

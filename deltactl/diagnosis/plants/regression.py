@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.evidence.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.models.effects import column_of, stand_ins
 
@@ -195,6 +196,10 @@ class RegressionPlant(Protocol):
 
     def not_testable(self) -> list[NotTestable]:
         """Effects of which such a recording can tell nothing, and why."""
+        ...
+
+    def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
+        """What bounds the noise in a residual (n,); None where too little was read in a row."""
         ...
 
     def keep_beside(self, shapes: FloatArray) -> None:

@@ -8,7 +8,14 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from deltactl.diagnosis.answer.records import NotTestable
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.evidence.largest_noise import (
+    Bound,
+    NoiseBounds,
+    remembering,
+    segment_for,
+    spectrum,
+)
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import Sizes
 
@@ -71,6 +78,7 @@ class KeepsBeside:
 
     beside: FloatArray
     groups: IntArray
+    readings: Readings
     kinds: IntArray
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
     done_by_known: FloatArray | None = None
@@ -88,6 +96,15 @@ class KeepsBeside:
     def not_testable(self) -> list[NotTestable]:
         """Nothing is out of reach of every recording of such a machine."""
         return []
+
+    def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
+        """Of the noise in a residual (n,), where every row is read like its neighbours."""
+        read = np.flatnonzero(self.readings.valid[:, 0])  # also rows that are thinned out
+        seen = spectrum(left[read], self.groups[read], segment_for(len(read)))
+        if seen is None:
+            return None
+        shapes = remembering(seen.angle)
+        return NoiseBounds([Bound(seen, shapes)], np.ones(shapes.shape[1]))
 
     def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
         """There is no map in detail."""

@@ -14,15 +14,10 @@ from deltactl.diagnosis.plants.regression import Regressor, Size, Sizes, instead
 from deltactl.models.effects import column_of
 from deltactl.models.robot import ServoAxis, StepperAxis
 
-OF_REVERSALS = ("friction", "rubbing", "play")
-"""Regressors that show where the command turns back; on a one-way travel they are a constant."""
-PLAYS = frozenset(OF_REVERSALS)
+PLAYS = frozenset(("friction", "rubbing", "play"))
 """Those that begin somewhere in a play, or in the reach of a friction: all of them."""
 OF_MOVES = ("lag", "ringing")
 """Regressors that are over before the next row where rows are read long after each move."""
-OF_TURNS = ("lag", "ringing", "friction", "rubbing", "play")
-"""Regressors that show where the speed changes; of an axis at one speed they would fit how the
-recording begins."""
 LOAD_UNKNOWN = "the load on the axis is not known: it needs {}a column `load`"
 GRAVITY_OR = "`gravity` in the robot file, or "
 NOTHING_PULLS = "nothing pulls at the axis, as the robot file says"
@@ -79,12 +74,16 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     places = (_gear(axis), _teeth(axis), _jump(axis), _ringing(axis))
     found += [one for one in places if one is not None]
     found.append(named("command/drift", follows=("time",), alone=False))
-    blind = set(OF_TURNS) if axis.steady else set()
-    if not axis.turns_back:
-        blind |= set(OF_REVERSALS)
-    if axis.arrived:
-        blind |= set(OF_MOVES)
+    blind = {*(OF_MOVES if axis.arrived else ()), *_constants(axis)}
     return [one for one in found if one.key not in blind]
+
+
+def _constants(axis: RecordedAxis) -> set[str]:
+    """Regressors that this motion makes a constant, where that is the reading's arbitrary zero."""
+    if axis.robot.zero == "absolute":
+        return set()
+    return {*(PLAYS if axis.steady or not axis.turns_back else ()),
+            *(OF_MOVES if axis.steady else ())}  # fmt: skip
 
 
 def is_said_to_be_free(axis: RecordedAxis) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
 
 from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.evidence.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
 from deltactl.diagnosis.observations.outliers import without_gross
 from deltactl.diagnosis.observations.readings import (
@@ -26,6 +27,7 @@ from deltactl.diagnosis.observations.readings import (
     gather,
 )
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
+from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.diagnosis.plants.regression import (
@@ -159,7 +161,8 @@ class ForcedAxis(LeftOver):
         reach = max(1, int(FORCED_AXIS.smeared_periods / period))
         slow = np.abs(motion.velocity) <= self._slow
         moving = ~slow & ~binary_dilation(self._rests, np.ones(2 * reach + 1, dtype=bool))
-        good = np.flatnonzero(motion.settled & moving & self.readings.valid[:, 0])
+        self._counts: BoolArray = motion.settled & moving & self.readings.valid[:, 0]
+        good = np.flatnonzero(self._counts)
         stride = max(1, int(FORCED_AXIS.periods_a_row / period))
         return good[::stride]
 
@@ -256,7 +259,7 @@ class ForcedAxis(LeftOver):
             "friction": (motion.low_passed(self._direction), size, "torque"),
             "viscous": (motion.velocity, size / motion.top_speed, "coefficient"),
             "inertia": (motion.acceleration, FILE_SPREADS.inertia_share * self.inertia, "inertia"),
-            "offset": (np.ones(len(self.t_s)), FORCED_AXIS.bias_of_size * size, "offset"),
+            "offset": (np.ones(len(self.t_s)), size, "offset"),
             "gain": (
                 motion.acceleration * self.inertia - self.pulled,
                 FILE_SPREADS.gain_share,
@@ -285,6 +288,11 @@ class ForcedAxis(LeftOver):
     def pieces(self, name: str) -> int:
         """The same over every covariate."""
         return FORCED_AXIS.force_pieces
+
+    def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
+        """By what passed the low-pass, and by effort and position beyond it."""
+        noise = EffortNoise(self.motion, self.inertia, self.readings.period_s, self.groups)
+        return noise.bounds(left, self.force, self.position, self._counts)
 
     @property
     def unknown_spread(self) -> float:

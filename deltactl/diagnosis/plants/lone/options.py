@@ -213,10 +213,8 @@ class ForcedAxisOptions:
     """Of all forces, by which a known force must vary to tell the drive's gain from the mass."""
     weighed_rad: float = 1.0
     """Travel over which a weight's pull is no straight line."""
-    bias_of_size: float = 0.3
-    """Usual offset of the effort, as a share of all forces,"""
     unknown_of_size: float = 0.3
-    """and usual size of an unknown: a third of all forces."""
+    """Usual size of an unknown: a third of all forces."""
     stribeck_of_size: float = 0.5
     """Usual Stribeck friction, and usual pull of a spring, as a share of all forces."""
     stribeck_speeds: tuple[float, float] = (0.005, 0.6)

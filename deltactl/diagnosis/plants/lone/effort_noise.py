@@ -1,0 +1,62 @@
+"""What the noise of an effort and of a position comes to in the force that nothing explains."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deltactl.diagnosis.evidence.largest_noise import (
+    Bound,
+    NoiseBounds,
+    remembering,
+    segment_for,
+    spectrum,
+)
+from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.inverse_dynamics import Motion
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
+
+DIFFERENCES = 3
+"""By which a position's slow course is taken off before its fast part is looked at."""
+
+
+class EffortNoise:
+    """Bounds on both noises, from the raw readings beyond the low-pass and the residual within."""
+
+    def __init__(self, motion: Motion, inertia: float, period_s: float, groups: IntArray):
+        self._motion, self._groups = motion, groups
+        self._period_s, self._inertia = period_s, inertia
+        self._edge = 2.0 * np.pi * motion.cut_off_hz * period_s
+        self._segment = segment_for(len(groups), self._edge)
+
+    def bounds(
+        self, left: FloatArray, force: FloatArray, position: FloatArray, counts: BoolArray
+    ) -> NoiseBounds | None:
+        """Of a residual force (n,), whole and where it counts, and of force and position as read."""
+        within, beyond = EVIDENCE.within_band * self._edge, EVIDENCE.beyond_band * self._edge
+        found: list[Bound] = []
+        for known in (None, counts):
+            seen = spectrum(left, self._groups, self._segment, known)
+            seen = seen and seen.between(0.0, within)
+            if seen is not None and len(seen.angle) >= EVIDENCE.fewest_bins:
+                found.append(Bound(seen, self._passed(seen.angle)))
+        if not found:
+            return None
+        fast = np.zeros_like(position)
+        fast[DIFFERENCES:] = np.diff(position, DIFFERENCES)
+        for values, order, column in ((force, 0, 0), (fast, DIFFERENCES, 1)):
+            seen = spectrum(values, self._groups, self._segment)
+            seen = seen and seen.between(within, beyond)
+            if seen is not None and len(seen.angle) >= EVIDENCE.fewest_bins:
+                gain = (2.0 * np.sin(0.5 * seen.angle)) ** (2 * order)
+                own = gain[:, None] * remembering(seen.angle)
+                parts = [np.zeros_like(own), np.zeros_like(own)]
+                parts[column] = own
+                found.append(Bound(seen, np.concatenate(parts, axis=1)))
+        angle = np.linspace(0.0, np.pi, EVIDENCE.angles_summed)[1:]
+        return NoiseBounds(found, self._passed(angle).mean(axis=0))
+
+    def _passed(self, angle: FloatArray) -> FloatArray:
+        """Spectra (m, 2 k) of unit noises of effort and of position in the residual."""
+        passed = self._motion.passes(angle)[:, None] * remembering(angle)
+        bent = (self._inertia * (angle[:, None] / self._period_s) ** 2) ** 2
+        return np.concatenate([passed, bent * passed], axis=1)
