@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import Confusion, Drawing, EffectCard, StandIn, Trait, Words
+from deltactl.models.effects.card import Confusion, Drawing, EffectCard, Trait, Words
 from deltactl.models.effects.flow import Flow, effort_flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Port, Values, scalar
 
@@ -46,10 +46,6 @@ CARD = EffectCard(
     confusions=(
         Confusion(
             "effort_gain",
-            stands_in={
-                # with no known force only their ratio shows; a torque constant is known better
-                "effort/inertia": StandIn(-0.7),
-            },
             axis=(
                 "push the axis with a known force (a spring balance, a weight over a pulley) and "
                 "record it as `load`"

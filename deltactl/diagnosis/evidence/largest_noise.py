@@ -67,8 +67,12 @@ class NoiseBounds:
 
     def chance(self, size: float) -> float:
         """Chance that noise leaves as much, to the next lower level; 1 where it well may."""
-        beyond = [p for p in EVIDENCE.noise_levels if size > self.largest(p)]
-        return min(beyond, default=1.0)
+        found = 1.0
+        for level in EVIDENCE.noise_levels:
+            if size <= self.largest(level):
+                break
+            found = level
+        return found
 
 
 def _at_most(seen: Spectrum, level: float) -> FloatArray:
@@ -114,6 +118,8 @@ def spectrum(
             power = np.abs(np.fft.rfft(part * window, axis=1)) ** 2
             mean = power.sum(axis=0) / float(np.sum((mask * window) ** 2))
             bins = np.arange(1, segment // 2)
+            if not mean[bins].all():  # what never changes has no noise to see
+                return None
             return Spectrum(2.0 * np.pi * bins / segment, mean[bins], float(full[kept].sum()))
         segment //= 2
     return None

@@ -36,12 +36,14 @@ def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Fi
     """All findings, the one that explains most first."""
     plant, best = selected.plant, selected.best
     by_key = {r.key: r for r in plant.regressors}
-    found = [
-        _finding(selected, by_key[key], readings, axes)
-        for key in sorted(best.keys)
-        if probability_of(selected, by_key[key]) >= SELECTION.likely
-    ]
-    return sorted(found, key=_first)
+    found = [_finding(selected, by_key[key], readings, axes) for key in sorted(best.keys)]
+    return sorted(filter(_likely, found), key=_first)
+
+
+def _likely(finding: Finding) -> bool:
+    """Whether it, or what may be instead of it, is rather there than not."""
+    chances = [finding.probability, *(one.probability for one in finding.alternatives)]
+    return sum(p or 0.0 for p in chances) >= SELECTION.likely
 
 
 def _first(finding: Finding) -> tuple[bool, float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -74,14 +75,19 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     places = (_gear(axis), _teeth(axis), _jump(axis), _ringing(axis))
     found += [one for one in places if one is not None]
     found.append(named("command/drift", follows=("time",), alone=False))
-    blind = {*(OF_MOVES if axis.arrived else ()), *_constants(axis)}
-    return [one for one in found if one.key not in blind]
+    same = _constants(axis)
+    blind = {*(OF_MOVES if axis.arrived else ()), *(same if axis.robot.zero != "absolute" else ())}
+    return [
+        replace(one, saturated=one.saturated and one.key not in same)
+        for one in found
+        if one.key not in blind
+    ]
 
 
 def _constants(axis: RecordedAxis) -> set[str]:
-    """Regressors that this motion makes a constant, where that is the reading's arbitrary zero."""
-    if axis.robot.zero == "absolute":
-        return set()
+    """Regressors that this motion makes a constant: nothing is seen of them beside an arbitrary
+    zero, and no more than a home offset does beside an absolute one.
+    """
     return {*(PLAYS if axis.steady or not axis.turns_back else ()),
             *(OF_MOVES if axis.steady else ())}  # fmt: skip
 

@@ -31,7 +31,7 @@ class EffortNoise:
     def bounds(
         self, left: FloatArray, force: FloatArray, position: FloatArray, counts: BoolArray
     ) -> NoiseBounds | None:
-        """Of a residual force (n,), whole and where it counts, and of force and position as read."""
+        """Of a residual force (n,), all and where it counts, and of raw force and position."""
         within, beyond = EVIDENCE.within_band * self._edge, EVIDENCE.beyond_band * self._edge
         found: list[Bound] = []
         for known in (None, counts):

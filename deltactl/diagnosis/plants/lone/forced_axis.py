@@ -76,6 +76,7 @@ class ForcedAxis(LeftOver):
         self.force = robot.effort_gain * np.concatenate([bridged(r, "effort") for r in recordings])
         self.let_go = not float(np.ptp(self.force)) > 0.0
         self.rounding = 0.0
+        self._stribeck_at: dict[float, Columns] = {}
         self.channel = "effort"
         for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
             self._low_passed(recordings, narrower * wider)
@@ -91,6 +92,7 @@ class ForcedAxis(LeftOver):
         """Motion and forces behind a low-pass, and the samples that count of them."""
         for name in ("_rests", "_direction"):
             self.__dict__.pop(name, None)
+        self._stribeck_at.clear()
         self.motion = self._motion(recordings, narrower)
         self.filtered_force = self.motion.low_passed(self.force)
         self.observed = self._not_explained(recordings)
@@ -175,20 +177,12 @@ class ForcedAxis(LeftOver):
         either = [force[self.rows] for force in (self.filtered_force, moved)]
         return max(*(float(np.sqrt(np.mean(force**2))) for force in either), 1e-300)
 
-    @cached_property
-    def _pulls(self) -> bool:
-        """Whether a known force acts that tells the drive's gain from the mass."""
-        least = FORCED_AXIS.known_pull_share * self.size
-        return float(np.std(self.pulled[self.rows])) > least
-
     def _regressors(self) -> list[Regressor]:
         top = self.motion.top_speed
-        telling = self.let_go or self._pulls
-        gain = () if telling else instead("effort/inertia")
         found = [
             named("effort/friction", positive=("torque",)),
             named("effort/viscous", positive=("coefficient",)),
-            named("effort/inertia", equivalents=gain),
+            named("effort/inertia"),
         ]
         if not self.let_go:
             slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
@@ -196,11 +190,10 @@ class ForcedAxis(LeftOver):
             late = instead("effort/lag")
             found += [
                 named("effort/offset", equivalents=instead("effort/offset")),
-                *([named("effort/gain")] if self._pulls else []),
+                named("effort/gain"),
                 named("effort/spring", follows=("position",)),
                 named("effort/lag", alone=False, positive=("dead_time",), equivalents=late),
-                named("effort/stribeck", sizes=(speed,), beside=("friction",), alone=False,
-                      positive=("torque",)),
+                named("effort/stribeck", sizes=(speed,), alone=False, positive=("torque",)),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
 
@@ -226,11 +219,17 @@ class ForcedAxis(LeftOver):
         if key == "spring":
             return self._spring
         if key == "stribeck":
-            share = np.exp(-((self.motion.velocity / sizes["stribeck.speed"]) ** 2))
+            return self._stribeck(sizes["stribeck.speed"])
+        return self._shapes[key]
+
+    def _stribeck(self, speed: float) -> Columns:
+        """By its speed, at which many sets are tried in turn."""
+        if speed not in self._stribeck_at:
+            share = np.exp(-((self.motion.velocity / speed) ** 2))
             shape = self.motion.low_passed(self._direction * share)
             spread = FORCED_AXIS.stribeck_of_size * self.size
-            return Columns(shape[:, None], np.array([spread]), ("torque",))
-        return self._shapes[key]
+            self._stribeck_at[speed] = Columns(shape[:, None], np.array([spread]), ("torque",))
+        return self._stribeck_at[speed]
 
     @cached_property
     def _spring(self) -> Columns:
@@ -280,7 +279,7 @@ class ForcedAxis(LeftOver):
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes (n, j) that no spline term may take the place of."""
-        left_out = {"lag"} | ({"gain"} if not self._pulls else set())
+        left_out = {"lag"}
         left_out |= {"offset"} if self.let_go else set()
         named = [c.values[:, 0] for key, c in self._shapes.items() if key not in left_out]
         return np.stack(named, axis=1)

@@ -209,8 +209,6 @@ class ForcedAxisOptions:
     """and at least so much of a sampling period, for which effort is held."""
     dead_time_spread_s: float = 0.05
     """Of a lag beyond that: a slow bus, or a drive's own filter."""
-    known_pull_share: float = 0.02
-    """Of all forces, by which a known force must vary to tell the drive's gain from the mass."""
     weighed_rad: float = 1.0
     """Travel over which a weight's pull is no straight line."""
     unknown_of_size: float = 0.3
