@@ -77,7 +77,8 @@ def motion_of(
         return smooth
 
     def passes(angle: FloatArray) -> FloatArray:
-        return np.abs(np.asarray(sosfreqz(sections, angle)[1])) ** 4  # twice, there and back
+        power: FloatArray = np.abs(np.asarray(sosfreqz(sections, angle)[1])) ** 4
+        return power  # twice: there and back
 
     def slope(values: FloatArray) -> FloatArray:
         changing = np.zeros_like(values)
