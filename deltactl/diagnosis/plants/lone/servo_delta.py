@@ -218,6 +218,9 @@ class ServoDelta(KeepsBeside):
         _, motor, name = key.split(" ")
         return np.where(self._joint(motor) > 0.0, self.covariates[name], np.nan)
 
+    def noise_bounds(self, left: FloatArray) -> None:
+        """An observer filters what it estimates: beyond its band nothing shows the noise in it."""
+
     def variant(self) -> None:
         """There is one way to prepare it."""
 
