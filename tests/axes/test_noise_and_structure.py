@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
@@ -39,24 +39,24 @@ def pulled_axis(size: float, rho: float, rigs: ModuleType, seed: int) -> FlatRec
 
 
 def test_a_pull_that_nothing_explains_is_not_the_noise_of_an_effort() -> None:
-    answer = diagnose_axis(ARM, [swung(3.0, 1)])
+    answer = diagnose_recordings(ARM, [swung(3.0, 1)])
     assert answer.verdict != "nothing_missing"
     assert (answer.probability_nothing_missing or 0.0) < 0.1
     assert answer.fit.noise_floor_m < 0.5 * answer.fit.rms_after_m
 
 
 def test_without_the_pull_the_same_effort_is_noise() -> None:
-    answer = diagnose_axis(ARM, [swung(0.0, 2)])
+    answer = diagnose_recordings(ARM, [swung(0.0, 2)])
     assert answer.verdict == "nothing_missing"
 
 
 def test_a_pull_that_nothing_explains_is_not_the_noise_of_a_reading(rigs: ModuleType) -> None:
-    answer = diagnose_axis(FOLLOWS, [pulled_axis(2e-3, 0.3, rigs, 3)])
+    answer = diagnose_recordings(FOLLOWS, [pulled_axis(2e-3, 0.3, rigs, 3)])
     assert answer.verdict in ("unexplained", "partly_explained")
     assert answer.fit.noise_floor_m < 0.6 * answer.fit.rms_after_m
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.6, 0.85])
 def test_a_noise_with_a_memory_is_no_structure(rigs: ModuleType, rho: float) -> None:
-    answer = diagnose_axis(FOLLOWS, [pulled_axis(0.0, rho, rigs, 4)])
+    answer = diagnose_recordings(FOLLOWS, [pulled_axis(0.0, rho, rigs, 4)])
     assert answer.verdict == "nothing_missing"

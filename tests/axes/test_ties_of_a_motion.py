@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.pipelines.lone_machine import diagnose_axis
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
@@ -42,7 +42,7 @@ def one_way(behind_rad: float, back: bool = False) -> FlatRecording:
 
 
 def test_a_one_way_run_leaves_home_offset_and_play_or_friction_open() -> None:
-    answer = diagnose_axis(FOLLOWS, [one_way(2e-3)])
+    answer = diagnose_recordings(FOLLOWS, [one_way(2e-3)])
     chances = offered(answer)
     assert "home_offset" in chances
     assert {"gear_backlash", "joint_friction"} & chances.keys()
@@ -50,7 +50,7 @@ def test_a_one_way_run_leaves_home_offset_and_play_or_friction_open() -> None:
 
 
 def test_the_way_back_settles_it() -> None:
-    answer = diagnose_axis(FOLLOWS, [one_way(2e-3, back=True)])
+    answer = diagnose_recordings(FOLLOWS, [one_way(2e-3, back=True)])
     assert answer.findings[0].effect in ("gear_backlash", "joint_friction")
     assert offered(answer).get("home_offset", 0.0) < 0.2
 
@@ -70,19 +70,19 @@ def pushed(offset_n: float, gain: float = 1.0, weight_n: float = 0.0) -> FlatRec
 
 
 def test_onward_only_friction_is_no_more_than_a_constant_effort() -> None:
-    answer = diagnose_axis(SLIDE, [pushed(0.5)])
+    answer = diagnose_recordings(SLIDE, [pushed(0.5)])
     chances = offered(answer)
     assert {"effort_offset", "joint_friction"} <= chances.keys()
     assert max(chances["effort_offset"], chances["joint_friction"]) < SURE
 
 
 def test_a_known_constant_weight_tells_the_gain_from_mass_and_offset() -> None:
-    answer = diagnose_axis(SLIDE, [pushed(0.0, gain=1.15, weight_n=20.0)])
+    answer = diagnose_recordings(SLIDE, [pushed(0.0, gain=1.15, weight_n=20.0)])
     assert [one.effect for one in answer.findings] == ["effort_gain"]
 
 
 def test_without_a_known_pull_gain_and_mass_are_a_tie() -> None:
-    answer = diagnose_axis(SLIDE, [pushed(0.0, gain=1.15)])
+    answer = diagnose_recordings(SLIDE, [pushed(0.0, gain=1.15)])
     chances = offered(answer)
     assert {"effort_gain", "inertia"} <= chances.keys()
     assert max(chances["effort_gain"], chances["inertia"]) < SURE

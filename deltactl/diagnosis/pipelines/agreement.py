@@ -37,7 +37,7 @@ def agreement(selected: Selected, singles: Sequence[RegressionPlant]) -> list[Ag
     if len(singles) < 2 or not keys:
         return []
     # A recording by itself may show less than all together: none of play if it never turns back.
-    tried = [keys & {regressor.key for regressor in plant.regressors} for plant in singles]
+    tried = [keys & {one.key for one in plant.regressors if not one.constant} for plant in singles]
     keys = frozenset.intersection(*tried)
     if not keys:
         return []

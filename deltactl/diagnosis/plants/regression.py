@@ -73,6 +73,8 @@ class Regressor:
     """Whether it is tried with any other as a pair from the start."""
     saturated: bool = True
     """Whether it is part of the saturated set that shows the noise."""
+    constant: bool = False
+    """This motion makes it a constant: weighed against a zero, it shows no size of its own."""
     positive: tuple[str, ...] = ()
     """Linear sizes that no machine has below zero."""
     mapped: bool = False

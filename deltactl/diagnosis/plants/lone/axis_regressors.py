@@ -78,7 +78,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     same = _constants(axis)
     blind = {*(OF_MOVES if axis.arrived else ()), *(same if axis.robot.zero != "absolute" else ())}
     return [
-        replace(one, saturated=one.saturated and one.key not in same)
+        replace(one, constant=True, saturated=False) if one.key in same else one
         for one in found
         if one.key not in blind
     ]
