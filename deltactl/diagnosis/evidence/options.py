@@ -93,32 +93,6 @@ class EvidenceOptions:
     most_of_repeats: float = 0.95
     """Of the largest size: the coarsest cells that show as much are fine enough."""
 
-    # The largest noise that spectra allow.
-    noise_memories: tuple[float, ...] = (0.0, 0.5, 0.8, 0.9)
-    """Correlation of neighbours in the noises that are mixed; `longest_memory` is the last."""
-    noise_levels: tuple[float, ...] = (0.003, 1e-4, 1e-6, 1e-9, 1e-12)
-    """Chances between which that of a residual is told; the first is the alarm's."""
-    shortest_segment: int = 16
-    longest_plain_segment: int = 128
-    """Readings of a segment: where the longest memory is ten readings, 128 resolve its bend."""
-    longest_segment: int = 4096
-    bins_in_band: float = 10.0
-    """Bins that resolve the band of a motion,"""
-    fewest_bins: int = 4
-    """and fewest in any band that is looked at."""
-    fewest_segments: int = 3
-    readings_of_segments: int = 5
-    """Segments that a recording is cut into at least, where it can be."""
-    least_of_segment: float = 0.3
-    """Share of a segment's readings that must count."""
-    within_band: float = 1.2
-    """Times the edge of a low-pass up to which what passed it is looked at: it falls by half
-    there, and the numbers are still those of noise;"""
-    beyond_band: float = 4.0
-    """and up to which the raw readings are: a drive filters what it records further up."""
-    angles_summed: int = 2000
-    """Of a spectrum, for the variance under it."""
-
     # The fit of one set of regressors.
     most_fit_steps: int = 14
     """Gauss-Newton steps at which a fit is given up; it ends earlier by `fit_gain`."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from deltactl.diagnosis.answer.records import NotTestable
-from deltactl.diagnosis.evidence.largest_noise import NoiseBounds
+from deltactl.diagnosis.observations.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.models.effects import column_of, stand_ins
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from deltactl.diagnosis.answer.records import NotTestable
-from deltactl.diagnosis.evidence.largest_noise import (
+from deltactl.diagnosis.observations.largest_noise import (
     Bound,
     NoiseBounds,
     remembering,

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.diagnosis.evidence.largest_noise import (
+from deltactl.diagnosis.observations.inverse_dynamics import Motion
+from deltactl.diagnosis.observations.largest_noise import (
     Bound,
     NoiseBounds,
     remembering,
     segment_for,
     spectrum,
 )
-from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.inverse_dynamics import Motion
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 
 DIFFERENCES = 3
@@ -32,12 +32,15 @@ class EffortNoise:
         self, left: FloatArray, force: FloatArray, position: FloatArray, counts: BoolArray
     ) -> NoiseBounds | None:
         """Of a residual force (n,), all and where it counts, and of raw force and position."""
-        within, beyond = EVIDENCE.within_band * self._edge, EVIDENCE.beyond_band * self._edge
+        within, beyond = (
+            OBSERVATIONS.within_band * self._edge,
+            OBSERVATIONS.beyond_band * self._edge,
+        )
         found: list[Bound] = []
         for known in (None, counts):
             seen = spectrum(left, self._groups, self._segment, known)
             seen = seen and seen.between(0.0, within)
-            if seen is not None and len(seen.angle) >= EVIDENCE.fewest_bins:
+            if seen is not None and len(seen.angle) >= OBSERVATIONS.fewest_bins:
                 found.append(Bound(seen, self._passed(seen.angle)))
         if not found:
             return None
@@ -46,13 +49,13 @@ class EffortNoise:
         for values, order, column in ((force, 0, 0), (fast, DIFFERENCES, 1)):
             seen = spectrum(values, self._groups, self._segment)
             seen = seen and seen.between(within, beyond)
-            if seen is not None and len(seen.angle) >= EVIDENCE.fewest_bins:
+            if seen is not None and len(seen.angle) >= OBSERVATIONS.fewest_bins:
                 gain = (2.0 * np.sin(0.5 * seen.angle)) ** (2 * order)
                 own = gain[:, None] * remembering(seen.angle)
                 parts = [np.zeros_like(own), np.zeros_like(own)]
                 parts[column] = own
                 found.append(Bound(seen, np.concatenate(parts, axis=1)))
-        angle = np.linspace(0.0, np.pi, EVIDENCE.angles_summed)[1:]
+        angle = np.linspace(0.0, np.pi, OBSERVATIONS.angles_summed)[1:]
         return NoiseBounds(found, self._passed(angle).mean(axis=0))
 
     def _passed(self, angle: FloatArray) -> FloatArray:

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
 
 from deltactl.diagnosis.answer.records import NotTestable
-from deltactl.diagnosis.evidence.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
+from deltactl.diagnosis.observations.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.outliers import without_gross
 from deltactl.diagnosis.observations.readings import (
     BoolArray,

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 
 
@@ -68,7 +68,7 @@ class NoiseBounds:
     def chance(self, size: float) -> float:
         """Chance that noise leaves as much, to the next lower level; 1 where it well may."""
         found = 1.0
-        for level in EVIDENCE.noise_levels:
+        for level in OBSERVATIONS.noise_levels:
             if size <= self.largest(level):
                 break
             found = level
@@ -87,7 +87,7 @@ def _at_most(seen: Spectrum, level: float) -> FloatArray:
 def remembering(angle: FloatArray) -> FloatArray:
     """Spectra (m, k) of noises of unit variance that remember little to much."""
     turned = np.exp(-1j * angle)[:, None]
-    rho = np.array(EVIDENCE.noise_memories)
+    rho = np.array(OBSERVATIONS.noise_memories)
     density: FloatArray = (1.0 - rho**2) / np.abs(1.0 - rho * turned) ** 2
     return density
 
@@ -101,7 +101,7 @@ def spectrum(
     """
     ends = [0, *(np.flatnonzero(np.diff(groups)) + 1).tolist(), len(values)]
     known = np.ones(len(values)) if counts is None else counts.astype(float)
-    while segment >= EVIDENCE.shortest_segment:
+    while segment >= OBSERVATIONS.shortest_segment:
         window = np.hanning(segment + 2)[1:-1]
         begins = [
             begin
@@ -111,8 +111,8 @@ def spectrum(
         rows = np.array(begins, dtype=np.intp)[:, None] + np.arange(segment)
         mask = known[rows]
         full = (mask * window**2).sum(axis=1) / float(window @ window)
-        kept = full > EVIDENCE.least_of_segment
-        if np.count_nonzero(kept) >= EVIDENCE.fewest_segments:
+        kept = full > OBSERVATIONS.least_of_segment
+        if np.count_nonzero(kept) >= OBSERVATIONS.fewest_segments:
             mask, part = mask[kept], values[rows[kept]]
             part = mask * (part - _line(part, mask))
             power = np.abs(np.fft.rfft(part * window, axis=1)) ** 2
@@ -136,7 +136,11 @@ def _line(part: FloatArray, mask: FloatArray) -> FloatArray:
 
 def segment_for(readings: int, band: float = 0.0) -> int:
     """Readings a segment: enough to resolve a band of angles, and few enough for a mean."""
-    fine = EVIDENCE.bins_in_band * 2.0 * np.pi / band if band else EVIDENCE.longest_plain_segment
-    most = max(readings // EVIDENCE.readings_of_segments, EVIDENCE.shortest_segment)
-    limit = EVIDENCE.longest_segment if band else EVIDENCE.longest_plain_segment
+    fine = (
+        OBSERVATIONS.bins_in_band * 2.0 * np.pi / band
+        if band
+        else OBSERVATIONS.longest_plain_segment
+    )
+    most = max(readings // OBSERVATIONS.readings_of_segments, OBSERVATIONS.shortest_segment)
+    limit = OBSERVATIONS.longest_segment if band else OBSERVATIONS.longest_plain_segment
     return int(2 ** np.floor(np.log2(min(2.0 ** np.ceil(np.log2(fine)), most, limit))))
