@@ -87,8 +87,8 @@ class _Reader:
         self._between: list[tuple[int, dict[str, Any]]] = []
         self._waits: list[tuple[int, dict[str, Any] | int, float]] = []
         """Of G4 P: line, the step or the leg that waits, and P, whose unit the end of it shows."""
-        self._on: dict[str, bool] = {}
-        self._powered = ""
+        self._fraction = False  # also of a P that is left out: the file counts in seconds
+        self._on, self._powered = dict[str, bool](), ""
         self._ended, self._behind, self._words = "", 0, False
         self._over: Counter[str] = Counter()
         self._notes: Counter[str] = Counter({FLAT: 1} if flat else {})
@@ -228,6 +228,7 @@ class _Reader:
         value = words[given[0]]
         if not 0.0 <= value <= (1e3 if given == ["P"] else 1.0) * MOST_DWELL_S:
             raise ValueError("G4 waits from nothing to an hour")
+        self._fraction |= given == ["P"] and value % 1.0 != 0.0
         if value == 0.0:
             return
         here = -1 if self._start is None else len(self._legs)
@@ -380,7 +381,7 @@ class _Reader:
             return
         seconds = self._means.p_is_seconds
         if seconds is None:
-            seconds = any(value != int(value) for *_, value in self._waits)
+            seconds = self._fraction
             self._notes[notes_of.SECONDS if seconds else notes_of.MILLISECONDS] = len(self._waits)
         for number, holder, value in self._waits:
             if self._wait(holder, value if seconds else value / 1e3) > MOST_DWELL_S:

@@ -159,6 +159,11 @@ def test_waits_before_the_first_place_are_left_out_and_named(tmp_path: Path) -> 
     assert any(note.startswith("G4 before the first place") for note in found.notes)
 
 
+def test_a_wait_that_is_left_out_shows_the_unit_of_the_others(tmp_path: Path) -> None:
+    found = drawn(tmp_path, f"G21\nM3 S9\nG4 P0.5\n{HEAD}X5\nG4 P2\nX9\n")
+    assert [leg.get("dwell_s", 0.0) for leg in found.legs] == pytest.approx([0.0, 2.0, 0.0])
+
+
 def test_switched_outputs_and_their_waits_are_steps(tmp_path: Path) -> None:
     codes = ["M3=spindle on", "M5=spindle off", "M106=fan on", "M107=fan off"]
     text = f"M3 S900\nG4 S2\n{HEAD}M106 S0\nM106 S255\nS0\nX5\nM05\nM107\n"
