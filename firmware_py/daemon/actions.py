@@ -95,6 +95,8 @@ class Actions:
                 answer = self._table[request.do](request)
             return protocol.success(request.id, **answer)
         except DeltactlError as error:
+            if request.do in NOTED:
+                _log.info("%s refused: %s", request.do, str(error).partition("\n")[0][:300])
             return self.refuse(request, error)
         except Exception as error:
             _log.exception("request %s of %s failed", request.do, peer)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from deltactl.firmware_py.controller.contract import JobResult
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.sensing.verify import Verification, verify
 from deltactl.foundation.clock import sleep_s
@@ -11,12 +12,12 @@ from deltactl.foundation.errors import MotionError, NotReady
 
 
 def verified(controller: Controller, write_job, finish, slipped: int = 0) -> Verification:
-    def follow(number: int) -> str:
+    def follow(number: int) -> JobResult:
         sleep_s(controller.clock, 2.0)
         if slipped:
             assert controller.machine.bench is not None
             controller.machine.bench.slip(2, slipped)
-        return finish(controller, number).outcome
+        return finish(controller, number)
 
     return verify(
         controller,
@@ -49,7 +50,7 @@ def test_fewer_lost_steps_than_are_seen_while_running(
 
 def test_a_run_that_ends_otherwise_says_nothing(controller: Controller, write_job, finish) -> None:
     controller.power_on()
-    with pytest.raises(MotionError, match="ended as fault; nothing can be said"):
+    with pytest.raises(MotionError, match=r"the job ended as fault: .*motor2"):
         verified(controller, write_job, finish, 300)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
+import logging
 import socket
 import threading
 import time
@@ -268,6 +269,15 @@ def test_too_many_waiting_commands_are_refused(serve, wait_until):
     assert answer["id"] == 3
     daemon.controller.let_go.set()
     assert "2 commands are waiting" in answer["error"]["message"]
+
+
+def test_the_log_has_one_line_of_why_a_request_was_refused(serve, caplog):
+    raw = serve().raw()
+    caplog.set_level(logging.INFO)
+    caplog.clear()
+    answer = raw.ask(id=1, do="run", job="/nowhere/a.yaml")
+    said = [one.getMessage() for one in caplog.records]
+    assert len([line for line in said if answer["error"]["message"] in line]) == 1
 
 
 def test_a_mistake_of_ours_is_said_and_the_daemon_goes_on(serve, monkeypatch, caplog):

@@ -279,7 +279,7 @@ def _verify_simulated(robot_file: Path, robot: RobotFile, job: Path, quiet: bool
 def _verify(  # type: ignore[no-untyped-def]
     controller: RobotController, robot: RobotFile, job: Path, sleep, quiet: bool
 ) -> Verification:
-    def run(number: int) -> str:
-        return follow(controller, number, sleep, POLL_S, quiet).outcome
+    def run(number: int) -> JobResult:
+        return follow(controller, number, sleep, POLL_S, quiet)
 
     return verify(controller, robot, job, run, sleep)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.firmware_py.controller.contract import RobotController
+from deltactl.firmware_py.controller.contract import JobResult, RobotController
 from deltactl.firmware_py.controller.sensing.determined import range_slopes_m
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import MotionError, NotReady
@@ -27,8 +27,8 @@ LEAST_STEPS = 10.0
 """Fewer are not called lost: play and the drives' own hysteresis look the same."""
 
 Triple = tuple[float, float, float]
-Follow = Callable[[int], str]
-"""Waits for the end of a job; returns its outcome."""
+Follow = Callable[[int], JobResult]
+"""Waits for the end of a job; returns how it ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,9 +83,10 @@ def verify(
         raise NotReady(f"robot '{robot.name}' has no sensors; lost steps cannot be seen")
     controller.home()
     before_m, before_sigma_m = _look(controller, sleep)
-    outcome = follow(controller.submit(job))
-    if outcome != "done":
-        raise MotionError(f"the job ended as {outcome}; nothing can be said about lost steps")
+    result = follow(controller.submit(job))
+    if result.outcome != "done":
+        ended = f"{result.outcome}: {result.why}" if result.why else result.outcome
+        raise MotionError(f"nothing can be said about lost steps, as the job ended as {ended}")
     controller.home()
     after_m, after_sigma_m = _look(controller, sleep)
     to_steps = (
