@@ -18,6 +18,7 @@ import numpy as np
 
 from deltactl.drivers.steps.contract import Ticks
 from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.contract import JobResult
 from deltactl.firmware_py.controller.sensing.verify import verify
 from deltactl.firmware_py.daemon.actions import Actions
 from deltactl.firmware_py.daemon.address import Peer
@@ -190,11 +191,11 @@ class VirtualSoak:
         self.tally.count("homed")
 
     def _verify(self) -> None:
-        def follow(number: int) -> str:
+        def follow(number: int) -> JobResult:
             while (result := self.controller.result(number)) is None:
                 self._sleep(LOOK_S)
             self._ended(asdict(result))
-            return result.outcome
+            return result
 
         found = verify(self.controller, self.controller.robot, self._jobs[0], follow, self._sleep)
         self.tally.count("verified")
