@@ -102,12 +102,12 @@ class JobChecks:
             return self._by_number.get(number)
 
     def call_off(self, why: str) -> int:
-        """None of these jobs moves any more. Returns how many there are."""
+        """None of these jobs moves any more. Returns of how many nobody knew yet what comes."""
         with self._changed:
-            waiting = tuple(self._waiting)
-        for one in waiting:
-            one.claim.call_off(why)
-        return len(waiting)
+            open_checks = [check for check in self._waiting if check.going_on]
+        for check in open_checks:
+            check.claim.call_off(why)
+        return len(open_checks)
 
     def close(self, timeout_s: float) -> None:
         """End; what was not called off before is checked no more."""

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.firmware_py.paths.shapes import target_count
+from deltactl.firmware_py.paths.shapes import point_target_count
 from deltactl.firmware_py.planner.plan import make_plan
 from deltactl.foundation.errors import LimitExceeded, UnreachablePoint
 from deltactl.models.inverse_kinematics import GeometricInverse
@@ -42,7 +42,7 @@ def test_the_first_point_out_of_the_workspace_is_named(zhao, job_of, angle, spac
     job = job_of(path=path)
     message = refusal(job, zhao)
     named = int(message.split("point ")[1].split()[0])
-    count = target_count(path["points_m"], spacing_m) - 1
+    count = point_target_count(path["points_m"], spacing_m) - 1
     at = np.array([0, 0, -0.45]) + (named / count) * (np.array(out) - [0, 0, -0.45])
     before = at - (np.array(out) - [0, 0, -0.45]) / count
     seen = inverse(Linkage.of(zhao.geometry), np.stack([before, at]))

@@ -58,7 +58,7 @@ WRONG: dict[str, Callable[[int], str]] = {
     "escapes": lambda size: 'a: "' + "\\x41" * (size // 4) + '"\n',
     "letters of many alphabets": lambda size: _filled("ключ{n}: значение 値 🙂\n", size // 2),
     "numbers of a million digits": lambda size: "".join(
-        f"a{n}: {'7' * 1_000_000}\n" for n in range(size // 1_000_000)
+        f"a{n}: {'7' * min(size, 1_000_000)}\n" for n in range(max(size // 1_000_000, 1))
     ),
     "one block of text": lambda size: "a: |\n" + _filled("  line {n}\n", size),
     "quoted keys": lambda size: _filled('"k {n}": "1"\n', size),

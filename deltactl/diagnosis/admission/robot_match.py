@@ -167,6 +167,7 @@ def _another_unit(size: float, usual: float, alike: float) -> bool:
     return size > ADMISSION.unit_factor * alike
 
 
+@np.errstate(over="ignore", invalid="ignore")  # squares of readings beyond all bounds
 def check_belongs(model: DeltaModel, source: str) -> None:
     """Refuse a recording of another machine. Raises RefusedRecording, one line."""
     check_input(model)

@@ -16,6 +16,7 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Regressor
 from deltactl.diagnosis.priors.options import SIZE_PRIORS
 from deltactl.diagnosis.selection.named_first import Selected, named_sizes
+from deltactl.diagnosis.selection.options import CREDIBLE
 
 
 def charge(plant: RegressionPlant, noise: TemperedNoise, known: Explanation) -> float:
@@ -58,7 +59,10 @@ def calibrated(probability: float, p: float) -> float:
     By the bound -e p log p on the Bayes factor for it (Sellke, Bayarri and Berger 2001, Am. Stat.
     55, 62-71).
     """
-    factor = -math.e * p * math.log(p) if p < 1.0 / math.e else 1.0
+    if p >= 1.0 / math.e:
+        return probability
+    factor = -math.e * p * math.log(p)
+    probability = min(probability, 1.0 - CREDIBLE.lapse)  # no certainty beside what has no name
     return factor * probability / (factor * probability + 1.0 - probability)
 
 
