@@ -70,4 +70,3 @@ def test_a_screen_reader_is_told_what_is_shown(open_report: Open, report_file: P
     assert ("button", "a") in heard
     texts = [name for role, name in heard if role == "StaticText"]
     assert any(text.startswith("e [mm] over t [s]. a: 50 points from") for text in texts)
-    assert ("figure", "Bars") in heard
