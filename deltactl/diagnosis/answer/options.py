@@ -72,7 +72,7 @@ class SayingOptions:
     likely_p: float = 0.05
     """The same, from which down it is surely, or probably, there."""
     of_a_hundred_p: float = 0.1
-    """Above it a chance is told as so many of a hundred."""
+    """Above it a chance is given as so many of a hundred."""
     nearly_all_p: float = 0.995
     """Above it no engine knows its own mistakes well enough to give a figure."""
     mostly_by_place: float = 0.7
@@ -103,13 +103,13 @@ class SayingOptions:
     above_floor: float = 0.01
     """Of the noise floor: a mismatch that is hardly above it has no share to speak of."""
     nearly_all_gone: float = 0.99
-    """Share of a gain that is told without a figure."""
+    """Share of a gain that is reported without a figure."""
     worth_a_table: float = 0.02
     """Share of the mismatch below which, beside named causes, nobody is asked to enter a table."""
     table_helps: float = 1.1
     """Times the mismatch that is left, below which without a table it would be as good."""
     minor_share: float = 0.01
-    """Of the mismatch: what does less is told last."""
+    """Of the mismatch: what does less is reported last."""
     half_known: float = 0.5
     """A part of a delay that may be smaller by more than this is not known."""
     by_the_loop: float = 2.0
@@ -120,7 +120,7 @@ class SayingOptions:
     unloaded_alike: float = 0.9
     """Share of friction that is there without a load, from which on nothing is said of the load."""
     second_wave: float = 0.1
-    """Of a periodic error's first harmonic, from which on the second is told."""
+    """Of a periodic error's first harmonic, from which on the second is reported."""
     least_told_waves: float = 1.2
     most_told_waves: float = 3.1
     """Waves over the travel of a periodic error that is told though it is not named: of fewer a

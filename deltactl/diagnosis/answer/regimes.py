@@ -18,7 +18,7 @@ STILL_SHARE = 0.02
 AFTER_REVERSAL_S = 1.0
 TOP_QUANTILE = 0.95
 FEWEST_ROWS = 30
-"""Readings over which a root mean square is told."""
+"""Readings over which a root mean square is reported."""
 
 Way = Literal["forward", "backward", "stands", "command_stands", "reversed"]
 Third = Literal["slow", "fast", "low_load", "high_load"]

@@ -1,4 +1,4 @@
-"""What a mechanic is told beside the size of a finding: waves, harmonics, loads and paces.
+"""What a mechanic reads beside the size of a finding: waves, harmonics, loads and paces.
 
 In: a finding, and the picture of the mismatch. Out: figures; None where there is nothing to tell.
 """

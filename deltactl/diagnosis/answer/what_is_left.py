@@ -104,7 +104,7 @@ def beyond_noise_m(size_m: float, noise_m: float) -> float:
 
 
 def told_of_rest(answer: Diagnosis) -> Literal["beside_known", "too_little", "sized", "unsized"]:
-    """How the size of what nothing explains is told."""
+    """How the size of the unexplained part is reported."""
     share, found = answer.unexplained.share_of_mismatch, bool(answer.findings)
     little = share > 0.0 and too_little(answer.fit, share, found)
     if little and not found:

@@ -103,7 +103,7 @@ class ObservationOptions:
     noise_memories: tuple[float, ...] = (0.0, 0.5, 0.8, 0.9)
     """Correlation of neighbours in the noises that are mixed."""
     noise_levels: tuple[float, ...] = (0.003, 1e-4, 1e-6, 1e-9, 1e-12)
-    """Chances between which that of a residual is told; the first is the alarm's."""
+    """Chances between which that of a residual is reported; the first is the alarm's."""
     shortest_segment: int = 16
     longest_plain_segment: int = 128
     """Readings of a segment: where the longest memory is ten readings, 128 resolve its bend."""

@@ -25,7 +25,7 @@ from deltactl.diagnosis.selection.options import SELECTION
 
 
 def rest_of(selected: Selected) -> Rest:
-    """What the tests say of the residual: by what it may follow, and by its size."""
+    """What the tests say of the residual: what it may follow, and its size."""
     by_size, by_shape = beyond_noise(selected), _by_shape(selected)
     if by_size.p >= by_shape.p:
         return by_shape

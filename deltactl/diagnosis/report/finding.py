@@ -91,7 +91,7 @@ def divided(finding: Finding) -> str:
 
 
 def told_sizes(finding: Finding) -> Iterator[tuple[str, ParameterResult, Size]]:
-    """What is told of its parameters: name, figures, and as shown; no parts of a mere sum."""
+    """What is reported of its parameters: name, figures, and as shown; no parts of a mere sum."""
     if divided(finding):
         return
     for name, result in told(finding.parameters).items():
@@ -200,7 +200,7 @@ def rivals(finding: Finding, shown: Sequence[Alternative] | None = None, more: i
     """'a (30 %) or b (15 %)'; shown: those to name, more: how many are only counted.
 
     A set of causes may hold several of them, so that their probabilities may come to more than what
-    the finding leaves: then one share is told, of all of them.
+    the finding leaves: then one share is reported for all of them.
     """
     named = finding.alternatives if shown is None else shown
     apart = exclusive(finding)

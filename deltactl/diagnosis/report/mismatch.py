@@ -1,4 +1,4 @@
-"""The mismatch as charts: by time, by place, and by what the machine was doing."""
+"""The mismatch as charts: over time, over place, and by the state of the machine."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def of_effort(name: str, component: str) -> str:
 
 
 def unknown(component: str, follows: Sequence[str]) -> str:
-    """An error without a name, by its place and by what it follows."""
+    """An error without a name: its place and what it follows."""
     name = _phrase("unknown", [component], part_of("unknown", component, follows))
     return say("name.follows", name=name, follows=all_followed(follows)) if follows else name
 

@@ -66,7 +66,7 @@ def telling_apart(findings: Sequence[Finding], pull_said: bool = False) -> list[
 
 
 def way_apart(finding: Finding, ways: Ways = TERMINAL, pull_said: bool = False) -> str:
-    """How a lone machine's finding is told from what it is tied with; empty where no row says."""
+    """How a single axis' finding is separated from its tie; empty where no row says."""
     if finding.component != COMPONENT:
         return ""
     texts = (_on_an_axis(known, ways, pull_said) for _, known in _known(finding))

@@ -141,12 +141,12 @@ def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
 
 
 def _has_an_entry(finding: Finding) -> bool:
-    """Whether the robot file of a lone machine can hold it."""
+    """Whether the robot file of a single axis or sensor can hold it."""
     return any(not kind.event for kind in forms_of(finding.effect))
 
 
 def machine_of(robot: RobotModel | None, component: str, name: str) -> str:
-    """The key of LAYERS for a robot; without one by what the finding is at."""
+    """The key of LAYERS for a robot; without one, the place of the finding."""
     if isinstance(robot, DeltaRobot):
         servo = robot.drive is not None and kind(robot.drive) == "servo"
         return "servo_delta" if servo else "delta"

@@ -207,7 +207,7 @@ def spoken(
     left_out: Sequence[str] = (),
     known: Sequence[EffectEntry] = (),
 ) -> Diagnosis:
-    """The answer of a lone machine with its sentences.
+    """The answer of a single axis or sensor with its sentences.
 
     left_out: held-out recordings that tell nothing, and why. known: effects that the robot file has
     already.
@@ -221,7 +221,7 @@ def spoken(
 def kinds_of(
     robot: StepperAxis | ServoAxis | RangeSensor, answer: Diagnosis
 ) -> dict[str, EffectKind]:
-    """The vocabulary an answer is told in."""
+    """The vocabulary of an answer."""
     if isinstance(robot, RangeSensor):
         return sensor_effects()
     motion = robot.motion if isinstance(robot, ServoAxis) else "rotary"

@@ -30,8 +30,7 @@ class Without:
 class SearchState:
     """What is searched, and what is known of it.
 
-    What there is to know of the recording are its `tests`; by what one set is better than another
-    says its `criterion`.
+    `tests` holds what is known of the recording, `criterion` compares two sets.
     """
 
     prepared: Prepared
