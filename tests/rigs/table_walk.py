@@ -22,7 +22,7 @@ from hypothesis.stateful import (
 )
 
 from deltactl.firmware_py.controller.states import TABLE, Event, Happening, Moves, Request, State
-from tests.rigs.two_clients import PATHS, ServedRobot, until
+from tests.rigs.two_clients import PATHS, ServedRobot
 
 SLOWED_DOWN_S = 1.2
 """The longest that a job may still move once it is to slow down: a look-ahead of 0.1 s, and the
@@ -86,7 +86,7 @@ class Robot(RuleBasedStateMachine):
         known = len(robot.controller.jobs.planned)
         asked = Asked(client, wire.send("run", job=job, detach=detached), detached)
         if Request.RUN in taken(before):
-            until(lambda: len(robot.controller.jobs.planned) > known, "the job is accepted")
+            robot.until(lambda: len(robot.controller.jobs.planned) > known, "the job is accepted")
             self.covers.planned.append(asked)
             self._next_is_planned()
             self._follows(Request.RUN, before)
@@ -183,7 +183,7 @@ class Robot(RuleBasedStateMachine):
             states.append(robot.state)
             if event is Happening.GONE:
                 robot.clients[client].close()
-                until(lambda: robot.state is not State.HOMING, "the homing is called off")
+                robot.until(lambda: robot.state is not State.HOMING, "the homing is called off")
             elif event is Happening.FAULT:
                 robot.controller._on_loop_error(RuntimeError("a mistake"))
             else:
@@ -195,7 +195,7 @@ class Robot(RuleBasedStateMachine):
         robot.meanwhile(delay_s + LAST_OF_HOMING_S, lambda: seen.append(robot.edges))
         number = robot.clients[client].send("home")
         if event is Happening.GONE:
-            until(lambda: len(states) == 2, "its client goes")
+            robot.until(lambda: len(states) == 2, "its client goes")
             robot.clients[1 - client].ask("on")  # refused, behind the end of the homing
             robot.reconnect(client)
         else:
@@ -217,11 +217,11 @@ class Robot(RuleBasedStateMachine):
         planned = [one for one in self.covers.planned if one.client == client]
         robot.clients[client].close()
         numbers = {one.number for one in going}
-        until(lambda: not numbers & self._not_called_off(), "its jobs are called off")
+        robot.until(lambda: not numbers & self._not_called_off(), "its jobs are called off")
         for one in planned:
             self.covers.planned.remove(one)
         known = robot.controller.jobs.planned
-        until(lambda: len(known) == len(self.covers.planned), "its checks are given up")
+        robot.until(lambda: len(known) == len(self.covers.planned), "its checks are given up")
         self._next_is_planned()
         robot.reconnect(client)
         if going or planned:
@@ -365,7 +365,7 @@ class Robot(RuleBasedStateMachine):
             answer = robot.clients[asked.client].outcome(asked.request)
             assert not answer["ok"], answer
             assert answer["error"]["kind"] == "NotReady", answer
-        until(lambda: not robot.gates and not self._busy(), "the check is given up")
+        robot.until(lambda: not robot.gates and not self._busy(), "the check is given up")
         self.covers.planned.clear()
         self.covers.accepted.clear()
         self.covers.held = False
@@ -393,7 +393,8 @@ class Robot(RuleBasedStateMachine):
 
     def _next_is_planned(self) -> None:
         """The command behind one that has ended has its turn."""
-        until(lambda: len(self.robot.gates) == bool(self.covers.planned), "the next job is planned")
+        robot = self.robot
+        robot.until(lambda: len(robot.gates) == bool(self.covers.planned), "the next is planned")
 
     def _time_passed_otherwise(self) -> None:
         """What has ended covers nothing; a pause ends with the last job that it holds."""

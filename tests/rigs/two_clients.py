@@ -143,6 +143,15 @@ class ServedRobot:
             return sum(map(abs, self.machine.output.status().counts))
         return sum(self.machine.bench.memory.edges())
 
+    def until(self, condition: Callable[[], bool], what: str) -> None:
+        """Wait for other threads, never seeing the controller in the middle of a transition."""
+
+        def locked() -> bool:
+            with self.controller.condition.lock:
+                return condition()
+
+        until(locked, what)
+
     def pass_s(self, duration_s: float) -> None:
         """Let the robot's time pass."""
         sleep_s(self.clock, duration_s)
@@ -158,10 +167,10 @@ class ServedRobot:
 
     def let_check_end(self) -> None:
         """Open the way for the job that is planned, and wait until it is checked."""
-        until(lambda: bool(self.gates), "planning begins")
+        self.until(lambda: bool(self.gates), "planning begins")
         first = self.controller.jobs.planned[0]
         self.gates[0].opened.set()
-        until(lambda: first not in self.controller.jobs.planned, "the check ends")
+        self.until(lambda: first not in self.controller.jobs.planned, "the check ends")
 
     @contextmanager
     def quick_checks(self) -> Iterator[None]:
