@@ -23,7 +23,8 @@ from typing import NoReturn
 import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, OutputState, Ticks
-from deltactl.firmware_py.controller.sensing.on_the_way import OnTheWay, sight_rad
+from deltactl.firmware_py.controller.sensing.determined import unseen_rad
+from deltactl.firmware_py.controller.sensing.on_the_way import OnTheWay
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, sleep_s
@@ -77,6 +78,8 @@ class SwitchSearch:
         self._fast_steps = max(1, round(self._speed_radps * MOVE_S / step_rad))
         back_off_steps = math.ceil(BACK_OFF_RAD / step_rad) + self._fast_steps
         self._back_off_steps = back_off_steps
+        self._sight_rad = unseen_rad(robot, np.ones(MOTORS, dtype=np.bool_), robot.homing.warning_m)
+        """How far an arm may be from home while the ranges are off by `homing.warning_m`."""
         self._again_steps = back_off_steps + self._fast_steps + 3 * self._tolerance_steps
 
     @property
@@ -133,8 +136,9 @@ class SwitchSearch:
         """Sink until the switch is open: an arm that was left at its switch, or above it."""
         steps = self._back_off_steps
         if seen_rad is not None:
-            above_rad = self._home_rad(motor) - seen_rad
-            steps += max(0, math.ceil((above_rad + sight_rad(self._robot)) / self._step_rad))
+            above_rad = self._home_rad(motor) - seen_rad + self._sight_rad
+            lowest_rad = math.radians(self._robot.limits.arm_deg[1]) - seen_rad
+            steps += max(0, math.ceil(min(above_rad, lowest_rad) / self._step_rad))
         for _ in range(math.ceil(steps / self._fast_steps)):
             self._move([motor], +1, self._fast_steps, self._speed_radps)
             self._look_around(motor)
@@ -224,7 +228,7 @@ class SwitchSearch:
         home_rad, now = self._home_rad(motor), self._count(motor)
         if seen_rad is not None:
             up_rad = min(
-                seen_rad - home_rad + 3.0 * sight_rad(self._robot), seen_rad - low_rad + MARGIN_RAD
+                seen_rad - home_rad + 3.0 * self._sight_rad, seen_rad - low_rad + MARGIN_RAD
             )
             return now - math.floor(max(0.0, up_rad) / self._step_rad)
         search_deg = self._robot.homing.search_deg
@@ -292,7 +296,7 @@ class SwitchSearch:
             return
         for motor in motors:
             past_rad = self._home_rad(motor) - float(angles_rad[motor])
-            if past_rad > sight_rad(self._robot) and self._now[motor] is Contact.OPEN:
+            if past_rad > self._sight_rad and self._now[motor] is Contact.OPEN:
                 self._refuse(
                     f"the switch of arm {motor + 1} is open though the sensors see the arm"
                     f" {math.degrees(past_rad):.0f} degrees past it: it is stuck open, its wire is"

@@ -124,6 +124,18 @@ def test_an_arm_whose_switch_never_closes_stays_within_the_limits(
     assert outcome.problems == []
 
 
+@pytest.mark.parametrize("home_deg", [0.0, 10.0, 30.0])
+def test_an_arm_whose_switch_never_opens_sinks_no_further_than_the_limits(
+    home_deg: float, tmp_path: Path
+) -> None:
+    """At 0 degrees the slopes of the ranges are singular: they say nothing of two directions."""
+    with switched_on(switch_robot(tmp_path, home_deg)) as one:
+        switch_of(one, 0).faults.stuck = True
+        outcome = home_and_judge(one, r"arm 1\b.*stuck closed")
+    assert outcome.refused
+    assert outcome.problems == []
+
+
 def test_an_unseen_arm_rises_no_further_however_often_it_is_homed(tmp_path: Path) -> None:
     with switched_on(switch_robot(tmp_path, 10.0, sensors=False)) as one:
         switch_of(one, 0).faults.stuck = False

@@ -99,6 +99,8 @@ def home_and_judge(
     low_deg = controller.robot.limits.arm_deg[0] - OVER_DEG if bound_deg is None else bound_deg
     if outcome.lowest_deg < low_deg:
         outcome.problems.append(f"an arm came to {outcome.lowest_deg:.1f} degrees")
+    if highest.sunk_deg > controller.robot.limits.arm_deg[1] + OVER_DEG:
+        outcome.problems.append(f"an arm sank to {highest.sunk_deg:.1f} degrees")
     if outcome.refused:
         _judge_refusal(outcome, controller, named)
         return outcome
@@ -121,16 +123,18 @@ def _judge_refusal(outcome: Outcome, controller: Controller, named: str) -> None
 
 
 class Highest:
-    """Watches how high the arms rise."""
+    """Watches how high the arms rise, and how far they sink."""
 
     def __init__(self, controller: Controller):
-        self.angle_deg = 1e9
+        self.angle_deg, self.sunk_deg = 1e9, -1e9
         self._controller = controller
         controller.clock.start("watching", self._task(), _raise)
 
     def _task(self) -> Task:
         while True:
-            self.angle_deg = min(self.angle_deg, float(arms_deg(self._controller).min()))
+            angles_deg = arms_deg(self._controller)
+            self.angle_deg = min(self.angle_deg, float(angles_deg.min()))
+            self.sunk_deg = max(self.sunk_deg, float(angles_deg.max()))
             yield self._controller.clock.now_ns() + ns(0.05)
 
 

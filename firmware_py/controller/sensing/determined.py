@@ -37,22 +37,22 @@ def determine(robot: RobotFile, good: BoolArray) -> bool:
     return len(slopes_m) > 0 and np.linalg.matrix_rank(slopes_m, tol=LEAST_SLOPE_MPRAD) == 3
 
 
-def unseen_rad(robot: RobotFile, good: BoolArray) -> float:
-    """The furthest an arm may be from home while these ranges all agree with it [rad].
+def unseen_rad(robot: RobotFile, good: BoolArray, agree_m: float) -> float:
+    """The furthest an arm may be from home while these ranges are within `agree_m` of it [rad].
 
-    Agreement is `homing.tolerance_m`. Where the ranges determine the arms this is the linear
-    estimate at home; elsewhere the arms are tried throughout `limits.arm_deg`.
+    Where the ranges determine the arms this is the linear estimate at home; elsewhere the arms
+    are tried throughout `limits.arm_deg`.
     """
     home_rad = np.deg2rad(robot.homing.angle_deg)
     if determine(robot, good):
         to_arms = np.linalg.pinv(range_slopes_m(robot, home_rad)[good])
-        return float(np.abs(to_arms).sum(axis=1).max()) * robot.homing.tolerance_m
-    return _furthest_rad(robot, good, home_rad)
+        return float(np.abs(to_arms).sum(axis=1).max()) * agree_m
+    return _furthest_rad(robot, good, home_rad, agree_m)
 
 
 def unseen_deg(robot: RobotFile, good: BoolArray) -> int:
     """The same in whole degrees, rounded up, as `--accept-unseen` is told it."""
-    return math.ceil(math.degrees(unseen_rad(robot, good)) - 1e-6)
+    return math.ceil(math.degrees(unseen_rad(robot, good, robot.homing.tolerance_m)) - 1e-6)
 
 
 def unseen_by_none_deg(robot: RobotFile) -> int:
@@ -60,7 +60,9 @@ def unseen_by_none_deg(robot: RobotFile) -> int:
     return unseen_deg(robot, np.zeros(ARMS, dtype=np.bool_))
 
 
-def _furthest_rad(robot: RobotFile, good: BoolArray, home_rad: FloatArray) -> float:
+def _furthest_rad(
+    robot: RobotFile, good: BoolArray, home_rad: FloatArray, agree_m: float
+) -> float:
     low_rad, high_rad = np.deg2rad(robot.limits.arm_deg)
     looks_rad = np.linspace(low_rad, high_rad, LOOKS)
     angles_rad = np.array(list(itertools.product(looks_rad, repeat=3)))
@@ -73,6 +75,6 @@ def _furthest_rad(robot: RobotFile, good: BoolArray, home_rad: FloatArray) -> fl
     differ_m = np.abs((there_m - here_m) @ robot.sensors.axes[good].T)
     # Half a grid's way, so that what lies between two looks is not left out.
     between_m = float(np.abs(range_slopes_m(robot, home_rad)[good]).sum(axis=1).max())
-    reach_m = robot.homing.tolerance_m + between_m * float(looks_rad[1] - looks_rad[0]) / 2.0
+    reach_m = agree_m + between_m * float(looks_rad[1] - looks_rad[0]) / 2.0
     alike = (differ_m <= reach_m).all(axis=1)
     return float(off_rad[alike].max()) if alike.any() else 0.0

@@ -11,7 +11,6 @@ import numpy as np
 from deltactl.drivers.ranging.contract import Reading
 from deltactl.drivers.steps.contract import Counts, Ticks
 from deltactl.firmware_py.controller.sensing.cause import causes, in_words
-from deltactl.firmware_py.controller.sensing.determined import range_slopes_m
 from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
 from deltactl.firmware_py.feedback.residuals import Expectation, Residuals
 from deltactl.firmware_py.robot_file import RobotFile
@@ -130,9 +129,3 @@ class OnTheWay:
         position_m = np.linalg.solve(sensors.axes, ranges_m - sensors.offsets_m)
         seen_rad = CalibratedInverse(self._robot).angles_rad_at_once(position_m[np.newaxis])[0]
         return seen_rad if np.isfinite(seen_rad).all() else None
-
-
-def sight_rad(robot: RobotFile) -> float:
-    """How far an arm may be from home while the ranges are off by `homing.warning_m` [rad]."""
-    slopes_m = range_slopes_m(robot, np.deg2rad(robot.homing.angle_deg))
-    return float(np.abs(np.linalg.pinv(slopes_m)).sum(axis=1).max()) * robot.homing.warning_m
