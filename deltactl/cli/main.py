@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import sys
 from collections.abc import Callable
@@ -108,8 +109,15 @@ def main() -> None:
         sys.exit(0)
     except OSError as error:  # a disk that is full, a folder that may not be written
         where = one_line(f"{error.filename}:") + " " if error.filename else ""
-        print(f"deltactl: {where}{error.strerror or one_line(error)}", file=sys.stderr)
+        reason = error.strerror or one_line(error)
+        if error.errno in UNWRITABLE:
+            reason = f"cannot be written ({reason})"
+        print(f"deltactl: {where}{reason}", file=sys.stderr)
         sys.exit(2)
+
+
+UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG)
+"""What only happens to a file that is written."""
 
 
 def misused(error: typer.TyperException) -> NoReturn:
