@@ -36,6 +36,8 @@ class Key:
     bounds: str
     default: str
     says: str
+    own: bool = True
+    """Whether the key says this itself, not the section below it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,11 +78,10 @@ def key(name: str, field: FieldInfo, model: type[BaseModel]) -> Key:
     if not bounds and "number" in kind:
         bounds = BOUNDED_ELSEWHERE.get(known, ANY)
     own = _docstrings(model).get(name, "")
-    if not own and not reason:
-        own = _of_its_section(name, field, model)
+    borrowed = "" if own or reason else _of_its_section(name, field, model)
     default = "required" if field.is_required() else _shown(field)
-    said = "; ".join(word.strip().rstrip(".") for word in (own, reason) if word)
-    return Key(known, kind, unit_of(known), bounds, default, said)
+    said = "; ".join(word.strip().rstrip(".") for word in (own, reason, borrowed) if word)
+    return Key(known, kind, unit_of(known), bounds, default, said, own=not borrowed)
 
 
 def _of_its_section(name: str, field: FieldInfo, model: type[BaseModel]) -> str:
@@ -122,7 +123,8 @@ def _type(annotation: Any) -> str:
     if origin is tuple:
         if Ellipsis in parts:
             return f"list of {_type(parts[0])}"
-        return f"{len(parts)} times {_type(parts[0])}"
+        inner = _type(parts[0])
+        return f"{len(parts)} {inner}s" if inner.endswith("number") else f"{len(parts)} x {inner}"
     if origin is dict:
         return f"keys with {_type(parts[1])}"
     if annotation is type(None):

@@ -7,6 +7,7 @@ from deltactl.firmware_py.controller.states import (
     Ends,
     Event,
     Happening,
+    Moves,
     Request,
     Rule,
     State,
@@ -26,8 +27,8 @@ STATE_WORDS: dict[State, str] = {
 }
 ENDS_WORDS: dict[Ends, str] = {
     Ends.HOMING: "the homing",
-    Ends.WAITING: "jobs that are planned or queued",
-    Ends.RUNNING: "the job that runs",
+    Ends.WAITING: "planned and queued jobs",
+    Ends.RUNNING: "the running job",
 }
 PRESENT: dict[Ends, tuple[State, ...]] = {
     Ends.HOMING: (State.HOMING,),
@@ -35,78 +36,75 @@ PRESENT: dict[Ends, tuple[State, ...]] = {
     Ends.RUNNING: (State.RUNNING, State.PAUSED),
 }
 """In which states there is something of the kind to call off."""
-OWN = {
-    Happening.GONE: "only what that client asked for and did not detach",
-}
-REPLIES = {
-    Request.HOME: "what was seen, once homed",
-    Request.RUN: "the number of the job, once it is checked",
-}
-"""Of the others: done."""
-
 Row = tuple[str, ...]
 
 
-def rows_of(state: State) -> list[Row]:
-    """One row for each event that has a rule in a state, requests first."""
-    events: list[Event] = [*Request, *Happening]
-    return [_row(event, state, TABLE[event][state]) for event in events if state in TABLE[event]]
-
-
-def refused_in(state: State) -> str:
-    """What is refused in a state, and what the refusal says to do."""
-    names = [f"`{request.value}`" for request in Request if state not in TABLE[request]]
-    return f"Refused: {', '.join(names)}. To get on: {way_out(state).replace('`', '')}."
-
-
-def overview() -> list[Row]:
-    """Requests down, states across: what follows; empty where it is refused."""
+def states() -> list[Row]:
+    """One row for each state: its meaning, and how to leave it."""
     return [
-        (f"`{request.value}`", *(_then(TABLE[request].get(state)) for state in State))
-        for request in Request
+        (f"`{state.value}`", STATE_WORDS[state], way_out(state).replace("'", "`"))
+        for state in State
     ]
 
 
-def _row(event: Event, state: State, rule: Rule) -> Row:
-    asked = isinstance(event, Request)
-    return (
-        f"`{event.value}`" if asked else event.value,
-        REPLIES.get(event, "done") if isinstance(event, Request) else "",
-        _then(rule),
-        _ended(event, state, rule.ends),
-        rule.moves.value,
-    )
+def overview() -> list[Row]:
+    """Events down, states across: what follows; empty where nothing does."""
+    events: list[Event] = [*Request, *Happening]
+    return [
+        (_name(event), *(_then(TABLE[event].get(state)) for state in State)) for event in events
+    ]
+
+
+def consequences() -> list[Row]:
+    """Rows of events after which something is called off or may move, states together."""
+    events: list[Event] = [*Request, *Happening]
+    rows: dict[tuple[str, str], tuple[list[str], Ends]] = {}
+    for event in events:
+        for state, rule in TABLE[event].items():
+            present = Ends.NOTHING
+            for kind, states in PRESENT.items():
+                present |= kind if kind in rule.ends and state in states else Ends.NOTHING
+            if present or rule.moves is not Moves.NOTHING:
+                at, ends = rows.get((_name(event), rule.moves.value), ([], Ends.NOTHING))
+                rows[_name(event), rule.moves.value] = ([*at, state.value], ends | present)
+    return [
+        (
+            name,
+            ", ".join(at),
+            ", ".join(ENDS_WORDS[kind] for kind in ENDS_WORDS if kind in ends),
+            moves,
+        )
+        for (name, moves), (at, ends) in rows.items()
+    ]
+
+
+def _name(event: Event) -> str:
+    return f"`{event.value}`" if isinstance(event, Request) else event.value
 
 
 def _then(rule: Rule | None) -> str:
     return "" if rule is None else " or ".join(state.value for state in rule.then)
 
 
-def _ended(event: Event, state: State, ends: Ends) -> str:
-    there = [kind for kind, states in PRESENT.items() if kind in ends and state in states]
-    every = ", ".join(ENDS_WORDS[kind] for kind in there)
-    own = OWN.get(event, "") if isinstance(event, Happening) else ""
-    return f"{every} ({own})" if every and own else every
-
-
 INTRODUCTION = (
-    "What the robot does on each request in each state. The controller consults this very table "
-    "(`TABLE` in `firmware_py/controller/states.py`): an event without a row changes nothing, and "
-    "a request without one is refused. `tests/daemon/test_every_request_in_every_state.py` tries "
-    "every row, and walks the table at random with two clients and faults: no step edge is sent "
-    "that no live, accepted request covers."
+    "What the robot does on each request in each state. The controller reads the same table "
+    "(`TABLE` in `firmware_py/controller/states.py`), and "
+    "`tests/daemon/test_every_request_in_every_state.py` tries every row and walks the table at "
+    "random with two clients and faults: no step edge leaves without a live, accepted request."
 )
 RULES = (
-    "Where more than one state may follow, it depends on which jobs are left: one that runs, "
-    "`running`; one that is held, `paused`; one that is planned or queued, `planning`; none, "
-    "`ready`.",
-    "A request that was answered is in force. What an event calls off never moves afterwards, "
-    "except as the last column says; whoever waits for its answer is refused with the reason, and "
-    "its result is `cancelled`, `stopped` or `fault`.",
-    "A job and a homing belong to the connection that asked for them, and end with it. `run` with "
-    "`detach` outlives its connection once it was answered.",
-    "`stop`, `off`, and `cancel` without a `job_id` also refuse commands of all clients that came "
-    "before them and have not begun. `cancel` with a `job_id` calls off that job alone.",
-    "However a job ends, but for its own end, its outputs are put to their safe levels.",
+    "Where several states may follow, the jobs that are left decide: `running` if one runs, "
+    "`paused` if one is held, `planning` if one is planned or queued, else `ready`.",
+    "An answered request is in force. What an event calls off never moves afterwards, except as "
+    "the second table says. A client that waits for it gets the reason, and the result "
+    "`cancelled`, `stopped` or `fault`.",
+    "`home` is answered once the robot is homed, `run` with the number of the job once it is "
+    "checked.",
+    "A job and a homing belong to the connection that asked for them, and end with it; "
+    "jobs of other clients go on. `run` with "
+    "`detach` outlives its connection once it is answered.",
+    "`stop`, `off`, and `cancel` without a `job_id` also refuse earlier commands of all clients "
+    "that have not begun. `cancel` with a `job_id` calls off that job alone.",
+    "Unless a job reaches its own end, its outputs go to their safe levels.",
 )
-COLUMNS = ("event", "reply", "next state", "called off", "what may still move")
+COLUMNS = ("event", "in", "called off", "may still move")

@@ -70,22 +70,22 @@ _NUMBERED = re.compile(r"_[123xyz]$")
 
 COLUMN_WORDS: dict[str, tuple[float, str]] = {
     "t": (0.02, "time"),
-    "steps": (1840, "counts that the motor was sent, from where its arm is level"),
-    "command": (0.52, "where the arm, or the axis, was told to be"),
-    "range": (0.412, "what the ranging sensor read"),
-    "status": (0, "0: the reading is valid; anything else: it is not"),
-    "theta": (0.523, "the angle of the arm, measured"),
-    "pos": (0.05, "where the platform was, measured from outside"),
+    "steps": (1840, "commanded count of the motor, 0 where its arm is level"),
+    "command": (0.52, "commanded position of the arm or axis"),
+    "range": (0.412, "reading of the distance sensor"),
+    "status": (0, "0 marks a valid reading"),
+    "theta": (0.523, "measured angle of the arm"),
+    "pos": (0.05, "platform position, measured from outside"),
     "t_pwm": (0.006, "step period in force"),
     "current": (0.35, "current of the servo drive"),
-    "disturbance": (0.02, "what the disturbance observer added"),
+    "disturbance": (0.02, "current added by the disturbance observer"),
     "temp_c": (23.5, "temperature of the machine"),
-    "position": (0.523, "where the axis was, measured"),
-    "effort": (1.2, "torque, force or current that the drive gave"),
-    "velocity": (0.8, "speed of the axis; absent: from its position"),
-    "load": (4.9, "what pulled at the axis from outside"),
-    "distance": (0.4, "the true distance"),
-    "segment": (0, "number of the run; where it changes, another begins"),
+    "position": (0.523, "measured position of the axis"),
+    "effort": (1.2, "torque, force or current of the drive"),
+    "velocity": (0.8, "speed of the axis; by default derived from its position"),
+    "load": (4.9, "external load on the axis"),
+    "distance": (0.4, "true distance"),
+    "segment": (0, "number of the run; a new number starts a new run"),
 }
 """By name, without the number of the motor or the sensor's letter."""
 
@@ -99,21 +99,21 @@ _JOB = "robot: zhao-2023.yaml\nname: circle\n"
 _ROBOT = "kind: delta\nname: my-delta\n"
 
 REQUEST_WORDS = {
-    "ping": "Whether the controller runs.",
+    "ping": "Check that the controller runs.",
     "version": "Versions of the program, of Python and of the protocol.",
     "on": "Switch the drives on.",
-    "off": "Switch the drives off; what is planned, waits or homes is dropped.",
-    "home": "Find out where the arms are. Ends with the connection.",
-    "run": "Check a job and queue it. Ends with the connection, unless it is to `detach`.",
-    "pause": "Slow down to a standstill on the path; a job that has not begun is held.",
-    "resume": "Go on after a pause.",
-    "cancel": "End a job on its path, before it begins, or while it is planned; or a homing.",
-    "stop": "Stop at once; acknowledge and home before going on.",
-    "acknowledge": "Leave a stop or a fault behind.",
-    "status": "All that is known of the robot.",
-    "sensors": "Readings of the ranging sensors.",
-    "watch": "The status, again and again.",
-    "result": "What became of a job.",
+    "off": "Switch the drives off; drops planned and queued jobs and a homing.",
+    "home": "Home the arms. Ends with the connection.",
+    "run": "Check a job and queue it. Ends with the connection unless `detach` is set.",
+    "pause": "Slow down to rest on the path; hold a job that has not begun.",
+    "resume": "Continue after a pause.",
+    "cancel": "End a job in any phase, or a homing.",
+    "stop": "Stop at once; acknowledge and home before you continue.",
+    "acknowledge": "Clear a stop or a fault.",
+    "status": "Report the state of the robot.",
+    "sensors": "Report the readings of the distance sensors.",
+    "watch": "Report the status repeatedly.",
+    "result": "Report the result of a job.",
 }
 
 
@@ -129,22 +129,25 @@ class ArgumentWords:
 
 ARGUMENT_WORDS = {
     "accept_unseen_deg": ArgumentWords(
-        "By how much an arm may be off unseen; somebody has looked", 40.0, 0.0, "degrees"
+        "Accepted error of an arm that the sensors cannot see, after somebody has looked",
+        40.0,
+        0.0,
+        "degrees",
     ),
     "robot": ArgumentWords(
-        "Whole path of another file of this machine", "/var/lib/deltactl/my-delta.yaml"
+        "Absolute path of another file of this machine", "/var/lib/deltactl/my-delta.yaml"
     ),
-    "robot_text": ArgumentWords("Its text, in place of a path", _ROBOT),
-    "job": ArgumentWords("Whole path of the job", "/var/lib/deltactl/circle.yaml"),
-    "job_text": ArgumentWords("Its text, in place of a path", _JOB),
+    "robot_text": ArgumentWords("Its text instead of a path", _ROBOT),
+    "job": ArgumentWords("Absolute path of the job", "/var/lib/deltactl/circle.yaml"),
+    "job_text": ArgumentWords("Its text instead of a path", _JOB),
     "name": ArgumentWords(
-        "What a text is called in messages; absent: `job.yaml`, `robot.yaml`", "circle.yaml"
+        "Name of the text in messages; by default `job.yaml` or `robot.yaml`", "circle.yaml"
     ),
     "record": ArgumentWords(
-        "Name of the recording; absent: that of the job and the time", "first-circle.mcap"
+        "Name of the recording; by default the job's name and the time", "first-circle.mcap"
     ),
-    "job_id": ArgumentWords("Number of a job, as `run` gave it; `cancel` without: all jobs", 7),
-    "detach": ArgumentWords("The job goes on when the connection ends", True, False),
-    "reason": ArgumentWords("Why, for the log", "the gripper is jammed", "stop requested"),
-    "rate_hz": ArgumentWords("How often", 5.0, USUAL_WATCH_HZ, "Hz"),
+    "job_id": ArgumentWords("Number of a job from `run`; `cancel` without it cancels all jobs", 7),
+    "detach": ArgumentWords("The job continues when the connection ends", True, False),
+    "reason": ArgumentWords("Reason for the log", "the gripper is jammed", "stop requested"),
+    "rate_hz": ArgumentWords("Rate of updates", 5.0, USUAL_WATCH_HZ, "Hz"),
 }

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import yaml
-from pydantic import BaseModel
 
 from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.daemon.protocol import ARGUMENTS, SLOW, Argument
@@ -16,17 +15,17 @@ from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile
 from deltactl.foundation.plain_file import write_whole
 from deltactl.models.effects import PORT_TEXT, TABLES, VOCABULARY
-from deltactl.models.effects.kind import EffectKind
+from deltactl.models.effects.kind import EffectKind, Parameter
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 from deltactl.models.robot import KINDS
 from deltactl.recording.foreign.mapping import Mapping
 from deltactl.recording.foreign.units import IN_SI
-from deltactl.recording.format.channels import CHANNELS
+from deltactl.recording.format.channels import CHANNELS, Field
 from deltactl.recording.tables.flat import UNITS
 from deltactl.reference import states_page
-from deltactl.reference.examples import example_of
-from deltactl.reference.fields import NAMES, Key, Section, sections
-from deltactl.reference.schemas import example, schemas
+from deltactl.reference.fields import NAMES
+from deltactl.reference.key_tables import KeyTables, table
+from deltactl.reference.schemas import schemas
 from deltactl.reference.words import ARGUMENT_WORDS, COLUMN_WORDS, REQUEST_WORDS, stem_of
 
 ROOT = Path(__file__).parents[2]
@@ -67,23 +66,23 @@ def _contents() -> str:
 def _jobs() -> str:
     return _page(
         "Job files",
-        "What is run: `deltactl check JOB.yaml`, `deltactl run JOB.yaml`. Schema: "
+        "`deltactl check JOB.yaml` checks a job, `deltactl run JOB.yaml` runs it. Schema: "
         "`deltactl/schemas/job.json`. An unknown key is refused.",
-        *_tables(JobFile),
+        *KeyTables().of(JobFile),
     )
 
 
 def _robots() -> str:
     must = ", ".join(f"`{s}.{key}`" for s, keys in SAID_FOR_HARDWARE.items() for key in keys)
     parts = [
-        "What a perfect machine would be. `deltactl init` writes one. Schema: "
+        "A robot file describes the machine as designed. `deltactl init` writes one. Schema: "
         "`deltactl/schemas/robot.json`. An unknown key is refused.",
-        f"On hardware these must be said, and have no default: {must}. A file without them runs "
-        "simulated only.",
+        f"On hardware these keys are required: {must}. A file without them runs only simulated.",
     ]
+    tables = KeyTables()
     for kind, model in KINDS.items():
         whole = RobotFile if kind == "delta" else model
-        parts += [f"## kind: {kind}", *_examples(kind), *_tables(whole)]
+        parts += [f"## kind: {kind}", *_examples(kind), *tables.of(whole)]
     return _page("Robot files", *parts)
 
 
@@ -96,71 +95,19 @@ def _examples(kind: str) -> list[str]:
     return [f"Examples: {', '.join(names)}."] if names else []
 
 
-def _tables(model: type[BaseModel]) -> list[str]:
-    parts: list[str] = []
-    for section in sections(model):
-        parts += _table(section)
-    return parts
-
-
-def _table(section: Section) -> list[str]:
-    head = f"`{section.place}`" if section.place else "The file"
-    choice = f", `{section.choice}`" if section.choice and section.place else ""
-    rows = [
-        (
-            f"`{key.name}`",
-            key.type,
-            key.unit,
-            key.bounds,
-            key.default,
-            _example(section, key),
-            key.says,
-        )
-        for key in section.keys
-    ]
-    columns = ("key", "type", "unit", "bounds", "default", "example", "")
-    return [f"### {head}{choice}", section.says, table(columns, rows)]
-
-
-LONGEST_EXAMPLE = 70
-"""A section that is longer is shown by its own keys."""
-
-
-def _example(section: Section, key: Key) -> str:
-    """A value as a file has it."""
-    shown = f"`{in_one_line(example_of(section.model, key.name))}`"
-    return shown if len(shown) <= LONGEST_EXAMPLE else "its keys are below"
-
-
-def in_one_line(value: Any) -> str:
-    """A value in YAML, without a line break."""
-    text = yaml.safe_dump(value, default_flow_style=True, width=10_000, sort_keys=False)
-    return " ".join(text.removesuffix("...\n").split())
-
-
-def table(columns: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table in Markdown."""
-    lines = [list(columns)]
-    lines += [
-        ["---"] * len(lines[0]),
-        *([cell.replace("|", "\\|") for cell in row] for row in rows),
-    ]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
 def _effects() -> str:
     parts = [
         "What the diagnosis can name, what a robot file may state under `effects`, and what a "
         "simulated robot may have under `as_built`. Values are in SI units.",
         "## Deltas",
         _effect_table(VOCABULARY),
-        "What has no name may stand there as a table over what it follows: of a joint over the"
-        " angle of an arm (1 to 3), of the platform over x, y, z (1 to 3) or the distance from the"
-        " z axis (4). Places are evenly spaced, errors linear between them.",
+        "An error without a name is a table. `joint_table` follows the angle of arm 1, 2 or 3; "
+        "`platform_table` follows x, y, z (1 to 3) or the distance from the z axis (4). Its places "
+        "are evenly spaced, and errors are interpolated linearly.",
         _effect_table(TABLES),
         "## Axes that follow a command",
-        "On a linear axis m, N and kg stand in place of rad, N m and kg m2, and in its robot file"
-        " `offset` in place of `angle`, `force` in place of `torque`.",
+        "A linear axis uses m, N and kg for rad, N m and kg m2, and its robot file uses `offset` "
+        "for `angle` and `force` for `torque`.",
         _effect_table(command_effects("rotary")),
         "## Axes that are driven by effort",
         _effect_table(effort_effects("rotary")),
@@ -176,19 +123,27 @@ def _effect_table(kinds: dict[str, EffectKind]) -> str:
     rows = [
         (
             f"`{kind.name}`",
-            ", ".join(kind.components),
-            f"`{parameter.name}`",
-            parameter.unit,
-            f"{parameter.low:g} to {parameter.high:g}",
-            "required" if parameter.default is None else f"{parameter.default:g}",
-            in_one_line(example(kind, parameter)),
+            _numbered(kind.components),
+            "; ".join(_parameter(parameter) for parameter in kind.parameters),
             PORT_TEXT[kind.port],
         )
         for kind in sorted(kinds.values(), key=lambda kind: kind.name)
-        for parameter in kind.parameters
     ]
-    return table(
-        ("effect", "component", "parameter", "unit", "plausible", "default", "example", "at"), rows
+    return table(("effect", "component", "parameters", "acts at"), rows)
+
+
+def _parameter(parameter: Parameter) -> str:
+    unit = "" if parameter.unit == "1" else f" [{parameter.unit}]"
+    default = "" if parameter.default is None else f", default {parameter.default:g}"
+    return f"`{parameter.name}`{unit} {parameter.low:g} to {parameter.high:g}{default}"
+
+
+def _numbered(components: tuple[str, ...]) -> str:
+    """Names that differ in a number only, by the first and the last."""
+    stems = {name.rstrip("123") for name in components}
+    found = [[name for name in components if name.rstrip("123") == stem] for stem in sorted(stems)]
+    return ", ".join(
+        f"`{names[0]}` to `{names[-1]}`" if len(names) > 1 else f"`{names[0]}`" for names in found
     )
 
 
@@ -196,28 +151,49 @@ def _columns() -> str:
     units = ", ".join(f"`{unit}`" for unit in IN_SI)
     parts = [
         "## Tables",
-        "One row a sample; `t` increases; cells may be empty. Columns of other names are kept.",
-        "None has a default: which are needed depends on the machine, and a message says what is "
-        "missing and what could stand for it.",
-        table(("column", "unit", "example", ""), _column_rows()),
+        "One row is one sample. `t` increases, cells may be empty, and other columns are kept. "
+        "Which columns are needed depends on the machine; a message names a missing one and "
+        "its substitutes.",
+        table(("column", "unit", "example", "meaning"), _column_rows()),
         "## Mappings",
-        "`--columns FILE` or `--set NAME=COLUMN[unit]` bring other names and units to these. "
+        "`--columns FILE` or `--set NAME=COLUMN[unit]` map other names and units to these. "
         "`deltactl diagnose --inspect FILE` proposes one. Schema: `deltactl/schemas/mapping.json`. "
-        "Where `separator` and `decimal` are not given, they are found by looking at the file. "
-        "Units: "
+        "`separator` and `decimal` are detected if you leave them out. Units: "
         f"{units}.",
-        *_tables(Mapping),
+        *KeyTables().of(Mapping),
         "## Channels of a recording (MCAP)",
     ]
+    shared: dict[tuple[str, str], list[str]] = {}
     for channel in CHANNELS:
-        rows = [(f"`{field.name}`", field.kind, field.says) for field in channel.fields]
-        parts += [f"### `{channel.topic}`", channel.says, table(("field", "kind", "says"), rows)]
+        text = table(("field", "kind", "meaning"), _field_rows(channel.fields))
+        shared.setdefault((channel.says, text), []).append(f"`{channel.topic}`")
+    for (says, text), topics in shared.items():
+        parts += [f"### {', '.join(topics)}", says, text]
     return _page("Columns and channels", *parts)
 
 
+_MANY = re.compile(r"_[123]$|(?<=^)[xyz](?=_m$)|(?<=_)[xyz]$|(?<=motor )[123]")
+
+
+def _field_rows(fields: Iterable[Field]) -> list[tuple[str, ...]]:
+    """Rows of fields; those that differ in a motor's number or an axis only share one."""
+    rows: dict[tuple[str, ...], list[str]] = {}
+    for field in fields:
+        says = _MANY.sub("i", re.sub(r"(?<=motor )[123]", "i", field.says))
+        key = (_MANY.sub("#", field.name), field.kind, says)
+        rows.setdefault(key, []).append(f"`{field.name}`")
+    return [(", ".join(names), kind, says) for (_, kind, says), names in rows.items()]
+
+
 def _column_rows() -> list[tuple[str, ...]]:
+    rows: dict[tuple[str, ...], list[str]] = {}
+    for name, unit in UNITS.items():
+        stem = stem_of(name)
+        numbered = str(stem != name)
+        rows.setdefault((stem, numbered, unit), []).append(f"`{name}`")
     return [
-        (f"`{name}`", unit, *map(str, COLUMN_WORDS[stem_of(name)])) for name, unit in UNITS.items()
+        (", ".join(names), unit, *map(str, COLUMN_WORDS[stem]))
+        for (stem, _, unit), names in rows.items()
     ]
 
 
@@ -226,7 +202,7 @@ def _socket() -> str:
         (
             f"`{do}`",
             ", ".join(f"`{name}`" for name in arguments),
-            "one after another" if do in SLOW else "at once",
+            "in order" if do in SLOW else "at once",
             REQUEST_WORDS[do],
         )
         for do, arguments in ARGUMENTS.items()
@@ -237,42 +213,44 @@ def _socket() -> str:
     arguments = [_argument_row(name, argument) for name, argument in asked_for.items()]
     return _page(
         "Requests of the socket",
-        "One JSON object a line, each way; [the service](../service.md) says how. Schema: "
-        "`deltactl/schemas/request.json`.",
-        table(("do", "with", "carried out", ""), requests),
-        "Arguments may all be left out, but `run` needs a `job` or a `job_text`, and `result` a "
+        "Each request and each answer is one JSON object on one line; see "
+        "[the service](../service.md). Schema: `deltactl/schemas/request.json`. An example: "
+        '`{"id": 1, "do": "run", "job": "/var/lib/deltactl/circle.yaml"}`',
+        table(("request", "arguments", "carried out", "meaning"), requests),
+        "Arguments are optional, except that `run` needs `job` or `job_text`, and `result` needs "
         "`job_id`.",
-        table(("argument", "type", "unit", "bounds", "default", "example", ""), arguments),
-        'An example: `{"id": 1, "do": "run", "job": "/var/lib/deltactl/circle.yaml"}`',
+        table(("argument and example", "value", "meaning"), arguments),
     )
 
 
 def _states() -> str:
-    parts = [states_page.INTRODUCTION, "\n".join(f"- {rule}" for rule in states_page.RULES)]
     names = [f"`{state.value}`" for state in State]
-    parts += ["## Next states", "Empty: refused.", table(("", *names), states_page.overview())]
-    for state in State:
-        parts += [
-            f"## {state.value}",
-            states_page.STATE_WORDS[state],
-            table(states_page.COLUMNS, states_page.rows_of(state)),
-            states_page.refused_in(state),
-        ]
-    return _page("States of the robot", *parts)
+    return _page(
+        "States of the robot",
+        states_page.INTRODUCTION,
+        "\n".join(f"- {rule}" for rule in states_page.RULES),
+        table(("state", "meaning", "how to leave it"), states_page.states()),
+        "## Next states",
+        "Requests are set as `code`; the other rows are events. An empty cell: the request is "
+        "refused, or the event changes nothing.",
+        table(("", *names), states_page.overview()),
+        "## What is called off, and what may still move",
+        "An event calls off what the third column names, as far as it exists in that state. "
+        "In every other case nothing is called off and nothing moves.",
+        table(states_page.COLUMNS, states_page.consequences()),
+    )
 
 
 def _argument_row(name: str, argument: Argument) -> tuple[str, ...]:
     words = ARGUMENT_WORDS[name]
+    unit = f" [{words.unit}]" if words.unit else ""
     length = " characters" if argument.type is str else ""
-    return (
-        f"`{name}`",
-        NAMES[argument.type],
-        words.unit,
-        "" if argument.type is bool else f"{argument.least:g} to {argument.most:g}{length}",
-        "none" if words.default is None else str(words.default),
-        f"`{json.dumps(words.example)}`",
-        words.says,
-    )
+    value = [f"{NAMES[argument.type]}{unit}"]
+    if argument.type is not bool:
+        value.append(f"{argument.least:g} to {argument.most:g}{length}")
+    if words.default is not None:
+        value.append(f"default {json.dumps(words.default)}")
+    return f"`{name}: {json.dumps(words.example)}`", ", ".join(value), words.says
 
 
 def made() -> dict[Path, str]:

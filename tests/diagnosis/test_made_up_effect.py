@@ -110,4 +110,4 @@ def test_it_is_written_to_a_corrected_file_and_compensated(
 
 
 def test_it_is_documented(added: None) -> None:
-    assert "| `cable_pull` | motor1, motor2, motor3 | `pull` |" in pages()["effects.md"]
+    assert "| `cable_pull` | `motor1` to `motor3` | `pull` [" in pages()["effects.md"]

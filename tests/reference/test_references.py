@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
+from pydantic import BaseModel
 
 from deltactl.firmware_py.daemon.protocol import ARGUMENTS
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.robot_file import RobotFile
+from deltactl.models.robot import KINDS
+from deltactl.recording.foreign.mapping import Mapping
 from deltactl.recording.tables.flat import UNITS
 from deltactl.reference.fields import sections
-from deltactl.reference.words import ARGUMENT_WORDS, COLUMN_WORDS, REQUEST_WORDS, stem_of
+from deltactl.reference.words import ARGUMENT_WORDS, COLUMN_WORDS, REQUEST_WORDS, stem_of, unit_of
 from deltactl.reference.write import made
 from tests.rigs.documented import ROOT
+
+WITHOUT = ("ratio", "count")
+"""Units that a table leaves out: the number has none."""
+ANYTHING = ("scale", "offset", "value", "zero_rad")
+"""Keys of a mapping, and a place on an axis that turns without end: any number will do."""
 
 
 @pytest.mark.parametrize("path", made(), ids=lambda path: path.name)
@@ -28,8 +40,6 @@ def test_nothing_is_left_over() -> None:
 
 
 def test_every_key_of_a_job_says_something() -> None:
-    from deltactl.firmware_py.job_file import JobFile
-
     found = {f"{one.place}.{key.name}": key for one in sections(JobFile) for key in one.keys}
     assert found["path.radius_m"].unit == "m"
     assert found["path.radius_m"].bounds == "above 0 to 2"
@@ -43,17 +53,27 @@ def test_every_column_and_argument_is_in_words() -> None:
     assert {name for one in ARGUMENTS.values() for name in one} == set(ARGUMENT_WORDS)
 
 
-def test_every_cell_of_the_tables_of_keys_is_filled() -> None:
-    """Bounds and units belong to numbers; all else stands at every key."""
-    for page in ("jobs.md", "robots.md", "columns.md"):
+def test_every_key_has_an_example_a_value_and_a_meaning() -> None:
+    """A number says its bounds, and its unit where it has one."""
+    for page in ("jobs.md", "robots.md", "columns.md", "socket.md"):
         text = made()[ROOT / "docs" / "reference" / page].replace("\\|", "/")
-        rows = [line.split(" | ") for line in text.splitlines() if line.count(" | ") == 6]
-        keys = [row for row in rows if row[0].startswith("| `")]
-        assert keys
-        for name, kind, unit, bounds, default, example, says in keys:
-            assert default or kind == "text", name  # an empty text is a default too
-            assert example.strip(), name
-            assert says.strip("| "), name
-            if "number" in kind:
-                assert unit, name
-                assert bounds, name
+        tables = [part for part in text.split("\n\n") if part.startswith(("| key", "| argument"))]
+        assert tables
+        for row in [line.strip("| ") for table in tables for line in table.splitlines()[2:]]:
+            name, value, meaning = row.split(" | ")
+            assert meaning
+            key = name.strip("`").split(":")[0]
+            assert ": " in name or "section" in value, name
+            if "number" in value and key not in ANYTHING:
+                assert re.search(r" to |from|above|below|those of the effect", value), name
+                assert "[" in value or not unit_of(key) or unit_of(key) in WITHOUT, name
+
+
+@pytest.mark.parametrize("model", [JobFile, RobotFile, *KINDS.values(), Mapping])
+def test_every_key_is_on_its_page(model: type[BaseModel]) -> None:
+    pages = [text for path, text in made().items() if path.parent.name == "reference"]
+    shown = {one for text in pages for one in re.findall(r"^\| `(\w+)(?:`|:)", text, re.MULTILINE)}
+    constant = {"kind", "shape", "mode"}
+    """What a heading names."""
+    keys = {key.name for one in sections(model) for key in one.keys}
+    assert keys - shown <= constant
