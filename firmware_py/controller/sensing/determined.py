@@ -60,9 +60,7 @@ def unseen_by_none_deg(robot: RobotFile) -> int:
     return unseen_deg(robot, np.zeros(ARMS, dtype=np.bool_))
 
 
-def _furthest_rad(
-    robot: RobotFile, good: BoolArray, home_rad: FloatArray, agree_m: float
-) -> float:
+def _furthest_rad(robot: RobotFile, good: BoolArray, home_rad: FloatArray, agree_m: float) -> float:
     low_rad, high_rad = np.deg2rad(robot.limits.arm_deg)
     looks_rad = np.linspace(low_rad, high_rad, LOOKS)
     angles_rad = np.array(list(itertools.product(looks_rad, repeat=3)))
