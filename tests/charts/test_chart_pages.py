@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from deltactl.charts import drawing
+from deltactl.charts.document import library
 from deltactl.charts.figures import HeatStrip, LineChart, histogram
 from deltactl.charts.page import (
     THINNED,
@@ -18,7 +19,6 @@ from deltactl.charts.page import (
     facts,
     folded,
     heading,
-    library,
     page,
     paragraph,
     table,

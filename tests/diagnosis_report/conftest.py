@@ -36,7 +36,7 @@ DRAWN = {"test_long_recordings_stay_small"}
 def charts_left_out(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts take a twentieth of a second each; most tests here look at what is around them."""
     if request.node.name not in DRAWN:
-        monkeypatch.setattr("deltactl.charts.page.document", nothing_drawn)
+        monkeypatch.setattr("deltactl.charts.document.document", nothing_drawn)
 
 
 def delta_robot(name: str = "practice-robot") -> DeltaRobot:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from deltactl.charts.page import library
+from deltactl.charts.document import library
 from deltactl.diagnosis.answer.records import (
     Alternative,
     Evidence,

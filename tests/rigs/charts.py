@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from deltactl.charts import page
+from deltactl.charts import document
 
 
 def nothing_drawn(specs: Sequence[dict[str, Any]]) -> tuple[str, bool]:
-    """Instead of `deltactl.charts.page.document`, in tests of what stands around the charts."""
+    """Instead of `deltactl.charts.document.document`, in tests of what stands around the charts."""
     return "{}", False
 
 
@@ -25,6 +25,6 @@ def charts_of(write: Callable[[], str]) -> dict[str, dict[str, Any]]:
         return nothing_drawn(specs)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "document", spy)
+        patch.setattr(document, "document", spy)
         write()
     return {spec["title"]: spec for spec in seen}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from deltactl.charts.page import library
+from deltactl.charts.document import library
 from deltactl.charts.spec import unpack
 from deltactl.firmware_py.run_report.report import report_html, write_report
 from deltactl.firmware_py.run_report.sections import STATES, health_strip, sensor_health
