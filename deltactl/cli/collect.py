@@ -71,7 +71,7 @@ def collect(
 
             def survey(machine: Machine, controller: RobotController, sleep: Sleep) -> None:
                 from deltactl.firmware_py.collecting.by_jobs import collect as run
-                from deltactl.firmware_py.collecting.settings import settings_of
+                from deltactl.firmware_py.collecting.survey import settings_of
 
                 settings = settings_of(described, machine, seed)
                 run(out, described, path, settings, samples, _runner(controller, sleep), show)

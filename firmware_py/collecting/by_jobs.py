@@ -11,9 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.firmware_py.collecting.at_rest import at_rest
-from deltactl.firmware_py.collecting.poses import survey_counts
-from deltactl.firmware_py.collecting.settings import DWELL_S
+from deltactl.firmware_py.collecting.survey import DWELL_S, at_rest, survey_counts
 from deltactl.firmware_py.controller.contract import JobResult
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import MotionError, RecordingError

@@ -14,10 +14,9 @@ from deltactl.firmware_py.controller.contract import OwnedController
 from deltactl.firmware_py.controller.states import ENGAGED, State
 from deltactl.firmware_py.daemon.address import daemon_socket
 from deltactl.firmware_py.daemon.listener import Listener
-from deltactl.firmware_py.daemon.notify import Notifier
+from deltactl.firmware_py.daemon.notify import Notifier, Watchdog, check_period_s
 from deltactl.firmware_py.daemon.server import Server
 from deltactl.firmware_py.daemon.signals import EndSignals
-from deltactl.firmware_py.daemon.watchdog import Watchdog, check_period_s
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.printable import printable
 from deltactl.recording.writing.retention import RecordingKeeper

@@ -15,9 +15,8 @@ from deltactl.firmware_py.daemon.address import client_sockets, daemon_socket
 from deltactl.firmware_py.daemon.client import daemon_answers
 from deltactl.firmware_py.daemon.listener import Listener
 from deltactl.firmware_py.daemon.main import _log_what_latched, run_daemon
-from deltactl.firmware_py.daemon.notify import Notifier
+from deltactl.firmware_py.daemon.notify import Notifier, Watchdog, check_period_s
 from deltactl.firmware_py.daemon.signals import EndSignals
-from deltactl.firmware_py.daemon.watchdog import Watchdog, check_period_s
 from deltactl.foundation.errors import ServiceError
 
 

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
 
-from deltactl.firmware_py.collecting.poses import survey_counts
+from deltactl.firmware_py.collecting.survey import survey_counts
 from deltactl.firmware_py.named_files import find
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import ConfigError, UnreachablePoint

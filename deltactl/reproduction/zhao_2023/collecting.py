@@ -9,9 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.firmware_py.collecting.at_rest import at_rest
-from deltactl.firmware_py.collecting.poses import survey_counts
-from deltactl.firmware_py.collecting.settings import DWELL_S, settings_of
+from deltactl.firmware_py.collecting.survey import DWELL_S, at_rest, settings_of, survey_counts
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import RecordingError, UnreachablePoint
 from deltactl.foundation.plain_file import write_whole

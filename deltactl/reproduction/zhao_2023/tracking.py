@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.firmware_py.collecting.settings import settings_of
+from deltactl.firmware_py.collecting.survey import settings_of
 from deltactl.firmware_py.paths.shapes import circle, heart, spiral
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.robot import FloatArray, Sensors

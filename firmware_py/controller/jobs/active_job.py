@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -11,7 +11,6 @@ from importlib.metadata import PackageNotFoundError, version
 from deltactl.firmware_py.controller.jobs.feeder import Feeder
 from deltactl.firmware_py.controller.jobs.job_queue import QueuedJob
 from deltactl.firmware_py.controller.jobs.journal import Journal
-from deltactl.firmware_py.controller.jobs.standing import Standing
 from deltactl.firmware_py.controller.jobs.view import View
 from deltactl.firmware_py.controller.sensing.step_watch import StepLoss
 from deltactl.firmware_py.feedback.feedback import Feedback
@@ -21,13 +20,55 @@ from deltactl.firmware_py.planner.plan import Plan
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.planner.summary import slower
 from deltactl.firmware_py.planner.time_scaling import TimeScaledMotion
-from deltactl.firmware_py.program.instructions import Move, Pause, SetOutputs, WaitFor
+from deltactl.firmware_py.program.instructions import Move, Pause, SetOutputs, Wait, WaitFor
 from deltactl.firmware_py.program.totals import totals
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, VirtualClock, ns
 from deltactl.foundation.errors import NotReady, PulseFault
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.writing.writer import RunRecorder
+
+Inputs = Mapping[str, Callable[[], bool]]
+
+
+class Waiting:
+    """One wait. Its time stands still while the job is paused."""
+
+    def __init__(self, leaf: Wait | WaitFor, now_ns: int, inputs: Inputs):
+        timed = isinstance(leaf, Wait)
+        most_ns = ns(leaf.seconds if isinstance(leaf, Wait) else leaf.within_s)
+        self._leaf, self._inputs = leaf, inputs
+        self._until_ns = now_ns + most_ns
+        self._paused_ns: int | None = None
+        self.planned_ns = most_ns if timed else 0
+        """How much of the job's planned time it takes."""
+
+    def over(self, now_ns: int) -> bool:
+        """Whether the job may go on."""
+        leaf = self._leaf
+        if isinstance(leaf, Wait):
+            return now_ns >= self._until_ns
+        return self._inputs[leaf.input]() == leaf.is_on
+
+    def in_vain(self, now_ns: int) -> bool:
+        """Whether what was waited for has not come in time."""
+        return isinstance(self._leaf, WaitFor) and now_ns >= self._until_ns
+
+    def pause(self, now_ns: int) -> None:
+        """The time stands still."""
+        self._paused_ns = now_ns
+
+    def resume(self, now_ns: int) -> None:
+        """It goes on."""
+        if self._paused_ns is not None:
+            self._until_ns += now_ns - self._paused_ns
+            self._paused_ns = None
+
+    def says(self) -> str:
+        """Why it was in vain."""
+        assert isinstance(self._leaf, WaitFor)
+        return f"waited {self._leaf.within_s:g} s for {self._leaf.says()}, in vain"
+
 
 SETTLE_S = 0.3
 """Readings of the last moments arrive up to a timing budget and a poll later."""
@@ -81,7 +122,7 @@ class ActiveJob:
         self._lost_before = machine.bench.memory.lost() if machine.bench else (0, 0, 0)
         self._leaves = queued.program.leaves()
         self._moving: Moving | None = None
-        self._standing: Standing | None = None
+        self._standing: Waiting | None = None
         self._paused = False
         self.asks_pause = ""
         """Why the job itself pauses: its control loop enters the state, and takes this away."""
@@ -169,7 +210,7 @@ class ActiveJob:
                 return
             if isinstance(leaf, WaitFor):
                 self._journal.event(now_ns, "wait", f"for {leaf.says()}")
-            standing = Standing(leaf, now_ns, self._machine.inputs)
+            standing = Waiting(leaf, now_ns, self._machine.inputs)
             if not self._stood(standing, now_ns):
                 self._standing = standing
                 return
@@ -212,7 +253,7 @@ class ActiveJob:
             elif not self._paused:
                 self._go_on(now_ns)
 
-    def _stood(self, standing: Standing, now_ns: int) -> bool:
+    def _stood(self, standing: Waiting, now_ns: int) -> bool:
         """Whether the wait is over; one that was in vain cancels the job."""
         if standing.over(now_ns):
             self._done_ns += standing.planned_ns
