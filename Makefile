@@ -32,6 +32,8 @@ demo: $(VENV)/.test
 AGAIN := --reruns 1 --reruns-delay 2 -r R
 # Two processes on two cores: more threads of the arithmetic libraries only wait for each other.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+# Without it every process that a test starts compiles all its modules again.
+test: export PYTHONDONTWRITEBYTECODE =
 test: check
 	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 -m "not realtime" $(AGAIN)
 	$(BIN)/python -m pytest -m realtime $(AGAIN)

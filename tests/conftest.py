@@ -11,6 +11,7 @@ tests on a small machine they would measure the other tests. `make test` runs th
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 import hypothesis  # first: what gc.freeze hides later, its plugin of trio warns of
 import pytest
@@ -57,6 +58,19 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default="zhao-2023.yaml",
         help="robot file whose pins and addresses the hardware tests use",
     )
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Of the tests against the clock alone, the files that have some: to import all takes longer
+    than many a folder takes to run.
+    """
+    if config.getoption("-m") != "realtime" or collection_path.suffix != ".py":
+        return None
+    place = collection_path.as_posix()
+    if any(part in place for part in REAL_TIME):
+        return None
+    text = collection_path.read_text(encoding="utf-8")
+    return not any(part in text for part in ("mark.realtime", *REAL_TIME))
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

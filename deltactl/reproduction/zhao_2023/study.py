@@ -107,6 +107,8 @@ class Study:
     say: Say
     _calibrations: dict[int, Calibrated] = field(default_factory=dict)
     _counts: dict[tuple[str, str], IntArray] = field(default_factory=dict)
+    _networks: dict[str, InverseNetwork] = field(default_factory=dict)
+    _marks: dict[str, str] = field(default_factory=dict)
 
     @cached_property
     def machine(self) -> Machine:
@@ -163,6 +165,11 @@ class Study:
 
         Raises NetworkError.
         """
+        if model not in self._networks:
+            self._networks[model] = self._trained(model)
+        return self._networks[model]
+
+    def _trained(self, model: str) -> InverseNetwork:
         effort = "" if self.scale.effort is None else f"-{self.scale.effort}"
         path = self.folder / f"networks{effort}" / f"{model}.tflite"
         recipe, _, rest = model.partition("-")
@@ -256,6 +263,11 @@ class Study:
         return counts
 
     def _model_mark(self, model: str) -> str:
+        if model not in self._marks:
+            self._marks[model] = self._marked(model)
+        return self._marks[model]
+
+    def _marked(self, model: str) -> str:
         if model == GEOMETRY:
             return model
         if model == LIMIT:
