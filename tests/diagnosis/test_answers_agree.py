@@ -21,7 +21,7 @@ REAL = Path(
     os.environ.get("DELTACTL_RECORDINGS", Path(__file__).parents[2] / "../shared/recordings")
 )
 FEW = None if "DELTACTL_RECORDINGS" in os.environ else 3
-"""Unless one asks for all by naming the folder: benchmarks/proofs/frozen_answers.py does as much."""
+"""All where their folder is named; benchmarks/proofs/frozen_answers.py checks the same."""
 MACHINES = sorted(
     (file.parent for file in REAL.glob("*/expected.json")),
     key=lambda machine: (min(file.stat().st_size for file in machine.iterdir()), machine.name),
