@@ -38,6 +38,8 @@ class Key:
     says: str
     own: bool = True
     """Whether the key says this itself, not the section below it."""
+    meaning: str = ""
+    """What the key is, without the reason of its bounds where it says more than that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +83,7 @@ def key(name: str, field: FieldInfo, model: type[BaseModel]) -> Key:
     borrowed = "" if own or reason else _of_its_section(name, field, model)
     default = "required" if field.is_required() else _shown(field)
     said = "; ".join(word.strip().rstrip(".") for word in (own, reason, borrowed) if word)
-    return Key(known, kind, unit_of(known), bounds, default, said, own=not borrowed)
+    return Key(known, kind, unit_of(known), bounds, default, said, not borrowed, own or said)
 
 
 def _of_its_section(name: str, field: FieldInfo, model: type[BaseModel]) -> str:

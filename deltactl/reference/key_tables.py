@@ -111,8 +111,8 @@ def _row(section: Section, key: Key) -> tuple[str, str, str]:
     inner = "section" in key.type
     fits = len(shown) <= LONGEST_EXAMPLE
     name = f"`{key.name}: {shown}`" if fits else f"`{key.name}`"
-    says = key.says if fits or not inner or key.own else BELOW
-    meaning = _without_unit(says, key.unit)
+    says = key.meaning if fits or not inner or key.own else BELOW
+    meaning = _without_unit(says, key.unit).rstrip(".")
     # Names of fields and values keep their case.
     upper = meaning[:1].upper() if meaning[:2].islower() else meaning[:1]
     return name, ", ".join(_value(key)), upper + meaning[1:]
