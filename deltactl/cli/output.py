@@ -177,6 +177,11 @@ def print_wrapped(lines: Iterable[str]) -> None:
             console.print(part, soft_wrap=True)
 
 
+def broken(lines: Iterable[str]) -> list[str]:
+    """Plain lines, each broken in the same way."""
+    return [part.plain for line in lines for part in wrapped(Text(line), console.width)]
+
+
 def wrapped(text: Text, width: int) -> list[Text]:
     """A line as lines of at most `width` characters, wherever words are no longer than that."""
     found = _LEAD.match(text.plain)

@@ -108,21 +108,32 @@ def test_a_lone_machine_is_told_once_how_what_stays_is_made_known(make: Any) -> 
     assert play[-1] == TERMINAL.keep.format(all=""), "a robot file holds play too"
 
 
-def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
-    line = remedy(found("gear_backlash", "motor1", 0.01, "rad", "joint_friction"), ROBOT)
-    assert "first rule out bearing friction in motor 1" in line
-    even = found("gear_backlash", "motor1", 0.01, "rad", "joint_friction")
-    even = even.model_copy(update={"probability": 0.55})
-    line = remedy(even, ROBOT, certain=False)
-    assert "but this is only 55 % sure, so first rule out bearing friction" in line
-    line = remedy(even, ROBOT)
-    assert "a corrected robot file is right for either, but rule out bearing friction" in line
+def test_what_tells_causes_apart_is_a_step_before_the_repair(make: Any) -> None:
+    """An order of steps, where a repair used to be taken back in its second half."""
+    tied = found("gear_backlash", "axis", 0.01, "rad", "joint_friction")
+    tied = tied.model_copy(update={"probability": 0.55})
+    own = found("home_offset", "axis", 0.01, "rad")
+    answer = make("explained", findings=[own, tied], next_experiment=None)
+    first, *lines = remedies(answer, SERVO)
+    assert "causes of finding 2" in first
+    (conditional,) = [line for line in lines if line.startswith("If finding 2 is confirmed")]
+    assert "dead zone" in conditional
+    assert not any("rule out" in line or "sure" in line for line in (first, *lines))
 
 
-def test_nobody_is_asked_to_rule_out_what_is_in_no_list() -> None:
-    line = remedy(found("gear_backlash", "motor1", 0.01, "rad", "unknown"), ROBOT)
-    assert "rule out" not in line
-    assert "it may as well be a part of something that no list has" in line
+def test_a_correction_that_is_right_for_either_cause_is_made_at_once() -> None:
+    tied = found("gear_backlash", "motor1", 0.01, "rad", "joint_friction")
+    tied = tied.model_copy(update={"probability": 0.55})
+    do, either, *_ = remedy(tied, ROBOT).split(". ")
+    assert do.startswith("Take up the play")
+    assert "right for either" in either
+    assert "right for either" not in remedy(tied, ROBOT, certain=False)
+
+
+def test_nobody_is_asked_to_rule_out_what_is_in_no_list(make: Any) -> None:
+    tied = found("gear_backlash", "axis", 0.01, "rad", "unknown")
+    lines = remedies(make("explained", findings=[tied], next_experiment=None), SERVO)
+    assert not any("First tell" in line or "is confirmed" in line for line in lines)
 
 
 def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -> None:

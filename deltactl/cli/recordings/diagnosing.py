@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.markup import escape
-
 from deltactl.cli.file_arguments import refuse_missing
-from deltactl.cli.output import bar, errors, print_json, print_wrapped, say, waiting, warn
+from deltactl.cli.output import (
+    bar,
+    broken,
+    console,
+    errors,
+    print_json,
+    print_wrapped,
+    say,
+    waiting,
+    warn,
+)
 from deltactl.cli.recordings.notes import Notes, next_commands
 from deltactl.cli.recordings.tables import mapping_of, read_plain
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
@@ -22,7 +32,13 @@ from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_with_effects
 
 if TYPE_CHECKING:
+    from deltactl.diagnosis.answer.records import Diagnosis
     from deltactl.recording.tables.flat import FlatRecording
+
+NARROWEST, WIDEST = 60, 100
+"""Columns of an answer, whatever the window has."""
+FEWEST_LINES = 14
+"""Lines of an answer beside what else was asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +77,8 @@ def diagnose_recordings(
         from deltactl.diagnosis.experiment import write_job
         from deltactl.diagnosis.report.next_run import support
         from deltactl.diagnosis.report.next_run import written as what_is_written
-        from deltactl.diagnosis.report.page import write_report
-        from deltactl.diagnosis.report.summary import summary_lines
+        from deltactl.diagnosis.report.page import Origin, write_report
+        from deltactl.diagnosis.report.screen import LINES, screen
 
     robot_file = find(robot)
     refuse_missing([*recordings, *holdout])
@@ -70,7 +86,7 @@ def diagnose_recordings(
     if columns and isinstance(described, ServoAxis):
         _refuse_other_motion(columns, described)
     notes = Notes(described, columns)
-    read = notes.around(read_with(columns, described))
+    read = notes.around(read_with(columns, described, notes.warn))
     with waiting("reading", quiet) as show:
         written = None if quiet else json_file
         answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
@@ -83,26 +99,34 @@ def diagnose_recordings(
     if save_robot is not None:
         save_corrected(robot_file, answer, save_robot, save_all, replace=wanted.force)
     if report is not None:
-        write_report(answer, described, report, ways)
+        command = shlex.join(["deltactl", *sys.argv[1:]])
+        origin = Origin(str(robot_file), [*notes.columns_used], command)
+        write_report(answer, described, report, ways, origin)
     if quiet:
         print_json(answer.to_json())
         return
-    print_wrapped(summary_lines(answer, described, ways))
+    files = {"report": report, "answer": json_file}
+    after = [f"{name}: {path}" for name, path in files.items() if path is not None]
     if next_job is not None:
-        why = "no run would tell more"
-        if not isinstance(described, DeltaRobot):
-            why = "only deltas have jobs"
-        made = answer.next_experiment is not None
-        say(f"job: {next_job}" if made else f"job: none, as {why}")
-    for name, path in (("report", report), ("answer", json_file)):
-        if path is not None:
-            say(f"{name}: {path}")
+        after.append(f"job: {_job(answer, described, next_job)}")
     if save_robot is not None:
-        say(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
-        print_wrapped(escape(line) for line in support(answer, save_all, ways))
+        after.append(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
+        after += broken(support(answer, save_all, ways))
         if save_robot.read_bytes() != robot_file.read_bytes():
-            for line in next_commands(recordings, save_robot, columns, described):
-                say(line)
+            after += next_commands(recordings, save_robot, columns, described)
+    width = min(max(console.width, NARROWEST), WIDEST)
+    beside = sum(max(-(-len(line) // width), 1) for line in (*notes.warned, *after))
+    print_wrapped(screen(answer, described, ways, max(LINES - beside, FEWEST_LINES), width))
+    for line in after:
+        say(line)
+
+
+def _job(answer: Diagnosis, robot: RobotModel, path: Path) -> str:
+    """Where the job is, or why there is none."""
+    if answer.next_experiment is not None:
+        return str(path)
+    why = "no run would tell more" if isinstance(robot, DeltaRobot) else "only deltas have jobs"
+    return f"none, as {why}"
 
 
 def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
@@ -115,17 +139,19 @@ def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
 
 
 def read_with(
-    columns: list[str], robot: RobotModel | None = None
+    columns: list[str],
+    robot: RobotModel | None = None,
+    tell: Callable[[str], None] = warn,
 ) -> Callable[[Path], FlatRecording]:
     """What reads recordings, with the mapping that these options say.
 
-    robot: the machine that they are said to be of.
+    robot: the machine that they are said to be of. tell: gets remarks on their columns.
     """
     if not columns:
         return partial(read_plain, robot=robot)
     with needs("diagnosis", "--set"):
         from deltactl.recording.foreign.reading import read_mapped
-    return partial(read_mapped, mapping=mapping_of(columns), tell=warn)
+    return partial(read_mapped, mapping=mapping_of(columns), tell=tell)
 
 
 def diagnose_many(

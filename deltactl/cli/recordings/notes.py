@@ -25,6 +25,9 @@ class Notes:
     def __init__(self, robot: RobotModel, columns: Sequence[str]):
         """columns: as --columns and --set say them."""
         self._robot, self._columns = robot, list(columns)
+        self.warned: list[str] = []
+        self.columns_used: dict[str, None] = {}
+        """As the report names them, in the order in which they were read."""
         self._command_unused: dict[str, str] = {}
         self._effort_read = False
 
@@ -37,13 +40,23 @@ class Notes:
             recording = read(path)
             command, effort = self._source("command"), self._source("effort")
             if why := effort_unused(self._robot, recording, effort) or self._twice():
-                warn(f"{path.name}: {why}")
+                self.warn(f"{path.name}: {why}")
+            sources = mapping_of(self._columns).columns
+            for name in ("t", *recording.columns):
+                own = sources[name].from_ if name in sources else None
+                shown = f"{name} from '{own}'" if own and own != name else name
+                self.columns_used.setdefault(shown)
             self._effort_read |= first_of(recording, ["effort"]) is not None
             if why := command_unused(recording, (command, effort)):
                 self._command_unused[path.name] = why
             return recording
 
         return noted
+
+    def warn(self, text: str) -> None:
+        """One line beside the answer, which then has the fewer lines."""
+        self.warned.append(text)
+        warn(text)
 
     def _source(self, name: str) -> str | None:
         """What a column is called in the file, where it was given."""
@@ -73,7 +86,7 @@ class Notes:
         """That the commands were not used, of an axis that was judged by its forces."""
         if isinstance(self._robot, ServoAxis) and answer.fit.unit in ("N", "N m"):
             for name, why in self._command_unused.items():
-                warn(f"{name}: {why}")
+                self.warn(f"{name}: {why}")
 
     def ways(self, answer: Diagnosis, recordings: Sequence[Path]) -> Ways:
         """The words for what to do, where an effort would tell more: which one, and what to type.

@@ -131,25 +131,17 @@ def usage_case(finding: Finding) -> Literal["worse", "both", "all", "some"]:
     return "both" if len(same) == 1 else "all"
 
 
-def first_ruled_out(finding: Finding, certain: bool) -> str:
-    """What is to be ruled out before a finding is acted on, as a case; empty where nothing.
+def act_on(finding: Finding, certain: bool) -> Literal["now", "whichever", "if_confirmed"]:
+    """Whether to act on a finding: at once, whichever of its causes it is, or once it is confirmed.
 
     certain: the corrected file holds it, whichever of them it is.
     """
-    likely = finding.alternatives if tied(finding) else []
-    named = [one for one in likely if one.effect != NAMELESS]
-    known = finding.probability is not None
-    if likelier(finding) is not None:
-        return "likelier"
-    if named and known and certain:
-        return "right_for_either" if (finding.probability or 0.0) < VERDICT.sure_enough else "same"
-    if named and len(named) < len(likely):
-        return "several"
-    if len(named) == 1 and has(named[0].effect, Trait.UNDER_LOAD) and known:
-        return "under_load"
-    if named:
-        return "several" if len(named) > 1 else "other"
-    return "unlisted" if likely else ""
+    own, named = finding.probability, any(one.effect != NAMELESS for one in finding.alternatives)
+    if not (named and tied(finding)):
+        return "now"  # what no list has cannot be ruled out
+    if likelier(finding) is None and own is not None and certain:
+        return "whichever" if own < VERDICT.sure_enough else "now"
+    return "if_confirmed"
 
 
 def support_case(finding: Finding) -> Support:

@@ -69,11 +69,15 @@ def _held_out(diagnosis: Diagnosis) -> list[str]:
     if not all(math.isfinite(value) for value in held):
         return [say("fit.nothing_held_out")]
     before, after = (quantity(value, fit.unit, digits=3) for value in held)
-    case, share = held_out_gain(diagnosis)
-    of = say("gain.all" if doubtful_floor(fit) else "gain.above_noise")
-    gain = say(f"gain.{case}", of=of, percent=f"{100.0 * share:.0f}")
     where = say("fit.run" if fit.holdout == "run" else "fit.blocks")
-    return [say("fit.held_out", where=where, before=before, after=after, gain=gain)]
+    return [say("fit.held_out", where=where, before=before, after=after, gain=gain(diagnosis))]
+
+
+def gain(diagnosis: Diagnosis) -> str:
+    """How much of the held-out mismatch is gone, in brackets; empty where that is not known."""
+    case, share = held_out_gain(diagnosis)
+    of = say("gain.all" if doubtful_floor(diagnosis.fit) else "gain.above_noise")
+    return say(f"gain.{case}", of=of, percent=f"{100.0 * share:.0f}")
 
 
 def _elsewhere(fit: Fit) -> list[str]:

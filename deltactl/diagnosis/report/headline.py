@@ -35,9 +35,12 @@ IN_HEADLINE = 3
 """Findings that the headline names; of more it names two, and all have their own title below."""
 
 
-def opening(diagnosis: Diagnosis) -> list[str]:
-    """The sentences an answer begins with: its verdict, or a doubt that goes before any verdict."""
-    says = headline(diagnosis)
+def opening(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
+    """The sentences an answer begins with: its verdict, or a doubt that goes before any verdict.
+
+    brief: without what a finding cannot be told from.
+    """
+    says = headline(diagnosis, brief)
     if not diagnosis.doubts:
         return [says]
     first, *others = diagnosis.doubts
@@ -45,8 +48,8 @@ def opening(diagnosis: Diagnosis) -> list[str]:
     return [say("headline.settle", doubt=first), *others, right]
 
 
-def headline(diagnosis: Diagnosis) -> str:
-    """The verdict in one sentence."""
+def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
+    """The verdict in one sentence. brief: as in `opening`."""
     fit, case = diagnosis.fit, headline_case(diagnosis)
     nothing = diagnosis.probability_nothing_missing or 0.0
     left = quantity(fit.rms_after_m, fit.unit, digits=2)
@@ -65,7 +68,7 @@ def headline(diagnosis: Diagnosis) -> str:
     return sentence(
         say(
             f"headline.{key}",
-            what=_what(diagnosis.findings),
+            what=_what(diagnosis.findings, brief),
             part=say(
                 f"part_of_it.{part if case != 'explained_but' else part_explained(diagnosis)}"
             ),
@@ -92,9 +95,10 @@ def _none_known(diagnosis: Diagnosis, nothing: float, left: str) -> str:
     )
 
 
-def _what(findings: Sequence[Finding]) -> str:
+def _what(findings: Sequence[Finding], brief: bool) -> str:
     """The findings with a name, as many as a headline takes."""
-    named = _named([finding for finding in findings if claimed(finding)])
+    shown = [finding for finding in findings if claimed(finding)]
+    named = list(dict.fromkeys(map(called, shown))) if brief else _named(shown)
     if len(named) > IN_HEADLINE:
         more = say("headline.more", number=len(named) - IN_HEADLINE + 1)
         named = [*named[: IN_HEADLINE - 1], more]

@@ -196,7 +196,7 @@ def faintest_line(diagnosis: Diagnosis, robot: RobotModel | None = None) -> str:
 
 def _largest(same: Sequence[SmallestDetectable], robot: RobotModel | None, force: bool) -> str:
     """One effect at all its components, with the largest of their limits."""
-    most = max(same, key=_above_nothing)
+    most = max(same, key=above_nothing)
     name = limit_name(most.effect, [other.component for other in same], robot, force)
     case = "limits.at_most" if len(same) > 1 else "limits.one"
     return say(case, name=name, size=limit_size(most, robot))
@@ -218,11 +218,16 @@ def limit_size(one: SmallestDetectable, robot: RobotModel | None) -> str:
     """A detection limit as a size; for a scale the departure from 1, whichever of both is given;
     what yields beyond the file is a second spring behind it.
     """
-    zero = scale_of(one.unit, one.parameter).zero
-    size = quantity(zero + _above_nothing(one), one.unit, one.parameter).lstrip("+-")
+    size = limit_alone(one)
     second = in_file(robot, one.effect, one.component)
     case = {"scale": "scale", "stiffness": "second_spring" if second else "softer"}
     return say(f"limits.size_{case.get(one.parameter, 'plain')}", size=size)
+
+
+def limit_alone(one: SmallestDetectable) -> str:
+    """The number and unit of a detection limit."""
+    zero = scale_of(one.unit, one.parameter).zero
+    return quantity(zero + above_nothing(one), one.unit, one.parameter).lstrip("+-")
 
 
 def in_file(robot: RobotModel | None, name: str, component: str) -> bool:
@@ -231,13 +236,14 @@ def in_file(robot: RobotModel | None, name: str, component: str) -> bool:
     return any((one.effect, one.component) == (name, component) for one in known)
 
 
-def _above_nothing(one: SmallestDetectable) -> float:
+def above_nothing(one: SmallestDetectable) -> float:
+    """How far a detection limit is from nothing."""
     return departure(one.value, one.unit, one.parameter)
 
 
 def _found_below(same: Sequence[SmallestDetectable], diagnosis: Diagnosis) -> bool:
     """Whether less of it was found already, by several joints that err together."""
-    limits = {(one.effect, one.component, one.parameter): _above_nothing(one) for one in same}
+    limits = {(one.effect, one.component, one.parameter): above_nothing(one) for one in same}
     return any(
         departure(result.value, result.unit, name)
         < limits.get((finding.effect, finding.component, name), 0.0)

@@ -9,7 +9,10 @@ import html
 import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
 from functools import cache
+from importlib import metadata
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -65,16 +68,32 @@ NOT_FROM_ZERO = frozenset(
 """Parameters for which zero is not 'nothing wrong', so that a bar from zero would mislead."""
 
 
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a report comes from, as far as known."""
+
+    robot_file: str = ""
+    columns: Sequence[str] = ()
+    """Those that were read, with what they are called in the file."""
+    command: str = ""
+
+
 def write_report(
-    diagnosis: Diagnosis, robot: RobotModel, path: Path, ways: Ways = TERMINAL
+    diagnosis: Diagnosis,
+    robot: RobotModel,
+    path: Path,
+    ways: Ways = TERMINAL,
+    origin: Origin = Origin(),
 ) -> None:
     """Write the report; an earlier one is replaced whole or not at all. Raises RecordingError."""
-    text = report_html(diagnosis, robot, ways)
+    text = report_html(diagnosis, robot, ways, origin)
     with said_of_output(path):
         write_whole(path, text)
 
 
-def report_html(diagnosis: Diagnosis, robot: RobotModel, ways: Ways = TERMINAL) -> str:
+def report_html(
+    diagnosis: Diagnosis, robot: RobotModel, ways: Ways = TERMINAL, origin: Origin = Origin()
+) -> str:
     """The report as one HTML document."""
     parts = [
         _verdict(diagnosis, robot, ways),
@@ -84,6 +103,7 @@ def report_html(diagnosis: Diagnosis, robot: RobotModel, ways: Ways = TERMINAL) 
         *_open_questions(diagnosis, robot),
         *_next(diagnosis),
         *_details(diagnosis),
+        *_origin(diagnosis, origin),
     ]
     names = listed(diagnosis.recordings)
     lead = say("page.lead", recordings=names) if names else ""
@@ -188,6 +208,20 @@ def _details(diagnosis: Diagnosis) -> list[str]:
     answer = json.dumps(_plain(diagnosis.to_json()), indent=1, ensure_ascii=False)
     inside = f"<pre>{html.escape(answer)}</pre>"
     return [*parts, f"<details><summary>{say('page.as_json')}</summary>{inside}</details>"]
+
+
+def _origin(diagnosis: Diagnosis, origin: Origin) -> list[str]:
+    """When, with what and from what the report was made."""
+    values = (
+        f"{datetime.now().astimezone():%Y-%m-%d %H:%M}",
+        metadata.version("deltactl"),
+        origin.robot_file or diagnosis.robot,
+        ", ".join(diagnosis.recordings),
+        ", ".join(origin.columns),
+        origin.command,
+    )
+    rows = [row for row in zip(say("page.origin").split("|"), values, strict=True) if row[1]]
+    return [heading(say("page.made")), table(("", ""), rows, numbers_from=9)]
 
 
 def _plain(value: Any) -> Any:

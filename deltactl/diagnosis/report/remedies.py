@@ -15,10 +15,9 @@ from collections.abc import Iterator, Sequence
 
 from deltactl.diagnosis.answer.corrected_robot import sure
 from deltactl.diagnosis.answer.how_sure import (
+    act_on,
     after_its_effort,
-    first_ruled_out,
     late_in_all_s,
-    likelier,
     minor,
     mostly_dead,
     tied,
@@ -34,12 +33,9 @@ from deltactl.diagnosis.answer.what_is_left import moves_at_rest
 from deltactl.diagnosis.report.fit import without_unit_of
 from deltactl.diagnosis.report.names import (
     all_followed,
-    effect,
     listed,
     part_of,
     parts,
-    percent,
-    rival,
     sentence,
 )
 from deltactl.diagnosis.report.pairs import (
@@ -80,8 +76,9 @@ def remedies(
     """One sentence for each finding that can be remedied, the surest and largest first, what does
     hardly anything last, a zero that play may have moved after the play.
 
-    Before them a unit that is in doubt and, where causes are tied, the run that would tell them
-    apart. None where the fit as a whole is no better for what was found.
+    Before them a unit that is in doubt and, where causes are tied, what tells them apart: steps
+    are in the order in which to take them. One line where the fit as a whole is no better for what
+    was found.
     """
     named = [one for one in diagnosis.findings if claimed(one)]
     if named and fits_worse(diagnosis.fit):
@@ -90,8 +87,13 @@ def remedies(
     if moves_at_rest(diagnosis.fit) and all(one.component == COMPONENT for one in named):
         lines.append(say("do.record_the_load"))
     lines += together(diagnosis.findings)
+    first = _told_apart_first(named, diagnosis)
     if lines and diagnosis.next_experiment is not None and any(map(tied, named)):
         lines.insert(0, ways.run_first)
+    elif lines and first:
+        numbers = [f"{diagnosis.findings.index(one) + 1}" for one in first]
+        which = say("do.these" if len(first) > 1 else "do.this", numbers=listed(numbers))
+        lines.insert(0, say("do.tell_apart", which=which))
     if diagnosis.doubts:
         unit = say("do.give_the_unit")
         lines.insert(0, say("do.unit_first", give_the_unit=unit) if lines else unit)
@@ -110,6 +112,10 @@ def _named(
         if finding not in late:
             certain = sure(finding, diagnosis)
             line = remedy(finding, robot, certain, ways, other_remedy(finding, diagnosis))
+            if line and finding in _told_apart_first(named, diagnosis):
+                number = diagnosis.findings.index(finding) + 1
+                do = f"{line[:1].lower()}{line[1:]}"
+                line = say("do.if_confirmed", number=number, do=do)
             yield from filter(None, [line])
     kept = [one for one in named if one.component == COMPONENT and _has_an_entry(one)]
     certain = all(sure(one, diagnosis) for one in kept)
@@ -138,6 +144,11 @@ def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
             ordered.remove(zero)
             ordered.insert(ordered.index(play) + 1, zero)
     return ordered
+
+
+def _told_apart_first(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
+    """Those that call for a remedy only if they are what they are named."""
+    return [one for one in named if act_on(one, sure(one, diagnosis)) == "if_confirmed"]
 
 
 def _has_an_entry(finding: Finding) -> bool:
@@ -173,14 +184,14 @@ def remedy(
     ways: Ways = TERMINAL,
     beside: bool = False,
 ) -> str:
-    """What to do about one finding, and what to rule out first; empty where nobody can say.
+    """What to do about one finding; empty where nobody can say.
 
     certain: it is written into a robot file without being asked for. beside: what was found
     with it asks for another remedy, as play does that may have moved a zero.
     """
     if not finding.parameters or finding.effect == NAMELESS:
         return ""
-    name = _main(finding)
+    name = main_of(finding)
     result = finding.parameters[name]
     largest = max((value for value, _, _ in result.components), key=abs)
     text = _line_of(finding, robot, "beside" if beside else name, largest)
@@ -197,7 +208,9 @@ def remedy(
     entered = has(finding.effect, Trait.ENTERED) and finding.component != COMPONENT
     if entered and (certain or ways.unsure_too):
         says += ways.describe.format(all="" if certain else " --all")
-    return sentence(says + _first_rule_out(finding, certain))
+    if act_on(finding, certain) == "whichever":
+        says = f"{sentence(says)} {say('do.right_for_either')}"
+    return sentence(says)
 
 
 def _line_of(finding: Finding, robot: RobotModel | None, row: str, largest: float) -> str | None:
@@ -206,45 +219,12 @@ def _line_of(finding: Finding, robot: RobotModel | None, row: str, largest: floa
         row = "effort"
     elif row != "beside" and mostly_dead(finding):
         row = "dead"
-    share = largest - 1.0 if _main(finding) == "scale" else largest
+    share = largest - 1.0 if main_of(finding) == "scale" else largest
     machine = machine_of(robot, finding.component, finding.effect)
     return advice(machine, finding.effect, row, share)
 
 
-def _first_rule_out(finding: Finding, certain: bool) -> str:
-    """What else it could be, to be ruled out before anything is done; empty where nothing.
-
-    certain: the corrected file holds it, whichever of them it is.
-    """
-    case, own = first_ruled_out(finding, certain), finding.probability
-    if not case:
-        return ""
-    likely = finding.alternatives if tied(finding) else []
-    names = [
-        (one, rival(finding.effect, one.effect, one.component))
-        for one in likely
-        if one.effect != NAMELESS
-    ]
-    likeliest = likelier(finding)
-    if likeliest is not None:
-        names = [(likeliest, rival(finding.effect, likeliest.effect, likeliest.component))]
-    elif case == "unlisted":
-        called = rival(finding.effect, NAMELESS, likely[0].component)
-        if called != effect(NAMELESS, likely[0].component):
-            case, names = "other", [(likely[0], called)]
-    several = say("rule_out.others", number=len(names))
-    return say(
-        f"rule_out.{case}",
-        only="" if own is None else say("rule_out.only", own=percent(own)),
-        own=percent(own or 0.0),
-        other=names[0][1] if names else "",
-        number=len(likely),
-        same=names[0][1] if len(names) == 1 else several,
-        probability=percent((likeliest.probability if likeliest is not None else None) or 0.0),
-    )
-
-
-def _main(finding: Finding) -> str:
+def main_of(finding: Finding) -> str:
     """The parameter that is its size: of a wave the amplitude, whichever comes first."""
     known = VOCABULARY.get(finding.effect)
     if known is not None and known.main.name in finding.parameters:

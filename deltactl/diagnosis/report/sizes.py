@@ -54,21 +54,36 @@ class Size:
     @property
     def text(self) -> str:
         """'0.50 degrees (95 % sure between 0.48 and 0.52)'."""
+        if not math.isfinite(self.value):
+            return self.shown
+        if math.isnan(self.low) or math.isnan(self.high):
+            return say("size.no_interval", shown=self.shown)
+        case = "size.low_end" if math.isinf(self.high) else "size.interval"
+        return say(case, shown=self.shown, low=self._of(self.low), high=self._of(self.high))
+
+    @property
+    def shown(self) -> str:
+        """'0.50 degrees'."""
+        if math.isfinite(self.value):
+            return f"{self._of(self.value)} {self.unit}".strip()
         if math.isnan(self.value):
             return say("size.not_known")
-        if math.isinf(self.value):
-            above = number(self.low, significant(self.low), self.signed)
-            known = math.isfinite(self.low)
-            return say("size.above" if known else "size.any", above=above, unit=self.unit)
+        above = number(self.low, significant(self.low), self.signed)
+        known = math.isfinite(self.low)
+        return say("size.above" if known else "size.any", above=above, unit=self.unit)
+
+    @property
+    def interval(self) -> str:
+        """'0.48 to 0.52'; empty where none is known."""
+        if not math.isfinite(self.value) or math.isnan(self.low) or math.isnan(self.high):
+            return ""
+        case = "size.low_only" if math.isinf(self.high) else "size.from_to"
+        return say(case, low=self._of(self.low), high=self._of(self.high))
+
+    def _of(self, value: float) -> str:
+        """One of its numbers, with as many decimals as the interval bears."""
         digits = decimals(self.value, self.low, self.high)
-        if self.unit == "s":
-            digits = min(digits, FINEST_S)
-        shown = f"{number(self.value, digits, self.signed)} {self.unit}".strip()
-        low, high = (number(x, digits, self.signed) for x in (self.low, self.high))
-        if math.isnan(self.low) or math.isnan(self.high):
-            return say("size.no_interval", shown=shown)
-        case = "size.low_end" if math.isinf(self.high) else "size.interval"
-        return say(case, shown=shown, low=low, high=high)
+        return number(value, min(digits, FINEST_S) if self.unit == "s" else digits, self.signed)
 
 
 _PLAIN: dict[str, Scale] = {

@@ -1,14 +1,12 @@
 """An answer put into words: every sentence of it is made here, from its fields.
 
-The summary has plain sentences, the most important first, for the terminal and the page.
+The summary has plain sentences, the most important first, for the page and the JSON.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
-
-from rich.markup import escape
 
 from deltactl.diagnosis.answer.how_sure import is_about, late_in_all_s, settled, tied
 from deltactl.diagnosis.answer.records import Diagnosis, Finding, Picture, Thinned
@@ -48,28 +46,10 @@ A_MINUTE_S = 60.0
 """Times from here on are given in minutes."""
 
 
-def summary_lines(
-    diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
-) -> list[str]:
-    """The summary as lines of rich markup, everything that came from outside escaped.
-
-    robot: whose lengths what is to be done is said in.
-    """
-    lines = []
-    for number, (is_head, line) in enumerate(_summary(diagnosis, robot, ways)):
-        if is_head and number:
-            lines.append("")
-        text = escape(line)
-        if text.endswith("\\"):
-            text += "\\"  # a lone backslash would escape the closing tag
-        lines.append(f"[bold]{text}[/bold]" if is_head else text)
-    return lines
-
-
 def plain_lines(
     diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
 ) -> list[str]:
-    """The same lines without markup."""
+    """The summary as plain lines. robot: whose lengths what is to be done is said in."""
     return [line for _, line in _summary(diagnosis, robot, ways)]
 
 
@@ -118,10 +98,7 @@ def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     """Remarks on the machine and the search as a whole, in addition to the findings."""
     lines = [
         allowed_line(diagnosis),
-        say("summary.ended_early", way=ways.all_compared) if diagnosis.ended_early else "",
-        *map(left_out_line, diagnosis.left_out),
-        *map(_thinned_line, diagnosis.thinned),
-        *(say("summary.not_read", why=why) for why in diagnosis.not_read),
+        *search_lines(diagnosis, ways),
         *(
             by_priors(one)
             for one in diagnosis.prior_sensitivity
@@ -130,6 +107,17 @@ def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
         *tie_lines(diagnosis),
     ]
     return [line for line in lines if line]
+
+
+def search_lines(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
+    """What was not compared, and what of the recordings was not used."""
+    early = [say("summary.ended_early", way=ways.all_compared)] if diagnosis.ended_early else []
+    return [
+        *early,
+        *map(left_out_line, diagnosis.left_out),
+        *map(_thinned_line, diagnosis.thinned),
+        *(say("summary.not_read", why=why) for why in diagnosis.not_read),
+    ]
 
 
 def left_out_line(why: str) -> str:

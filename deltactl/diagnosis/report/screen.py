@@ -1,0 +1,198 @@
+"""The answer on one screen: the verdict, what to do, the findings, and where the rest is.
+
+What does not fit is in the report, and the last line says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from rich.markup import escape
+
+from deltactl.diagnosis.answer.how_sure import late_in_all_s, tied
+from deltactl.diagnosis.answer.records import Diagnosis, Finding, SmallestDetectable
+from deltactl.diagnosis.answer.verdict import NAMELESS
+from deltactl.diagnosis.answer.what_is_left import doubtful_floor
+from deltactl.diagnosis.report.finding import as_well_line, rivals, told_sizes
+from deltactl.diagnosis.report.fit import (
+    fit_lines,
+    fit_title,
+    gain,
+    unexplained_line,
+    without_unit_of,
+)
+from deltactl.diagnosis.report.headline import opening
+from deltactl.diagnosis.report.limits import above_nothing, known_line, limit_alone
+from deltactl.diagnosis.report.names import all_followed, count, part_of, percent
+from deltactl.diagnosis.report.next_run import experiment_line, hint, tie_lines
+from deltactl.diagnosis.report.remedies import main_of, remedies
+from deltactl.diagnosis.report.sizes import quantity
+from deltactl.diagnosis.report.summary import search_lines
+from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
+from deltactl.foundation.one_screen import Part, fitted, spaced, wrapped
+from deltactl.models.robot import RobotModel
+
+LINES, WIDTH = 25, 80
+LONG_HEADLINE = 3
+NARROWEST_NAME = 12
+
+
+def screen(
+    diagnosis: Diagnosis,
+    robot: RobotModel | None = None,
+    ways: Ways = TERMINAL,
+    most: int = LINES,
+    width: int = WIDTH,
+) -> list[str]:
+    """The answer as lines of rich markup, everything that came from outside escaped.
+
+    most: lines that there are. width: columns.
+    """
+    steps = _steps(diagnosis, robot, ways)
+    parts = [
+        _verdict(diagnosis, width),
+        steps,
+        _table(diagnosis.findings, width),
+        _helps(diagnosis),
+        _or_else(diagnosis, ways),
+        Part(_remarks(diagnosis, ways), short=2),
+        Part(_not_shown(diagnosis, width), gap=False),
+    ]
+    parts, longest = fitted(parts, width, most - len(wrapped(_rest(0), width)))
+    heads = {*parts[0].lines(width, longest), *(part.head for part in parts)}
+    last = Part([_rest(parts[1].left)], gap=False)
+    lines = spaced([*parts, last], width, longest, most)
+    return [f"[bold]{_escaped(one)}[/bold]" if one in heads else _escaped(one) for one in lines]
+
+
+def _escaped(line: str) -> str:
+    text = escape(line)
+    return f"{text}\\" if text.endswith("\\") else text  # it would escape the closing tag
+
+
+def _verdict(diagnosis: Diagnosis, width: int) -> Part:
+    lines = opening(diagnosis)
+    if sum(len(wrapped(line, width)) for line in lines) > LONG_HEADLINE:
+        lines = opening(diagnosis, brief=True)
+    return Part(lines, short=LONG_HEADLINE + 1)
+
+
+def _steps(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> Part:
+    short = replace(ways, describe="", keep=ways.keep and say("screen.keep", all="{all}"))
+    steps = remedies(diagnosis, robot, short)
+    numbered = [f"{number}. {step}" for number, step in enumerate(steps, 1)]
+    return Part(numbered, say("summary.do_this"))
+
+
+def _table(findings: Sequence[Finding], width: int) -> Part:
+    """A finding in each row, with its further sizes below it."""
+    if not findings:
+        return Part([])
+    head = tuple(say("screen.columns").split("|"))
+    rows = [list(_rows(number, finding)) for number, finding in enumerate(findings, 1)]
+    cells = [head, *(row for several in rows for row in several)]
+    widths = [max(len(row[k]) for row in cells) for k in range(len(head))]
+    others = sum(widths) - widths[1] + 2 * (len(head) - 1)
+    widths[1] = max(min(widths[1], width - others), NARROWEST_NAME)
+    first = _laid_out(head, widths)
+    entries = ["\n".join(_laid_out(row, widths) for row in several) for several in rows]
+    return Part(entries, first, say("screen.more_findings", number="{number}"), turns=2)
+
+
+def _rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
+    name = finding.effect.replace("_", " ")
+    if finding.effect == NAMELESS and finding.depends_on:
+        name = say("screen.unknown", follows=all_followed(finding.depends_on))
+    where = part_of(finding.effect, finding.component, finding.depends_on).removeprefix("the ")
+    sure = "" if finding.probability is None else percent(finding.probability)
+    sure = sure.replace("above", ">").replace("below", "<")
+    main = main_of(finding) if finding.parameters else ""
+    told = sorted(told_sizes(finding), key=lambda size: size[0] != main)
+    sizes = [(size.name, size.shown, size.interval) for _, _, size in told]
+    if (late_s := late_in_all_s(finding)) is not None:
+        sizes = [("", quantity(late_s, "s", digits=3), "")]
+    (_, shown, interval), *others = sizes or [("", "", "")]
+    yield f"{number}", name, where, shown, interval, sure
+    for own, shown, interval in others:
+        yield "", f"  {own}", "", shown, interval, ""
+
+
+def _laid_out(row: Sequence[str], widths: Sequence[int]) -> str:
+    """A row of the table: its second column goes on in the next line where it is long."""
+    names = wrapped(row[1], widths[1])
+    first = (row[0], names[0], *row[2:])
+    line = "  ".join(cell.ljust(width) for cell, width in zip(first, widths, strict=True)).rstrip()
+    return "\n".join([line, *(f"{' ' * (widths[0] + 2)}{name}" for name in names[1:])])
+
+
+def _helps(diagnosis: Diagnosis) -> Part:
+    """The error before and after, on this recording and held out, and what is left of it."""
+    fit = diagnosis.fit
+    before, after, floor, held_before, held_after = (
+        quantity(size, fit.unit, digits=3)
+        for size in (
+            fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m,
+            fit.holdout_rms_before_m, fit.holdout_rms_after_m,
+        )
+    )  # fmt: skip
+    held = say("screen.nothing_held_out")
+    if math.isfinite(fit.holdout_rms_before_m) and math.isfinite(fit.holdout_rms_after_m):
+        where, gone = say(f"screen.{fit.holdout}"), gain(diagnosis)
+        before_held = without_unit_of(held_before, held_after)
+        held = say("screen.held", where=where, before=before_held, after=held_after, gain=gone)
+    noise = "" if doubtful_floor(fit) else say("screen.floor", floor=floor)
+    title, before = fit_title(diagnosis), without_unit_of(before, after)
+    says = say("screen.helps", title=title, before=before, after=after, floor=noise, held=held)
+    if not diagnosis.findings:
+        says = " ".join(fit_lines(diagnosis))
+    return Part([line for line in (says, unexplained_line(diagnosis)) if line], turns=0)
+
+
+def _or_else(diagnosis: Diagnosis, ways: Ways) -> Part:
+    """What else the findings could be, and the run or the measurement that would tell."""
+    following = experiment_line(diagnosis)
+    entries = [say("screen.run_it", says=following)] if following else []
+    for number, finding in enumerate(diagnosis.findings, 1):
+        if tied(finding):
+            way = "" if following else hint(finding, ways, diagnosis.pull_said)
+            entries.append(say("screen.other", number=number, rivals=rivals(finding), way=way))
+        elif text := as_well_line(finding):
+            entries.append(say("screen.rarer", number=number, says=text))
+    entries += tie_lines(diagnosis)
+    if not entries and diagnosis.findings:
+        entries = [say("alternatives.none")]
+    return Part([entry.strip() for entry in entries], say("screen.or_else"))
+
+
+def _remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
+    """What was not read, not used or not compared, and what is known from the robot file."""
+    held = [say("fit.held_out_left_out", why=why) for why in diagnosis.not_held_out]
+    lines = [*search_lines(diagnosis, ways), *held, known_line(diagnosis)]
+    return [line for line in lines if line]
+
+
+def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
+    """One line: effects that could not be seen at all, then those that could not below a size."""
+    names = [one.effect.replace("_", " ") for one in diagnosis.not_testable]
+    limits = [one for one in diagnosis.smallest_detectable if one.parameter != "stiffness"]
+    largest = {one.effect: one for one in sorted(limits, key=above_nothing)}
+    order = dict.fromkeys(one.effect for one in limits)
+    names = [*dict.fromkeys(names), *(_below(largest[name]) for name in order)]
+    for shown in range(len(names), 0, -1):
+        text, more = ", ".join(names[:shown]), len(names) - shown
+        named = say("screen.and_more", names=text, number=more) if more else text
+        if len(line := say("screen.not_shown", names=named)) <= width:
+            return [line]
+    return []
+
+
+def _below(one: SmallestDetectable) -> str:
+    return say("screen.below", name=one.effect.replace("_", " "), size=limit_alone(one))
+
+
+def _rest(steps_left: int) -> str:
+    """Where everything else is."""
+    more = say("screen.steps_left", steps=count(steps_left, "more step")) if steps_left else ""
+    return say("screen.rest", more=more)

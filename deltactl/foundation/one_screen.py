@@ -1,0 +1,118 @@
+"""Text laid out for one screen: parts of which as much is shown as there are lines for.
+
+The first entry of each part is always shown, then one more of each in turn. Entries are shown
+whole where all of them fit; else long ones are cut after a sentence or a clause. Lines are broken
+between words only, and a number and its unit stay together.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+SHORT, WHOLE = 3, 99
+"""Lines of an entry where room is short, and where it is not."""
+_LEAD = re.compile(r"\s*(?:- |\d+\. )?")
+"""Goes before a sentence, and is as wide as the indent of the lines that follow."""
+_NUMBER_AND_UNIT = re.compile(r"((?<!\S)[(+\u2212-]?[\d.]+) (?=[^\W\d]|%)")
+_ENDS = ((r"(?<=[.!?]) (?=[A-Z])", "."), (r"(?<=[;:]) ", "."), (r"(?<=,) ", " ..."))
+"""Where an entry may be cut, and what then ends it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of what is shown: a head of its own, and entries in the order of their weight."""
+
+    entries: Sequence[str]
+    """Lines of a table row are divided by line feeds."""
+    head: str = ""
+    more: str = ""
+    """Last line where entries are left out, {number} of them."""
+    short: int = SHORT
+    """Lines of an entry where room is short."""
+    turns: int = 1
+    """How many more entries it gets in each round; with none, what the others leave."""
+    gap: bool = True
+    """Whether an empty line goes before it where there is room."""
+    shown: int = 1
+
+    @property
+    def left(self) -> int:
+        """How many entries are left out."""
+        return max(len(self.entries) - self.shown, 0)
+
+    def lines(self, width: int, longest: int = WHOLE) -> list[str]:
+        """What is shown of it; longest: lines of an entry."""
+        if not self.entries:
+            return []
+        longest = min(longest, self.short) if longest < WHOLE else longest
+        texts = [text for entry in self.entries[: self.shown] for text in entry.split("\n")]
+        more = [self.more.format(number=self.left)] if self.more and self.left else []
+        body = [line for text in texts for line in _shortened(text, width, longest)]
+        return [*([self.head] if self.head else []), *body, *more]
+
+
+def fitted(parts: Sequence[Part], width: int, most: int) -> tuple[list[Part], int]:
+    """The parts with as many entries as there are lines for, and how many lines one may have."""
+    whole = [replace(part, shown=len(part.entries)) for part in parts]
+    if sum(len(part.lines(width)) for part in whole) <= most:
+        return whole, WHOLE
+    filled = list(parts)
+    rounds = [k for turn in (1, 2) for k, part in enumerate(parts) if part.turns >= turn]
+    for order in (rounds, range(len(parts))):
+        filled = _grown(filled, width, most, order)
+    return filled, SHORT
+
+
+def _grown(parts: list[Part], width: int, most: int, order: Sequence[int]) -> list[Part]:
+    """One more entry of each in turn, until no other fits."""
+    grown = True
+    while grown:
+        grown = False
+        for k in order:
+            more = [*parts[:k], replace(parts[k], shown=parts[k].shown + 1), *parts[k + 1 :]]
+            lines = sum(len(part.lines(width, SHORT)) for part in more)
+            if parts[k].left and lines <= most:
+                parts, grown = more, True
+    return parts
+
+
+def spaced(parts: Sequence[Part], width: int, longest: int, most: int) -> Iterator[str]:
+    """The lines of all parts, with an empty line between them where there is room for all."""
+    shown = [part.lines(width, longest) for part in parts]
+    gaps = [number > 0 and part.gap for number, part in enumerate(parts)]
+    roomy = sum(map(len, shown)) + sum(gaps) <= most
+    for lines, gap in zip(shown, gaps, strict=True):
+        yield from [""] if roomy and gap and lines else []
+        yield from lines
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """Lines with a hanging indent."""
+    if len(text) <= width:
+        return [text]
+    found = _LEAD.match(text)
+    lines = textwrap.wrap(
+        _NUMBER_AND_UNIT.sub("\\1\u00a0", text),
+        width,
+        subsequent_indent=" " * (found.end() if found else 0),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return [line.replace("\u00a0", " ") for line in lines]
+
+
+def _shortened(text: str, width: int, most: int) -> list[str]:
+    """A text as lines; of one that is too long the first sentences, or clauses."""
+    lines = wrapped(text, width)
+    for between, end in _ENDS:
+        pieces = re.split(between, text)
+        while len(lines) > most and len(pieces) > 1:
+            pieces.pop()
+            lines = wrapped(" ".join(pieces).rstrip(" ,;:.") + end, width)
+        text = " ".join(pieces)
+    if len(lines) > most:
+        lines = [*lines[: most - 1], f"{lines[most - 1][: width - 4].rpartition(' ')[0]} ..."]
+    return lines

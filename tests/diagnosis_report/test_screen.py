@@ -1,0 +1,169 @@
+"""The answer in a terminal: one screen of 25 lines at 80 columns, whatever was found."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from rich.text import Text
+
+from deltactl.diagnosis.answer.records import (
+    Alternative,
+    Diagnosis,
+    Evidence,
+    Finding,
+    Known,
+    OpenTie,
+    ParameterResult,
+    PriorSensitivity,
+    Thinned,
+    Where,
+)
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.report.finding import told_sizes
+from deltactl.diagnosis.report.remedies import remedies
+from deltactl.diagnosis.report.screen import screen
+from deltactl.diagnosis.report.templates import say
+from deltactl.models.effects import CARDS
+from deltactl.models.robot import RobotModel, ServoAxis
+from tests.axes import axis_rigs
+
+LINES, WIDTH = 25, 80
+EFFECTS = sorted({*CARDS} - {"unknown"})
+SERVO = ServoAxis(kind="servo_axis", name="elbow", motion="rotary")
+LONG = "run.csv: the row 17 of 3000 has text where a number belongs, " * 3
+
+
+def shown(
+    answer: Diagnosis, robot: RobotModel | None = None, most: int = LINES, width: int = WIDTH
+) -> list[str]:
+    lines = screen(answer, robot, most=most, width=width)
+    return [Text.from_markup(line).plain for line in lines]
+
+
+def finding(effect: str, component: str, sure: float | None, *others: str) -> Finding:
+    own = {
+        name: ParameterResult(value=0.01234, ci95=[-0.5, 0.6], unit="rad")
+        for name in ("size", "period")
+    }
+    alternatives = [
+        Alternative(effect=one, component=component, delta_chi2=1.0, probability=0.2)
+        for one in others
+    ]
+    return Finding(
+        effect=effect, component=component, parameters=own, where=Where(axes=[], times_s=[]),
+        evidence=Evidence(delta_chi2=100.0, p=1e-9), share_of_mismatch=0.4, probability=sure,
+        alternatives=alternatives,
+    )  # fmt: skip
+
+
+def answers(make: Any, parts: Any) -> Iterator[Diagnosis]:
+    """Nothing, one, many, ties, unknowns, refusals beside an answer, several recordings."""
+    for verdict in ("nothing_missing", "explained", "partly_explained", "unexplained"):
+        yield make(verdict)
+        yield make(verdict, next_experiment=None)
+    for component in ("axis", "motor1"):
+        every = [finding(name, component, 0.999) for name in EFFECTS]
+        tied = [finding(name, component, 0.5, *EFFECTS[:3], "unknown") for name in EFFECTS]
+        nameless = [parts["unknown"](component=component, depends_on=["jerk_of_the_arm"])] * 6
+        for findings in (every, tied, nameless, tied[:1], every[:3], [*tied[:4], *nameless]):
+            yield make("explained", findings=findings)
+            yield make("explained", findings=findings, next_experiment=None)
+    crowded = {
+        "left_out": [LONG] * 4,
+        "not_read": [LONG] * 2,
+        "not_held_out": [LONG],
+        "doubts": [LONG] * 3,
+        "ended_early": True,
+        "loosely_built": True,
+        "thinned": [Thinned(recording=1, rows_used=9, rows=99, stretches=3, span_s=9e4)],
+        "known": [
+            Known(effect=name, component="axis", probability=0.5, from_these_recordings=True)
+            for name in EFFECTS
+        ],
+        "open_ties": [OpenTie(one=[f"{name} motor1"], other=["payload motor1"], minutes=3.0)
+                      for name in EFFECTS[:5]],
+        "prior_sensitivity": [
+            PriorSensitivity(
+                effect=name, component="axis", probability=0.5, narrower=0.1, wider=0.9
+            )
+            for name in EFFECTS
+        ],
+    }  # fmt: skip
+    for findings in ([], tied, nameless):
+        verdict = "partly_explained" if findings else "nothing_missing"
+        yield make(verdict, findings=findings, **crowded)
+
+
+def words(lines: list[str]) -> set[str]:
+    """Without marks, as a cut ends a sentence early; of all but the last line, which counts."""
+    return {word.strip(".,;:()") for line in lines[:-1] for word in line.split()}
+
+
+def fits(answer: Diagnosis, robot: RobotModel | None = None) -> None:
+    lines = shown(answer, robot)
+    assert len(lines) <= LINES, "\n".join(lines)
+    assert max(map(len, lines)) <= WIDTH
+    whole = shown(answer, robot, most=10_000, width=10_000)
+    more = [say("screen.more_findings", number=""), say("headline.more", number=""), ""]
+    counted = words(more) | {*map(str, range(100))}
+    assert words(lines) <= words(whole) | counted
+
+
+def test_every_answer_fits_on_a_screen_and_breaks_no_word(make: Any, parts: Any) -> None:
+    for answer in answers(make, parts):
+        fits(answer, SERVO)
+
+
+def test_what_the_engine_answers_fits_on_a_screen() -> None:
+    robot = ServoAxis(kind="servo_axis", name="forced", motion="linear", inertia=2.0)
+    rig = axis_rigs.ForcedRig(coulomb=1.0, viscous=2.0, offset=0.5)
+    answer = diagnose_recordings(robot, [rig.record(seed, span_s=15.0) for seed in (1, 2)])
+    assert len(answer.findings) >= 2
+    fits(answer, robot)
+
+
+def test_the_parts_come_in_the_order_in_which_they_are_needed(make: Any) -> None:
+    text = "\n".join(shown(make("explained")))
+    places = [
+        text.index(part)
+        for part in ("mismatch is explained", "Do this", "95 % interval", "Does it help?",
+                     "What else it could be", "Not visible", "More: --report")
+    ]  # fmt: skip
+    assert places == sorted(places)
+
+
+def test_findings_that_do_not_fit_are_counted(make: Any) -> None:
+    many = [finding(name, "axis", 0.999) for name in EFFECTS]
+    lines = shown(make("explained", findings=many))
+    rows = [line for line in lines if re.match(r"\d+ {2,}\w", line)]
+    (more,) = (int(found[1]) for line in lines if (found := re.match(r"and (\d+) more in", line)))
+    assert len(rows) >= 2
+    assert len(rows) + more == len(many)
+    steps = [line for line in lines if re.match(r"\d+\. ", line)]
+    (left,) = (int(found[1]) for line in lines if (found := re.search(r"\((\d+) more st", line)))
+    assert len(steps) + left == len(remedies(make("explained", findings=many)))
+
+
+def test_the_table_has_size_interval_and_probability(make: Any) -> None:
+    one = finding("home_offset", "motor2", 0.93)
+    one.parameters["angle"] = ParameterResult(value=0.02, ci95=[0.018, 0.022], unit="rad")
+    (row,) = [line for line in shown(make("explained", findings=[one])) if line.startswith("1  ")]
+    size = next(size for name, _, size in told_sizes(one) if name == "angle")
+    for cell in ("home offset", "motor 2", size.shown, size.interval, "93 %"):
+        assert cell in row
+
+
+def test_less_room_takes_less_but_keeps_the_verdict(make: Any) -> None:
+    answer = make("explained")
+    small = shown(answer, most=18)
+    assert len(small) <= 18
+    assert small[0] == shown(answer)[0]
+
+
+@pytest.mark.parametrize("hostile", ["[bold]x[/bold]", "x\\"])
+def test_text_of_others_is_shown_as_it_is(make: Any, hostile: str) -> None:
+    answer = make("nothing_missing", left_out=[hostile])
+    assert any(hostile in line for line in shown(answer))
