@@ -52,7 +52,7 @@ class StepSettings(StrictModel):
         float, Field(ge=1.0, le=1000.0, description="CL57T sees 1 us; longer than 1 ms is no pulse")
     ] = 5.0
     direction_setup_us: Annotated[
-        float, Field(ge=0.0, le=1000.0, description="DIR must stand before STEP; 1 ms is ample")
+        float, Field(ge=0.0, le=1000.0, description="DIR must be set before STEP; 1 ms is ample")
     ] = 5.0
     minimum_gap_fraction: Annotated[
         float, Field(ge=0.5, le=1.0, description="under half the period a motor loses steps")

@@ -77,7 +77,7 @@ FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 
 
 class PathStep(StrictModel):
-    """Follow a path; the arms stand at its beginning and at its end."""
+    """Follow a path, from rest to rest."""
 
     path: PathSpec
     """A `way` without `start_m` begins where the path before it ended."""
@@ -93,7 +93,7 @@ class SetStep(StrictModel):
 
 
 class WaitStep(StrictModel):
-    """Stand and wait."""
+    """Wait at rest."""
 
     wait_s: Dwell
 
@@ -110,13 +110,13 @@ class Awaited(StrictModel):
 
 
 class WaitForStep(StrictModel):
-    """Stand until an input is on, or off."""
+    """Wait at rest until an input is on, or off."""
 
     wait_for: Awaited
 
 
 class PauseStep(StrictModel):
-    """Stand until somebody says `resume`: a hand may be in the machine."""
+    """Wait at rest for `resume`: a hand may be in the machine."""
 
     pause: Annotated[
         str, Field(min_length=1, max_length=200, description="says in one line why somebody waits")

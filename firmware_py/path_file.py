@@ -122,7 +122,7 @@ class Points(RuledModel):
 class StraightTo(StrictModel):
     """A straight line from wherever the platform is to `to_m`, at the job's speed at most.
 
-    What `goto`, `jog` and the page do. From home, where the arms may stand beyond the robot's
+    What `goto`, `jog` and the page do. From home, where the arms may be beyond the robot's
     limits, no straight line leads: the arms take another way then, no faster either.
     """
 
@@ -143,7 +143,7 @@ class WayLeg(StrictModel):
     ) = None
     """On this leg; never above the job's."""
     dwell_s: Dwell = 0.0
-    """The arms come to a stand at its end, and wait so long."""
+    """Rest at its end for so long."""
     centre_m: tuple[Coordinate, Coordinate] | None = None
     """x and y of an arc's axis; a change of z makes a helix of it."""
     clockwise: bool = False

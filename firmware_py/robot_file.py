@@ -149,7 +149,7 @@ class Homing(RuledModel):
 
 
 class SensorNoise(StrictModel):
-    """Noise of a simulated ranging sensor."""
+    """Noise of a simulated distance sensor."""
 
     sigma_m: Annotated[
         float, Field(ge=0.0, le=0.1, description="metres; a VL53L1X has 1 to 5 mm")
@@ -163,8 +163,8 @@ class AsBuilt(StrictModel):
     """What the simulated robot is really like; the controller never reads this."""
 
     effects: tuple[EffectEntry, ...] | None = None
-    """All the effects there are, whatever the file's own `effects` say: those are only believed.
-    None: the simulated robot is as it is believed to be."""
+    """All the true effects; the file's own `effects` are the accepted model.
+    None: the simulated robot equals the accepted model."""
     noise: SensorNoise = SensorNoise()
     servo: AsBuiltServo | None = None
     """Only with drive.kind servo."""

@@ -104,9 +104,9 @@ DriveSection = Annotated[
 
 
 class SensorAxis(RuledModel):
-    """A ranging sensor reports `offset_m + axis . p` with p the platform position."""
+    """A distance sensor reports `offset_m + axis . p` with p the platform position."""
 
-    offset_m: Annotated[float, Field(gt=-10.0, lt=10.0, description="a ranging sensor sees 4 m")]
+    offset_m: Annotated[float, Field(gt=-10.0, lt=10.0, description="a distance sensor sees 4 m")]
     """What it would read with the platform at the origin."""
     axis: tuple[Component, Component, Component]
     """The direction in which the platform moves when the reading grows."""
@@ -118,7 +118,7 @@ class SensorAxis(RuledModel):
 
 
 class Sensors(StrictModel):
-    """The three ranging sensors."""
+    """The three distance sensors."""
 
     x: SensorAxis
     y: SensorAxis

@@ -34,7 +34,7 @@ PORT_TEXT: dict[Port, str] = {
     Port.ARM: "arm angle",
     Port.LINKAGE: "linkage",
     Port.PLATFORM: "platform",
-    Port.SENSOR: "ranging sensor",
+    Port.SENSOR: "distance sensor",
     Port.CLOCK: "time stamps",
     Port.ENCODER: "angle encoder",
 }

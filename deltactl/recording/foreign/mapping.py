@@ -81,10 +81,10 @@ class Mapping(StrictModel):
     heading: tuple[str, ...] = ()
     """Names of the columns, of a table that has no line of them."""
     separator: Annotated[str, Field(min_length=1, max_length=2)] | None = None
-    """A space stands for any run of spaces and tabs, two for two spaces or more; without it, what
+    """A space means any run of spaces and tabs, two for two spaces or more; without it, what
     makes the cells numbers."""
     decimal: Literal[".", ","] | None = None
-    """What stands before the decimals of a number."""
+    """The decimal mark."""
 
     @model_validator(mode="after")
     def _known(self) -> Mapping:

@@ -190,7 +190,7 @@ READING_FIELDS = _fields(
 )
 READINGS = {
     axis: Channel(
-        f"/reading/{axis}", "Reading", "One sample of one ranging sensor.", READING_FIELDS
+        f"/reading/{axis}", "Reading", "One sample of one distance sensor.", READING_FIELDS
     )
     for axis in ("x", "y", "z")
 }
@@ -251,14 +251,14 @@ PACE = Channel(
     _fields(
         TIME,
         ("rate", "number", "pace there, as a part of the planned one, 0 to 1"),
-        ("goal", "number", "pace after the ramp: 0 stands, 1 is as planned"),
+        ("goal", "number", "pace after the ramp: 0 is at rest, 1 is as planned"),
         ("ramp_s", "number", "how long the pace changes evenly from one to the other [s]"),
     ),
 )
 CONFIGURATION = Channel(
     "/configuration",
     "Configuration",
-    "What ran, written once at the start; the same stands in the file's metadata and attachments.",
+    "What ran, written once at the start; also in the file's metadata and attachments.",
     _fields(
         TIME,
         ("format", "integer", "version of these channels"),

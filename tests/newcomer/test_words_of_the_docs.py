@@ -1,0 +1,47 @@
+"""Words that users read: old phrases stay out of README, changelog and docs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.rigs.documented import PAGES, ROOT
+
+LIST = yaml.safe_load(Path(__file__).with_name("words.yaml").read_text(encoding="utf-8"))
+READ = [*PAGES, ROOT / "CHANGELOG.md"]
+_CODE = re.compile(r"```.*?```|`[^`\n]*`|\]\([^)]*\)", re.DOTALL)
+
+
+def found_in(text: str) -> dict[str, str]:
+    """Old phrases of a text, each with the better words."""
+    prose = _CODE.sub("", text)
+    found: dict[str, str] = {}
+    for phrase, better in LIST["phrases"].items():
+        for match in re.finditer(phrase, prose, re.MULTILINE):
+            found[match.group().strip()] = better
+    return found
+
+
+@pytest.mark.parametrize("page", READ, ids=lambda page: str(page.relative_to(ROOT)))
+def test_a_page_has_no_old_phrase(page: Path) -> None:
+    found = found_in(page.read_text(encoding="utf-8"))
+    allowed = set(LIST["allowed"].get(str(page.relative_to(ROOT)), ()))
+    assert {phrase: better for phrase, better in found.items() if phrase not in allowed} == {}
+    assert allowed <= set(found), "mended: take it off the list"
+
+
+@pytest.mark.parametrize("text", ["A concealed fault.", "The mismatch that is left.", "A rival."])
+def test_an_old_phrase_is_found(text: str) -> None:
+    assert found_in(text)
+    assert not found_in(f"`{text}`")
+
+
+def test_the_docs_stay_short() -> None:
+    """30 000 words were asked for; this bound may only shrink."""
+    pages = [page for page in PAGES if page.is_relative_to(ROOT / "docs")]
+    words = sum(len(page.read_text(encoding="utf-8").split()) for page in pages)
+    assert words <= LIST["most_words_in_docs"]
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 120
