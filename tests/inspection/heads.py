@@ -161,6 +161,7 @@ def _motion(role: str, further: int, unit: str, joint: int, rate_hz: float) -> A
         "reading": seen,
         "motor": seen + 0.002 * np.sign(speed) + _noise("motor", joint),
         "platform": seen + 0.02 * _asked(joint + 1),
+        "asked_platform": asked + 0.02 * _asked(joint + 1),
         "error": asked - seen,
         "speed": speed + 0.01 * np.std(speed) * _drawn(f"speed {joint}"),
         "asked_speed": np.gradient(asked) * rate_hz,

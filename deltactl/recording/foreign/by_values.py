@@ -4,13 +4,13 @@ several columns it is that could be the same thing.
 
 from __future__ import annotations
 
+import itertools
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from deltactl.recording.foreign.names import MEASURED, TORQUES, Guess, Named, in_words
+from deltactl.recording.foreign.names import MEASURED, SEEN, TORQUES, Guess, Named, in_words
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import (
     asks,
@@ -22,6 +22,7 @@ from deltactl.recording.foreign.shapes import (
     is_label,
     is_stepwise,
     is_whole,
+    lead,
     pairs_alike,
     roughness,
     slopes,
@@ -29,65 +30,195 @@ from deltactl.recording.foreign.shapes import (
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
 
+_D = re.compile(r"_d(?![A-Za-z])")
 CURRENTS = frozenset(["current", "strom", "iq", "i_q", "courant", "corriente", "corrente", "amps"])
 
 
-def ranked(
+def scored(
     table: Mapping[str, FloatArray], said: Mapping[str, Named], found: Mapping[str, Guess]
 ) -> dict[str, Guess]:
-    """The same guesses, of several commands or efforts of one axis the likeliest first.
+    """The guesses of an axis, the likeliest command, reading, velocity and effort first.
 
-    `why` says what its values do.
+    What a name says and what the values do are added up, for each pair of columns that move: a
+    reading follows its command late and with noise. `why` says what the values do.
     """
-    position = next((n for n, guess in found.items() if guess.role == "position"), None)
+    first = _asked_and_read(table, said, found)
+    rest = {n: guess for n, guess in found.items() if n not in first}
+    if any(guess.role == "command" for guess in first.values()):
+        rest = {n: guess for n, guess in rest.items() if guess.role != "steps"}
+    position = next((n for n, one in {**first, **rest}.items() if one.role == "position"), None)
     if position is None:
-        return dict(found)
-    own = _of_one_joint(position, list(found))
-    first: dict[str, Guess] = {}
-    for role, rank in (("command", _command_rank), ("effort", _effort_rank)):
-        several = [n for n, guess in found.items() if guess.role == role and guess.index is None]
-        if len(several) < 2:
+        return first | rest
+    speeds = [n for n, guess in rest.items() if guess.role == "velocity"]
+    rest = {n: guess for n, guess in rest.items() if n not in speeds}
+    others = {n: guess for n, guess in {**rest, **first}.items() if n not in speeds}
+    slope = _slope_of(table, said, others, position)
+    first |= {n: found.get(n, guess) for n, guess in slope.items()}
+    first |= {n: found[n] for n in speeds[:1] if not slope}
+    if effort := _best_effort(table, said, {**rest, **first}, position):
+        first[effort.source] = effort
+    return first | {n: guess for n, guess in rest.items() if n not in first}
+
+
+def _asked_and_read(
+    table: Mapping[str, FloatArray], said: Mapping[str, Named], found: Mapping[str, Guess]
+) -> dict[str, Guess]:
+    """The command and the reading of an axis, of all pairs of columns that may be them the one
+    that scores most; empty where none may.
+    """
+    movers = {n: guess for n, guess in found.items() if guess.role in ("command", "position")}
+    if any(guess.index is not None for guess in movers.values()):
+        return {}
+    named = {guess.role for guess in movers.values()}
+    effort = any(guess.role == "effort" for guess in found.values())
+    free = _free(table, found) if len(named) == 1 and not effort else []
+    if not movers or (len(movers) == 1 and not free and "command" in named):
+        free = _free(table, found) if movers else []
+    moving = [n for n in [*movers, *free] if n in table and np.nanstd(table[n]) > 0.0]
+    best, pair = -np.inf, None
+    for one, other in itertools.combinations(moving, 2):
+        alike = max(correlation(table[one], table[other]), 0.0)
+        as_named = {movers[n].role for n in (one, other) if n in movers} == {"command", "position"}
+        if alike < GUESSES.alike and not as_named:
             continue
-        ranks = {n: (n not in own, *rank(table, said, n, position)) for n in several}
-        best = min(several, key=lambda name: ranks[name])
-        share = -float(ranks[best][-1])
-        does = "position follows it" if role == "command" else "it goes with the motion"
-        why = (
-            f"by its name; {does} ({share:.0%})" if share >= GUESSES.least_share else "by its name"
-        )
-        first[best] = replace(found[best], why=why)
-    return first | {name: guess for name, guess in found.items() if name not in first}
+        if np.array_equal(table[one], table[other], equal_nan=True):
+            continue
+        follows_by, alike = lead(table[one], table[other])
+        fits = min(-float(np.log10(max(1.0 - alike**2, 1e-9))), GUESSES.surest_fit)
+        near = GUESSES.own_name * (_begins(one) == _begins(other))
+        first = asks(table[one], table[other])
+        for asked, read, leads in ((one, other, first), (other, one, not first)):
+            if effort and "command" not in named and not (leads and follows_by):
+                continue
+            says = _says_asked(asked, said, movers) - _says_asked(read, said, movers)
+            score = says + fits + near + (GUESSES.came_first if leads else -GUESSES.came_first)
+            if score > best:
+                best, pair = score, (asked, read, alike)
+    return {} if pair is None else _as_pair(*pair, table, said, movers)
 
 
-def _of_one_joint(position: str, names: list[str]) -> set[str]:
-    """Columns that begin as the position's name does, where several do: X_Position, X_Current."""
-    begins = re.split(r"[^0-9A-Za-z]+", position)[0]
-    return {name for name in names if re.split(r"[^0-9A-Za-z]+", name)[0] == begins} or set(names)
+def _as_pair(
+    asked: str,
+    read: str,
+    alike: float,
+    table: Mapping[str, FloatArray],
+    said: Mapping[str, Named],
+    movers: Mapping[str, Guess],
+) -> dict[str, Guess]:
+    """Guesses of two columns, with what they were taken for it."""
+    follows_it = f"{read} follows it ({alike**2:.0%})" if alike**2 >= GUESSES.least_share else ""
+    as_asked = asked in movers and movers[asked].role == "command"
+    why = ", ".join(filter(None, ["by its name" if as_asked else "", follows_it]))
+    role = "command"
+    if not as_asked and read not in movers:
+        why = f"moves like {read}, {EARLIER}"
+    elif not as_asked:
+        why = f"moves like {read}, {EARLIER}"
+        role = "steps" if is_count(table[asked]) and not is_count(table[read]) else role
+    seen = "by its name" if read in movers and movers[read].role == "position" else ""
+    return {
+        asked: Guess(asked, role, "1" if role == "steps" else None, said[asked].unit, why),
+        read: Guess(read, "position", None, said[read].unit, seen or f"moves like {asked}"),
+    }
 
 
-def _command_rank(
-    table: Mapping[str, FloatArray], said: Mapping[str, Named], name: str, position: str
-) -> tuple[float, ...]:
-    """Smaller is likelier; the last is minus the share of the position that follows it."""
-    likeness = max(correlation(table[name], table[position]), 0.0)
-    return (float(likeness**2 < GUESSES.least_share), -(likeness**2))
+def _says_asked(name: str, said: Mapping[str, Named], movers: Mapping[str, Guess]) -> float:
+    """1 where a name says that a column was asked for, -1 where it says that it was read."""
+    if name not in movers:
+        return 0.0
+    if movers[name].role == "command" or _desired(name, movers):
+        return 1.0
+    return -1.0 if (MEASURED | SEEN).intersection(in_words(name)) else -GUESSES.plainly_named
 
 
-def _effort_rank(
-    table: Mapping[str, FloatArray], said: Mapping[str, Named], name: str, position: str
-) -> tuple[float, ...]:
-    """Smaller is likelier; the last is minus the share that goes with the motion."""
-    words = set(in_words(name))
-    kind = 0 if words & TORQUES else 1 if words & CURRENTS else 2
-    share = _share_of_motion(table[name], table[position])
-    asked = float(said[name].asked)
-    unlikely = float(share < GUESSES.least_share)
-    indirect = float(kind == 2)
-    return (indirect, unlikely, asked, kind, float(not words & MEASURED), -share)
+def _desired(name: str, names: Collection[str]) -> bool:
+    """Whether a name is another's with a d for desired: q_d_0 beside q_0."""
+    return (plain := _D.sub("", name)) != name and plain in names
 
 
-def _share_of_motion(effort: FloatArray, position: FloatArray) -> float:
-    """Share of an effort's variance that acceleration, speed and its sign explain.
+def _begins(name: str) -> str:
+    """The first word of a name, which columns of one joint share: X_Position, X_Current."""
+    return re.split(r"[^0-9A-Za-z]+", name)[0]
+
+
+def _slope_of(
+    table: Mapping[str, FloatArray],
+    said: Mapping[str, Named],
+    found: Mapping[str, Guess],
+    position: str,
+) -> dict[str, Guess]:
+    """The column that is the slope of the reading, where none is called a velocity."""
+    time = next((table[n] for n, guess in found.items() if guess.role == "t"), None)
+    free = _free(table, found)
+    if time is None or not free or is_stepwise(table[position]):
+        return {}
+    slope = np.gradient(table[position], time)
+    alike = {name: correlation(table[name], slope) for name in free}
+    called = [name for name in free if said[name].role == "velocity" and alike[name] > 0.5]
+    best = max(called or free, key=lambda name: alike[name])
+    if alike[best] < GUESSES.alike_slope or difference(table, [best, *_movers(found)]) == best:
+        return {}
+    return {
+        best: Guess(best, "velocity", None, said[best].unit, f"it is the slope of {position}")
+    }
+
+
+def _movers(found: Mapping[str, Guess]) -> list[str]:
+    return [name for name, guess in found.items() if guess.role in ("command", "position")]
+
+
+def _best_effort(
+    table: Mapping[str, FloatArray],
+    said: Mapping[str, Named],
+    found: Mapping[str, Guess],
+    position: str,
+) -> Guess | None:
+    """The effort that scores most by its name and by how it goes with the motion; of columns that
+    are not called so, one that goes with acceleration and the sign of speed alike.
+    """
+    called = [n for n, one in found.items() if one.role == "effort" and one.index is None]
+    shares = {name: _share_of_motion(table[name], table[position]) for name in called}
+    if not called:
+        shares = {
+            name: share
+            for name in _free(table, found)
+            if not is_whole(table[name])
+            and (share := _share_of_both(table[name], table[position])) > GUESSES.alike**2
+            and difference(table, [name, *_movers(found)]) != name
+        }
+    if not shares or (len(called) == 1 and called[0] in found and shares[called[0]] == 0.0):
+        return None
+    own = {n for n in shares if _begins(n) == _begins(position)} or set(shares)
+
+    def score(name: str) -> float:
+        words = set(in_words(name))
+        direct = 2.0 if words & TORQUES else 1.0 if words & CURRENTS else 0.0
+        likely = 4.0 * (shares[name] >= GUESSES.least_share) + 8.0 * (direct > 0.0)
+        measured = 0.5 * bool(words & MEASURED) - 2.5 * (said[name].asked or _desired(name, shares))
+        return 16.0 * (name in own) + likely + direct + measured + 0.4 * shares[name]
+
+    best = max(shares, key=score)
+    by_name = "by its name" if called else ""
+    goes = f"it goes with the motion ({shares[best]:.0%})"
+    if len(called) == 1 or shares[best] < GUESSES.least_share:
+        goes = "" if called else goes
+    why = "; ".join(filter(None, [by_name, goes]))
+    return Guess(best, "effort", None, said[best].unit, why)
+
+
+def _share_of_both(effort: FloatArray, position: FloatArray) -> float:
+    """The share of an effort's variance that goes with the motion, 0 where acceleration alone or
+    speed alone explains as much: the column is then one of these.
+    """
+    whole = _share_of_motion(effort, position)
+    alone = max(_share_of_motion(effort, position, only) for only in ((0,), (1,)))
+    return whole if whole - alone > GUESSES.more_than_alone else 0.0
+
+
+def _share_of_motion(
+    effort: FloatArray, position: FloatArray, only: tuple[int, ...] = (0, 1, 2)
+) -> float:
+    """Share of an effort's variance that acceleration, speed and its sign explain (`only` those).
 
     Over several spans of rows, of which the best counts: noise of a position rules over few.
     """
@@ -98,7 +229,8 @@ def _share_of_motion(effort: FloatArray, position: FloatArray) -> float:
         at = np.nan_to_num(position[::rows], nan=float(np.nanmean(position)))
         seen = effort[::rows]
         speed = np.gradient(at)
-        shapes = np.stack([np.gradient(speed), speed, np.sign(speed), np.ones(len(at))], axis=1)
+        motion = (np.gradient(speed), speed, np.sign(speed))
+        shapes = np.stack([*(motion[n] for n in only), np.ones(len(at))], axis=1)
         known = np.isfinite(seen)
         left = len(seen[known]) - shapes.shape[1]
         spread = float(np.var(seen[known])) if left > 0 else 0.0
@@ -238,9 +370,6 @@ def partners(
     elif not roles & {*ASKED, "effort"}:
         for guess, name in _nearest(table, of("range")[:1], free):
             yield _read(guess, name, "distance", said)
-        seen = of("position")
-        for guess, name in _nearest(table, seen, free + [one.source for one in seen[1:]]):
-            yield from _asked_and_read(table, said, guess, name)
 
 
 def _free(table: Mapping[str, FloatArray], found: Mapping[str, Guess]) -> list[str]:
@@ -278,16 +407,3 @@ def _apart(one: FloatArray, other: FloatArray) -> float:
 
 def _read(known: Guess, name: str, role: str, said: Mapping[str, Named]) -> Guess:
     return Guess(name, role, known.index, said[name].unit, f"moves like {known.source}")
-
-
-def _asked_and_read(
-    table: Mapping[str, FloatArray], said: Mapping[str, Named], seen: Guess, other: str
-) -> Iterator[Guess]:
-    """Of two columns that move alike, which was asked for: the numbers alone tell."""
-    first = asks(table[other], table[seen.source])
-    asked, read = (other, seen.source) if first else (seen.source, other)
-    role, why = "command", f"moves like {read}, {EARLIER}"
-    if is_count(table[asked]) and not is_count(table[read]):
-        role, why = "steps", f"whole numbers; moves like {read}"
-    yield Guess(asked, role, seen.index, said[asked].unit, why)
-    yield Guess(read, "position", seen.index, said[read].unit, f"moves like {asked}")

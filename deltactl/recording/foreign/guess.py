@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.recording.foreign.by_values import by_values, partners, ranked
+from deltactl.recording.foreign.by_values import by_values, partners, scored
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
     Guess,
@@ -48,6 +48,8 @@ OURS = frozenset(name for name in UNITS if name.rpartition("_")[0] in ("status",
 CURRENTS = frozenset(f"current_{motor}" for motor in range(1, MOTORS + 1))
 """The same where all are there; one alone is the effort of an axis."""
 _LETTER = re.compile(r"(.+[_ .-])([a-cA-C])")
+_AXIS = re.compile(r"((?:.*[^A-Za-z])?)([xyzXYZ])((?:_[a-z]+)?(?:\s*[\[(]\w+[\])])?)")
+"""A name that ends as an axis and perhaps a unit: x_mm, Tracker X [mm]."""
 
 
 def guess_columns(
@@ -66,6 +68,7 @@ def guess_columns(
         if what.role is not None:
             found[name] = Guess(name, what.role, what.index, what.unit, "by its name")
     _twins(thin, found)
+    _ranges_that_follow(thin, found)
     _measured_distance(found)
     _time(thin, said, found)
     nothing = not MOTIONS & {guess.role for guess in found.values()}
@@ -76,7 +79,8 @@ def guess_columns(
     found = _numbered(found)
     for name in ours.keys() & found.keys():
         found[name] = replace(found[name], index=ours[name].index)
-    return _unique(ranked(thin, said, found))
+    found = _calibration(found)
+    return _unique(scored(usable | {n: thin[n] for n in found}, said, found))
 
 
 def _ours(table: Collection[str], said: Mapping[str, Named]) -> dict[str, Named]:
@@ -105,7 +109,17 @@ def of_other_joints(names: Iterable[str], found: Mapping[str, Guess]) -> list[st
 
 
 def _letters(names: list[str]) -> dict[str, str]:
-    """How each name is read: soll_A, soll_B and soll_C are three motors, and no amperes."""
+    """How each name is read: soll_A, soll_B and soll_C are three motors, and no amperes; x, y and z
+    are a place.
+    """
+    axes = {name: _AXIS.fullmatch(name) for name in names}
+    around = [(axis[1], axis[3]) for axis in axes.values() if axis]
+    places = {
+        name: f"pos_{axis[2].lower()}{axis[3]}"
+        for name, axis in axes.items()
+        if axis and around.count((axis[1], axis[3])) == 3
+        and read_name(f"{axis[1]}x{axis[3]}").role == "position"
+    }
     ends = {name: _LETTER.fullmatch(name) for name in names}
     stems = [end[1] for end in ends.values() if end]
     return {
@@ -113,7 +127,7 @@ def _letters(names: list[str]) -> dict[str, str]:
         if end and stems.count(end[1]) == MOTORS and read_name(f"{end[1]}1").role in LETTERED
         else name
         for name, end in ends.items()
-    }
+    } | places
 
 
 def _twins(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
@@ -138,6 +152,15 @@ def _measured_distance(found: dict[str, Guess]) -> None:
             found[name] = replace(guess, role="range", why="by its name, beside a true distance")
 
 
+def _ranges_that_follow(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
+    """A distance without a range that goes with it, where other columns move, is no true one."""
+    far = [name for name, guess in found.items() if guess.role == "distance"]
+    near = [name for name in table if name not in far and np.nanstd(table[name]) > 0.0]
+    for name in far:
+        if not any(abs(correlation(table[name], table[n])) >= GUESSES.alike for n in near):
+            del found[name]
+
+
 def _thinned(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     return {name: values[: GUESSES.guessed_rows] for name, values in table.items()}
 
@@ -156,8 +179,11 @@ def _time(
     good = good or [name for name in named if parts and starts_again(table[name])]
     good = good or [name for name in named if seldom_back(table[name])]
     if not good:
-        free = [name for name in table if name not in found and rising(table[name])]
-        good = sorted(free, key=lambda name: unevenness(table[name]))
+        even = {name: unevenness(one) for name, one in table.items() if rising(one)}
+        good = sorted((name for name in even if name not in found), key=lambda name: even[name])
+        first = next(iter(table), "")
+        if not good and even.get(first, 1.0) < GUESSES.clockwork and len(table) > len(even) + 1:
+            good = [first]
     for name in named:
         del found[name]
     if good:
@@ -191,6 +217,22 @@ def _numbered(found: dict[str, Guess]) -> dict[str, Guess]:
     return found
 
 
+CALIBRATES = "no command is there, and it says where the platform was to be"
+
+
+def _calibration(found: dict[str, Guess]) -> dict[str, Guess]:
+    """Angles of three arms beside places of the platform, without commands, take their part."""
+    there = {guess.name for guess in found.values()}
+    arms, places = {f"theta_{n}" for n in (1, 2, 3)}, {f"pos_{axis}" for axis in "xyz"}
+    if not there >= arms | places or {"command_1", "steps_1"} & there:
+        return found
+    return {
+        name: replace(one, role="command", why=f"{one.why}; {CALIBRATES}")
+        if one.role == "theta" else one
+        for name, one in found.items()
+    }
+
+
 def _unique(found: dict[str, Guess]) -> dict[str, Guess]:
     """Of columns that would be the same, the first."""
     first: dict[str, Guess] = {}
@@ -212,6 +254,9 @@ def kind_of(
         guess.unit for guess in guesses.values() if guess.role in ("command", "position", "theta")
     }
     motion = "rotary" if units & set(ROTARY) else "linear" if units & set(LINEAR) else None
+    calibrated = [one for one in guesses.values() if one.why.endswith(CALIBRATES)]
+    if calibrated:
+        return "delta", None, "angles of three arms, and where the platform was: a calibration"
     if there >= {"steps_2", "steps_3"} or there >= {"command_2", "command_3"}:
         return "delta", None, "commands of three motors"
     if "steps_1" in there and {"theta_1", "position"} & there:

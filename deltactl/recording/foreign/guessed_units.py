@@ -14,7 +14,7 @@ from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.motion_units import PAIRS, of_one_unit, unit_of_motion
 from deltactl.recording.foreign.names import Guess, Hint, without_unit
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import same_range
+from deltactl.recording.foreign.shapes import lead, same_range
 from deltactl.recording.foreign.units import (
     IN_SI,
     LINEAR,
@@ -36,8 +36,11 @@ RATIOS: tuple[tuple[float, str, str], ...] = (
 """How many of the first unit are one of the second."""
 
 
-def time_unit(t: FloatArray) -> tuple[str, str]:
-    """Unit of a time column without one, and why: whole numbers are ticks of a computer's clock."""
+def time_unit(t: FloatArray, late_rows: int = 0) -> tuple[str, str]:
+    """Unit of a time column without one, and why: whole numbers are ticks of a computer's clock.
+
+    late_rows: by which a reading follows its command; no axis is seconds late.
+    """
     step = float(np.median(np.diff(t)))
     whole = bool((t == np.round(t)).all())
     ticks, ticks_ns = GUESSES.ticks_ns
@@ -46,6 +49,8 @@ def time_unit(t: FloatArray) -> tuple[str, str]:
         return ("ns", "steps of some million") if in_ns else ("us", "steps of some thousand")
     if step >= GUESSES.ticks_us and whole:
         return "us", f"whole numbers, {step:g} apart"
+    if step == GUESSES.ticks_ms and whole and late_rows > 0:
+        return "ms", f"1 apart, and the reading is {late_rows} rows late"
     if (step > GUESSES.ticks_ms and whole) or step > GUESSES.longest_step_s:
         return "ms", f"{step:g} apart"
     return "s", f"{step:.3g} apart"
@@ -92,7 +97,7 @@ def with_units(
     turning = any(one.unit in ROTARY for one in guesses.values())
     for name, guess in guesses.items():
         if guess.role == "t" and guess.unit is None:
-            unit, why = time_unit(table[name])
+            unit, why = time_unit(table[name], _late_rows(guesses, table))
             out[name] = replace(guess, unit=unit)
             if unit != "s":
                 warnings.append(f"{name}: taken for {unit} ({why}); no unit stands in the file")
@@ -103,6 +108,14 @@ def with_units(
     warnings += _pairs(out, table)
     warnings += _of_slope(out, table)
     return out, warnings
+
+
+def _late_rows(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> int:
+    """Rows by which the reading of an axis follows its command; 0 where there are not both."""
+    by_name = {guess.name: guess.source for guess in guesses.values()}
+    if not {"command", "position"} <= by_name.keys():
+        return 0
+    return lead(table[by_name["command"]], table[by_name["position"]])[0]
 
 
 GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")

@@ -35,6 +35,7 @@ from deltactl.recording.foreign.joints import of_data_set, one_joint
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
 from deltactl.recording.foreign.names import Guess, of_contract
+from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import rising
 from deltactl.recording.foreign.timing import NO_COLUMN, row_number, rows_and_times, stumbling
@@ -166,6 +167,8 @@ def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
         warnings.append(stumbles.says)
         late = [one for one in late if one is not NO_COLUMN]
         base = base.model_copy(update={"rate_hz": stumbles.rate_hz or base.rate_hz})
+    if NO_COLUMN in late and kind is not None:
+        base = base.model_copy(update={"rate_hz": GUESSES.rate_hz})
     if stumbles and stumbles.rate_hz:
         guesses = _without_times(guesses)
     columns = {

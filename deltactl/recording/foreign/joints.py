@@ -14,7 +14,7 @@ from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.binary_tables import JOINTS
 
-_NUMBERED = re.compile(r"(.*?[^\d._])[._]?(\d+)([._][^\d]+)?")
+_NUMBERED = re.compile(r"(.*?[^\d._\[])[._\[]?(\d+)\]?([._][^\d]+)?")
 CARTESIAN = frozenset("xyzw")
 """Labels of what is no joint."""
 NORMALISED = 100.0
@@ -71,7 +71,7 @@ def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
             below.setdefault(name[: dot.start()], {})[name[dot.end() :]] = name
     alike: dict[frozenset[str], dict[str, Group]] = {}
     for stem, group in below.items():
-        if len(group) > 1 and not set(group) <= CARTESIAN and not any(map(str.isdigit, group)):
+        if len(group) > 1 and not {one.lower() for one in group} <= CARTESIAN and not any(map(str.isdigit, group)):
             alike.setdefault(frozenset(group), {})[stem] = group
     yield from (list(groups.values()) for groups in alike.values() if _asked_and_read(groups))
 

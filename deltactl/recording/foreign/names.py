@@ -14,18 +14,18 @@ WORDS: dict[str, str] = {
     "secs second seconds clock elapsed",
     "command": "command cmd target setpoint set_point reference ref goal goal_position desired des "
     "soll sollwert set set_pos setpos pos_set set_position consigne action demand goal_pos q_des "
-    "qd_ref commanded target_position commanded_position desired_position reference_position "
+    "qd_ref q_d commanded target_position commanded_position desired_position reference_position "
     "x_ref pos_ref wanted goto objetivo obiettivo",
     "position": "position pos angle theta actual measured encoder enc q ist istwert state present "
     "present_position pos_fbk feedback fbk joint_position joint_pos winkel weg x "
     "y_meas output resolver "
     "actual_position measured_position observation laser encoderwert lage messwert gemessen "
     "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star",
-    "velocity": "velocity vel speed omega dq qd rate geschwindigkeit drehzahl vitesse velocidad "
+    "velocity": "velocity vel speed omega dq qd dot rate geschwindigkeit drehzahl vitesse velocidad "
     "velocita present_velocity",
     "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
     "spannung stellgroesse stellsignal moment kraft couple courant corriente corrente motorstrom "
-    "i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",
+    "cur i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",
     "load": "load payload external_force weight",
     "distance": "distance truth true true_distance ground_truth reference_distance actual_distance "
     "known_distance abstand entfernung distanz surveyed ruler",
@@ -60,6 +60,8 @@ _BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")
 """What stands in brackets at the end and is no number, as that of a joint: position[0]."""
 _MILLI = re.compile(r"(?<![A-Za-z])(mA|mN|mNm)$")
 """Units in which a capital begins no word."""
+_CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+"""Where a word begins with a capital: goalPos, AIPos."""
 _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 _NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
@@ -192,7 +194,7 @@ def read_name(name: str, unit_line: str = "") -> Named:
         unit = unit or UNIT_OF.get(bracketed[1].lower())
         name = name[: bracketed.start()]
     name = _plain_letters(name.strip())
-    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", _MILLI.sub(lambda at: at[0].lower(), name))
+    plain = _CAPITAL.sub("_", _MILLI.sub(lambda at: at[0].lower(), name))
     words = [word for word in re.split(r"[^0-9a-zµ°]+", plain.lower()) if word]
     words = [part for word in words for part in _parts(word)]
     if len(words) == 1 and words[0] in CLOCKS:
@@ -219,6 +221,8 @@ def read_name(name: str, unit_line: str = "") -> Named:
         role, index = "position", number
     if role == "steps" and unit in (*LINEAR, *ROTARY):
         role = "command"  # a counter that is read in mm
+    if role == "steps" and MEASURED.intersection(words):
+        role = "position"
     asked = "command" in {ROLE_OF.get(word) for word in words} or _qualified(words)
     return Named(role, unit, index, asked)
 
@@ -243,6 +247,8 @@ def _parts(word: str) -> list[str]:
     known = ROLE_OF.keys() | SEEN | OF_A_PART
     if word in known:
         return [word]
+    if word.endswith("s") and word[:-1] in known:  # commands, positions
+        return [word[:-1]]
     for at in range(_SHORTEST, len(word) - _SHORTEST + 1):
         if word[:at] in known and word[at:] in known and ROLE_OF.keys() & {word[:at], word[at:]}:
             return [word[:at], word[at:]]

@@ -39,7 +39,21 @@ class GuessOptions:
     """Times that a clock may start again, as a share of the rows: runs shorter than fifty rows are
     none."""
 
-    same_difference: float = 0.02
+    led_rows: int = 4000
+    """First rows in which it is looked who is ahead."""
+    surest_fit: float = 3.0
+    """Powers of ten of the unexplained share of a reading, beyond which a better fit tells nothing:
+    two sensors of one axis are alike to the last digits."""
+    came_first: float = 0.75
+    """What it is worth in a pair that the command comes first,"""
+    own_name: float = 0.5
+    """that both names begin alike,"""
+    plainly_named: float = 0.75
+    """and that a name is a position's without a word of its being measured; a clear name is 1."""
+    more_than_alone: float = 0.03
+    """Share of its variance by which acceleration and speed together must explain more of an effort
+    than either alone."""
+    same_difference: float = 0.1
     """Of its own spread, within which a column is the difference of two others, all rounded."""
     fast_of_top: float = 0.5
     """Of the top speed, from which an axis moves fast: a drive gives a torque then."""
@@ -101,6 +115,11 @@ class GuessOptions:
     """More is millimetres: no ranging sensor of this kind sees so far, and no axis is so long."""
 
     # What the times and zeros are like.
+    clockwork: float = 1e-6
+    """Of the step by which a first column increases, by which the steps differ where it is a time
+    though its name says something else."""
+    rate_hz: float = 100.0
+    """Rows a second that are written for a table without times, to be put right by hand."""
     large_jitter: float = 0.2
     """Of the usual step of time: a step that differs by more is uneven,"""
     most_uneven: float = 0.1

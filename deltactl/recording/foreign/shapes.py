@@ -76,16 +76,17 @@ def roughness(values: FloatArray) -> float:
     return float(np.std(np.diff(known, 2)) / np.std(known)) if len(known) > 3 else np.inf
 
 
-def _lead(one: FloatArray, other: FloatArray) -> int:
-    """By how many samples the first is ahead of the second, by the best correlation."""
-    best, where, most = -1.0, 0, min(GUESSES.longest_lead, len(one) // 4)
-    for shift in range(-most, most + 1):
+def lead(one: FloatArray, other: FloatArray) -> tuple[int, float]:
+    """By how many samples the first is ahead of the second, by the best correlation; and that."""
+    one, other = one[: GUESSES.led_rows], other[: GUESSES.led_rows]
+    best, where, most = correlation(one, other), 0, min(GUESSES.longest_lead, len(one) // 4)
+    for shift in sorted(range(-most, most + 1), key=abs):
         a = one[max(0, -shift) : len(one) - max(0, shift)]
         b = other[max(0, shift) : len(other) - max(0, -shift)]
         likeness = correlation(a, b)
         if likeness > best + 1e-9:
             best, where = likeness, shift
-    return where
+    return where, max(best, 0.0)
 
 
 def asks(one: FloatArray, other: FloatArray) -> bool:
@@ -94,9 +95,9 @@ def asks(one: FloatArray, other: FloatArray) -> bool:
         return is_count(one)
     if is_stepwise(one) != is_stepwise(other):
         return is_stepwise(one)
-    lead = _lead(one, other)
-    if lead != 0:
-        return lead > 0
+    ahead, _ = lead(one, other)
+    if ahead != 0:
+        return ahead > 0
     return roughness(one) <= roughness(other)
 
 
@@ -129,7 +130,7 @@ def difference(table: Mapping[str, FloatArray], names: list[str]) -> str | None:
     found = [
         name
         for name, one, other in itertools.permutations(names, 3)
-        if np.nanmax(np.abs(table[name] - (table[one] - table[other])))
+        if np.nanstd(table[name] - (table[one] - table[other]))
         < GUESSES.same_difference * np.nanstd(table[name])
     ]
     return min(found, key=lambda name: float(np.nanstd(table[name])), default=None)

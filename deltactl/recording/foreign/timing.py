@@ -24,8 +24,8 @@ from deltactl.recording.tables.flat import GAP_PERIODS
 
 Facts = list[tuple[str, str]]
 NO_COLUMN = (
-    "no column increases all the way: where rows are evenly spaced, say --set rate_hz=100 with the"
-    " rows per second"
+    f"no column increases all the way: the command below takes {GUESSES.rate_hz:g} rows a second;"
+    " put the right number in place of it in --set rate_hz"
 )
 
 
