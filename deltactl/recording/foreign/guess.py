@@ -201,8 +201,11 @@ def _numbered(found: dict[str, Guess]) -> dict[str, Guess]:
             index = str(int(index) + 1)
         found[name] = replace(guess, index=index, role=role)
     motors = {g.index for g in found.values() if g.index in ("1", "2", "3")}
+    places = {g.index for g in found.values() if g.role == "position"} >= set("xyz")
     for name, guess in found.items():
         index, role = guess.index, guess.role
+        if places and role == "position" and index in ("x", "y", "z"):
+            role = "pos"
         if role in ("command", "steps", "position", "effort", "velocity") and len(motors) < 2:
             index = "1" if role == "steps" else None
         if role == "position" and index in ("1", "2", "3"):
