@@ -62,7 +62,9 @@ def write(head: Head, path: Path) -> None:
     names = [re.sub(r"^Time\.\d$", "Time", name) for name in head.columns]
     lines = list(head.form.get("before", []))
     if head.form.get("labels"):
-        rows = [",".join(f"{n}:{c}" for n, c in zip(names, row, strict=True)) for row in zip(*cells)]
+        rows = [
+            ",".join(f"{n}:{c}" for n, c in zip(names, row, strict=True)) for row in zip(*cells)
+        ]
     else:
         rows = [separator.join(row) for row in zip(*cells, strict=True)]
         lines += [] if head.form.get("headless") else [separator.join(names)]
@@ -105,7 +107,7 @@ def _values(head: Head, name: str, word: str, rest: list[str]) -> Array:
     match word:
         case "time":
             ticks = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[rest[0]]
-            return start * (ticks if ticks == 1e9 else 1.0) + t_s * ticks
+            return start * (ticks if ticks == 1e9 else 1.0) + np.round(t_s * ticks, 6)
         case "whole":
             return start + np.floor(t_s)
         case "nanos":

@@ -201,7 +201,7 @@ PHD2 = Log(
     "Exposure = 2000 ms\n\nFrame,Time,mount,dx,dy,RARawDistance,DECRawDistance,RADirection\n"
     + rows([np.arange(ROWS) + 1.0, 2.1 * np.arange(ROWS), ["Mount"] * ROWS, *_DRAWN[:2],
             *_DRAWN[2:4], ["W"] * ROWS]),
-    None, {"t": "Time", "distance": "RARawDistance"}, {}, ["not enough is known"],
+    None, {"t": "Time"}, {}, ["not enough is known"],
 )  # fmt: skip
 ARDUINO = Log(
     "".join(f"{at} -> {c:.2f},{p:.2f}\n" for at, c, p in zip(

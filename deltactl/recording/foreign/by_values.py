@@ -44,8 +44,8 @@ def scored(
     """
     first = _asked_and_read(table, said, found)
     rest = {n: guess for n, guess in found.items() if n not in first}
-    if any(guess.role == "command" for guess in first.values()):
-        rest = {n: guess for n, guess in rest.items() if guess.role != "steps"}
+    if first:
+        rest = {n: one for n, one in rest.items() if one.role not in ("command", "position")}
     position = next((n for n, one in {**first, **rest}.items() if one.role == "position"), None)
     if position is None:
         return first | rest
@@ -71,9 +71,12 @@ def _asked_and_read(
         return {}
     named = {guess.role for guess in movers.values()}
     effort = any(guess.role == "effort" for guess in found.values())
-    free = _free(table, found) if len(named) == 1 and not effort else []
-    if not movers or (len(movers) == 1 and not free and "command" in named):
-        free = _free(table, found) if movers else []
+    settled = len(named) == 2 and any(
+        correlation(table[one], table[other]) >= GUESSES.alike
+        for one, other in itertools.combinations(movers, 2)
+        if movers[one].role != movers[other].role
+    )
+    free = [] if settled or not movers else _free(table, found)
     moving = [n for n in [*movers, *free] if n in table and np.nanstd(table[n]) > 0.0]
     best, pair = -np.inf, None
     for one, other in itertools.combinations(moving, 2):
@@ -115,7 +118,7 @@ def _as_pair(
     elif not as_asked:
         why = f"moves like {read}, {EARLIER}"
         role = "steps" if is_count(table[asked]) and not is_count(table[read]) else role
-    seen = "by its name" if read in movers and movers[read].role == "position" else ""
+    seen = movers[read].why if read in movers and movers[read].role == "position" else ""
     return {
         asked: Guess(asked, role, "1" if role == "steps" else None, said[asked].unit, why),
         read: Guess(read, "position", None, said[read].unit, seen or f"moves like {asked}"),
@@ -158,9 +161,7 @@ def _slope_of(
     best = max(called or free, key=lambda name: alike[name])
     if alike[best] < GUESSES.alike_slope or difference(table, [best, *_movers(found)]) == best:
         return {}
-    return {
-        best: Guess(best, "velocity", None, said[best].unit, f"it is the slope of {position}")
-    }
+    return {best: Guess(best, "velocity", None, said[best].unit, f"it is the slope of {position}")}
 
 
 def _movers(found: Mapping[str, Guess]) -> list[str]:
@@ -315,6 +316,8 @@ def _of_lone(
     others = [n for n in rest if n not in steady[:1]]
     known = [n for n in with_slope if n in others]
     place = known[0] if known else min(others, key=lambda n: roughness(table[n]))
+    if roughness(table[place]) > GUESSES.roughest:
+        return
     why = "another column is its slope" if known else "the smoothest of the columns"
     yield Guess(place, "position", None, said[place].unit, why)
     others.remove(place)

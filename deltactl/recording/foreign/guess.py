@@ -117,7 +117,8 @@ def _letters(names: list[str]) -> dict[str, str]:
     places = {
         name: f"pos_{axis[2].lower()}{axis[3]}"
         for name, axis in axes.items()
-        if axis and around.count((axis[1], axis[3])) == 3
+        if axis
+        and around.count((axis[1], axis[3])) == 3
         and read_name(f"{axis[1]}x{axis[3]}").role == "position"
     }
     ends = {name: _LETTER.fullmatch(name) for name in names}
@@ -231,7 +232,8 @@ def _calibration(found: dict[str, Guess]) -> dict[str, Guess]:
         return found
     return {
         name: replace(one, role="command", why=f"{one.why}; {CALIBRATES}")
-        if one.role == "theta" else one
+        if one.role == "theta"
+        else one
         for name, one in found.items()
     }
 

@@ -97,7 +97,9 @@ def with_units(
     turning = any(one.unit in ROTARY for one in guesses.values())
     for name, guess in guesses.items():
         if guess.role == "t" and guess.unit is None:
-            unit, why = time_unit(table[name], _late_rows(guesses, table))
+            unit, why = time_unit(
+                table[name], _late_rows(guesses, table) if guess.why == "by its name" else 0
+            )
             out[name] = replace(guess, unit=unit)
             if unit != "s":
                 warnings.append(f"{name}: taken for {unit} ({why}); no unit stands in the file")

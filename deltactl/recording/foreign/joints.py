@@ -71,7 +71,11 @@ def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
             below.setdefault(name[: dot.start()], {})[name[dot.end() :]] = name
     alike: dict[frozenset[str], dict[str, Group]] = {}
     for stem, group in below.items():
-        if len(group) > 1 and not {one.lower() for one in group} <= CARTESIAN and not any(map(str.isdigit, group)):
+        if (
+            len(group) > 1
+            and not {one.lower() for one in group} <= CARTESIAN
+            and not any(map(str.isdigit, group))
+        ):
             alike.setdefault(frozenset(group), {})[stem] = group
     yield from (list(groups.values()) for groups in alike.values() if _asked_and_read(groups))
 

@@ -223,7 +223,7 @@ def read_name(name: str, unit_line: str = "") -> Named:
         role = "command"  # a counter that is read in mm
     if role == "steps" and MEASURED.intersection(words):
         role = "position"
-    asked = "command" in {ROLE_OF.get(word) for word in words} or _qualified(words)
+    asked = "command" in {ROLE_OF.get(word) for word in [*words, *stem]} or _qualified(words)
     return Named(role, unit, index, asked)
 
 

@@ -39,6 +39,8 @@ class GuessOptions:
     """Times that a clock may start again, as a share of the rows: runs shorter than fifty rows are
     none."""
 
+    roughest: float = 1.0
+    """Second differences of a motion over its spread; noise has 2.4."""
     led_rows: int = 4000
     """First rows in which it is looked who is ahead."""
     surest_fit: float = 3.0

@@ -113,9 +113,9 @@ def is_count(values: FloatArray) -> bool:
 def is_label(values: FloatArray) -> bool:
     """Few whole numbers that never fall: the number of a run."""
     known = values[np.isfinite(values)]
-    return bool(
-        (known == np.round(known)).all() and (np.diff(known) >= 0).all() and known[0] in (0.0, 1.0)
-    )
+    steps = np.diff(known)
+    few = (known == np.round(known)).all() and (steps >= 0).all() and not (steps > 0).all()
+    return bool(few and known[0] in (0.0, 1.0))
 
 
 def is_flag(values: FloatArray) -> bool:

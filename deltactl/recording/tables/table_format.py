@@ -30,6 +30,8 @@ UNIT_CELL = re.compile(
 )
 _STAMPED = re.compile(r"^(\d\d:\d\d:\d\d[.,]\d+) -> ")
 """What a serial monitor puts before each line."""
+_LABELLED = re.compile(r"([A-Za-z_][\w .]*?)\s*:\s*([-+]?[.\d]\S*)")
+"""What a serial plotter takes: each value with its name before it, Setpoint:12.5."""
 _WORD = re.compile(r"(?<!\S)[^\W\d_]{2,}(?=[\s.,:;!?]|$)")
 _PROSE = 3
 """Words to a line from which on a file is one of sentences."""
@@ -60,7 +62,14 @@ class TableFormat:
 
 
 def split(line: str, separator: str) -> list[str]:
-    """The cells of a line, without quotes and spaces round them."""
+    """The cells of a line, without quotes, spaces round them, and labels that all of them have."""
+    cells = _cells(line, separator)
+    labelled = [_LABELLED.fullmatch(cell) for cell in cells]
+    values = [one[2] for one in labelled if one]
+    return values if len(values) == len(cells) > 1 else cells
+
+
+def _cells(line: str, separator: str) -> list[str]:
     line = _STAMPED.sub(rf"\g<1>{separator}", line)
     if separator == " ":
         return line.split()
@@ -190,14 +199,19 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
     if len(above) > 1 and all(UNIT_CELL.fullmatch(c) for c in _words(lines[above[-1]], separator)):
         units = tuple(cell.strip("[]()") for cell in _words(lines[above.pop()], separator))
     names, heading = tuple(f"column_{n + 1}" for n in range(width)), None
-    if above:
+    labels = [_LABELLED.fullmatch(cell) for cell in _cells(lines[first], separator)]
+    if labelled := all(labels):
+        names = tuple(label[1] for label in labels if label)
+    elif above:
         heading = above[-1]
         names = tuple(_words(lines[heading], separator))
         if heading + 1 != first or lines[heading].lstrip()[:1] in "#%":
             heading = None  # something stands between: whoever reads must be told the names
     plain = "cp1252" if not _is_utf8(path) else "UTF-8"
     before = tuple(line for line in lines[: above[-1] if above else first] if line.strip())
-    return TableFormat(separator, decimal, first, names, bool(above), units, heading, plain, before)
+    return TableFormat(
+        separator, decimal, first, names, labelled or bool(above), units, heading, plain, before
+    )
 
 
 def _words(line: str, separator: str) -> list[str]:
