@@ -62,9 +62,10 @@ def write(head: Head, path: Path) -> None:
     names = [re.sub(r"^Time\.\d$", "Time", name) for name in head.columns]
     lines = list(head.form.get("before", []))
     if head.form.get("labels"):
-        rows = [
-            ",".join(f"{n}:{c}" for n, c in zip(names, row, strict=True)) for row in zip(*cells)
+        cells = [
+            [f"{name}:{one}" for one in below] for name, below in zip(names, cells, strict=True)
         ]
+        rows = [separator.join(row) for row in zip(*cells, strict=True)]
     else:
         rows = [separator.join(row) for row in zip(*cells, strict=True)]
         lines += [] if head.form.get("headless") else [separator.join(names)]
@@ -151,7 +152,11 @@ def _motion(role: str, further: int, unit: str, joint: int, rate_hz: float) -> A
         if role == "place":
             place = forward(Linkage.of(GEOMETRY), late).position_m[:, joint]
             return place + 1e-5 * _drawn(f"place {joint}")
-        return angles[:, joint] if role == "asked_arm" else late[:, joint] + _noise("arm", joint)
+        return (
+            angles[:, joint]
+            if role == "asked_arm"
+            else late[:, joint] + 2e-5 * _drawn(f"arm {joint}")
+        )
     asked = _asked(joint)
     seen = _late(asked) + _noise("reading", joint)
     speed = np.gradient(_late(asked)) * rate_hz

@@ -6,7 +6,6 @@ import shlex
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +22,7 @@ from deltactl.cli.output import (
     warn,
 )
 from deltactl.cli.recordings.notes import Notes, next_commands
-from deltactl.cli.recordings.tables import mapping_of, read_plain
+from deltactl.cli.recordings.tables import as_calibration, mapping_of, read_plain
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
@@ -148,10 +147,11 @@ def read_with(
     robot: the machine that they are said to be of. tell: gets remarks on their columns.
     """
     if not columns:
-        return partial(read_plain, robot=robot)
+        return lambda path: as_calibration(read_plain(path, robot), robot)
     with needs("diagnosis", "--set"):
         from deltactl.recording.foreign.reading import read_mapped
-    return partial(read_mapped, mapping=mapping_of(columns), tell=tell)
+    mapping = mapping_of(columns)
+    return lambda path: as_calibration(read_mapped(path, mapping, tell), robot)
 
 
 def diagnose_many(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from deltactl.cli.output import warn
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.foundation.extras import needs
+from deltactl.models.robot import DeltaRobot, ServoAxis
 from deltactl.recording.tables.binary_tables import is_data_set, one_joint_at_a_time
 from deltactl.recording.tables.flat_files import read_flat
 from deltactl.recording.tables.foreign_log import is_log
@@ -19,6 +22,8 @@ if TYPE_CHECKING:
     from deltactl.recording.tables.flat import FlatRecording
 
 
+ASKED = {"command", "command_1", "steps_1", "effort", "distance"}
+"""Without one of these there is nothing that a reading could be compared with."""
 BINARY = (".parquet", ".mat")
 
 
@@ -29,9 +34,12 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
     Raises RecordingError; where it looks like another machine's than the robot file's, saying so.
     """
     try:
-        return read_flat(path)
+        recording = read_flat(path)
     except RecordingError as error:
         wrong = error
+    else:
+        asked = ASKED & recording.columns.keys()
+        return recording if asked else _as_inspected(path, robot) or recording
     if is_data_set(path):
         raise one_joint_at_a_time(path)
     if is_log(path) or path.suffix in BINARY:
@@ -40,6 +48,8 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
     with needs("diagnosis", "tables of others"):
         from deltactl.recording.foreign.mapping import Mapping
         from deltactl.recording.foreign.reading import read_mapped
+    if not ours and (seen := _as_inspected(path, robot)) is not None:
+        return seen
     told: list[str] = []
     try:
         recording = read_mapped(path, Mapping(), told.append)
@@ -52,6 +62,46 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
     for line in told:
         warn(line)
     return recording
+
+
+def _as_inspected(path: Path, robot: RobotModel | None) -> FlatRecording | None:
+    """A table with names of its own, read as `--inspect` shows it; None where that leaves a number
+    to be said, or is not of the robot file's kind.
+    """
+    from deltactl.recording.foreign.doubts import other_motion
+    from deltactl.recording.foreign.inspection import inspect
+    from deltactl.recording.foreign.reading import read_mapped
+
+    try:
+        seen = inspect(path)
+    except RecordingError:
+        return None
+    units = {name: source.unit for name, source in seen.mapping.columns.items()}
+    wrong = isinstance(robot, ServoAxis) and other_motion(units, robot.motion)
+    if robot is None or seen.kind != robot.kind or seen.mapping.rate_hz is not None or wrong:
+        return None
+    warn(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")
+    for warning in seen.warnings:
+        warn(f"{path.name}: {warning}")
+    return read_mapped(path, seen.mapping)
+
+
+def as_calibration(recording: FlatRecording, robot: RobotModel | None) -> FlatRecording:
+    """A delta's encoder angles beside places of its platform, without commands, as commands: what
+    the arms did is then what was asked for, and the linkage alone is judged.
+    """
+    arms = [f"theta_{n}" for n in (1, 2, 3)]
+    there = recording.columns
+    whole = {*arms, "pos_x", "pos_y", "pos_z"} <= there.keys()
+    if not isinstance(robot, DeltaRobot) or not whole or {"command_1", "steps_1"} & there.keys():
+        return recording
+    warn(
+        f"{Path(recording.source).name}: no command was recorded: the encoder angles are taken for"
+        " what was asked, and the linkage is calibrated against the platform's places"
+    )
+    called = {arm: arm.replace("theta", "command") for arm in arms}
+    columns = {called.get(name, name): values for name, values in there.items()}
+    return replace(recording, columns=columns)
 
 
 def mapping_of(columns: list[str]) -> Mapping:

@@ -32,7 +32,8 @@ def one_joint(
     columns. Joints numbered one to three are the motors of a delta.
     """
     others: list[str] = []
-    for groups in (_numbered(table), *_labelled(table)):
+    beside = _beside_commands(table)
+    for groups in [beside] if beside else (_numbered(table), *_labelled(table)):
         wanted = next((j for g in groups for j, name in g.items() if name in chosen), None)
         wanted = wanted or _first_that_moves(groups, table)
         for group in groups:
@@ -78,6 +79,25 @@ def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
         ):
             alike.setdefault(frozenset(group), {})[stem] = group
     yield from (list(groups.values()) for groups in alike.values() if _asked_and_read(groups))
+
+
+def _beside_commands(names: Iterable[str]) -> Sequence[Group]:
+    """Commands called as their readings but for a word, of more joints than a delta has: left_s0
+    and left_s0_cmd.
+    """
+    labels: dict[str, dict[str, str]] = {}
+    for name in names:
+        words = re.split(r"[_. ]", name)
+        asks = [word for word in words if read_name(word).role == "command"]
+        if len(words) > 1 and len(asks) < len(words):
+            label = "_".join(word for word in words if word not in asks)
+            labels.setdefault("_".join(asks), {}).setdefault(label, name)
+    read = labels.pop("", {})
+    groups = [{j: n for j, n in group.items() if j in read} for group in labels.values()]
+    asked = next((group for group in groups if len(group) > MOTORS), None)
+    if asked is None or len({joint.rstrip("0123456789") for joint in asked}) == 1:
+        return []  # joints with one name and numbers
+    return [asked, {joint: read[joint] for joint in asked}]
 
 
 def _asked_and_read(stems: Iterable[str]) -> bool:
