@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from deltactl.recording.foreign.names import MEASURED, SEEN, TORQUES, Guess, Named, in_words
+from deltactl.recording.foreign.names import MEASURED, SEEN, TORQUES, Guess, Named, in_words, pulls
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import (
     asks,
@@ -183,7 +183,7 @@ def _best_effort(
         shares = {
             name: share
             for name in _free(table, found)
-            if not is_whole(table[name])
+            if not (is_whole(table[name]) or pulls(name))  # a weight pulls too: it is asked
             and (share := _share_of_both(table[name], table[position])) > GUESSES.alike**2
             and difference(table, [name, *_movers(found)]) != name
         }
@@ -254,7 +254,7 @@ def by_values(
     """Roles from shapes: pairs that move alike are command and reading, slopes are velocities."""
     filled = [n for n in table if np.isfinite(table[n]).mean() > GUESSES.least_filled]
     free = [n for n in filled if n not in found]
-    moving = [n for n in free if np.nanstd(table[n]) > 0.0]
+    moving = [n for n in free if np.ptp(np.diff(table[n])) != 0.0]  # neither still nor a count
     if deltas := _three_motors(table, moving, free):
         yield from deltas
         return
