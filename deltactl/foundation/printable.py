@@ -7,6 +7,7 @@ another. All of them come out as what they are: `\x1b`, `\u202e`.
 
 from __future__ import annotations
 
+import math
 import re
 
 _HARMFUL = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
@@ -14,6 +15,9 @@ _HARMFUL = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u
 categories Cc, Cs, Zl, Zp and Bidi_Control); line feed and tab are looked at apart."""
 _IN_A_LINE = re.compile(rf"[{_HARMFUL}\t\n]")
 _IN_A_TEXT = re.compile(rf"[{_HARMFUL}]")
+
+
+_BYTES = ("kB", "MB", "GB")
 
 
 def is_printable(text: str, layout: bool = False) -> bool:
@@ -28,6 +32,23 @@ def printable(text: str, layout: bool = False) -> str:
 
 def _written_out(found: re.Match[str]) -> str:
     return found.group().encode("unicode_escape").decode("ascii")
+
+
+def plain(value: float, decimals: int = 6, digits: int = 6) -> str:
+    """A number of at most so many significant digits, and none below its last decimal.
+
+    What is left of a subtraction is nothing: -5.55e-14 is 0.
+    """
+    return f"{round(value, decimals) + 0.0:.{digits}g}"
+
+
+def file_size(size_bytes: int) -> str:
+    """'812 bytes', '3.4 kB', '12 MB': two digits or more, whatever the size."""
+    if size_bytes < 1000:
+        return count(size_bytes, "byte")
+    power = min(int(math.log10(size_bytes)) // 3, len(_BYTES))
+    size = size_bytes / 1000.0**power
+    return f"{size:.{1 if size < 10.0 else 0}f} {_BYTES[power - 1]}"
 
 
 def count(number: int, one: str, more: str | None = None) -> str:

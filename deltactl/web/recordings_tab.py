@@ -13,6 +13,7 @@ from nicegui import events, ui
 
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.printable import file_size
 from deltactl.web.answer_view import AnswerView
 from deltactl.web.behind.shelf import Listed
 from deltactl.web.columns_form import ColumnsForm
@@ -111,7 +112,7 @@ class RecordingRow:
         """
         self._listed = listed
         when = datetime.fromtimestamp(listed.written_s)
-        text = f"{when:%d %b %H:%M}, {listed.size_bytes / 1e6:.1f} MB"
+        text = f"{when:%d %b %H:%M}, {file_size(listed.size_bytes)}"
         self._lock(any(self._visit.site.grows(single.path) for single in listed.singles))
         if self._when.text != text:
             self._when.set_text(text)

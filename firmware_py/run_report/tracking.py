@@ -20,6 +20,7 @@ from deltactl.firmware_py.run_report.reference import (
 )
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.effects import Compensated, card_of
 from deltactl.models.robot import AXES, FloatArray
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.recording.reading.run import Run, Targets
@@ -222,6 +223,26 @@ def said_of_home(run: Run, robot: RobotFile, tracking: RunTracking) -> str:
         return ""
     most = max(told, key=lambda axis: abs(mean_m[AXES.index(axis)]))
     return ROUNDED.format(1e3 * float(np.abs(moved_m[:, AXES.index(most)]).max()), most)
+
+
+AHEAD_OF_MOTION = frozenset(
+    {Compensated.AHEAD, Compensated.AT_REVERSALS, Compensated.WARMING, Compensated.SHAPED}
+)
+"""Corrections that depend on what was before: commands hold them, and their places do not."""
+CORRECTED = (
+    "The row 'commanded' holds the corrections for {}: it is off the targets by as much as the"
+    " motors go further or earlier to make up for them, which is no error of the robot."
+)
+
+
+def said_of_corrections(robot: RobotFile) -> str:
+    """One line where commands are off their targets on purpose; empty where they are not."""
+    names = [
+        f"{entry.effect.replace('_', ' ')} of {entry.component}"
+        for entry in robot.effects
+        if card_of(entry.effect).compensated in AHEAD_OF_MOTION
+    ]
+    return CORRECTED.format(", ".join(names)) if names else ""
 
 
 def moved_by_home_m(run: Run, robot: RobotFile) -> FloatArray:

@@ -16,7 +16,7 @@ from deltactl.cli.output import PlainConsole
 from deltactl.firmware_py.daemon.main import _write_out
 from deltactl.foundation.errors import ConfigError, MissingFile
 from deltactl.foundation.plain_file import read_plain
-from deltactl.foundation.printable import is_printable, printable
+from deltactl.foundation.printable import file_size, is_printable, plain, printable
 from deltactl.foundation.strict_yaml import Document
 
 EVIL = ("\x1b]0;owned\x07", "a\x9bb", "\u202egnp.exe", "a\u2028b", "\x00", "\x7f", "\ud800")
@@ -85,3 +85,23 @@ def test_links_are_followed_only_where_that_is_asked_for(tmp_path: Path) -> None
         with pytest.raises(MissingFile, match="is reached through a link; name the file itself"):
             read_plain(tmp_path / name, 100, follow=False)
     assert read_plain(real / "secret", 100, follow=False) == b"secret"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(-5.55112e-14, "0"), (-0.0, "0"), (1e-7, "0"), (-0.25, "-0.25"), (449.9999999999, "450")],
+)
+def test_what_a_subtraction_leaves_is_nothing(value: float, text: str) -> None:
+    assert plain(value) == text
+
+
+@pytest.mark.parametrize("size_bytes", [1, 10, 812, 3400, 48_000, 1_200_000, 7_000_000_000])
+def test_no_file_has_no_size(size_bytes: int) -> None:
+    number, _ = file_size(size_bytes).replace("one", "1").split()
+    assert float(number) > 0.0
+
+
+def test_sizes_of_files_are_in_the_unit_that_people_use() -> None:
+    assert [file_size(size) for size in (0, 812, 3400, 48_000, 1_200_000)] == [
+        "0 bytes", "812 bytes", "3.4 kB", "48 kB", "1.2 MB",
+    ]  # fmt: skip

@@ -124,7 +124,7 @@ def _say(shown: Demonstration) -> None:
         table.add_row(name, millimetres(run.rms_m), millimetres(run.worst_m))
     console.print(table)
     if shown.limit is not None:
-        say(f"expected of this robot at best: {millimetres(shown.limit.rms_m)} RMS")
+        say(f"expected of this robot: about {millimetres(shown.limit.rms_m)} RMS")
     from deltactl.cli.robot.check import say_covered
 
     say_covered(shown.coverage)

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from deltactl.cli.file_arguments import written_if_right
-from deltactl.cli.output import say, tell, warn
+from deltactl.cli.output import console, say, tell, warn
 from deltactl.firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
 from deltactl.firmware_py.describing.robot_text import robot_text
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
+from deltactl.foundation.one_screen import wrapped
 
 if TYPE_CHECKING:
     from deltactl.firmware_py.describing.question import Question
@@ -135,10 +136,16 @@ def init(
         say(f"next: {_diagnosing(file, measure, columns or [])}")
 
 
+ANSWER = 12
+"""Columns that are left for what is typed behind a question."""
+
+
 def _ask(question: Question) -> str:
     """Asked again until the answer is valid: refused later, it would cost all the others."""
     while True:
-        answer = str(typer.prompt(question.text, default=question.default))
+        room = console.width - len(f" [{question.default}]: ") - ANSWER
+        text = "\n".join(wrapped(question.text, room))
+        answer = str(typer.prompt(text, default=question.default))
         if not (wrong := question.wrong(answer)):
             return answer
         say(wrong)

@@ -63,21 +63,21 @@ def show_check(program: Program, path: Path, covered: Coverage, json_out: bool =
 
 
 def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]:
-    """The smallest error that is possible and its parts, or why it is not known.
+    """The error to expect of a robot as its file says, and its parts, or why it is not known.
 
+    One figure: of a robot with corrections no row of a run shows whole steps alone.
     path_m: size of the path, which it is compared with; 0 where that is not known.
     """
     if isinstance(limit, str):
-        return [("error at best", limit)]
-    counted = millimetres(limit.counted_m)
-    said = (
-        f"{counted} RMS in x, y and z together{error_judged(limit.counted_m, path_m)}, as the row"
-        " 'commanded' after a simulated run shows it"
-    )
-    if limit.sizes_m > 0.0 or limit.left_m > 0.0:
-        evenly = millimetres(limit.rms_m)
-        said += f"; {evenly} of it however evenly the motors turn ({errors_from(limit)})"
-    return [("error at best", said)]
+        return [("expected error", limit)]
+    corrected = limit.sizes_m > 0.0 or limit.left_m > 0.0
+    size_m = limit.rms_m if corrected else limit.counted_m
+    said = f"{millimetres(size_m)} RMS in x, y and z together{error_judged(size_m, path_m)}"
+    if corrected:
+        said += f": {errors_from(limit)}"
+    else:
+        said += ", as the row 'commanded' after a simulated run shows it"
+    return [("expected error", said)]
 
 
 def _single_steps(moved_m: FloatArray, limit: Limit | str) -> list[tuple[str, str]]:
@@ -199,7 +199,7 @@ def too_coarse(robot: str, moved_m: FloatArray, limit: Limit | str, path_m: floa
         )
     if limit.rms_m >= TOO_COARSE * path_m:
         return (
-            f"but not as it is drawn: errors of {wide(limit.rms_m)} are to be expected at best, and"
+            f"but not as it is drawn: errors of {wide(limit.rms_m)} are to be expected, and"
             f" the path is {wide(path_m)} wide"
         )
     return ""
@@ -211,7 +211,7 @@ def wide(size: float) -> str:
 
 
 def errors_from(limit: Limit) -> str:
-    """What the error at best is made of."""
+    """What the expected error is made of."""
     parts = {
         "whole microsteps": limit.steps_m,
         "how well the sizes of the compensated effects are known": limit.sizes_m,

@@ -13,6 +13,7 @@ import typer
 from deltactl.cli.robot.jobs import AcceptOption, JsonOption, SocketOption
 from deltactl.firmware_py.importing.drawn import CORNER_MM
 from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.printable import plain
 
 Place = tuple[float, float, float]
 
@@ -129,7 +130,7 @@ def _told_as_typed(move: Move) -> Iterator[None]:
         if (wrong := error.at_point) is None:
             raise
         way = "on the way to " if wrong.on_the_way else ""
-        where = " ".join(f"{1e3 * value:.6g}" for value in move.place_m)
+        where = " ".join(plain(1e3 * value) for value in move.place_m)
         if wrong.remedy == ELSEWHERE:
             wrong = replace(wrong, remedy="choose another place")
         raise error.worded(f"{move.name}: {way}{where} mm: {wrong.says()}") from error
