@@ -1,4 +1,4 @@
-"""The real command line in a process of its own."""
+"""The command line in an empty folder: in this process."""
 
 from __future__ import annotations
 
@@ -14,20 +14,33 @@ Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture
-def deltactl(tmp_path: Path) -> Deltactl:
-    """Run `deltactl ...` in an empty folder; `status` is what it must exit with."""
+def deltactl(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Deltactl:
+    """Run `deltactl ...` in an empty folder; `status` is what it must exit with.
+
+    The entry point is called here: to start Python and import everything anew takes longer than
+    most of the commands do.
+    """
 
     def run(*arguments: str, status: int = 0) -> subprocess.CompletedProcess[str]:
-        done = subprocess.run(
-            [sys.executable, "-m", "deltactl.cli.main", *arguments],
-            cwd=tmp_path,
-            env=os.environ | {"COLUMNS": "100", "XDG_RUNTIME_DIR": str(tmp_path)},
-            capture_output=True,
-            text=True,
-            timeout=100,
-            check=False,
-        )
-        assert done.returncode == status, (done.stdout, done.stderr)
-        return done
+        from deltactl.cli.main import main
+
+        words = ["deltactl", *map(str, arguments)]
+        capfd.readouterr()
+        with monkeypatch.context() as here, Path(os.devnull).open() as nothing:
+            here.chdir(tmp_path)
+            here.setattr(sys, "argv", words)
+            here.setattr(sys, "stdin", nothing)
+            here.setenv("COLUMNS", "100")
+            here.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+            try:
+                main()
+                code = 0
+            except SystemExit as ended:
+                code = int(ended.code or 0)
+        said = capfd.readouterr()
+        assert code == status, (said.out, said.err)
+        return subprocess.CompletedProcess(words, code, said.out, said.err)
 
     return run
