@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from tests.cli.conftest import Deltactl
+
 
 @pytest.mark.parametrize(
     ("typed", "said"),
@@ -32,10 +34,10 @@ import pytest
         ("prove --cases many --out out", "Invalid value for '--cases'"),
     ],
 )
-def test_one_line_says_what_was_wrong_and_where_help_is(typed: str, said: str) -> None:
-    command = [sys.executable, "-m", "deltactl.cli.main", *typed.split()]
-    run = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert run.returncode == 2
+def test_one_line_says_what_was_wrong_and_where_help_is(
+    deltactl: Deltactl, typed: str, said: str
+) -> None:
+    run = deltactl(*typed.split(), status=2)
     (line,) = run.stderr.splitlines()
     assert line.startswith("deltactl: ")
     assert said in line
