@@ -13,7 +13,6 @@ from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.firmware_py.servo.law import JointLaw, LawSettings
 from deltactl.models.robot import FloatArray
 from deltactl.models.servo_drive import ServoDrive
-from tests.cli.conftest import deltactl as deltactl
 
 MICRO = CONFIG_FOLDER / "uzunovic-2013.yaml"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -15,7 +16,6 @@ import pytest
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.flat_files import read_flat
-from tests.cli.conftest import Deltactl
 
 TEXT = (CONFIG_FOLDER / "uzunovic-2013.yaml").read_text(encoding="utf-8")
 JOB = """name: little
@@ -27,6 +27,26 @@ inverse_kinematics: {{kind: network, file: uzunovic-2013.tflite}}
 """
 LOST = "as_built: {servo: {faults: [{kind: encoder_lost, joint: 2, at_s: %s, lasts_s: 1.0}]}}\n"
 COMMAND = [sys.executable, "-m", "deltactl.cli.main"]
+
+Deltactl = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def deltactl(tmp_path: Path) -> Deltactl:
+    def run(*words: str, status: int = 0) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [*COMMAND, *words],
+            cwd=tmp_path,
+            env=os.environ | {"COLUMNS": "100", "XDG_RUNTIME_DIR": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            timeout=100,
+            check=False,
+        )
+        assert done.returncode == status, (done.stdout, done.stderr)
+        return done
+
+    return run
 
 
 def files(folder: Path, more: str = "", turns: int = 1) -> tuple[str, str]:
