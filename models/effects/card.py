@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Literal
 
+from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind
 
 How = Literal["plain", "reciprocal", "log", "sine", "cosine", "frozen"]
@@ -62,6 +63,21 @@ class Fit:
     shapes: tuple[Shape, ...] = ()
     fixed: Mapping[str, float] = field(default_factory=dict)
     searched: Search | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ByOperator:
+    """How a single machine is fitted in the main parameter of an effect, by its operator alone.
+
+    scale: size of the parameter, of the flow that comes to the operator. low, high, starts: of the
+    parameter over its scale (of scale over parameter where it is `reciprocal`); at `low` nothing
+    happens.
+    """
+
+    scale: Callable[[Flow], float]
+    low: float
+    high: float
+    starts: tuple[float, ...]
 
 
 LAYER = "/"
@@ -303,6 +319,8 @@ class EffectCard:
     by_hand: ByHand | None = None
     fit: Fit | None = None
     """How a fit moves in it and where it starts; None: in its main parameter, from nothing."""
+    by_operator: Mapping[str, ByOperator] = field(default_factory=dict)
+    """Of single machines, by `command` or `effort`: those that have no column of it."""
     group: Group | None = None
     build_spread: float | None = None
     length: str = ""

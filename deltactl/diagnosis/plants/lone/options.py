@@ -223,6 +223,8 @@ class ForcedAxisOptions:
     """Stribeck speeds to start from, as shares of the top speed, apart by a factor of three."""
     force_pieces: int = 10
     """Of a spline term: forces by position have more bends than positions by command."""
+    most_kept: int = 64
+    """Efforts behind operators that are kept for fits that pass there again."""
 
 
 @dataclass(frozen=True, slots=True)
