@@ -69,15 +69,11 @@ class Fit:
 class ByOperator:
     """How a single machine is fitted in the main parameter of an effect, by its operator alone.
 
-    scale: size of the parameter, of the flow that comes to the operator. low, high, starts: of the
-    parameter over its scale (of scale over parameter where it is `reciprocal`); at `low` nothing
-    happens.
+    ends: of what the parameter is looked for between, by the flow that comes to the operator: where
+    nothing happens, and where as much happens as a recording can tell anything of.
     """
 
-    scale: Callable[[Flow], float]
-    low: float
-    high: float
-    starts: tuple[float, ...]
+    ends: Callable[[Flow], tuple[float, float]]
 
 
 LAYER = "/"

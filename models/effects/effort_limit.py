@@ -22,9 +22,12 @@ def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     flow.angles_rad = np.clip(flow.angles_rad, -limit, limit)
 
 
-def _hardest(flow: Flow) -> float:
-    """Largest force that is asked either way."""
-    return float(np.max(np.abs(flow.angles_rad), initial=0.0))
+def _ends(flow: Flow) -> tuple[float, float]:
+    """From the largest force that is asked to its median: of a limit that cuts off most of the
+    effort, what is left says nothing of the motion, and a mass and a weight of none fit it.
+    """
+    asked = np.abs(flow.angles_rad)
+    return float(asked.max()), float(np.median(asked))
 
 
 EFFECT = EffectKind(
@@ -50,10 +53,7 @@ CARD = EffectCard(
         # most logs hold the effort behind the limit, which shows nothing of it
         "effort/effort_limit": -3.0,
     },
-    by_operator={
-        # Where less than a quarter is given, all that is asked for long moves nothing alike.
-        "effort": ByOperator(scale=_hardest, low=1.0, high=4.0, starts=(1.1, 1.3, 1.7, 2.5))
-    },
+    by_operator={"effort": ByOperator(_ends)},
     words=Words(
         noun="a limit of the force or torque of {part}",
         axis_regime="where more effort than the limit is asked",

@@ -51,11 +51,16 @@ def _within_reach(
     return np.array(out)
 
 
-def _fastest(flow: Flow) -> float:
-    """Top speed of what is asked."""
+SLOWEST = 0.02
+"""Share of the top speed at which an axis hardly moves (a command in steps asks for any speed)."""
+
+
+def _ends(flow: Flow) -> tuple[float, float]:
+    """From the top speed of what is asked."""
     moves = flow.step_s > 0.0
     ways = np.abs(np.diff(flow.angles_rad[:, 0], prepend=flow.angles_rad[0, 0]))
-    return float(np.max(ways[moves] / flow.step_s[moves], initial=0.0))
+    fastest = float(np.max(ways[moves] / flow.step_s[moves], initial=0.0))
+    return fastest, SLOWEST * fastest
 
 
 EFFECT = EffectKind(
@@ -80,19 +85,15 @@ CARD = EffectCard(
         # most commands are planned within what the maker of the drive states
         "command/speed_limit": -3.0,
     },
-    by_operator={
-        "command": ByOperator(
-            scale=_fastest, low=1.0, high=50.0, starts=(1.1, 1.3, 1.7, 2.5, 5.0, 12.0, 30.0)
-        )
-    },
+    by_operator={"command": ByOperator(_ends)},
     words=Words(
         noun="a limit of the speed of {part}",
         axis_regime="in fast motion, and until it has caught up",
     ),
     remedies={
         "": (
-            "command {part} no faster than {size}, or raise the limit in its drive (its voltage and"
-            " its gear bound it as well): where more is asked it falls behind"
+            "command {part} no faster than {size}, or raise the limit in its drive (its voltage "
+            "bounds it as well): where more is asked it falls behind"
         ),
     },
     drawing=Drawing(axis=("motor",)),

@@ -83,7 +83,7 @@ CARD = EffectCard(
     log_odds={"command/end_stop": -3.0},
     by_operator={
         "command": ByOperator(
-            scale=lambda flow: float(flow.angles_rad.max()), low=1.0, high=20.0, starts=(1.2, 2.0)
+            lambda flow: (float(flow.angles_rad.max()), 0.1 * float(flow.angles_rad.max()))
         )
     },
     words=Words(noun="an end stop of {part}"),

@@ -15,7 +15,6 @@ from deltactl.diagnosis.plants.lone.options import LONE
 from deltactl.diagnosis.plants.regression import Regressor, Shown, Size, Sizes, named
 from deltactl.models.chain.active import activate
 from deltactl.models.effects import CARDS
-from deltactl.models.effects.card import ByOperator
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Parameter
 from deltactl.models.effects.lone_axis import COMPONENT
@@ -35,12 +34,10 @@ class ByOperators:
             if machine in card.by_operator and name in kinds
         }
         self._machine = machine
-        self._scales = {key: self._fit(key).scale(flow) for key in self._kinds}
+        self._ends = {key: CARDS[key].by_operator[machine].ends(flow) for key in self._kinds}
+        able = [key for key in self._kinds if self._most(key) > 1.0 + LONE.least_by_operator]
         self.keys = tuple(
-            sorted(
-                (key for key in self._kinds if self._scales[key] > 0.0),
-                key=lambda key: (self._kinds[key].port, self._kinds[key].order),
-            )
+            sorted(able, key=lambda key: (self._kinds[key].port, self._kinds[key].order))
         )
         """In the order in which they act."""
 
@@ -48,12 +45,19 @@ class ByOperators:
         """One for each. saturated: see `Regressor`."""
         found = []
         for key in self.keys:
-            fit = self._fit(key)
-            size = Size(MOVED, "flat", fit.starts[-1], fit.low, fit.high, 1e-3)
-            found.append(
-                named(f"{self._machine}/{key}", sizes=(size,), alone=False, saturated=saturated)
-            )
+            most = self._most(key)
+            size = Size(MOVED, "flat", most - 1.0, 1.0, most, 1e-3 * (most - 1.0))
+            place = f"{self._machine}/{key}"
+            found.append(named(place, sizes=(size,), alone=False, saturated=saturated))
         return found
+
+    def _most(self, key: str) -> float:
+        """Of the size that a fit moves, which is 1 where nothing happens: parameter over its end
+        there, or the reciprocal.
+        """
+        nothing, most = self._ends[key]
+        over, under = (nothing, most) if self._main(key).reciprocal else (most, nothing)
+        return over / under if over > 0.0 and under > 0.0 else 1.0
 
     def entry(self, key: str, sizes: Sizes) -> EffectEntry:
         """The effect as a robot file has it, at a size of the fit."""
@@ -64,7 +68,8 @@ class ByOperators:
 
     def starts(self, key: str) -> list[dict[str, float]]:
         """Of the fit."""
-        return [{f"{key}.{MOVED}": start} for start in self._fit(key).starts]
+        shares = np.linspace(0.0, 1.0, LONE.starts_by_operator + 2)[1:-1]
+        return [{f"{key}.{MOVED}": float(self._most(key) ** share)} for share in shares**2]
 
     def shown(self, key: str) -> list[Shown]:
         """The main parameter."""
@@ -78,9 +83,7 @@ class ByOperators:
         """Whether one of a set is at an end of what was looked for."""
         near = LONE.near_bound
         return any(
-            not (1.0 + near) * self._fit(key).low
-            < sizes[f"{key}.{MOVED}"]
-            < (1.0 - near) * self._fit(key).high
+            not near < (sizes[f"{key}.{MOVED}"] - 1.0) / (self._most(key) - 1.0) < 1.0 - near
             for key in {*keys} & {*self.keys}
         )
 
@@ -90,11 +93,8 @@ class ByOperators:
         activate(self._kinds[key], entry.component, entry.parameters).act(flow)
 
     def _value(self, key: str, moved: FloatArray) -> FloatArray:
-        scale = self._scales[key]
-        return scale / moved if self._main(key).reciprocal else scale * moved
-
-    def _fit(self, key: str) -> ByOperator:
-        return CARDS[key].by_operator[self._machine]
+        nothing, _ = self._ends[key]
+        return nothing / moved if self._main(key).reciprocal else nothing * moved
 
     def _main(self, key: str) -> Parameter:
         return self._kinds[key].main

@@ -17,6 +17,10 @@ class LoneOptions:
     """Share of a bound within which a size sits at it, and was not found."""
     unknown_of_mismatch: float = 0.5
     """Usual size of an unknown: half of what is to be explained."""
+    least_by_operator: float = 0.05
+    """Range of a parameter, as a share, below which its operator can hardly do anything,"""
+    starts_by_operator: int = 7
+    """and places in it where a fit starts: closer where the operator does little."""
 
 
 @dataclass(frozen=True, slots=True)
