@@ -46,7 +46,7 @@ class ByOperators:
         found = []
         for key in self.keys:
             most = self._most(key)
-            size = Size(MOVED, "flat", most - 1.0, 1.0, most, 1e-3 * (most - 1.0))
+            size = Size(MOVED, "flat", most - 1.0, 1.0, most, 1e-3)
             place = f"{self._machine}/{key}"
             found.append(named(place, sizes=(size,), alone=False, saturated=saturated))
         return found
@@ -83,7 +83,7 @@ class ByOperators:
         """Whether one of a set is at an end of what was looked for."""
         near = LONE.near_bound
         return any(
-            not near < (sizes[f"{key}.{MOVED}"] - 1.0) / (self._most(key) - 1.0) < 1.0 - near
+            not 1.0 + near < sizes[f"{key}.{MOVED}"] < (1.0 - near) * self._most(key)
             for key in {*keys} & {*self.keys}
         )
 
