@@ -9,7 +9,7 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.by_operators import ByOperators
-from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
+from deltactl.diagnosis.plants.lone.options import LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Sizes
 from deltactl.models.effects.axis_play import loose
@@ -44,7 +44,7 @@ class DriveChain:
             last = stages[-1]
             earlier = tuple((n, value) for n, value in at if not n.startswith(f"{last}."))
             driven = self._stage(last, self._behind(stages[:-1], earlier), dict(at))
-            if len(self._kept) >= COMMANDED_AXIS.most_kept:
+            if len(self._kept) >= LONE.most_kept:
                 del self._kept[next(iter(self._kept))]
             self._kept[stages, at] = driven
         return self._kept[stages, at]

@@ -30,7 +30,7 @@ from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
 from deltactl.diagnosis.plants.lone.by_operators import ByOperators
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
 from deltactl.diagnosis.plants.regression import (
     Columns,
     Regressor,
@@ -212,7 +212,7 @@ class ForcedAxis(LeftOver):
             entries = [self._operators.entry(key, sizes) for key in acting]
             effects = (*self.robot.effects, *entries)
             changed = self.robot.model_copy(update={"effects": effects})
-            if len(self._acting) >= FORCED_AXIS.most_kept:
+            if len(self._acting) >= LONE.most_kept:
                 del self._acting[next(iter(self._acting))]
             self._acting[at] = self.observed - self._left(changed, self._driven)
         return self._acting[at]

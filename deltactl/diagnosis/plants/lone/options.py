@@ -17,6 +17,8 @@ class LoneOptions:
     """Share of a bound within which a size sits at it, and was not found."""
     unknown_of_mismatch: float = 0.5
     """Usual size of an unknown: half of what is to be explained."""
+    most_kept: int = 128
+    """Predictions that are kept for fits that pass there again: it changes no answer."""
     least_by_operator: float = 0.05
     """Range of a parameter, as a share, below which its operator can hardly do anything,"""
     starts_by_operator: int = 7
@@ -174,10 +176,6 @@ class CommandedAxisOptions:
     jump_edge_share: int = 200
     """and one row in so many of a long recording."""
 
-    # How long it takes.
-    most_kept: int = 128
-    """Predictions that are kept for fits that pass there again: it changes no answer."""
-
 
 @dataclass(frozen=True, slots=True)
 class ForcedAxisOptions:
@@ -227,8 +225,6 @@ class ForcedAxisOptions:
     """Stribeck speeds to start from, as shares of the top speed, apart by a factor of three."""
     force_pieces: int = 10
     """Of a spline term: forces by position have more bends than positions by command."""
-    most_kept: int = 64
-    """Efforts behind operators that are kept for fits that pass there again."""
 
 
 @dataclass(frozen=True, slots=True)
