@@ -52,7 +52,7 @@ class CurrentDrives(Protocol):
 class Plant(Protocol):
     """What a simulated robot is behind fake drives: torque at the rotors in, angles out.
 
-    One call is one control period. Any simulation that has these may stand in for another.
+    One call is one control period. Any simulation that has these may replace another.
     """
 
     def advance(self, first: float, second: float, third: float) -> None:

@@ -1,4 +1,4 @@
-"""What the drivers must be told: pins, addresses, timing. Sections of a robot file."""
+"""Settings of the drivers: pins, addresses, timing. Sections of a robot file."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def evaluate(
 ) -> None:
     """Judge a network by samples it did not see, and on curves of an as-built robot.
 
-    Beside it stand the robot file's geometry, and that geometry calibrated on the same samples.
+    Beside it are the robot file's geometry, and that geometry calibrated on the same samples.
     Of a robot built far from its file, networks run with the file that --save-robot writes.
 
     ```

@@ -61,7 +61,7 @@ CALLED: dict[str, str] = {
 }
 
 VALUES = {"Path": "FILE", "int": "NUMBER", "float": "NUMBER", "str": "TEXT"}
-"""What stands for the value of an option, by its type."""
+"""Placeholder for the value of an option, by its type."""
 
 
 class Commands(TyperGroup):

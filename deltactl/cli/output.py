@@ -163,7 +163,7 @@ def duration(seconds: float | None) -> str:
 
 
 _LEAD = re.compile(r"\s*(?:- |\d+\. )?")
-"""What stands before a sentence: spaces, a bullet, a number."""
+"""What precedes a sentence: spaces, a bullet, a number."""
 _TOGETHER = re.compile(r"((?<!\S)[(+\u2212-]?[\d.]+) (?=[^\W\d]|%)|\u00a0")
 """Between a number and its unit, and between thousands, no line is broken."""
 _KEPT = "\ue000"

@@ -158,7 +158,7 @@ def foxglove(
 def _simulated(
     robot: Path, recordings: Path, given: Path | None
 ) -> Iterator[tuple[Path, Path | None]]:
-    """A simulated daemon in a process of its own: its socket, and the file of what is concealed."""
+    """A simulated daemon in a process of its own: its socket, and the file of its hidden faults."""
     import subprocess
     import tempfile
 

@@ -85,7 +85,7 @@ CURVE_T_PWM_S = (0.002, 0.004, 0.006)
 
 @dataclass
 class Case:
-    """One robot with its two runs; `answers` is what is concealed in it."""
+    """One robot with its two runs; `answers` are its hidden faults."""
 
     number: int
     group: str
@@ -231,7 +231,7 @@ RECORDING, HOLDOUT, ROBOT_FILE = "recording.csv.gz", "holdout.csv.gz", "robot.ya
 
 
 def write_blind(case: Case, folder: Path, seed: int) -> Truth:
-    """Simulate both runs and write them with the robot file; no word of what is concealed.
+    """Simulate both runs and write them with the robot file; no word of the hidden faults.
 
     Returns what really happened in the first run.
     """

@@ -1,4 +1,4 @@
-"""The proof's own ranging sensors: true distances in, readings with noise and faults out."""
+"""The proof's own distance sensors: true distances in, readings with noise and faults out."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Key:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """One model: where it stands in the file, what it is, and its keys."""
+    """One model: its place in the file, what it is, and its keys."""
 
     place: str
     choice: str
@@ -59,7 +59,7 @@ def sections(
 ) -> Iterator[Section]:
     """The section of a model and those below it, depth first.
 
-    Below a list of steps, which may hold steps, each model is told once.
+    Below a list of steps, which may hold steps, each model is shown once.
     """
     seen = set() if seen is None else seen
     seen.add(model)
@@ -87,7 +87,7 @@ def key(name: str, field: FieldInfo, model: type[BaseModel]) -> Key:
 
 
 def _of_its_section(name: str, field: FieldInfo, model: type[BaseModel]) -> str:
-    """What a key says by what it chooses, or by what stands below it."""
+    """What a key says by what it chooses, or by what is below it."""
     if _choice(model).startswith(f"{name}: "):
         return _first_paragraph(model)
     below = models_in(field.annotation)
@@ -177,7 +177,7 @@ def _shown(field: FieldInfo) -> str:
 
 @cache
 def _docstrings(model: type[BaseModel]) -> dict[str, str]:
-    """The texts that stand under the fields of a class and its bases."""
+    """The texts under the fields of a class and its bases."""
     found: dict[str, str] = {}
     for base in reversed(model.__mro__):
         if not (issubclass(base, BaseModel) and base.__module__ != "pydantic.main"):

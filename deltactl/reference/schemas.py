@@ -70,12 +70,12 @@ def _shared(made: dict[str, Schema]) -> dict[str, Schema]:
 
 
 def _of_servo_axis(motion: Motion) -> list[EffectKind]:
-    """Of an axis whose recordings may have commands, efforts, or both."""
+    """Effects of an axis whose recordings may have commands, efforts, or both."""
     return [*command_effects(motion).values(), *effort_effects(motion).values()]
 
 
 def _entry(kinds: Iterable[EffectKind], other_names: OtherNames | None = None) -> Schema:
-    """One entry; what its effect demands stands under `then`, so that a mistake is told of it."""
+    """One entry; what its effect demands is under `then`, so that a mistake is reported for it."""
     shapes: dict[str, list[Schema]] = {}
     for kind in kinds:
         shape = _shape(kind, (other_names or {}).get(kind.name, {}))
@@ -197,7 +197,7 @@ def _of_model(model: type[BaseModel]) -> Schema:
 
 
 def _below(model: type[BaseModel], seen: tuple[type[BaseModel], ...] = ()) -> list[type[BaseModel]]:
-    """A model and all that stand below it, each once."""
+    """A model and all below it, each once."""
     found = [model]
     for field in model.model_fields.values():
         for inner in models_in(field.annotation):
@@ -253,7 +253,7 @@ def _robots() -> Schema:
 
 
 def _take_effects(schema: Schema, entry: str) -> None:
-    """Put what may stand in `effects` beside what every entry has."""
+    """Put what `effects` may hold beside what every entry has."""
     effects = schema["properties"]["effects"]
     for list_of in (effects, *effects.get("anyOf", ())):
         if list_of.get("type") == "array":
@@ -291,7 +291,7 @@ def _of_request(do: str, arguments: dict[str, Argument]) -> Schema:
                 "type": ["integer", "string", "null"],
                 "default": None,
                 "examples": [1],
-                "description": "Of the request; its answer carries the same.",
+                "description": "Number of the request; its answer carries the same.",
             },
             "do": {"const": do, "description": REQUEST_WORDS[do], "examples": [do]},
             **{name: _argument(name, argument) for name, argument in arguments.items()},

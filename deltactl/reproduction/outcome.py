@@ -17,7 +17,7 @@ from deltactl.foundation.plain_file import check_place, whole_file, write_whole
 
 @dataclass(frozen=True)
 class Sheet:
-    """Columns from `numbers_from` on are numbers; `note` stands below."""
+    """Columns from `numbers_from` on are numbers; `note` comes below."""
 
     title: str
     head: Sequence[str]

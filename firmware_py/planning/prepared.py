@@ -136,7 +136,7 @@ class RobotRead:
     robot: RobotFile
     text: str
     stamp: Stamp
-    """Of the file before it was read."""
+    """Stamp of the file before it was read."""
 
     def message(self) -> dict[str, Any]:
         """As plain values; keys that the file leaves out stay left out."""

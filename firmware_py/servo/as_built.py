@@ -1,4 +1,4 @@
-"""How a simulated servo robot differs from its file: what the control law is not told."""
+"""How a simulated servo robot differs from its file: what the control law does not know."""
 
 from __future__ import annotations
 
@@ -39,6 +39,6 @@ class AsBuiltServo(StrictModel):
     torque_constant_scale: PerJoint = (1.0, 1.0, 1.0)
     rotor_inertia_scale: Scale = 1.0
     mass_scale: Scale = 1.0
-    """Of every moving mass."""
+    """Factor of every moving mass."""
     payload_kg: Annotated[float, Field(ge=0.0, le=100.0, description="kilograms")] = 0.0
     faults: tuple[FaultAt, ...] = ()

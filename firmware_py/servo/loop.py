@@ -7,7 +7,7 @@ simulated robot does not need. For the recording it leaves means over short stre
 Set-points that were asked for are a smooth reference of the arms. A tick says that an arm's angle
 passes half a count at that instant (see planner/timing_accelerated.py), so the angle is known
 exactly then; in between it is taken as straight. Nothing is invented ahead of the newest set-point:
-there the reference stands still.
+there the reference rests.
 """
 
 from __future__ import annotations

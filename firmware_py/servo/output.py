@@ -39,7 +39,7 @@ class ServoOutput:
         estop_pressed: Callable[[], bool],
         on_block: Callable[[int], None] = lambda t_ns: None,
     ):
-        """`on_block` is told the time up to which the loop has run."""
+        """`on_block` gets the time up to which the loop has run."""
         self._drive, self._drives, self._clock = drive, drives, clock
         self._heartbeat_ns = heartbeat_ns
         self._estop_pressed = estop_pressed

@@ -14,7 +14,7 @@ from deltactl.models.robot import FloatArray, Geometry
 
 Matrix = list[list[float]]
 ROD_APART_PART = 0.45
-"""Of the platform's radius: half the distance between the two rods of a forearm."""
+"""Share of the platform's radius: half the distance between the two rods of a forearm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Skeleton:
 
     @classmethod
     def of(cls, geometry: Geometry) -> Skeleton:
-        """Of a robot file's geometry."""
+        """Skeleton of a robot file's geometry."""
         linkage = Linkage.of(geometry)
         azimuth = linkage.azimuth_rad
         outward = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(3)], axis=1)

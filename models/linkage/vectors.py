@@ -33,7 +33,7 @@ def times(a: Vector, factor: float) -> Vector:
 
 
 def unit(a: Vector) -> Vector:
-    """Of length 1, the same way; not of nothing."""
+    """Unit vectors in the same directions; no zero vector is taken."""
     return times(a, 1.0 / math.hypot(*a))
 
 

@@ -191,4 +191,4 @@ class NetworkMetadata(StrictModel):
     training: Training
     validation: Validation
     sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")] = NO_CHECKSUM
-    """Of the whole file with these 64 digits replaced by zeros."""
+    """Checksum of the whole file with these 64 digits replaced by zeros."""

@@ -154,7 +154,7 @@ OPTIONS = {FULLY_CONNECTED: 8, LOGISTIC: 0, MUL: 21, RESHAPE: 17, TANH: 0}
 FLOAT32, INT32 = 0, 2
 MOST_OPERATORS, MOST_TENSORS = 1000, 2000
 MOST_ELEMENTS = 16 * 2**20
-"""Of all tensors together; the shipped networks have some hundred."""
+"""Elements of all tensors together; the shipped networks have some hundred."""
 
 # Numbers of the fields that may be there, by table.
 _MODEL = {0: "version", 1: "codes", 2: "graphs", 3: "description", 4: "buffers", 6: "metadata"}

@@ -164,7 +164,7 @@ SHARES = (
     Share(0.1, "coarse"),  # the shape is there, with visible steps or errors
 )
 TOO_COARSE = 0.1
-"""Of the path's size: an error of a tenth of it makes another shape."""
+"""Share of the path's size: an error of a tenth of it makes another shape."""
 GOOD_MARGIN = 0.2
 """A sine: below it, play and errors of an arm reach the platform more than five times as large."""
 

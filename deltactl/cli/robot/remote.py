@@ -93,7 +93,7 @@ def status_table(status: Status) -> object:
         rows.append(("not recorded", status.recording_error))
     if status.robot_file_changed:
         rows.append(("robot file", status.robot_file_changed))
-    rows += [("new mismatch", text) for text in announced(status.robot)]
+    rows += [("new finding", text) for text in announced(status.robot)]
     name = f"{status.robot} (simulated)" if status.simulated else status.robot
     return facts(name, rows)
 

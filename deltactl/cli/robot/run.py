@@ -57,7 +57,7 @@ class Asked:
     one_place: bool = False
     """The job is a single move, without a path along which errors could be shown."""
     seed: int | None = None
-    """Of the simulated sensors' noise, instead of the robot's own."""
+    """Seed of the simulated sensors' noise, instead of the robot's own."""
     detach: bool = False
     """The daemon goes on alone with it."""
 

@@ -28,7 +28,7 @@ from deltactl.models.robot import AXES
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.writing.writer import RunRecorder
 
-NO_SENSORS = "its file describes no ranging sensors (section 'sensors'); there is nothing to read"
+NO_SENSORS = "its file describes no distance sensors (section 'sensors'); there is nothing to read"
 EVERY_S = 0.5
 WARM_UP_S = 0.5
 

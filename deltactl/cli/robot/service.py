@@ -110,7 +110,7 @@ def sensors(
     json_out: JsonOption = False,
     socket: SocketOption = None,
 ) -> None:
-    """Live readings of the three ranging sensors.
+    """Live readings of the three distance sensors.
 
     ```
     deltactl sensors
@@ -216,7 +216,7 @@ def check_runs(
     ] = False,
     json_out: JsonOption = False,
 ) -> None:
-    """Check every run when it is over, at low priority, and announce a mismatch that is new.
+    """Check every run when it is over, at low priority, and announce a finding that is new.
 
     The page and `deltactl status` show what is announced.
 

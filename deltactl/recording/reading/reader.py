@@ -113,7 +113,7 @@ def _not_ours(scan: Scan) -> RecordingError:
 def _order(columns: Columns) -> tuple[Int64Array, Int64Array]:
     """Times in order, and how to bring the other columns into that order.
 
-    Several threads record, so neighbours may stand in the file the other way round.
+    Several threads record, so neighbours may be in the other order.
     """
     t_ns = columns.integers("t_ns")
     _check_times(t_ns)

@@ -200,7 +200,7 @@ class Settings:
 class Paces:
     """Changes of pace along the path: from each time on from `rate` to `goal` within `ramp_s`.
 
-    Parts of the planned pace: 1 as planned, 0 standing. Arrays (n,).
+    Parts of the planned pace: 1 as planned, 0 at rest. Arrays (n,).
     """
 
     t_ns: Int64Array

@@ -78,7 +78,7 @@ class Attachment:
 
 
 def record_bytes(record: Any) -> bytes:
-    """One MCAP record as it stands in the file."""
+    """One MCAP record as it is in the file."""
     builder = RecordBuilder()
     record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
@@ -228,7 +228,7 @@ class Container:
 
 
 def _message_index(block: McapChunk, offset: int) -> tuple[dict[int, int], bytes]:
-    """MessageIndex records of a block, and where each will stand in the file."""
+    """MessageIndex records of a block, and the place of each in the file."""
     offsets: dict[int, int] = {}
     data = bytearray()
     for channel_id, entries in block.index.items():

@@ -136,7 +136,7 @@ class RunRecorder:
             self._add(EDGES, counts_set(self._run_ns(t_ns), self._counts).as_message())
 
     def reading(self, sample: ReadingLike) -> None:
-        """One sample of one ranging sensor."""
+        """One sample of one distance sensor."""
         message = messages.reading(self._run_ns(sample.t_ns), sample)
         self._add(READINGS[sample.axis], message)
 
@@ -226,7 +226,7 @@ class RunRecorder:
 
 
 def _begin(file: AppendFile, configuration: RunConfiguration) -> Container:
-    """Write what stands at the head of every recording. Raises RecordingError."""
+    """Write the head of every recording. Raises RecordingError."""
     start_ns = configuration.start_epoch_ns
     try:
         container = Container(file, library=f"{WRITTEN_BY}{configuration.version}, format {FORMAT}")

@@ -26,7 +26,7 @@ UPLOAD: Final = "/recording"
 """Takes recordings, which are long; who serves it counts what comes."""
 MAX_UPLOAD: Final = 64 * 1024 * 1024
 MAX_HEARD: Final = 16 * 1024 * 1024
-"""Of a body that is too long, before the connection is closed on it."""
+"""Part of a body that is too long that is read before the connection is closed."""
 BODY_S: Final = 20.0
 """For a whole body; a recording's own pieces are timed where they are kept."""
 ANSWER_S: Final = 60.0

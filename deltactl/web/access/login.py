@@ -19,7 +19,7 @@ from deltactl.web.access.users import Sessions, Users, cookie, right, word_in
 ADDRESS_HZ, ADDRESS_BURST = 0.1, 12
 """Wrong tries from one address: six a minute."""
 USER_HZ, USER_BURST = 0.05, 6
-"""Of those, for one user: three a minute."""
+"""Tries for one user among those: three a minute."""
 MOST_KNOWN = 2000
 """Pairs and addresses that are remembered, the newest."""
 AT_ONCE = 2

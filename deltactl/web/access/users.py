@@ -168,7 +168,7 @@ NOBODY_ASKED = Session("", "operator", float("inf"))
 """On this machine alone, without passwords."""
 
 ASKS: ContextVar[Callable[[], Session | None]] = ContextVar("asks")
-"""Of the request, or the message of a connection, that is being carried out."""
+"""Session of the request, or of the message of a connection, that is carried out."""
 
 
 def asking() -> Session | None:
