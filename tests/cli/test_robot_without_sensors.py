@@ -57,7 +57,7 @@ def test_its_table_has_what_was_commanded_and_on_request_the_truth(
 def test_its_sensors_cannot_be_looked_at(deltactl) -> None:
     for words in (("sensors",), ("record", "by-hand.mcap"), ("sensors", "--calibrate", "z=0.4")):
         (line,) = deltactl(*words, "--robot", "printed.yaml", status=2).stderr.splitlines()[-1:]
-        assert "robot 'printed': its file describes no ranging sensors" in line
+        assert "robot 'printed': its file describes no distance sensors" in line
 
 
 @pytest.mark.usefixtures("printed")
