@@ -202,10 +202,10 @@ def _say_why(seen: Inspection) -> None:
     shown = list(seen.table)[:SHOWN_COLUMNS]
     for name in shown:
         if name in seen.guesses and seen.guesses[name].why != BY_NAME:
-            say(f"why {name}: {seen.guesses[name].why}")
+            _say_broken(f"why {name}: {seen.guesses[name].why}")
     for name in shown:
         if name not in seen.guesses:
-            say(f"why not {name}: {seen.unused(name)}")
+            _say_broken(f"why not {name}: {seen.unused(name)}")
 
 
 def _empty(seen: Inspection) -> str:
