@@ -177,7 +177,7 @@ def diagnosis(verdict: str = "explained", **changes: Any) -> Diagnosis:
         ),
         "findings": findings,
         "unexplained": Unexplained(
-            share_of_mismatch=0.02, depends_on=[], says="What is left is noise."
+            share_of_mismatch=0.02, depends_on=[], says="The remaining error is noise."
         ),
         "next_experiment": NextExperiment(
             job={"path": {"shape": "circle", "radius_m": 0.1, "turns": -3}, "repeats": 2},

@@ -20,10 +20,13 @@ NAN = math.nan
     ("verdict", "says"),
     [
         ("nothing_missing", "Nothing is missing"),
-        ("explained", "The mismatch is explained by free play in the gear or coupling of motor 2"),
+        (
+            "explained",
+            "The model error is explained by free play in the gear or coupling of motor 2",
+        ),
         (
             "partly_explained",
-            "Part of the mismatch is explained by free play in the gear or coupling",
+            "Part of the model error is explained by free play in the gear or coupling",
         ),
         ("unexplained", "enters at motor 3 and follows the angle of arm 3"),
     ],
@@ -39,20 +42,20 @@ def test_where_most_is_left_the_headline_says_so(make: Any) -> None:
     answer = make("partly_explained")
     most = answer.unexplained.model_copy(update={"share_of_mismatch": 0.9})
     says = headline(answer.model_copy(update={"unexplained": most}))
-    assert says.startswith("Only a small part of the mismatch is explained by")
+    assert says.startswith("Only a small part of the model error is explained by")
     assert "; 2.21 mm of 4.10 mm is left" in says
 
 
 def test_explained_is_said_without_reserve_only_where_little_is_left(make: Any) -> None:
     """Of an answer whose rest no test sees and that is more than readings at rest scatter by."""
     figures = make("explained").fit.model_copy(update={"scatter_within_m": 1e-6})
-    for left, begins in ((0.05, "The mismatch is explained by"), (0.3, "Most of the mismatch is"),
-                         (0.8, "Part of the mismatch is explained by")):  # fmt: skip
+    for left, begins in ((0.05, "The model error is explained by"), (0.3, "Most of the model error is"),
+                         (0.8, "Part of the model error is explained by")):  # fmt: skip
         fit = figures.model_copy(update={"rms_after_m": left * figures.rms_before_m})
         rest = Unexplained(share_of_mismatch=0.0)
         says = headline(make("explained", fit=fit, unexplained=rest))
         assert says.startswith(begins)
-        assert ("follows nothing that a test sees" in says) == (left > 0.1)
+        assert ("shows no pattern" in says) == (left > 0.1)
 
 
 def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> None:
@@ -74,9 +77,9 @@ def test_both_frictions_of_an_axis_are_one_phrase(make: Any, parts: Any) -> None
         for effect in ("joint_friction", "viscous_friction")
     )
     says = headline(make("explained", findings=[dry, viscous]))
-    assert says == "The mismatch is explained by dry and viscous friction in the axis."
+    assert says == "The model error is explained by dry and viscous friction in the axis."
     alone = headline(make("explained", findings=[viscous]))
-    assert alone == "The mismatch is explained by viscous friction in the axis."
+    assert alone == "The model error is explained by viscous friction in the axis."
 
 
 def test_so_little_that_it_calls_for_nothing(make: Any) -> None:
@@ -137,7 +140,7 @@ def test_nothing_is_as_sure_as_it_is_said_to_be(make: Any, sure: float, says: st
 def test_nothing_missing_beside_a_rest_of_no_noise_speaks_of_no_noise(make: Any) -> None:
     fit = make("nothing_missing").fit.model_copy(update={"scatter_within_m": 1e-6})
     says = headline(make("nothing_missing", findings=[], fit=fit))
-    assert says.endswith("(2.2 mm) follows nothing that a test sees.")
+    assert says.endswith("(2.2 mm) shows no pattern.")
     assert "behaves as its robot file says" not in says
 
 
@@ -156,7 +159,7 @@ def test_odds_that_the_rest_of_the_evidence_denies_are_not_told(make: Any, parts
 
 @pytest.mark.parametrize(
     ("share", "says"),
-    [(0.004, "Nearly all of the mismatch is"), (0.3, "Part of the mismatch is")],
+    [(0.004, "Nearly all of the model error is"), (0.3, "Part of the model error is")],
 )
 def test_an_unknown_of_next_to_nothing_makes_no_part_of_the_headline(
     make: Any, parts: Any, share: float, says: str

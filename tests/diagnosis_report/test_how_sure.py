@@ -130,17 +130,17 @@ def test_a_small_part_beside_a_sure_finding_is_no_contradiction(
 @pytest.mark.parametrize(
     ("share", "left_m", "said"),
     [
-        (0.9, 0.0039, "Without it the mismatch would be 3.90 instead of 2.21 mm."),
-        (0.1, 0.0025, "If it alone were left out, the mismatch would be 2.50 instead of 2.21 mm:"),
-        (0.9, None, "Without it the mismatch would be about 3.95 instead of 2.21 mm."),
-        (0.004, 0.00221, "without it the mismatch would be about the same."),
+        (0.9, 0.0039, "Without it the error would be 3.90 instead of 2.21 mm."),
+        (0.1, 0.0025, "If it alone were left out, the error would be 2.50 instead of 2.21 mm:"),
+        (0.9, None, "Without it the error would be about 3.95 instead of 2.21 mm."),
+        (0.004, 0.00221, "without it the error would be about the same."),
         (
             0.004,
             0.0019,
-            "without it the mismatch as a whole would be no larger, yet what tells most would fit"
+            "without it the error as a whole would be no larger, yet what tells most would fit"
             " worse.",
         ),
-        (0.9, 0.0555, "Without it the mismatch would be 55.5 instead of 2.21 mm."),
+        (0.9, 0.0555, "Without it the error would be 55.5 instead of 2.21 mm."),
     ],
 )
 def test_what_a_finding_does_is_told_in_the_unit_of_the_mismatch(
@@ -158,7 +158,7 @@ def test_beside_much_noise_what_a_finding_does_is_told_beyond_the_noise(make: An
     """2.50 instead of 2.21 mm seems to be little, and is eight tenths of what is not noise."""
     changes = {"share_of_mismatch": 0.1, "left_without_m": 0.0025}
     line = share_line(_finding(1e-9, 0.97).model_copy(update=changes), make().fit)
-    assert "the mismatch beyond the noise would be 1.36 instead of 0.689 mm" in line
+    assert "the error beyond the noise would be 1.36 instead of 0.689 mm" in line
 
 
 def test_an_alternative_that_is_more_probable_is_named_as_such(make: Any) -> None:

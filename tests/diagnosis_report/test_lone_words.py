@@ -106,7 +106,7 @@ def test_a_harmonic_of_what_the_robot_file_knows_is_called_that(make: Any) -> No
         return str(spoken(answer, command_effects("rotary"), known=[known]).findings[0].says)
 
     assert "the second harmonic of the error with a period of 3.21 degrees" in says(3.21)
-    assert "what is left of the error" in says(1.61)
+    assert "what remains of the error" in says(1.61)
     assert "harmonic" not in says(4.0)
 
 

@@ -227,7 +227,7 @@ def test_drives_that_are_all_late_are_one_line(make: Any) -> None:
         " dead time): they are late by 128, 103 and 87.0 ms."
     )
     assert headline(answer) == (
-        "The mismatch is explained by drives of motors 1, 2 and 3 that follow late."
+        "The model error is explained by drives of motors 1, 2 and 3 that follow late."
     )
 
 

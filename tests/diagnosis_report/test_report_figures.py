@@ -297,6 +297,6 @@ def test_two_means_of_a_direction_are_no_chart() -> None:
     axis = ServoAxis(kind="servo_axis", name="a", motion="rotary")
     drawn = ranked(covariates, mismatches(picture), axis, banded=False)
     assert [chart.title for chart in drawn] == ["Against the commanded position"]
-    assert [one.name for one in drawn[0].series] == ["mismatch"]
+    assert [one.name for one in drawn[0].series] == ["error"]
     (banded,) = ranked(covariates, mismatches(picture), axis, banded=True)
     assert [one.name for one in banded.series] == ["noise alone", "mismatch"]

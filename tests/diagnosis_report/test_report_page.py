@@ -90,7 +90,7 @@ def test_every_verdict_gives_a_whole_page(make: Any, parts: Any, verdict: str) -
     drawn = charts_of(lambda: report_html(make(verdict), parts["delta"]()))
     series = {one["name"] for spec in drawn.values() for one in spec["series"]}
     assert ("single readings" in series) == (not make(verdict).findings)
-    for title in ("The mismatch over time", "The mismatch by place"):
+    for title in ("The error over time", "The error by place"):
         assert title in page
 
 
@@ -273,5 +273,5 @@ def test_a_small_share_of_a_sure_finding_is_explained(
     finding = parts["backlash"](share_of_mismatch=share, evidence=Evidence(p=p, delta_chi2=200.0))
     page = report_html(make("explained", findings=[finding]), parts["delta"]())
     assert page.count(", but more than noise") == said
-    small = page.count("Its part is small: without it the mismatch beyond the noise would be")
-    assert small + said + page.count("Without it the mismatch beyond the noise would be") == 1
+    small = page.count("Its part is small: without it the error beyond the noise would be")
+    assert small + said + page.count("Without it the error beyond the noise would be") == 1

@@ -187,6 +187,6 @@ def test_a_rest_that_is_too_little_is_said_to_be_in_one_sentence(make: Any) -> N
         "Unexplained beyond the noise: 0.69 mm (root mean square), too little to act on; it follows"
         " the speed of motor 3."
     )
-    assert headline(answer).startswith("Part of the mismatch is explained by")
+    assert headline(answer).startswith("Part of the model error is explained by")
     explained = answer.model_copy(update={"fit": little})
-    assert headline(explained).startswith("Nearly all of the mismatch is explained by")
+    assert headline(explained).startswith("Nearly all of the model error is explained by")

@@ -129,7 +129,7 @@ def test_the_parts_come_in_the_order_in_which_they_are_needed(make: Any) -> None
     text = "\n".join(shown(make("explained")))
     places = [
         text.index(part)
-        for part in ("mismatch is explained", "Do this", "95 % interval", "Does it help?",
+        for part in ("model error is explained", "Do this", "95 % interval", "Does it help?",
                      "What else it could be", "Not visible", "More: --report")
     ]  # fmt: skip
     assert places == sorted(places)

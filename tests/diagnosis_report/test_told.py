@@ -27,7 +27,7 @@ def test_every_sentence_is_made(make: Any, parts: Any) -> None:
     assert "32" in steps.says
     assert unknown.says.endswith("follows the angle of arm 3, with a size of 0.115 degrees "
                                  "(root mean square)")  # fmt: skip
-    assert answer.says[0].startswith("Part of the mismatch is explained by")
+    assert answer.says[0].startswith("Part of the model error is explained by")
 
 
 def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
@@ -47,12 +47,12 @@ def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
         ),
         (
             Unexplained(share_of_mismatch=0.1, depends_on=["time"], component="range_x", p=1e-4),
-            "What is left is more than noise (noise alone would look like this in about 1 in"
+            "The remaining error is more than noise (noise alone would look like this in about 1 in"
             " 10,000 recordings); it follows the time since the start at the x sensor.",
         ),
         (
             Unexplained(share_of_mismatch=0.2, p=0.4),
-            "What is left is more than noise, and no test tells what it follows.",
+            "The remaining error is more than noise and shows no pattern.",
         ),
     ],
 )
