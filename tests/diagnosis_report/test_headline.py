@@ -49,8 +49,11 @@ def test_where_most_is_left_the_headline_says_so(make: Any) -> None:
 def test_explained_is_said_without_reserve_only_where_little_is_left(make: Any) -> None:
     """Of an answer whose rest no test sees and that is more than readings at rest scatter by."""
     figures = make("explained").fit.model_copy(update={"scatter_within_m": 1e-6})
-    for left, begins in ((0.05, "The model error is explained by"), (0.3, "Most of the model error is"),
-                         (0.8, "Part of the model error is explained by")):  # fmt: skip
+    for left, begins in (
+        (0.05, "The model error is explained by"),
+        (0.3, "Most of the model error is"),
+        (0.8, "Part of the model error is explained by"),
+    ):
         fit = figures.model_copy(update={"rms_after_m": left * figures.rms_before_m})
         rest = Unexplained(share_of_mismatch=0.0)
         says = headline(make("explained", fit=fit, unexplained=rest))

@@ -299,4 +299,4 @@ def test_two_means_of_a_direction_are_no_chart() -> None:
     assert [chart.title for chart in drawn] == ["Against the commanded position"]
     assert [one.name for one in drawn[0].series] == ["error"]
     (banded,) = ranked(covariates, mismatches(picture), axis, banded=True)
-    assert [one.name for one in banded.series] == ["noise alone", "mismatch"]
+    assert [one.name for one in banded.series] == ["noise alone", "error"]
