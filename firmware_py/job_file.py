@@ -299,7 +299,7 @@ def job_in(document: Document) -> JobFile:
         raise document.fail(
             ("kind",),
             f"describes a robot, and a job is needed here; one says 'robot: {document.path.name}'"
-            " and what to do (docs/jobs.md; 'deltactl init' writes a first one)",
+            " and what to do (docs/jobs.md; 'deltactl init delta' writes a first one)",
         )
     try:
         return document.check(JobFile)

@@ -22,9 +22,9 @@ NO_YAML = frozenset(
 """Endings of recordings, tables of points and G-code."""
 NEEDED = {
     JOB_KEY: "a job (YAML) is needed here: 'deltactl convert {file} job.yaml --robot ROBOT.yaml'"
-    " makes one of points in mm or of G-code, and 'deltactl diagnose --inspect {file}' looks into a"
+    " makes one of points in mm or of G-code, and 'deltactl inspect {file}' looks into a"
     " recording",
-    ROBOT_KEY: "a robot file (YAML) is needed here: 'deltactl init my-robot.yaml' writes one",
+    ROBOT_KEY: "a robot file (YAML) is needed here: 'deltactl init delta my-robot.yaml' writes one",
 }
 """What is said where a file of those is named for a job or a robot."""
 LOOKED_INTO = 200

@@ -297,7 +297,7 @@ def check_said(robot: RobotFile) -> None:
         raise ConfigError(
             f"robot '{robot.name}' can be run simulated only: its file does not say "
             f"{', '.join(open_keys)}; write them down"
-            " ('deltactl init FILE --wiring' asks for them)"
+            " ('deltactl init delta FILE --wiring' asks for them)"
         )
 
 

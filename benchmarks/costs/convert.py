@@ -110,7 +110,7 @@ def main(arguments: list[str]) -> int:
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         sizes = [text for key, size in DIMENSIONS.items() for text in (f"--{key}", str(size))]
-        run(folder, "init", ROBOT, *sizes)
+        run(folder, "init", "delta", ROBOT, *sizes)
         print("| file | lines | exit status | s | s of the processor | MB |")
         print("|---|---|---|---|---|---|")
         for case in (one for one in CASES if only in one.name):

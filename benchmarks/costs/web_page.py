@@ -49,7 +49,7 @@ LOOK_S = 0.02
 ROOT = Path(__file__).resolve().parents[2]
 SETTLE_S = 5.0
 """The planner of the next job is started beside a job's beginning, and loads for a second."""
-PROGRAMS = {"daemon": "benchmarks.simulated_share", "web": "deltactl.cli.main"}
+PROGRAMS = {"service": "benchmarks.simulated_share", "web": "deltactl.cli.main"}
 LONGEST_S = 3.0
 
 
@@ -65,9 +65,9 @@ class Bench:
         text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
         robot = folder / "zhao-2023.yaml"
         robot.write_text(text.replace("backend: pulse", "heartbeat_s: 5.0\n  backend: pulse"))
-        self.daemon = self._start("daemon", str(robot), "--simulate")
+        self.daemon = self._start("service", "daemon", str(robot), "--simulate")
         while not self._answers():
-            assert self.daemon.poll() is None, (folder / "daemon.log").read_text(encoding="utf-8")
+            assert self.daemon.poll() is None, (folder / "service.log").read_text(encoding="utf-8")
             time.sleep(0.1)
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))

@@ -189,7 +189,16 @@ class RealSoak:
         program = "from deltactl.cli.main import main; main()"
         with (self.folder / "log").open("ab") as log:
             process = subprocess.Popen(
-                [sys.executable, "-c", program, "daemon", str(self._robot), "--simulate", *places],
+                [
+                    sys.executable,
+                    "-c",
+                    program,
+                    "service",
+                    "daemon",
+                    str(self._robot),
+                    "--simulate",
+                    *places,
+                ],
                 cwd=self.folder,
                 env=os.environ | {"PYTHONPATH": str(PROGRAM)},
                 stderr=log,

@@ -1,4 +1,4 @@
-"""`deltactl collect`: a survey as a data set, and the robot file that one belongs to."""
+"""`deltactl network collect`: a survey as a data set, and the robot file that one belongs to."""
 
 from __future__ import annotations
 
@@ -20,6 +20,12 @@ if TYPE_CHECKING:
     from deltactl.models.training.dataset import DataSet
 
 
+ABOUT = """Survey a robot, train its network, judge it, and repeat the papers' experiments.
+
+```
+deltactl network train --robot zhao-2023.yaml --out nominal.tflite
+```
+"""
 SHIPPED_AS_BUILT = "zhao-2023"
 Show = Callable[[int], None]
 Sleep = Callable[[float], None]
@@ -48,8 +54,8 @@ def collect(
     """Survey a robot: random arm angles, and where its sensors see it there.
 
     ```
-    deltactl collect --samples 300 --simulate --out data
-    deltactl collect --samples 5000 --as-built zhao-2023 --out data
+    deltactl network collect --samples 300 --simulate --out data
+    deltactl network collect --samples 5000 --as-built zhao-2023 --out data
     ```
     """
     from deltactl.cli.file_arguments import robot_or_here

@@ -1,4 +1,4 @@
-"""`deltactl evaluate`: how wrong a network is, beside geometry and a calibration."""
+"""`deltactl network evaluate`: how wrong a network is, beside geometry and a calibration."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def evaluate(
     network: Annotated[Path, typer.Argument(help="A trained network (.tflite).")],
-    data: Annotated[Path, typer.Option(help="Folder that deltactl collect wrote.")],
+    data: Annotated[Path, typer.Option(help="Folder that deltactl network collect wrote.")],
     robot: Annotated[
         str | None, typer.Option(help="Robot file; that of the data set if not given.")
     ] = None,
@@ -46,8 +46,9 @@ def evaluate(
     Of a robot built far from its file, networks run with the file that --save-robot writes.
 
     ```
-    deltactl evaluate zhao.tflite --data data
-    deltactl evaluate zhao.tflite --data data --as-built zhao-2023 --save-robot calibrated.yaml
+    deltactl network evaluate zhao.tflite --data data
+    deltactl network evaluate zhao.tflite --data data --save-robot calibrated.yaml
+    deltactl network evaluate zhao.tflite --data data --as-built zhao-2023
     ```
     """
     _check_installed()
@@ -82,7 +83,7 @@ def evaluate(
 
 
 def _check_installed() -> None:
-    with needs("training", "evaluate"):
+    with needs("training", "network evaluate"):
         import deltactl.models.training.calibrate  # noqa: F401
 
 

@@ -11,23 +11,16 @@ from typing import Annotated, NoReturn
 import typer
 
 from deltactl.cli import collect, evaluate, reproduce, train, web
-from deltactl.cli.mistyped import Commands, typed_command, unknown_option
-from deltactl.cli.recordings import correct, demo, diagnose, init, prove
+from deltactl.cli.help_screens import BY_HAND, LEARN, REPAIR, RUN, SERVICE, Command
+from deltactl.cli.mistyped import Commands, Program, typed_command, unknown_option
+from deltactl.cli.recordings import correct, demo, diagnose, fleet, init, prove
 from deltactl.cli.robot import jobs, moves, service
-
-
-def _show_version(asked: bool) -> None:
-    if asked:
-        from importlib import metadata
-
-        print(f"deltactl {metadata.version('deltactl')}")
-        raise typer.Exit
-
 
 app = typer.Typer(
     name="deltactl",
-    cls=Commands,
+    cls=Program,
     no_args_is_help=True,
+    invoke_without_command=True,
     context_settings={"help_option_names": ["--help", "-h"]},
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
@@ -44,7 +37,7 @@ deltactl report recordings/X.mcap  look at what happened
 With a recording of your own:
 
 ```
-deltactl diagnose data.csv --inspect  what it is, what to type next
+deltactl inspect data.csv          what it is, what to type next
 ```
 """,
 )
@@ -52,32 +45,79 @@ deltactl diagnose data.csv --inspect  what it is, what to type next
 
 @app.callback()
 def deltactl(
+    ctx: typer.Context,
     version: Annotated[
-        bool,
-        typer.Option(
-            "--version",
-            help="Version of deltactl; `deltactl version` says more.",
-            callback=_show_version,
-            is_eager=True,
-        ),
+        bool, typer.Option("--version", help="Show what is installed, and exit.")
     ] = False,
+    json_out: Annotated[bool, typer.Option("--json", hidden=True)] = False,
 ) -> None:  # the help is that of the app
-    pass
+    if version:
+        service.show_version(json_out)
+        raise typer.Exit
+    if ctx.invoked_subcommand is None:
+        ctx.fail("Missing command")
 
 
-COMMANDS: tuple[Callable[..., object], ...] = (
-    *(jobs.run, jobs.follow, jobs.check, jobs.verify, jobs.report, jobs.record, jobs.export),
-    *(moves.goto, moves.jog, moves.teach, moves.convert),
-    *(*service.SIMPLE, service.home, service.stop, service.status, service.sensors, service.daemon),
-    *(diagnose.diagnose, service.install, service.version),
-    *(correct.correct, demo.demo, init.init, prove.prove),
-    *(collect.collect, train.train, evaluate.evaluate, reproduce.reproduce),
-    *(web.web, web.web_user, web.foxglove, service.check_runs),
-)
-"""In the order of the help."""
-for command in COMMANDS:
-    negative = {"ignore_unknown_options": True} if command is moves.goto else None
-    app.command(context_settings=negative)(command)
+Function = Callable[..., object]
+
+
+def group(
+    name: str, text: str | None, *functions: Function, alone: Function | None = None
+) -> typer.Typer:
+    """Commands under one name; `alone` is what that name does by itself."""
+    made = typer.Typer(
+        name=name,
+        cls=Commands,
+        help=text,
+        no_args_is_help=alone is None,
+        invoke_without_command=alone is not None,
+        rich_markup_mode="markdown",
+    )
+    for function in functions:
+        made.command(cls=Command)(function)
+    if alone is not None:
+        made.callback()(alone)
+    return made
+
+
+COMMANDS: dict[str, tuple[Function | typer.Typer, ...]] = {
+    RUN: (
+        *(jobs.run, jobs.check, jobs.report, jobs.export, moves.convert),
+        group("job", jobs.ABOUT, jobs.follow, jobs.verify, *service.OF_JOBS),
+    ),
+    BY_HAND: (
+        *(service.home, moves.goto, moves.jog, moves.teach),
+        group("power", service.POWER, *service.OF_POWER),
+        *(service.stop, service.acknowledge, service.status),
+        group("sensors", service.sensors.__doc__, jobs.record, alone=service.sensors),
+    ),
+    REPAIR: (
+        group("init", init.ABOUT, init.delta, init.axis, init.sensor),
+        *(diagnose.inspect, diagnose.diagnose, fleet.fleet, correct.correct, demo.demo),
+    ),
+    LEARN: (
+        group(
+            "network",
+            collect.ABOUT,
+            *(collect.collect, train.train, evaluate.evaluate, reproduce.reproduce),
+        ),
+        prove.prove,
+    ),
+    SERVICE: (
+        group("service", service.ABOUT, service.install, service.daemon, service.check_runs),
+        group("web", web.web.__doc__, web.user, web.foxglove, alone=web.web),
+    ),
+}
+"""By panel, in the order of the help."""
+for panel, members in COMMANDS.items():
+    for member in members:
+        if isinstance(member, typer.Typer):
+            app.add_typer(member, rich_help_panel=panel)
+            Program.order.append(str(member.info.name))
+        else:
+            negative = {"ignore_unknown_options": True} if member is moves.goto else None
+            app.command(cls=Command, context_settings=negative, rich_help_panel=panel)(member)
+            Program.order.append(member.__name__)
 
 
 INTERRUPTED = 130
@@ -132,7 +172,7 @@ def misused(error: typer.TyperException) -> NoReturn:
 
 def _robot_file_hint(said: str, error: typer.TyperException) -> str:
     """How a robot file is named where somebody gave it as an argument that is not taken."""
-    extra = re.match(r"Got unexpected extra argument\S* \((\S+\.ya?ml)\)", said)
+    extra = re.match(r"(?:Got unexpected extra argument\S* \(|No such command ')(\S+\.ya?ml)", said)
     command = getattr(getattr(error, "ctx", None), "command", None)
     options = [option for parameter in getattr(command, "params", []) for option in parameter.opts]
     return (

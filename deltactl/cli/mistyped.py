@@ -5,11 +5,14 @@ from __future__ import annotations
 import difflib
 import sys
 from itertools import pairwise, takewhile
-from typing import Any
+from typing import Any, ClassVar
 
 import typer
 from typer.core import TyperGroup
 from typer.main import get_command
+
+from deltactl.cli.help_screens import TwoScreens, options_of, takes_no_value, value_of
+from deltactl.cli.old_spellings import as_now
 
 CLOSE = 0.6
 """As difflib means it: two letters exchanged or missing, of a short word too."""
@@ -52,53 +55,90 @@ def _set_keys() -> set[str]:
 
 
 CALLED: dict[str, str] = {
-    "inspect": "deltactl diagnose TABLE.csv --inspect",
     "simulate": "deltactl run JOB.yaml --simulate",
     "calibrate": "deltactl sensors --calibrate z=0.412",
     "move": "deltactl goto X Y Z",
-    "start": "deltactl on",
+    "start": "deltactl power on",
     "serve": "deltactl web",
 }
 
-VALUES = {"Path": "FILE", "int": "NUMBER", "float": "NUMBER", "str": "TEXT"}
-"""Placeholder for the value of an option, by its type."""
 
-
-class Commands(TyperGroup):
-    """The commands of the program."""
+class Commands(TwoScreens, TyperGroup):
+    """The commands of the program, or of one of its groups."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Which one is meant; ends with exit status 2 where there is none."""
-        if args[0] in CALLED and args[0] not in self.commands:
-            ctx.fail(f"No such command '{args[0]}'; type: {CALLED[args[0]]}")
         if args[0] in self.commands:
             command = self.commands[args[0]]
-            if wrong := _option_without_value(command, args):
+            if wrong := _of_the_group_alone(ctx, args[0]) or _option_without_value(command, args):
                 type(ctx)(command, info_name=args[0], parent=ctx).fail(wrong)
+        elif meant := self.elsewhere(args[0]):
+            ctx.fail(f"No such command '{args[0]}'; {meant}")
         return super().resolve_command(ctx, args)
+
+    def elsewhere(self, typed: str) -> str:
+        """What is to be typed instead of a command that is not here; empty if that is unknown."""
+        return ""
+
+
+class Program(Commands):
+    """The commands of the program: those in their old spelling too."""
+
+    order: ClassVar[list[str]] = []
+    """In which the help shows them."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """See typer."""
+        return sorted(self.commands, key=self.order.index)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """See typer; an old spelling is read as the new one, which is named."""
+        kinds = getattr(self.commands["init"], "commands", ())
+        if not ctx.resilient_parsing:
+            args = as_now(args, kinds)
+        return super().parse_args(ctx, args)
+
+    def elsewhere(self, typed: str) -> str:
+        """What it is called here, or in which group it is."""
+        if typed in CALLED:
+            return f"type: {CALLED[typed]}"
+        if difflib.get_close_matches(typed, self.commands, n=1, cutoff=CLOSE):
+            return ""
+        inner = {
+            name: f"deltactl {group} {name}"
+            for group, command in self.commands.items()
+            for name in getattr(command, "commands", ())
+        }
+        close = difflib.get_close_matches(typed, inner, n=1, cutoff=CLOSE)
+        return f"did you mean '{inner[close[0]]}'?" if close else ""
+
+
+def _of_the_group_alone(ctx: Any, name: str) -> str:
+    """What is wrong where options of a group were typed before one of its commands; else empty."""
+    typed = [
+        option.opts[-1]
+        for option in options_of(ctx.command)
+        if option.expose_value
+        and str(ctx.get_parameter_source(option.name)).endswith("COMMANDLINE")
+    ]
+    if not typed or ctx.parent is None:
+        return ""
+    return f"{typed[0]}: is an option of {ctx.command_path}; leave it out, or {name}"
 
 
 def _option_without_value(command: Any, args: list[str]) -> str:
     """What is wrong where an option lacks its value, or has another option there; else empty."""
-    options = [parameter for parameter in command.params if parameter.param_type_name == "option"]
+    options = options_of(command)
     names = {name for option in options for name in option.opts}
-    valued = {name: option for option in options if not _alone(option) for name in option.opts}
+    valued = {
+        name: option for option in options if not takes_no_value(option) for name in option.opts
+    }
     typed = list(takewhile(lambda word: word != "--", args))
     for name, value in pairwise(typed):
         if name in valued and value in names:
             return f"Option '{name}' needs a value, and '{value}' is another option"
     if (last := typed[-1]) in valued and typed == args:
         option = valued[last]
-        stands_for = VALUES.get(_named_type(option), "VALUE")
-        return f"Option '{last}' needs a value, as {last} {stands_for} ({option.help.rstrip('.')})"
+        says = option.help.rstrip(".")
+        return f"Option '{last}' needs a value, as {last} {value_of(option)} ({says})"
     return ""
-
-
-def _alone(option: Any) -> bool:
-    """Whether an option takes no value."""
-    return bool(option.is_flag or option.count)
-
-
-def _named_type(option: Any) -> str:
-    """The type of one value, as `Path`."""
-    return str(option.bare_type()).removeprefix("list[").removesuffix("]")

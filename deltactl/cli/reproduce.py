@@ -1,4 +1,4 @@
-"""`deltactl reproduce`: a paper's experiments repeated, beside its printed figures."""
+"""`deltactl network reproduce`: a paper's experiments repeated, beside its printed figures."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def reproduce(
     """Do a paper's experiments on a simulated robot; tables and one HTML report.
 
     ```
-    deltactl reproduce zhao-2023 --out zhao
-    deltactl reproduce zhao-2023 --out zhao --diagnosed
-    deltactl reproduce uzunovic-2013 --quick
+    deltactl network reproduce zhao-2023 --out zhao
+    deltactl network reproduce zhao-2023 --out zhao --diagnosed
+    deltactl network reproduce uzunovic-2013 --quick
     ```
     """
     folder = out or Path("reproduced") / f"{paper.value}{'-quick' if quick else ''}"
@@ -56,13 +56,13 @@ def reproduce(
         errors.print(f"{time.monotonic() - started_s:6.0f} s  {text}", soft_wrap=True)
 
     if diagnosed:
-        with needs("proof,training", "reproduce"):
+        with needs("proof,training", "network reproduce"):
             from deltactl.reproduction.zhao_2023.run import diagnosed_only
         if paper is not Paper.ZHAO:
             raise ConfigError("--diagnosed is a table of zhao-2023; leave it out, or name that")
         say(diagnosed_only(folder, quick, tell).text())
         return
-    with needs("proof,training", "reproduce"):
+    with needs("proof,training", "network reproduce"):
         outcome = _run(paper, folder, quick, tell)
     for sheet in outcome.sheets:
         say(sheet.text())

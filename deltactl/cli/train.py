@@ -1,4 +1,4 @@
-"""`deltactl train`: a network of a data set, or of a robot file's geometry."""
+"""`deltactl network train`: a network of a data set, or of a robot file's geometry."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Recipe(StrEnum):
 def train(
     out: Annotated[Path, typer.Option(help="The network's file (.tflite).")],
     dataset: Annotated[
-        Path | None, typer.Argument(help="Folder that deltactl collect wrote.")
+        Path | None, typer.Argument(help="Folder that deltactl network collect wrote.")
     ] = None,
     recipe: Annotated[Recipe, typer.Option(help="Whose network, and how.")] = Recipe.OURS,
     robot: Annotated[
@@ -58,12 +58,12 @@ def train(
     robot file with effects: the exact inverse of what it knows).
 
     ```
-    deltactl train data --recipe zhao --out zhao.tflite
-    deltactl train --robot zhao-2023.yaml --out nominal.tflite
-    deltactl train --robot corrected.yaml --out corrected.tflite
+    deltactl network train data --recipe zhao --out zhao.tflite
+    deltactl network train --robot zhao-2023.yaml --out nominal.tflite
+    deltactl network train --robot corrected.yaml --out corrected.tflite
     ```
     """
-    with needs("training", "train"):
+    with needs("training", "network train"):
         from deltactl.models.training import corrected
         from deltactl.models.training import train as training
     started_s = time.monotonic()
@@ -97,7 +97,7 @@ def _source(dataset: Path | None, robot: str | None, samples: int | None, seed: 
     if dataset is None:
         if robot is None:
             raise ConfigError(
-                "nothing to learn from: name a data set (deltactl collect writes one), "
+                "nothing to learn from: name a data set (deltactl network collect writes one), "
                 "or a robot file with --robot"
             )
         return of_geometry(load_delta(find(robot)), samples or 5000, seed)

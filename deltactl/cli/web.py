@@ -1,4 +1,4 @@
-"""`deltactl web`, `web-user` and `foxglove`: the robot in a browser."""
+"""`deltactl web`, `web user` and `web foxglove`: the robot in a browser."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ END_S = 10.0
 
 
 def web(
+    ctx: typer.Context,
     simulate: Annotated[
         bool, typer.Option("--simulate", help="With a simulated robot and a daemon of its own.")
     ] = False,
@@ -40,7 +41,7 @@ def web(
         "recordings"
     ),
     users: Annotated[
-        Path | None, typer.Option(help="Who may sign in; needed on a network (deltactl web-user).")
+        Path | None, typer.Option(help="Who may sign in; needed on a network (deltactl web user).")
     ] = None,
     certificate: Annotated[Path | None, typer.Option(help="For https: certificate (PEM).")] = None,
     key: Annotated[Path | None, typer.Option(help="For https: its private key (PEM).")] = None,
@@ -54,6 +55,8 @@ def web(
     deltactl web --host 0.0.0.0 --users users.yaml
     ```
     """
+    if ctx.invoked_subcommand is not None:
+        return
     import os
     from contextlib import nullcontext
 
@@ -76,7 +79,7 @@ def web(
         serve(Where(host, port, where, recordings, work, file, users, certificate, key, as_built))
 
 
-def web_user(
+def user(
     name: Annotated[str, typer.Argument(help="Letters, digits, dots, dashes.")],
     file: Annotated[Path, typer.Option(help="File of those who may sign in.")],
     viewer: Annotated[
@@ -89,8 +92,8 @@ def web_user(
     """Let somebody sign in on the page, or change their password.
 
     ```
-    deltactl web-user ada --file users.yaml
-    deltactl web-user hall-screen --file users.yaml --viewer --token
+    deltactl web user ada --file users.yaml
+    deltactl web user hall-screen --file users.yaml --viewer --token
     ```
     """
     with needs("web", "the page"):
@@ -125,9 +128,9 @@ def foxglove(
     """The robot in Foxglove's 3D panel: a converted recording, or the live robot.
 
     ```
-    deltactl foxglove recordings/heart.mcap -o heart-foxglove.mcap
-    deltactl foxglove --layout deltactl-layout.json
-    deltactl foxglove                   then open ws://127.0.0.1:8765 in Foxglove
+    deltactl web foxglove recordings/heart.mcap -o heart-foxglove.mcap
+    deltactl web foxglove --layout deltactl-layout.json
+    deltactl web foxglove                   then open ws://127.0.0.1:8765 in Foxglove
     ```
     """
     from importlib.resources import files
@@ -135,7 +138,7 @@ def foxglove(
     from deltactl.cli.file_arguments import robot_or_here
     from deltactl.firmware_py.named_files import find
 
-    with needs("web,foxglove", "deltactl foxglove"):
+    with needs("web,foxglove", "deltactl web foxglove"):
         from deltactl.web.foxglove import convert, serve_live
 
     if layout is not None:
@@ -166,7 +169,7 @@ def _simulated(
 
     with tempfile.TemporaryDirectory(prefix="deltactl-web-") as folder:
         socket = given or Path(folder) / "d.sock"
-        call = ["daemon", str(robot), "--simulate", "--socket", str(socket)]
+        call = ["service", "daemon", str(robot), "--simulate", "--socket", str(socket)]
         call += ["--recordings", str(recordings)]
         servo = load_robot(robot).drive.kind == "servo"
         as_built = None if servo else Path(folder) / "as-built.yaml"

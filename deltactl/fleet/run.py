@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import glob
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ def cluster(workers: int, scheduler: str | None) -> Iterator[Run]:
     if scheduler is None and workers == 0:
         yield lambda task, calls: ((key, task(*given)) for key, given in calls)
         return
-    with needs("fleet", "deltactl diagnose --fleet"):
+    with needs("fleet", "deltactl fleet"):
         from distributed import as_completed
     with connected(workers, scheduler) as client:
         yield _spread(client, as_completed)
@@ -103,7 +103,7 @@ TABLE, PAGE = "answers.parquet", "fleet.html"
 
 
 def diagnose_fleet(
-    pattern: str,
+    asked: str | Sequence[str],
     robots: Path,
     out: Path,
     workers: int = 2,
@@ -112,16 +112,15 @@ def diagnose_fleet(
     progress: Progress = lambda done, of, row: None,
     sisters: bool = True,
 ) -> list[Row]:
-    """Diagnose what the pattern names and is not answered yet; write table and page.
+    """Diagnose what is named and is not answered yet; write table and page.
 
+    asked: recordings, folders of them, or patterns.
     sisters: what lasts on the other machines counts in the probabilities (`fleet.together`); the
     answers that are kept are those of each recording alone.
     Returns the newest answer of every recording. Raises MissingFile, ConfigError, RecordingError.
     """
-    recordings = [Path(name) for name in sorted(glob.glob(pattern, recursive=True))]
-    recordings = [path for path in recordings if path.is_file() and path.name.endswith(ENDINGS)]
-    if not recordings:
-        raise MissingFile(f"--fleet '{pattern}': no recording ({', '.join(ENDINGS)}) fits")
+    named = [asked] if isinstance(asked, str) else asked
+    recordings = sorted({path for name in named for path in _fitting(name)})
     known = Robots.in_folder(robots)
     book = Book(out)
     try:
@@ -149,6 +148,19 @@ def diagnose_fleet(
     write_table(rows, out / TABLE)
     write_page(rows, out / PAGE, limits or {})
     return rows
+
+
+def _fitting(name: str) -> list[Path]:
+    """The recordings of a pattern or folder, or the one of this name. Raises MissingFile."""
+    path = Path(name)
+    if path.is_dir():
+        found = list(path.rglob("*"))
+    else:
+        found = [path] if path.exists() else [*map(Path, glob.glob(name, recursive=True))]
+    fitting = [one for one in found if one.is_file() and one.name.endswith(ENDINGS)]
+    if not fitting:
+        raise MissingFile(f"'{name}': no recording ({', '.join(ENDINGS)}) fits")
+    return fitting
 
 
 def _calls(recordings: list[Path], robots: Robots, bad: list[Row]) -> Iterator[Call]:

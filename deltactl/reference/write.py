@@ -157,7 +157,7 @@ def _columns() -> str:
         table(("column", "unit", "example", "meaning"), _column_rows()),
         "## Mappings",
         "`--columns FILE` or `--set NAME=COLUMN[unit]` map other names and units to these. "
-        "`deltactl diagnose --inspect FILE` proposes one. Schema: `deltactl/schemas/mapping.json`. "
+        "`deltactl inspect FILE` proposes one. Schema: `deltactl/schemas/mapping.json`. "
         "`separator` and `decimal` are detected if you leave them out. Units: "
         f"{units}.",
         *KeyTables().of(Mapping),

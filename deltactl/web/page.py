@@ -98,7 +98,7 @@ class RobotPage:
         self._news.set_visibility(False)
 
     def _announce(self) -> None:
-        """What `deltactl check-runs` found to be new since some run."""
+        """What `deltactl service check-runs` found to be new since some run."""
         status = self._visit.site.link.seen.status
         text = "; ".join(
             mismatch.told("%d %b %H:%M")

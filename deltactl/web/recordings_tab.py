@@ -191,7 +191,7 @@ INTRODUCTION = (
     "Runs of this robot, newest first. A diagnosis compares a run with its robot file. "
     "A table of your own is compared with the file of the robot that is shown here; Columns says "
     "what its columns are; "
-    "for other machines: deltactl diagnose data.csv --inspect"
+    "for other machines: deltactl inspect data.csv"
 )
 TICK = "Tick two recordings or more of one robot: together they tell more than one motion does."
 

@@ -64,7 +64,7 @@ def serve(where: Where) -> None:
     if where.users is None and not where.local:
         raise ConfigError(
             f"--host {where.host}: on a network people sign in; make a file of them with"
-            " 'deltactl web-user NAME --file users.yaml', and give it with --users"
+            " 'deltactl web user NAME --file users.yaml', and give it with --users"
         )
     if (where.certificate is None) != (where.key is None):
         raise ConfigError("--certificate and --key belong together; give both")

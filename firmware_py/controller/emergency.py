@@ -97,6 +97,6 @@ class Emergency:
         """A blindness that stopped the robot and is still there is a cause that has not gone."""
         if self.blind_latched and blind is not None:
             raise NotReady(
-                f"cannot acknowledge: {blind.says()}; mend it, or 'deltactl off' and"
+                f"cannot acknowledge: {blind.says()}; mend it, or 'deltactl power off' and"
                 " 'deltactl acknowledge' to go on without a look"
             )

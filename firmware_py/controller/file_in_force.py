@@ -126,7 +126,7 @@ class FileInForce:
         says = f"{self.path} has changed since it was read"
         if section:
             return f"{says} ({section}, too); restart the daemon to use it"
-        return f"{says}; 'deltactl off' and 'deltactl on' to use it"
+        return f"{says}; 'deltactl power off' and 'deltactl power on' to use it"
 
     def _is_same(self) -> bool:
         with without_quoting(self.path, self._access):

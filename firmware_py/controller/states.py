@@ -187,13 +187,13 @@ CLEAR = "clear the cause, "
 BY_HAND = "put the arms against their stops, "
 """Nobody has hands near the simulated robot, which does it by itself as it homes."""
 WAY_OUT: dict[State, str] = {
-    State.OFF: "'deltactl on', {by_hand}'deltactl home'",
+    State.OFF: "'deltactl power on', {by_hand}'deltactl home'",
     State.UNHOMED: "{by_hand}'deltactl home'",
-    State.HOMING: "wait, or use 'deltactl cancel' or 'deltactl stop'",
+    State.HOMING: "wait, or use 'deltactl job cancel' or 'deltactl stop'",
     State.READY: "start a job with 'deltactl run JOB.yaml'",
-    State.PLANNING: "wait, or use 'deltactl pause' or 'deltactl cancel'",
-    State.RUNNING: "wait, or use 'deltactl pause' or 'deltactl cancel'",
-    State.PAUSED: "use 'deltactl resume' or 'deltactl cancel'",
+    State.PLANNING: "wait, or use 'deltactl job pause' or 'deltactl job cancel'",
+    State.RUNNING: "wait, or use 'deltactl job pause' or 'deltactl job cancel'",
+    State.PAUSED: "use 'deltactl job resume' or 'deltactl job cancel'",
     State.STOPPED: "{clear}'deltactl acknowledge', {by_hand}'deltactl home'",
     State.FAULT: "{clear}'deltactl acknowledge', {by_hand}'deltactl home'",
 }

@@ -309,7 +309,7 @@ class SwitchSearch:
         far = (
             ""
             if seen
-            else ", or the arm hangs further below: 'deltactl off', bring the arms nearer"
+            else ", or the arm hangs further below: 'deltactl power off', bring the arms nearer"
             " to their switches (homing.search_deg says how far they may hang), and home again"
         )
         return (

@@ -21,7 +21,7 @@ RETRY_S = 0.002
 
 def start_it() -> str:
     """How a daemon is started, with the robot files that are here."""
-    simulated = " or ".join(f"'deltactl daemon {name} --simulate'" for name in proposed())
+    simulated = " or ".join(f"'deltactl service daemon {name} --simulate'" for name in proposed())
     return f"start it with 'sudo systemctl start deltactl', or a simulated one with {simulated}"
 
 
@@ -71,7 +71,7 @@ class Line:
             message = json.loads(line)
             if isinstance(message, dict):
                 return message
-        raise ServiceError(f"what answers at {self.path} is no deltactl daemon")
+        raise ServiceError(f"what answers at {self.path} is no daemon of deltactl")
 
     def close(self) -> None:
         """End the connection."""

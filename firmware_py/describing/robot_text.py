@@ -35,7 +35,7 @@ ZERO = "# absolute: told 30, it should read 30; arbitrary: it may read 217, alwa
 NO_WIRING = [
     "",
     "# No pins, limits or homing are said: this file runs simulated, not on hardware.",
-    "# 'deltactl init FILE --kind delta --wiring' asks for them.",
+    "# 'deltactl init delta FILE --wiring' asks for them.",
 ]
 
 

@@ -1,4 +1,4 @@
-"""`deltactl install`: says what a Raspberry Pi needs to run the service, and does it on demand."""
+"""`deltactl service install`: what a Raspberry Pi needs to run the service, done on demand."""
 
 from __future__ import annotations
 
@@ -188,7 +188,9 @@ def _epilogue(applied: bool, on_pi: bool, place: Place) -> str:
     found = hindrances(place)
     lines = [f"Before that: {hindrance}" for hindrance in found]
     if applied:
-        lines.append("\nDone. Restart the Pi; then 'systemctl status deltactl' and 'deltactl on'.")
+        lines.append(
+            "\nDone. Restart the Pi; then 'systemctl status deltactl' and 'deltactl power on'."
+        )
     elif on_pi:
         lines.append(f"\nNothing was changed. To do it: {_to_apply(place)}")
     lines.append(

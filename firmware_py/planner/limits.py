@@ -150,7 +150,7 @@ class PathLimits:
                 f" from where the geometry has it, more than limits.network_deg {bound_deg:g}",
                 f"train the network again, or {USE_GEOMETRY}; if the"
                 " robot is built that far from its file, name a calibrated robot file in the job"
-                " (deltactl evaluate --save-robot)",
+                " (deltactl network evaluate --save-robot)",
             )
 
     def _margin_problems(self, reached: Reach, margins: FloatArray) -> Iterator[Problem]:

@@ -132,7 +132,7 @@ def _network_warning(
     says = "does not know" if missing else "corrects what the robot file does not know:"
     robot = "the robot file" if robot_path is None else str(robot_path)
     return (
-        f"network {name} {says} {words}; train one that agrees with 'deltactl train --robot"
+        f"network {name} {says} {words}; train one that agrees with 'deltactl network train --robot"
         f" {robot} --out {Path(name).stem}-corrected.tflite' and name it in the job, or use"
         " inverse_kinematics: {kind: geometry}"
     )

@@ -73,7 +73,7 @@ class NetworkFile:
             raise NetworkError(
                 f"{self.path}: learned from samples of '{learned.machine}', and the robot file is "
                 f"a calibration on samples of '{robot.calibrated_on}'; calibrate on the network's "
-                "own data set (deltactl evaluate --save-robot)"
+                "own data set (deltactl network evaluate --save-robot)"
             )
 
 

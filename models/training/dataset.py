@@ -120,7 +120,7 @@ class DataSet:
         if len(self) < fewest:
             raise RecordingError(
                 f"{where}: has {len(self)} samples and {fewest} are needed; "
-                "go on with deltactl collect"
+                "go on with deltactl network collect"
             )
         self.check_rows()
         for name, column in zip(HEADER.split(",")[1:], self._columns(), strict=True):

@@ -7,7 +7,7 @@ As Zhao 2023 draws them: random arm angles, and where the robot is then; and the
 
 Of uniform triples in [-20, 110] degrees 1.7 % lie past the serial singularity, on the other elbow
 branch, where one position has two answers. Those, and what is next to them, are left out, as the
-survey of `deltactl collect` does.
+survey of `deltactl network collect` does.
 """
 
 from __future__ import annotations

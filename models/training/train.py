@@ -1,4 +1,4 @@
-"""Trains a network by one of the recipes and writes it: what `deltactl train` does."""
+"""Trains a network by one of the recipes and writes it: what `deltactl network train` does."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ SIZES = (
 
 @pytest.fixture
 def printed(deltactl, tmp_path: Path) -> Path:
-    deltactl("init", "printed.yaml", *SIZES, "--sensors", "none")
+    deltactl("init", "delta", "printed.yaml", *SIZES, "--sensors", "none")
     return tmp_path / "printed.yaml"
 
 

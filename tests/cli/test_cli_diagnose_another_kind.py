@@ -17,6 +17,12 @@ COLUMNS = {
     "servo_axis": ("command", "position"),
     "range_sensor": ("distance", "range"),
 }
+DESCRIBED = {
+    "delta": "delta my-delta.yaml",
+    "stepper_axis": "axis my-stepper-axis.yaml --drive stepper",
+    "servo_axis": "axis my-servo-axis.yaml",
+    "range_sensor": "sensor my-range-sensor.yaml",
+}
 
 
 @pytest.mark.parametrize(
@@ -39,8 +45,8 @@ def test_another_kind_of_machine(deltactl: Deltactl, tmp_path: Path, kind: str, 
         "diagnose", "run.csv", "--robot", str(CONFIG / f"{robot}.yaml"), status=2
     ).stderr
     assert f"looks like a table of a {kind}" in said
-    assert "deltactl diagnose run.csv --inspect" in said
-    assert f"--kind {kind}" in said
+    assert "deltactl inspect run.csv" in said
+    assert f"deltactl init {DESCRIBED[kind]}" in said
     assert len(said.splitlines()) == 1
 
 

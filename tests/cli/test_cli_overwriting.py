@@ -14,7 +14,7 @@ COMMANDS = [
     ("run", "heart.yaml", "--simulate", "--report", "kept"),
     *(("diagnose", "x.csv", "--robot", "servo-axis.yaml", option, "kept")
       for option in ("--json", "--report", "--save-robot", "--next-job")),
-    ("diagnose", "x.csv", "--inspect", "--save-columns", "kept"),
+    ("inspect", "x.csv", "--save-columns", "kept"),
 ]  # fmt: skip
 
 
@@ -62,7 +62,7 @@ def test_a_recording_is_kept_with_force_too(tmp_path: Path) -> None:
             ("diagnose", "x.csv", "--robot", "servo-axis.yaml", "--report", "r.pdf"),
             "name it r.html",
         ),
-        (("diagnose", "x.txt", "--robot", "servo-axis.yaml"), "deltactl diagnose --inspect x.txt"),
+        (("diagnose", "x.txt", "--robot", "servo-axis.yaml"), "deltactl inspect x.txt"),
     ],
 )
 def test_a_kind_of_file_that_is_not_written_or_read_says_what_to_type(

@@ -26,7 +26,7 @@ except SystemExit:
 """
     untold = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
     done = subprocess.run(
-        [sys.executable, "-c", asked, "version"],
+        [sys.executable, "-c", asked, "--version"],
         env=untold, cwd=ROOT, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert done.stdout.splitlines()[-1] == "1"

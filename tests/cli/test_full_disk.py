@@ -32,7 +32,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     os.chdir(folder)
     try:
         for words in (
-            ("init", "my-delta.yaml", *ROBOT),
+            ("init", "delta", "my-delta.yaml", *ROBOT),
             ("run", "my-delta-circle.yaml", "--simulate", "--record", "run.mcap"),
         ):
             done = CliRunner().invoke(app, list(words))
@@ -94,7 +94,7 @@ WRITING = {
     "report": ("report", "{made}/run.mcap", "-o", "kept.html"),
     "convert": ("convert", "{made}/part.gcode", "kept.yaml", "--robot", "{made}/my-delta.yaml",
                 "--origin", "0 0 -350"),
-    "init": ("init", "kept.yaml", *ROBOT),
+    "init": ("init", "delta", "kept.yaml", *ROBOT),
 }  # fmt: skip
 
 

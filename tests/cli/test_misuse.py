@@ -15,7 +15,11 @@ from tests.cli.conftest import Deltactl
     [
         ("xyzzy", "No such command 'xyzzy' (see deltactl --help)"),
         ("daignose", "No such command 'daignose'. Did you mean 'diagnose'? (see"),
-        ("inspect", "type: deltactl diagnose TABLE.csv --inspect"),
+        ("follw", "No such command 'follw'; did you mean 'deltactl job follow'? (see deltactl --h"),
+        ("job pasue", "No such command 'pasue'. Did you mean 'pause'? (see deltactl job --help)"),
+        ("init dleta", "No such command 'dleta'. Did you mean 'delta'? (see deltactl init --help)"),
+        ("web --simulate user ada --file u", "--simulate: is an option of deltactl web; leave it"),
+        ("diagnose a.csv", "deltactl inspect a.csv"),
         ("run", "Missing argument 'job' (see deltactl run --help)"),
         ("run heart.yaml --nope", "No such option: --nope (see deltactl run --help)"),
         ("run heart.yaml --reprot x", "No such option: --reprot; did you mean '--report'? (see"),

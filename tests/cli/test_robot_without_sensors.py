@@ -22,7 +22,7 @@ SIZES = (
 
 @pytest.fixture
 def printed(deltactl) -> None:
-    deltactl("init", "printed.yaml", *SIZES, "--sensors", "none")
+    deltactl("init", "delta", "printed.yaml", *SIZES, "--sensors", "none")
 
 
 @pytest.mark.usefixtures("printed")
@@ -55,7 +55,11 @@ def test_its_table_has_what_was_commanded_and_on_request_the_truth(
 
 @pytest.mark.usefixtures("printed")
 def test_its_sensors_cannot_be_looked_at(deltactl) -> None:
-    for words in (("sensors",), ("record", "by-hand.mcap"), ("sensors", "--calibrate", "z=0.4")):
+    for words in (
+        ("sensors",),
+        ("sensors", "record", "by-hand.mcap"),
+        ("sensors", "--calibrate", "z=0.4"),
+    ):
         (line,) = deltactl(*words, "--robot", "printed.yaml", status=2).stderr.splitlines()[-1:]
         assert "robot 'printed': its file describes no distance sensors" in line
 

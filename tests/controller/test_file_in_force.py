@@ -41,7 +41,7 @@ def test_a_file_changed_for_another_machine_is_not_recorded(
     assert other != TEXT
     robot_file.write_text(other)
     assert str(robot_file) in controller.status().robot_file_changed
-    assert "deltactl off" in controller.status().robot_file_changed
+    assert "deltactl power off" in controller.status().robot_file_changed
     result = finish(controller, controller.submit(write_job(robot=robot_file)))
     assert result.outcome == "done"
     assert read_run(Path(result.recording)).configuration.robot_text == TEXT

@@ -120,7 +120,7 @@ def test_a_single_look_makes_no_loss_however_often_somebody_asks() -> None:
 
 
 def test_small_losses_are_below_its_limit() -> None:
-    """Less than play and sensor errors make: left to 'deltactl verify' and the diagnosis."""
+    """Less than play and sensor errors make: left to 'deltactl job verify' and the diagnosis."""
     assert swing(12.0, 40) == (None, 0.0)
 
 

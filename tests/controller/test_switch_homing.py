@@ -141,7 +141,7 @@ def test_an_unseen_arm_rises_no_further_however_often_it_is_homed(tmp_path: Path
         switch_of(one, 0).faults.stuck = False
         highest = Highest(one)
         for _ in range(3):
-            with pytest.raises(NotReady, match=r"arm 1\b.*deltactl off"):
+            with pytest.raises(NotReady, match=r"arm 1\b.*deltactl power off"):
                 one.home()
         assert highest.angle_deg >= one.robot.limits.arm_deg[0] - MARGIN_DEG
         one.power_off()

@@ -1,4 +1,4 @@
-"""`deltactl verify`: home, run, home, compare, on the simulated robot."""
+"""`deltactl job verify`: home, run, home, compare, on the simulated robot."""
 
 from __future__ import annotations
 

@@ -209,16 +209,16 @@ def test_a_detached_job_goes_on_alone_and_can_be_followed(robot: ServedRobot) ->
     number = json.loads(client.communicate(timeout=120.0)[0])["job_id"]
     assert client.returncode == 0
     robot.pass_s(8.0)
-    followed = CliRunner().invoke(app, ["follow", str(number), "--socket", str(robot.path)])
+    followed = CliRunner().invoke(app, ["job", "follow", str(number), "--socket", str(robot.path)])
     assert f"job {number} 'there': done" in followed.output
-    nothing = CliRunner().invoke(app, ["follow", "--socket", str(robot.path)])
+    nothing = CliRunner().invoke(app, ["job", "follow", "--socket", str(robot.path)])
     assert isinstance(nothing.exception, NotReady)
 
 
 def test_whoever_follows_is_told_how_the_job_ended(robot: ServedRobot) -> None:
     number = _accepted(robot, 0, "round", detach=True)
     assert robot.clients[1].ask("off")["ok"]
-    followed = CliRunner().invoke(app, ["follow", str(number), "--socket", str(robot.path)])
+    followed = CliRunner().invoke(app, ["job", "follow", str(number), "--socket", str(robot.path)])
     assert isinstance(followed.exception, MotionError)
     assert "switched off" in str(followed.exception)
 

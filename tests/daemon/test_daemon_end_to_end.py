@@ -117,7 +117,13 @@ def daemon(tmp_path: Path, wait_until: WaitUntil) -> Iterator[Process]:
         "PYTHONWARNINGS": "error",
     }
     options = {"--recordings": tmp_path / "recordings", "--socket": tmp_path / "d.sock"}
-    words = ["daemon", ROBOT_FILE, "--simulate", *(word for one in options.items() for word in one)]
+    words = [
+        "service",
+        "daemon",
+        ROBOT_FILE,
+        "--simulate",
+        *(word for one in options.items() for word in one),
+    ]
     with (tmp_path / "log").open("wb") as log:
         process = subprocess.Popen(
             [sys.executable, "-c", NO_EXECUTABLE_MEMORY, *map(str, words)],

@@ -45,7 +45,7 @@ def test_status_arrives_whole(serve):
 
 def test_refusals_keep_their_class_and_words(serve, job):
     with serve().client() as client:
-        with pytest.raises(NotReady, match="cannot home: the robot is off; 'deltactl on'"):
+        with pytest.raises(NotReady, match="cannot home: the robot is off; 'deltactl power on'"):
             client.home()
         with pytest.raises(NotReady, match="cannot run: the robot is off"):
             client.submit(job)

@@ -64,7 +64,9 @@ def test_off_and_on_takes_the_file_as_it_is_by_now(served: Served) -> None:
     served.client.home()
     assert off_target_m(served) > 1e-3
     served.robot_file.write_text(TEXT + AS_BUILT + BELIEF)
-    assert "'deltactl off' and 'deltactl on'" in served.client.status().robot_file_changed
+    assert (
+        "'deltactl power off' and 'deltactl power on'" in served.client.status().robot_file_changed
+    )
     served.client.power_off()
     served.client.power_on()
     assert served.client.status().robot_file_changed == ""

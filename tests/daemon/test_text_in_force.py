@@ -64,7 +64,7 @@ def test_lines_are_made_safe_whatever_the_file_says_by_then(
     environment = os.environ | {"RUNTIME_DIRECTORY": str(own)}
     try:
         daemon = subprocess.Popen(
-            [trap.executable, "-m", "deltactl.cli.main", "daemon", str(robot),
+            [trap.executable, "-m", "deltactl.cli.main", "service", "daemon", str(robot),
              "--recordings", str(tmp_path / "recordings"), "--socket", str(socket)],
             cwd=ROOT, env=environment, stderr=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip

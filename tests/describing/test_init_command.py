@@ -18,7 +18,7 @@ from tests.describing.conftest import DELTA, WIRED, Deltactl, options
 
 
 def test_from_options_to_a_simulated_job(deltactl: Deltactl, tmp_path: Path) -> None:
-    shown = deltactl("init", "mine.yaml", *options(DELTA)).stdout
+    shown = deltactl("init", "delta", "mine.yaml", *options(DELTA)).stdout
     assert "next: deltactl check mine-circle.yaml\nthen: deltactl run mine-circle.yaml" in shown
     result = json.loads(deltactl("run", "mine-circle.yaml", "--simulate", "--json").stdout)
     assert result["outcome"] == "done"
@@ -29,24 +29,28 @@ def test_interchanged_arms_are_refused_and_leave_no_file(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
     arms = {"upper_arm_mm": DELTA["forearm_mm"], "forearm_mm": DELTA["upper_arm_mm"]}
-    refused = deltactl("init", "mine.yaml", *options(DELTA | arms), status=2)
+    refused = deltactl("init", "delta", "mine.yaml", *options(DELTA | arms), status=2)
     assert "interchanged? Nothing was written" in refused.stderr
     assert not list(tmp_path.iterdir())
 
 
 def test_one_answer_about_hardware_asks_for_all(deltactl: Deltactl) -> None:
-    said = deltactl("init", "m.yaml", *options(DELTA), "--estop-pin", "26", status=2).stderr
+    said = deltactl(
+        "init", "delta", "m.yaml", *options(DELTA), "--estop-pin", "26", status=2
+    ).stderr
     assert "--step-pins is missing" in said
     assert "--home-deg is missing" in said
 
 
 def test_an_answer_to_what_is_not_asked_is_refused(deltactl: Deltactl) -> None:
-    words = ("--kind", "range_sensor", "--gear-ratio", "5")
-    assert "--gear-ratio: a range_sensor has" in deltactl("init", "m.yaml", *words, status=2).stderr
+    said = deltactl("init", "axis", "m.yaml", "--gear-ratio", "5", status=2).stderr
+    assert "--gear-ratio: a servo_axis has" in said
+    said = deltactl("init", "sensor", "m.yaml", "--gear-ratio", "5", status=2).stderr
+    assert "No such option: --gear-ratio" in said
 
 
 def test_with_its_wiring_nothing_is_left_open(deltactl: Deltactl, tmp_path: Path) -> None:
-    deltactl("init", "mine.yaml", "--wiring", *options(DELTA | WIRED))
+    deltactl("init", "delta", "mine.yaml", "--wiring", *options(DELTA | WIRED))
     robot = load_robot(tmp_path / "mine.yaml")
     assert robot.left_open() == []
     assert robot.steps.alarm_pins is None
@@ -57,14 +61,14 @@ def test_without_sensors_nothing_is_asked_of_their_pins(deltactl: Deltactl, tmp_
     """Nor are pins kept for them: the drives may have those that sensors usually take."""
     said = {key: text for key, text in (DELTA | WIRED).items() if key != "xshut_pins"}
     pins = {"sensors": "none", "step_pins": "4 20 21", "direction_pins": "2 3 24"}
-    deltactl("init", "mine.yaml", "--wiring", *options(said | pins))
+    deltactl("init", "delta", "mine.yaml", "--wiring", *options(said | pins))
     assert "xshut" not in (tmp_path / "mine.yaml").read_text()
     assert load_robot(tmp_path / "mine.yaml").left_open() == []
-    assert "XSHUT" not in deltactl("install", "--robot", "mine.yaml").stdout
+    assert "XSHUT" not in deltactl("service", "install", "--robot", "mine.yaml").stdout
 
 
 def test_all_that_is_missing_is_said_at_once(deltactl: Deltactl) -> None:
-    refused = deltactl("init", "mine.yaml", "--gear-ratio", "5", status=2)
+    refused = deltactl("init", "delta", "mine.yaml", "--gear-ratio", "5", status=2)
     said = refused.stderr.splitlines()
     assert [line.split()[1] for line in said] == [
         "--base-radius-mm", "--platform-radius-mm", "--upper-arm-mm", "--forearm-mm",
@@ -74,21 +78,21 @@ def test_all_that_is_missing_is_said_at_once(deltactl: Deltactl) -> None:
 
 def test_a_refused_answer_leaves_no_file(deltactl: Deltactl, tmp_path: Path) -> None:
     wrong = DELTA | {"upper_arm_mm": "150000", "gear_ratio": "-1"}
-    refused = deltactl("init", "mine.yaml", *options(wrong), status=2)
+    refused = deltactl("init", "delta", "mine.yaml", *options(wrong), status=2)
     assert "--upper-arm-mm '150000': must not be above 9999" in refused.stderr
     assert "--gear-ratio '-1': must not be below 1" in refused.stderr
     wrong = DELTA | {"microsteps_per_rev": "1600.5"}
-    refused = deltactl("init", "mine.yaml", *options(wrong), status=2)
+    refused = deltactl("init", "delta", "mine.yaml", *options(wrong), status=2)
     assert "drive.microsteps_per_rev" in refused.stderr
     assert not list(tmp_path.glob("*.yaml"))
 
 
 def test_a_file_is_written_over_only_with_force(deltactl: Deltactl, tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("precious")
-    refused = deltactl("init", "mine.yaml", "--kind", "range_sensor", status=2)
+    refused = deltactl("init", "sensor", "mine.yaml", status=2)
     assert "--force" in refused.stderr
     assert (tmp_path / "mine.yaml").read_text() == "precious"
-    deltactl("init", "mine.yaml", "--kind", "range_sensor", "--force")
+    deltactl("init", "sensor", "mine.yaml", "--force")
     assert load_robot_model(tmp_path / "mine.yaml").kind == "range_sensor"
 
 
@@ -100,12 +104,14 @@ def test_a_motor_may_have_few_full_steps_where_that_is_said(
 ) -> None:
     """A geared tin-can motor has 32; its file was taken, but not written."""
     asked = DELTA | {"microsteps_per_rev": said, "gear_ratio": "63.68"}
-    shown = deltactl("init", "m.yaml", *options(asked)).stdout
+    shown = deltactl("init", "delta", "m.yaml", *options(asked)).stdout
     assert load_robot(tmp_path / "m.yaml").drive.microsteps_per_rev == pulses
     assert "look here" not in shown
     read = f"--microsteps-per-rev: {said} is read as {pulses} pulses for one turn"
     assert (read in shown) is (said != "1600")
-    refused = deltactl("init", "n.yaml", *options(asked | {"microsteps_per_rev": "0x2"}), status=2)
+    refused = deltactl(
+        "init", "delta", "n.yaml", *options(asked | {"microsteps_per_rev": "0x2"}), status=2
+    )
     assert "0x2" in refused.stderr
 
 
@@ -113,13 +119,13 @@ def test_a_motor_may_have_few_full_steps_where_that_is_said(
 def test_a_reduction_is_read_either_way_round(
     deltactl: Deltactl, tmp_path: Path, said: str
 ) -> None:
-    shown = deltactl("init", "m.yaml", *options(DELTA | {"gear_ratio": said})).stdout
+    shown = deltactl("init", "delta", "m.yaml", *options(DELTA | {"gear_ratio": said})).stdout
     assert f"{said} is read as 4: the motor turns 4 times for one turn of what it drives" in shown
     assert load_robot(tmp_path / "m.yaml").drive.gear_ratio == 4.0
 
 
 def test_an_arm_geared_up_is_refused_in_its_file_too(deltactl: Deltactl, tmp_path: Path) -> None:
-    deltactl("init", "m.yaml", *options(DELTA))
+    deltactl("init", "delta", "m.yaml", *options(DELTA))
     file = tmp_path / "m.yaml"
     file.write_text(file.read_text().replace("gear_ratio: 5", "gear_ratio: 0.25"))
     refused = deltactl("check", "m-circle.yaml", status=2).stderr
@@ -154,7 +160,7 @@ def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
     done = deltactl(
-        "init", "bare.yaml", "--base-radius-mm", "120", "--platform-radius-mm", "40",
+        "init", "delta", "bare.yaml", "--base-radius-mm", "120", "--platform-radius-mm", "40",
         "--upper-arm-mm", "150", "--forearm-mm", "320", "--gear-ratio", "5", "--sensors", "none",
     )  # fmt: skip
     assert load_robot(tmp_path / "bare.yaml").sensors is None
@@ -166,10 +172,10 @@ def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
 
 def test_no_diagnosis_is_promised_where_nothing_is_observed(deltactl: Deltactl) -> None:
     """The command cannot work on this robot's own recordings; what would make it is said."""
-    bare = deltactl("init", "bare.yaml", *options(DELTA | {"sensors": "none"})).stdout
+    bare = deltactl("init", "delta", "bare.yaml", *options(DELTA | {"sensors": "none"})).stdout
     assert "deltactl diagnose" not in bare
     assert "columns theta_1..3" in bare
-    seen = deltactl("init", "seen.yaml", *options(DELTA)).stdout
+    seen = deltactl("init", "delta", "seen.yaml", *options(DELTA)).stdout
     assert "then: deltactl diagnose RECORDING --robot seen.yaml" in seen
 
 
@@ -178,7 +184,7 @@ def test_arms_in_cm_are_told_what_to_write_and_leave_no_file(
 ) -> None:
     lengths = {"base_radius_mm": "95", "platform_radius_mm": "35", "upper_arm_mm": "11"}
     wrong = DELTA | lengths | {"forearm_mm": "26"}
-    (line,) = deltactl("init", "cm.yaml", *options(wrong), status=2).stderr.splitlines()
+    (line,) = deltactl("init", "delta", "cm.yaml", *options(wrong), status=2).stderr.splitlines()
     assert "11 + 26 mm of the arm are less than the 60 mm between" in line
     assert "in cm? Then write 110 and 260. Nothing was written" in line
     assert not list(tmp_path.iterdir())

@@ -19,7 +19,7 @@ from tests.describing.conftest import Deltactl
 
 def _weight(deltactl: Deltactl, file: str, *said: str) -> ServoAxis:
     recorded = () if "--recorded" in said else ("--recorded", "effort", "--inertia", "1")
-    deltactl("init", file, "--kind", "servo_axis", *recorded, *said)
+    deltactl("init", "axis", file, *recorded, *said)
     robot = load_robot_model(Path(file))
     assert isinstance(robot, ServoAxis)
     return robot
@@ -44,7 +44,7 @@ def test_a_weight_on_an_axis_is_asked_for_where_there_is_an_effort(
 
 def test_a_weight_that_was_given_is_written(deltactl: Deltactl, tmp_path: Path) -> None:
     """Beside commands alone it was left out without a word."""
-    deltactl("init", "a.yaml", "--kind", "servo_axis", "--motion", "rotary", "--hanging-nm", "1.72")
+    deltactl("init", "axis", "a.yaml", "--motion", "rotary", "--hanging-nm", "1.72")
     assert "\ngravity: {torque_nm: 1.72, zero_rad: 0" in (tmp_path / "a.yaml").read_text()
 
 
@@ -71,7 +71,7 @@ def test_the_gear_is_measured_from_steps_and_angle(deltactl: Deltactl, tmp_path:
     rad = steps * 2 * np.pi / (3200 * 50.0) + 0.2
     write_flat(FlatRecording(t_s, {"steps_1": steps, "theta_1": rad}), tmp_path / "run.csv")
     deltactl(
-        "init", "table.yaml", "--kind", "stepper_axis", "--measure", "run.csv",
+        "init", "axis", "table.yaml", "--drive", "stepper", "--measure", "run.csv",
         "--microsteps-per-rev", "3200",
     )  # fmt: skip
     robot = load_robot_model(tmp_path / "table.yaml")
@@ -91,8 +91,8 @@ def spreadsheet(path: Path) -> None:
 
 def test_a_recording_is_measured_as_inspect_reads_it(deltactl: Deltactl, tmp_path: Path) -> None:
     spreadsheet(tmp_path / "log.csv")
-    words = ("--kind", "servo_axis", "--motion", "linear", "--measure", "log.csv")
-    done = deltactl("init", "slide.yaml", *words)
+    words = ("--motion", "linear", "--measure", "log.csv")
+    done = deltactl("init", "axis", "slide.yaml", *words)
     read = "--set 't=Zeit[ms]'"
     assert f"next: deltactl diagnose log.csv --robot slide.yaml {read}" in done.stdout
     assert "write 1 divided by the steps per mm that are set" in done.stderr
@@ -106,7 +106,7 @@ def test_a_product_is_taken_for_the_torque_and_bounds_hold(
     hung = _weight(deltactl, str(tmp_path / "a.yaml"), "--hanging-nm", "1.17*9.81*0.15").gravity
     assert hung is not None
     assert hung.torque_nm == pytest.approx(1.17 * 9.81 * 0.15)
-    done = deltactl("init", "b.yaml", "--kind", "servo_axis", "--inertia", "-1/3", status=2)
+    done = deltactl("init", "axis", "b.yaml", "--inertia", "-1/3", status=2)
     assert "must not be below 0" in done.stderr
 
 
@@ -140,12 +140,12 @@ def test_an_answer_of_zero_is_written_and_a_default_is_not(
 def test_a_weight_of_the_other_motion_is_refused(
     deltactl: Deltactl, words: list[str], says: str
 ) -> None:
-    done = deltactl("init", "a.yaml", "--kind", "servo_axis", *words, status=2)
+    done = deltactl("init", "axis", "a.yaml", *words, status=2)
     assert says in " ".join(done.stderr.split())
 
 
 def test_who_does_not_know_what_hangs_there_may_say_so(deltactl: Deltactl, tmp_path: Path) -> None:
     path = tmp_path / "arm.yaml"
-    deltactl("init", str(path), "--kind", "servo_axis", "--motion", "rotary",
+    deltactl("init", "axis", str(path), "--motion", "rotary",
              "--recorded", "command", "--hanging-nm", "unknown")  # fmt: skip
     assert "# gravity: {torque_nm: 1.5" in path.read_text()

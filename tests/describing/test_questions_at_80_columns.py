@@ -18,7 +18,7 @@ def test_no_question_is_wider_than_the_window(tmp_path: Path) -> None:
     """In a terminal of 80 columns, each answered with a number."""
     ours, theirs = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "deltactl.cli.main", "init", "mine.yaml", "--kind", "delta"],
+        [sys.executable, "-m", "deltactl.cli.main", "init", "delta", "mine.yaml"],
         stdin=theirs, stdout=theirs, stderr=theirs, cwd=tmp_path,
         env={**os.environ, "COLUMNS": "80"},
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""`deltactl diagnose --fleet` from recordings to table and page."""
+"""`deltactl fleet` from recordings to table and page."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_a_fleet_is_diagnosed_once_and_a_bad_file_costs_one_line(
     runs, robots, out = fleet_folder / "runs", fleet_folder / "robots", tmp_path / "out"
     (runs / "axis-00" / "axis-00-2026-03-03.csv").write_text("t,steps_1,theta_1\n0.0,1\n")
     (runs / "stranger.csv").write_text("t\n0\n")
-    call = ["diagnose", "--fleet", f"{runs}/**/*.csv", "--robots", str(robots), "--out", str(out),
+    call = ["fleet", f"{runs}/**/*.csv", "--robots", str(robots), "--out", str(out),
             "--workers", "0", "--limit", "gear_backlash.width=0.0087"]  # fmt: skip
     first = CliRunner().invoke(app, call)
     assert first.exit_code == 0, first.output

@@ -67,7 +67,7 @@ def test_damaged_ones_alone_are_refused(good: Path, tmp_path: Path) -> None:
 def test_the_others_are_inspected(good: Path, tmp_path: Path) -> None:
     damaged = tmp_path / "empty.csv"
     damaged.write_bytes(b"")
-    done = CliRunner().invoke(app, ["diagnose", "--inspect", str(damaged), str(good)])
+    done = CliRunner().invoke(app, ["inspect", str(damaged), str(good)])
     assert done.exit_code == 0, done.exception
     assert "good.csv" in done.output
     assert "empty.csv" in done.output

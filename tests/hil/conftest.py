@@ -108,7 +108,7 @@ def site(
     places = ["--recordings", str(folder / "recordings"), "--socket", str(folder / "d.sock")]
     with (folder / "log").open("wb") as log:
         process = subprocess.Popen(
-            [executable, "-m", "deltactl.cli.main", "daemon", str(robot_file), *places],
+            [executable, "-m", "deltactl.cli.main", "service", "daemon", str(robot_file), *places],
             cwd=folder,
             env=os.environ | {"STATE_DIRECTORY": str(folder / "state")},
             stderr=log,

@@ -25,4 +25,4 @@ def test_a_table_of_an_axis_and_a_robot_file_of_a_delta(
     said = " ".join(done.stderr.split())
     assert "looks like a table of a servo_axis" in said
     assert "the robot file describes a delta" in said
-    assert "--inspect" in said
+    assert "deltactl inspect" in said

@@ -33,7 +33,7 @@ def test_a_delta_without_angles_is_told_which_columns_look_like_them(
     head = "ms,ax1_cmd,ax2_cmd,ax3_cmd,ax1_act,ax2_act,ax3_act"
     write(tmp_path / "log.csv", head, 1e3 * T_S, *np.degrees(arms))
     sizes = [word for name, mm in SIZES_MM.items() for word in (f"--{name}-mm", mm)]
-    deltactl("init", "delta.yaml", "--kind", "delta", *sizes, "--gear-ratio", "1")
+    deltactl("init", "delta", "delta.yaml", *sizes, "--gear-ratio", "1")
     options = ["--set", "t=ms"]
     for motor in (1, 2, 3):
         options += ["--set", f"command_{motor}=ax{motor}_cmd[deg]"]

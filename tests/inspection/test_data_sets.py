@@ -63,16 +63,16 @@ def test_a_folder_is_looked_at_and_diagnosed(
     deltactl: Deltactl, tmp_path: Path, version: int
 ) -> None:
     write(tmp_path / "arm", version)
-    shown = deltactl("diagnose", "--inspect", "arm").stdout
+    shown = deltactl("inspect", "arm").stdout
     assert f"joints   {', '.join(NAMES)}" in shown
     assert "uneven" not in shown
     assert "command=action.shoulder_pan.pos[deg]" in shown
     asked = ["--set", "command=action.elbow_flex.pos"]
     assert (
         "position=observation.state.elbow_flex.pos[deg]"
-        in deltactl("diagnose", "--inspect", "arm", *asked).stdout
+        in deltactl("inspect", "arm", *asked).stdout
     )
-    deltactl("init", "axis.yaml", "--kind", "servo_axis", "--motion", "rotary")
+    deltactl("init", "axis", "axis.yaml", "--motion", "rotary")
     refused = deltactl("diagnose", "arm", "--robot", "axis.yaml", status=2).stderr
     assert "one of its joints is diagnosed at a time" in refused
     seen = ["--set", "position=observation.state.elbow_flex.pos[deg]"]

@@ -86,7 +86,7 @@ def test_what_stays_open_is_asked_and_explicit_in_the_command(
     deltactl: Deltactl, tmp_path: Path, names: str
 ) -> None:
     table(tmp_path / "a.csv", names, 1.2)
-    done = deltactl("diagnose", "a.csv", "--inspect")
+    done = deltactl("inspect", "a.csv")
     for unit in ("[deg]", "[rad]", "[mm]", "[m]"):
         assert unit in done.stdout
     command = next(line for line in done.stdout.split("\n") if line.startswith("diagnose it:"))

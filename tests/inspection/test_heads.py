@@ -73,7 +73,7 @@ def test_the_commands_that_are_printed_run_as_they_are(
     """Without times, with labels, with spaces and brackets in names."""
     monkeypatch.chdir(tmp_path)
     write(HEADS[program], tmp_path / "the log.csv")
-    printed = run("diagnose", "--inspect", "the log.csv")
+    printed = run("inspect", "the log.csv")
     typed = [line.partition(":")[2] for line in printed.splitlines() if ": " in line]
     commands = [shlex.split(one) for one in typed if one.strip().startswith("deltactl ")]
     assert len(commands) == 2

@@ -33,6 +33,6 @@ def test_a_page_can_leave_out_what_is_typed_in_a_terminal(tmp_path: Path) -> Non
     with pytest.raises(RecordingError) as refused:
         read_flat(file)
     error = refused.value
-    assert error.typed.endswith(f"deltactl diagnose --inspect {file}")
+    assert error.typed.endswith(f"deltactl inspect {file}")
     assert str(error).endswith(error.typed)
     assert "left" in str(error).removesuffix(error.typed)

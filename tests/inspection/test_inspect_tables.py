@@ -1,4 +1,4 @@
-"""Tables as people have them: what `--inspect` takes them for, and that its command reads them."""
+"""Tables as people have them: what `inspect` takes them for, and that its command reads them."""
 
 from __future__ import annotations
 
@@ -224,28 +224,28 @@ def test_the_command_line_shows_it_and_saves_the_mapping(
         + text(columns(T_S, np.degrees(COMMAND), np.degrees(POSITION)), ";", ",")
     )
     (tmp_path / "axis.yaml").write_text("kind: servo_axis\nname: mine\nmotion: rotary\n")
-    shown = deltactl("diagnose", "log.csv", "--inspect", "--save-columns", "log.yaml").stdout
+    shown = deltactl("inspect", "log.csv", "--save-columns", "log.yaml").stdout
     assert "decimal comma" in shown
-    assert "deltactl init my-robot.yaml --kind servo_axis --motion rotary" in shown
+    assert "deltactl init axis my-robot.yaml --motion rotary" in shown
     assert "deltactl diagnose log.csv --robot my-robot.yaml --columns log.yaml" in shown
     done = deltactl(
         "diagnose", "log.csv", "--robot", "axis.yaml", "--columns", "log.yaml", "--json", "-"
     )
     assert json.loads(done.stdout)["findings"][0]["effect"] == "following_lag"
-    again = deltactl("diagnose", "log.csv", "--inspect", "--save-columns", "log.yaml", status=2)
+    again = deltactl("inspect", "log.csv", "--save-columns", "log.yaml", status=2)
     assert "exists already" in again.stderr
 
 
 def test_a_table_without_our_names_points_here(deltactl: Deltactl, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("a;b\n1;2\n2;3\n")
     refused = deltactl("diagnose", "log.csv", "--robot", "zhao-2023.yaml", status=2)
-    assert "deltactl diagnose --inspect log.csv" in refused.stderr
+    assert "deltactl inspect log.csv" in refused.stderr
 
 
 @pytest.mark.parametrize("content", ["", "only words\nand more words\n", "\x00\x01\x02"])
 def test_no_table_is_one_line(deltactl: Deltactl, tmp_path: Path, content: str) -> None:
     (tmp_path / "none.csv").write_text(content)
-    refused = deltactl("diagnose", "none.csv", "--inspect", status=2)
+    refused = deltactl("inspect", "none.csv", status=2)
     assert refused.stderr.startswith("deltactl: none.csv")
     assert len(refused.stderr.splitlines()) == 1
 
@@ -268,7 +268,7 @@ def test_what_is_said_of_a_column_is_taken_and_printed_back(
     path.write_text("stamp,q,amperes_seen\n" + text(rows))
     unknown = inspect(path)
     assert unknown.kind is None
-    assert "--inspect --set effort=amperes_seen" in unknown.kind_why
+    assert "--set effort=amperes_seen" in unknown.kind_why
     known = inspect(path, load_mapping(None, ["effort=amperes_seen*2.5"]))
     assert known.kind == "servo_axis"
     assert known.guesses["amperes_seen"].why == "as you say"
@@ -278,12 +278,12 @@ def test_what_is_said_of_a_column_is_taken_and_printed_back(
     other = inspect(path, load_mapping(None, ["position=amperes_seen[mm]", "effort=q"]))
     assert taken(other) == {"t": "stamp", "position": "amperes_seen", "effort": "q"}
     assert other.motion == "linear"
-    shown = deltactl("diagnose", "log.csv", "--inspect", "--set", "effort=amperes_seen").stdout
-    assert "deltactl init my-robot.yaml --kind servo_axis" in shown
+    shown = deltactl("inspect", "log.csv", "--set", "effort=amperes_seen").stdout
+    assert "deltactl init axis my-robot.yaml" in shown
     assert "--recorded effort --inertia INERTIA --effort-gain GAIN" in shown
     (tmp_path / "my-robot.yaml").write_text("another machine's\n")
-    again = deltactl("diagnose", "log.csv", "--inspect", "--set", "effort=amperes_seen").stdout
-    assert "deltactl init log-robot.yaml --kind servo_axis" in again
+    again = deltactl("inspect", "log.csv", "--set", "effort=amperes_seen").stdout
+    assert "deltactl init axis log-robot.yaml" in again
 
 
 def test_motors_with_letters_are_three_and_have_one_unit(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def test_of_six_joints_the_first_is_one_axis(tmp_path: Path) -> None:
 
 def test_the_commands_that_are_printed_work(tmp_path: Path, deltactl: Deltactl) -> None:
     write(tmp_path / "delta.csv", "q{n}_ref", "q{n}")
-    shown = deltactl("diagnose", "delta.csv", "--inspect").stdout
+    shown = deltactl("inspect", "delta.csv").stdout
     _, init, *read = shlex.split(re.findall(r"describe the machine: +(.*)", shown)[0])
     sizes = [word for name, mm in SIZES_MM.items() for word in (f"--{name}-mm", mm)]
     deltactl(init, *read, *sizes, "--gear-ratio", "1")

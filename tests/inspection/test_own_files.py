@@ -1,4 +1,4 @@
-"""The program's own recordings and tables, looked at with --inspect."""
+"""The program's own recordings and tables, looked at with `inspect`."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ ROWS = 200
 def test_a_run_and_its_table_are_diagnosed_as_they_are(deltactl: Deltactl, tmp_path: Path) -> None:
     deltactl("run", "circle.yaml", "--simulate", "--record", "run.mcap")
     deltactl("export", "run.mcap", "run.csv", "--truth")
-    table = deltactl("diagnose", "--inspect", "run.csv").stdout
+    table = deltactl("inspect", "run.csv").stdout
     assert "diagnose run.csv --robot my-robot.yaml\n" in table
-    run = deltactl("diagnose", "--inspect", "run.mcap").stdout
+    run = deltactl("inspect", "run.mcap").stdout
     assert "this is a recording of deltactl" in run
     assert "deltactl diagnose run.mcap --robot ROBOT\n" in run
     assert "deltactl init" not in run
@@ -57,7 +57,7 @@ def test_empty_cells_are_counted_and_leave_the_rest_as_it_is(
 ) -> None:
     rows = [f"{0.02 * n:.2f},{n},{n if n % 4 else ''}" for n in range(ROWS)]
     (tmp_path / "axis.csv").write_text("\n".join(["t,command,position", *rows]) + "\n")
-    shown = deltactl("diagnose", "--inspect", "axis.csv").stdout
+    shown = deltactl("inspect", "axis.csv").stdout
     assert f"empty cells: {ROWS // 4} of position" in shown
     (line,) = [line for line in shown.splitlines() if line.startswith("position ")]
     assert line.split()[-2:] == ["1", "199"] or "199" in line.split()

@@ -27,7 +27,7 @@ def test_they_are_left_out_and_that_is_said(deltactl: Deltactl, tmp_path: Path) 
     write(tmp_path / "log.csv", "t_ms,soll,ist")
     assert ("remarks", SAYS) in inspect(tmp_path / "log.csv").facts
     write(tmp_path / "ours.csv", "t,command,position")
-    deltactl("init", "axis.yaml", "--kind", "servo_axis", "--motion", "rotary")
+    deltactl("init", "axis", "axis.yaml", "--motion", "rotary")
     refused = deltactl("diagnose", "ours.csv", "--robot", "axis.yaml", status=2).stderr
     assert SAYS in refused
     assert "this row has" not in refused

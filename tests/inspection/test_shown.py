@@ -1,4 +1,4 @@
-"""What `--inspect` prints: in a window no wider than it, elsewhere one line for each sentence."""
+"""What `inspect` prints: in a window no wider than it, elsewhere one line for each sentence."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def in_a_window(folder: Path, width: int, *arguments: str) -> str:
 @pytest.mark.parametrize("width", [80, 120])
 def test_nothing_is_broken_at_the_edge_of_a_window(tmp_path: Path, width: int) -> None:
     write(tmp_path / "log.csv")
-    shown = in_a_window(tmp_path, width, "diagnose", "log.csv", "--inspect")
+    shown = in_a_window(tmp_path, width, "inspect", "log.csv")
     assert max(map(len, shown.splitlines())) <= width
     command = shlex.split(shown[shown.index("deltactl diagnose") :])
     assert command[:5] == ["deltactl", "diagnose", "log.csv", "--robot", "my-robot.yaml"]
@@ -59,7 +59,7 @@ def test_elsewhere_every_sentence_and_command_is_one_line(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
     write(tmp_path / "log.csv")
-    done = deltactl("diagnose", "log.csv", "--inspect")
+    done = deltactl("inspect", "log.csv")
     assert done.stderr == ""
     lines = done.stdout.splitlines()
     (load,) = [line for line in lines if line.startswith("look here: torque_Nm")]
@@ -71,5 +71,5 @@ def test_elsewhere_every_sentence_and_command_is_one_line(
 def test_large_numbers_stand_without_a_power_of_ten(deltactl: Deltactl, tmp_path: Path) -> None:
     rows = [f"{t:.2f},{1e6 * q:.1f},{1e6 * q - 5.0:.1f}" for t, q in zip(T_S, asked(), strict=True)]
     (tmp_path / "um.csv").write_text("\n".join(["time,goal_um,laser_um", *rows]) + "\n")
-    done = deltactl("diagnose", "um.csv", "--inspect")
+    done = deltactl("inspect", "um.csv")
     assert "e+0" not in done.stdout

@@ -171,6 +171,6 @@ def test_grad_is_degrees_and_said_to_be_doubtful(deltactl, tmp_path) -> None:
     for unit, doubtful in (("grad", True), ("Grad", True), ("deg", False)):
         heading = f"t [s],Soll [{unit}],Winkel [{unit}]"
         (tmp_path / "log.csv").write_text("\n".join([heading, *rows]) + "\n")
-        done = deltactl("diagnose", "log.csv", "--inspect")
+        done = deltactl("inspect", "log.csv")
         assert "position=Winkel[deg]" in done.stdout.replace("\n", "")
         assert ("grad is read as degrees" in done.stdout) == doubtful

@@ -93,7 +93,7 @@ def test_a_sensor_beside_a_ruler_needs_no_times(deltactl: Deltactl, tmp_path: Pa
     head = ["Nr", "Abstand (mm)", "Anzeige (mm)"]
     write(tmp_path / "tof.csv", head, [number, TRUE_MM, READ_MM], "\t")
     (tmp_path / "tof.yaml").write_text(SENSOR)
-    shown = deltactl("diagnose", "tof.csv", "--inspect")
+    shown = deltactl("inspect", "tof.csv")
     assert "look here" not in shown.stdout + shown.stderr
     assert "without times, which a ranging sensor does not need" in shown.stdout
     assert "t=Nr" not in shown.stdout
@@ -131,11 +131,11 @@ def test_names_of_ones_own_with_another_machines_file_say_which_machine(
     (tmp_path / "tof.yaml").write_text(SENSOR)
     says = deltactl("diagnose", "a.csv", "--robot", "tof.yaml", status=2).stderr
     assert says.startswith("deltactl: a.csv: looks like a table of a servo_axis")
-    assert "deltactl diagnose a.csv --inspect" in says
+    assert "deltactl inspect a.csv" in says
     (tmp_path / "axis.yaml").write_text(AXIS)
     says = deltactl("diagnose", "a.csv", "--robot", "axis.yaml", status=2).stderr
     assert "(Zeit [s], Soll [deg], Ist [deg])" in says
-    assert "deltactl diagnose --inspect a.csv" in says
+    assert "deltactl inspect a.csv" in says
     write(tmp_path / "b.csv", ["command", "position"], [ASKED, SEEN], ",")
     says = deltactl("diagnose", "b.csv", "--robot", "axis.yaml", status=2).stderr
     assert "--set rate_hz=50 with the rows per second" in says

@@ -38,11 +38,11 @@ PLACEHOLDER = re.compile(r"\b[A-Z]{2,}\b|\.\.\.|\[")
 """Something of the reader's, in a sentence."""
 
 MISSING: dict[str, tuple[str, ...]] = {
-    "deltactl train --recipe ours": ("--out", "x.tflite"),
-    "deltactl train --robot mine.yaml": ("--out", "x.tflite"),
+    "deltactl network train --recipe ours": ("--out", "x.tflite"),
+    "deltactl network train --robot mine.yaml": ("--out", "x.tflite"),
     "deltactl export --truth": ("run.mcap", "run.csv"),
     "deltactl sensors --calibrate": ("z=0.412",),
-    "deltactl diagnose --fleet": ("runs/*.mcap",),
+    "deltactl fleet": ("runs/*.mcap",),
 }
 """What a sentence leaves out of a command, for it speaks of one option."""
 

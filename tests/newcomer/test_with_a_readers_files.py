@@ -13,24 +13,24 @@ from tests.newcomer.readers_files import FILES
 from tests.rigs.documented import ROOT
 
 MY_DELTA = (
-    "deltactl init my-delta.yaml --base-radius-mm 120 --platform-radius-mm 40 --upper-arm-mm 150"
-    " --forearm-mm 320 --gear-ratio 5 --microsteps-per-rev 1600"
+    "deltactl init delta my-delta.yaml --base-radius-mm 120 --platform-radius-mm 40"
+    " --upper-arm-mm 150 --forearm-mm 320 --gear-ratio 5 --microsteps-per-rev 1600"
 )
 A_RUN = "deltactl run circle.yaml --simulate --record {}"
-DAEMON = "deltactl daemon my-delta.yaml --simulate"
+DAEMON = "deltactl service daemon my-delta.yaml --simulate"
 AT_THE_END = "trap 'kill $(jobs -p) 2>/dev/null || true; wait' EXIT"
 READY = "until deltactl status > status.txt 2>&1; do sleep 0.2; done"
 
 SESSIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "a table of one's own": ((), (
         "source .venv/bin/activate",
-        "deltactl diagnose data.csv --inspect",
-        "deltactl init my-robot.yaml --kind servo_axis --motion rotary",
+        "deltactl inspect data.csv",
+        "deltactl init axis my-robot.yaml --motion rotary",
         'deltactl diagnose data.csv --robot my-robot.yaml --set "t=time[ms]"'
         ' --set "position=angle[deg]" --set "command=target[deg]" --report why.html',
     )),
     "a LeRobot data set": ((), (
-        "deltactl diagnose so100/ --inspect",
+        "deltactl inspect so100/",
         "deltactl diagnose so100/ --robot axis.yaml --set t=timestamp"
         ' --set "command=action.elbow_flex.pos[deg]"'
         ' --set "position=observation.state.elbow_flex.pos[deg]" --set segment=episode_index',
@@ -41,23 +41,26 @@ SESSIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         "deltactl convert points.csv path.yaml --robot my-delta.yaml --speed 100 --corner 1",
     )),
     "a simulated robot of one's own": ((MY_DELTA,), (
-        DAEMON, "deltactl on", "deltactl home", "deltactl jog --z -5", "deltactl teach pick.csv",
+        DAEMON, "deltactl power on", "deltactl home", "deltactl jog --z -5",
+        "deltactl teach pick.csv",
     )),
-    "a corrected robot": (("deltactl daemon zhao-2023.yaml --simulate", "deltactl on"), (
+    "a corrected robot": ((
+        "deltactl service daemon zhao-2023.yaml --simulate", "deltactl power on",
+    ), (
         "deltactl check heart.yaml --robot mine.yaml",
         "deltactl home --robot mine.yaml",
         "deltactl goto 0 0 -450",
     )),
     "a corrected robot without a daemon": ((), ("deltactl run heart.yaml --robot mine.yaml",)),
     "in Foxglove": ((A_RUN.format("recordings/heart.mcap"),), (
-        "deltactl foxglove recordings/heart.mcap -o heart-foxglove.mcap",
-        "deltactl foxglove --layout deltactl-layout.json",
+        "deltactl web foxglove recordings/heart.mcap -o heart-foxglove.mcap",
+        "deltactl web foxglove --layout deltactl-layout.json",
     )),
     "many recordings": ((
         "mkdir -p runs/monday robots", A_RUN.format("runs/monday/circle.mcap"),
         f"cp {ROOT}/config/zhao-2023.yaml robots",
     ), (
-        "deltactl diagnose --fleet 'runs/**/*.mcap' --robots robots/ --out fleet/"
+        "deltactl fleet 'runs/**/*.mcap' --robots robots/ --out fleet/"
         " --limit gear_backlash.width=0.0087",
     )),
 }  # fmt: skip
@@ -87,4 +90,4 @@ def _in_a_shell(line: str) -> str:
 
 
 def _starts_a_daemon(lines: tuple[str, ...]) -> bool:
-    return any(line.startswith("deltactl daemon") for line in lines)
+    return any(line.startswith("deltactl service daemon") for line in lines)

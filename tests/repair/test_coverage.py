@@ -41,7 +41,7 @@ def test_a_network_that_does_not_know_is_a_warning_and_geometry_knows(
     heart = CONFIG_FOLDER / "heart.yaml"
     by_network = coverage_of(heart, corrected)
     assert "home_offset on motor1" in by_network.warning
-    assert f"deltactl train --robot {corrected}" in by_network.warning
+    assert f"deltactl network train --robot {corrected}" in by_network.warning
     assert {one.effect for one in by_network.left} == {"home_offset", "contact"}
     job = tmp_path / "heart.yaml"
     job.write_text(

@@ -1,4 +1,4 @@
-"""`deltactl collect`: what it writes, and that nothing is lost however it ends."""
+"""`deltactl network collect`: what it writes, and that nothing is lost however it ends."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'
 
 def test_a_survey_of_the_as_built_robot(here, surveyed: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
-    done = here("collect", "--samples", "60", "--as-built", "zhao-2023", "--out", out)
+    done = here("network", "collect", "--samples", "60", "--as-built", "zhao-2023", "--out", out)
     assert done.returncode == 0, done.stderr
     assert "60 samples" in done.stdout
     data = load_dataset(out)
@@ -30,7 +30,16 @@ def test_a_survey_of_the_as_built_robot(here, surveyed: Path, tmp_path: Path) ->
 
 def test_killed_in_the_middle_and_gone_on_with(here, surveyed: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
-    words = ["collect", "--samples", "3000", "--as-built", "zhao-2023", "--out", str(out)]
+    words = [
+        "network",
+        "collect",
+        "--samples",
+        "3000",
+        "--as-built",
+        "zhao-2023",
+        "--out",
+        str(out),
+    ]
     code = "import sys; from deltactl.cli.main import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", code, *words], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL
@@ -48,7 +57,7 @@ def test_killed_in_the_middle_and_gone_on_with(here, surveyed: Path, tmp_path: P
     taken = len(load_dataset(out))
     assert 0 < taken < 3000
     wanted = str(taken + 20)
-    done = here("collect", "--samples", wanted, "--as-built", "zhao-2023", "--out", out)
+    done = here("network", "collect", "--samples", wanted, "--as-built", "zhao-2023", "--out", out)
     assert done.returncode == 0, done.stderr
     data, whole = load_dataset(out), load_dataset(surveyed)
     assert len(data) == int(wanted)
@@ -58,7 +67,9 @@ def test_killed_in_the_middle_and_gone_on_with(here, surveyed: Path, tmp_path: P
 def test_going_on_gives_what_one_go_gives(here, surveyed: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
     for samples in ("70", "120"):
-        done = here("collect", "--samples", samples, "--as-built", "zhao-2023", "--out", out)
+        done = here(
+            "network", "collect", "--samples", samples, "--as-built", "zhao-2023", "--out", out
+        )
         assert done.returncode == 0, done.stderr
     assert (out / SAMPLES).read_bytes() == (surveyed / SAMPLES).read_bytes()
 
@@ -72,19 +83,19 @@ def test_without_its_state_a_survey_is_gone_through_again_and_kept(
     whole = (surveyed / SAMPLES).read_bytes()
     for name in ("settings.yaml", SAMPLES):
         (out / name).write_bytes((surveyed / name).read_bytes())
-    fewer = here("collect", "--samples", "30", "--as-built", "zhao-2023", "--out", out)
+    fewer = here("network", "collect", "--samples", "30", "--as-built", "zhao-2023", "--out", out)
     assert fewer.returncode == 0, fewer.stderr
     assert "120 samples" in fewer.stdout
     assert (out / SAMPLES).read_bytes() == whole
     (out / SAMPLES).write_bytes(b"".join(whole.splitlines(keepends=True)[:61]))
-    more = here("collect", "--samples", "120", "--as-built", "zhao-2023", "--out", out)
+    more = here("network", "collect", "--samples", "120", "--as-built", "zhao-2023", "--out", out)
     assert more.returncode == 0, more.stderr
     assert (out / SAMPLES).read_bytes() == whole
 
 
 def test_a_full_disk_is_one_line_and_keeps_what_was_taken(cli, here, tmp_path: Path) -> None:
     out = tmp_path / "data"
-    words = ("collect", "--samples", "300", "--as-built", "zhao-2023", "--out", out)
+    words = ("network", "collect", "--samples", "300", "--as-built", "zhao-2023", "--out", out)
     full = cli(*words, disk=9000)
     assert full.returncode == 2
     assert len(full.stderr.strip().splitlines()) == 1
@@ -97,21 +108,21 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_taken(cli, here, tmp_path: P
 
 
 def test_another_seed_or_robot_is_not_mixed_in(here, surveyed: Path, tmp_path: Path) -> None:
-    words = ("collect", "--samples", "130", "--as-built", "zhao-2023", "--out", surveyed)
+    words = ("network", "collect", "--samples", "130", "--as-built", "zhao-2023", "--out", surveyed)
     other_seed = here(*words, "--seed", "2")
     assert other_seed.returncode == 2
     assert "another seed" in other_seed.stderr
     other_robot = here(*words, "--robot", "zhao-2023-as-printed.yaml")
     assert other_robot.returncode == 2
     assert "is about robot" in other_robot.stderr
-    missing = here("collect", "--as-built", "nowhere.yaml", "--out", tmp_path / "x")
+    missing = here("network", "collect", "--as-built", "nowhere.yaml", "--out", tmp_path / "x")
     assert missing.returncode == 2
     assert "cannot be read" in missing.stderr
 
 
 def test_a_survey_of_the_simulated_chain(here, tmp_path: Path) -> None:
     out = tmp_path / "data"
-    done = here("collect", "--samples", "2", "--simulate", "--out", out)
+    done = here("network", "collect", "--samples", "2", "--simulate", "--out", out)
     assert done.returncode == 0, done.stderr
     data = load_dataset(out)
     assert data.settings.machine == "simulated"
@@ -121,13 +132,13 @@ def test_a_survey_of_the_simulated_chain(here, tmp_path: Path) -> None:
     assert abs(nominal_m - data.position_m).max() < 0.004  # 1.5 mm of noise, 25 readings
     kept = (out / SAMPLES).read_bytes()
     for samples in ("2", "1"):
-        again = here("collect", "--samples", samples, "--simulate", "--out", out)
+        again = here("network", "collect", "--samples", samples, "--simulate", "--out", out)
         assert again.returncode == 0, again.stderr
         assert "2 samples" in again.stdout
         assert (out / SAMPLES).read_bytes() == kept
     changed = kept.replace(b"\n2,", b"\n2,1")
     (out / SAMPLES).write_bytes(changed)
-    foreign = here("collect", "--samples", "3", "--simulate", "--out", out)
+    foreign = here("network", "collect", "--samples", "3", "--simulate", "--out", out)
     assert foreign.returncode == 2
     assert "its last sample is no pose of this survey" in foreign.stderr
     assert (out / SAMPLES).read_bytes() == changed

@@ -1,4 +1,4 @@
-"""`deltactl evaluate`: a network beside geometry and a calibration."""
+"""`deltactl network evaluate`: a network beside geometry and a calibration."""
 
 from __future__ import annotations
 
@@ -39,7 +39,17 @@ def test_only_what_it_did_not_see_judges_it(surveyed: Path, network: Path) -> No
 
 def test_held_out_errors_and_curves(here, surveyed: Path, network: Path, tmp_path: Path) -> None:
     saved = tmp_path / "calibrated.yaml"
-    words = ("evaluate", network, "--data", surveyed, "--as-built", "zhao-2023", "--part", "0.02")
+    words = (
+        "network",
+        "evaluate",
+        network,
+        "--data",
+        surveyed,
+        "--as-built",
+        "zhao-2023",
+        "--part",
+        "0.02",
+    )
     done = here(*words, "--save-robot", saved, "--json")
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout)
@@ -55,7 +65,7 @@ def test_held_out_errors_and_curves(here, surveyed: Path, network: Path, tmp_pat
     assert load_robot(saved).effects
     # The network is of the machine, whose file this is now: 13 degrees from the design's angles.
     NetworkFile.load(network).check(load_robot(saved))
-    shown = here("evaluate", network, "--data", surveyed)
+    shown = here("network", "evaluate", network, "--data", surveyed)
     assert shown.returncode == 0, shown.stderr
     assert "45 samples it was not trained on" in shown.stdout
 
@@ -65,12 +75,18 @@ def test_bad_input_is_one_line(here, surveyed: Path, network: Path, tmp_path: Pa
     broken.write_bytes(network.read_bytes()[:-40] + bytes(40))
     other = ("--robot", "zhao-2023-as-printed.yaml")
     for words, said in (
-        (("evaluate", broken, "--data", surveyed), "broken.tflite"),
-        (("evaluate", tmp_path / "none.tflite", "--data", surveyed), "none.tflite"),
-        (("evaluate", network, "--data", tmp_path), "settings.yaml"),
-        (("evaluate", network, "--data", surveyed, *other), "was taken with robot"),
-        (("evaluate", network, "--data", surveyed, "--save-robot", broken), "exists already"),
-        (("evaluate", network, "--data", surveyed, "--as-built", "none.yaml"), "none.yaml"),
+        (("network", "evaluate", broken, "--data", surveyed), "broken.tflite"),
+        (("network", "evaluate", tmp_path / "none.tflite", "--data", surveyed), "none.tflite"),
+        (("network", "evaluate", network, "--data", tmp_path), "settings.yaml"),
+        (("network", "evaluate", network, "--data", surveyed, *other), "was taken with robot"),
+        (
+            ("network", "evaluate", network, "--data", surveyed, "--save-robot", broken),
+            "exists already",
+        ),
+        (
+            ("network", "evaluate", network, "--data", surveyed, "--as-built", "none.yaml"),
+            "none.yaml",
+        ),
     ):
         done = here(*words)
         assert done.returncode == 2

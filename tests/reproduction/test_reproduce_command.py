@@ -1,4 +1,4 @@
-"""`deltactl reproduce zhao-2023 --quick`: all stages once, then from what is kept."""
+"""`deltactl network reproduce zhao-2023 --quick`: all stages once, then from what is kept."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def made_at(out: Path) -> dict[str, int]:
 
 def test_everything_short_and_again_from_what_is_kept(here, tmp_path: Path) -> None:
     out = tmp_path / "zhao"
-    first = here("reproduce", "zhao-2023", "--quick", "--out", out)
+    first = here("network", "reproduce", "zhao-2023", "--quick", "--out", out)
     assert first.returncode == 0, first.stderr
     for words in ("Table 3", "Table 4", "Figures 10 to 15", "limit", "0.1015", "46.5250"):
         assert words in first.stdout
@@ -47,7 +47,7 @@ def test_everything_short_and_again_from_what_is_kept(here, tmp_path: Path) -> N
     # A network kept from a program with another recipe is not gone on with.
     source = of_dataset(load_dataset(out / "data").first(100), load_delta(find("zhao-2023.yaml")))
     train_from_samples(source, "zhao", network, 0, 9)
-    again = here("reproduce", "zhao-2023", "--quick", "--out", out)
+    again = here("network", "reproduce", "zhao-2023", "--quick", "--out", out)
     assert again.stdout == first.stdout
     assert "limit" in again.stderr
     assert again.stderr.count("training ") == again.stderr.count("training zhao-100") > 0
@@ -64,7 +64,9 @@ def test_the_tables_of_the_docs_are_of_the_recipes_there_are() -> None:
 
 
 def test_a_full_disk_is_one_line(cli, tmp_path: Path) -> None:
-    done = cli("reproduce", "zhao-2023", "--quick", "--out", tmp_path / "zhao", disk=4000)
+    done = cli(
+        "network", "reproduce", "zhao-2023", "--quick", "--out", tmp_path / "zhao", disk=4000
+    )
     assert done.returncode == 2
     assert "cannot be written" in done.stderr.strip().splitlines()[-1]
     assert "Traceback" not in done.stderr

@@ -1,4 +1,4 @@
-"""`deltactl reproduce uzunovic-2013 --quick`: both sections through the command line, shortened."""
+"""`deltactl network reproduce uzunovic-2013 --quick`: both sections, shortened."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_both_sections_are_printed_and_drawn(
     monkeypatch.setattr(control, "whole_s", lambda: SHORT_S)
     monkeypatch.setattr(control, "EXPERIMENTS", control.EXPERIMENTS[:1])
     out = tmp_path / "uzunovic"
-    done = here("reproduce", "uzunovic-2013", "--quick", "--out", out)
+    done = here("network", "reproduce", "uzunovic-2013", "--quick", "--out", out)
     assert done.returncode == 0, done.stderr
     for words in ("Section 3.1", "Table 1", "0.8270", "Tracking error", "disturbance observer"):
         assert words in done.stdout
@@ -38,7 +38,7 @@ def test_a_folder_that_cannot_be_written_is_said_before_any_work(
     here, tmp_path: Path, paper: str
 ) -> None:
     (tmp_path / "file").write_text("")
-    done = here("reproduce", paper, "--quick", "--out", tmp_path / "file" / "out")
+    done = here("network", "reproduce", paper, "--quick", "--out", tmp_path / "file" / "out")
     assert done.returncode == 2
     (line,) = done.stderr.strip().splitlines()
     assert "cannot be written" in line

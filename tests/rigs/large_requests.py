@@ -139,7 +139,16 @@ class Latencies:
 def daemon(folder: Path) -> Iterator[Path]:
     """A simulated daemon, off; its socket. Raises ServiceError when it does not start."""
     socket, log = folder / "d.sock", folder / "log"
-    words = ["daemon", ROBOT_FILE, "--simulate", "--socket", socket, "--recordings", folder]
+    words = [
+        "service",
+        "daemon",
+        ROBOT_FILE,
+        "--simulate",
+        "--socket",
+        socket,
+        "--recordings",
+        folder,
+    ]
     with log.open("wb") as errors:
         process = subprocess.Popen(
             [sys.executable, "-m", "deltactl.cli.main", *map(str, words)],

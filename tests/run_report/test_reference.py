@@ -42,7 +42,7 @@ def test_a_run_without_faults_errs_by_a_microstep(
     deltactl, tmp_path: Path, legs: str, timing: str, spacing_m: float
 ) -> None:
     """It was asked to stand at a rest, to speed up from it, and nothing on the way back."""
-    deltactl("init", "printed.yaml", *SIZES, "--sensors", "none")
+    deltactl("init", "delta", "printed.yaml", *SIZES, "--sensors", "none")
     (tmp_path / "legs.yaml").write_text(job(LEGS[legs], 3, timing, spacing_m))
     words = ("run", "legs.yaml", "--simulate", "--json", "--record", "r.mcap")
     result = json.loads(deltactl(*words).stdout)
@@ -55,14 +55,14 @@ def test_a_run_without_faults_errs_by_a_microstep(
 
 
 def test_the_last_target_counts_though_its_last_step_comes_before(deltactl, tmp_path: Path) -> None:
-    deltactl("init", "printed.yaml", *SIZES, "--sensors", "none")
+    deltactl("init", "delta", "printed.yaml", *SIZES, "--sensors", "none")
     result = json.loads(deltactl("run", "printed-circle.yaml", "--simulate", "--json").stdout)
     truth = result["tracking"]["simulated truth"]
     assert max(truth[axis]["max_m"] for axis in "xyz") < MICROSTEP_M
 
 
 def test_what_is_asked_for_stands_still_during_a_dwell(deltactl, tmp_path: Path) -> None:
-    deltactl("init", "printed.yaml", *SIZES, "--sensors", "none")
+    deltactl("init", "delta", "printed.yaml", *SIZES, "--sensors", "none")
     text = job(LEGS["a dwell"], 1, "mode: accelerated, speed_mps: 0.1", 0.0005)
     (tmp_path / "legs.yaml").write_text(text)
     deltactl("run", "legs.yaml", "--simulate", "--record", "r.mcap")

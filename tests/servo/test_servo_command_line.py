@@ -85,11 +85,11 @@ def test_after_a_lost_encoder_the_daemon_refuses_until_cleared_and_homed(
 ) -> None:
     robot, job = files(tmp_path, LOST % 5.0, turns=40)
     socket = str(tmp_path / "d.sock")
-    words = [*COMMAND, "daemon", robot, "--simulate", "--socket", socket]
+    words = [*COMMAND, "service", "daemon", robot, "--simulate", "--socket", socket]
     daemon = subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.DEVNULL)
     try:
         _wait(lambda: Path(socket).exists())
-        deltactl("on", "--socket", socket)
+        deltactl("power", "on", "--socket", socket)
         deltactl("home", "--socket", socket)
         lost = deltactl("run", job, "--socket", socket, status=2)
         assert "encoder signal of motor2 is lost" in lost.stderr

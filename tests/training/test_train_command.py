@@ -1,4 +1,4 @@
-"""`deltactl train` as a user meets it: files, metadata, and every mistake in one line."""
+"""`deltactl network train` as a user meets it: files, metadata, and every mistake in one line."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_the_command_trains_and_answers_in_json(
     make_data: MakeData, deltactl: Deltactl, tmp_path: Path
 ) -> None:
     folder = make_data()
-    command = ["train", folder.name, "--recipe", "uzunovic", "--epochs", "5", "--json"]
+    command = ["network", "train", folder.name, "--recipe", "uzunovic", "--epochs", "5", "--json"]
     status, out, _ = deltactl(*command, "--out", "net.tflite")
     answer = json.loads(out)
     assert status == 0
@@ -91,7 +91,16 @@ def test_the_command_trains_and_answers_in_json(
 
 def test_the_nominal_robot_is_learned_without_data(tmp_path: Path) -> None:
     """In a process of its own, as a user starts it."""
-    command = ["train", "--robot", "zhao-2023.yaml", "--recipe", "uzunovic", "--samples", "200"]
+    command = [
+        "network",
+        "train",
+        "--robot",
+        "zhao-2023.yaml",
+        "--recipe",
+        "uzunovic",
+        "--samples",
+        "200",
+    ]
     done = subprocess.run(
         [
             sys.executable,
@@ -128,7 +137,7 @@ def test_a_mistake_in_the_data_is_one_line(
 ) -> None:
     given, expected = MISTAKES[name]
     folder = make_data(**given)
-    command = ["train", folder.name, "--robot", "zhao-2023.yaml", "--out", "net.tflite"]
+    command = ["network", "train", folder.name, "--robot", "zhao-2023.yaml", "--out", "net.tflite"]
     status, _, said = deltactl(*command)
     (line,) = said.splitlines()
     assert status == 2
@@ -141,7 +150,7 @@ def test_a_data_set_whose_robot_file_is_not_there_says_which(
     make_data: MakeData, deltactl: Deltactl
 ) -> None:
     folder = make_data(spoil="robot")
-    status, _, said = deltactl("train", folder.name, "--out", "net.tflite")
+    status, _, said = deltactl("network", "train", folder.name, "--out", "net.tflite")
     (line,) = said.splitlines()
     assert status == 2
     assert "was taken with robot 'another-robot'" in line
@@ -161,7 +170,7 @@ def test_a_data_set_whose_robot_file_is_not_there_says_which(
 def test_a_mistake_in_the_command_is_one_line(
     deltactl: Deltactl, command: list[str], expected: str
 ) -> None:
-    status, _, said = deltactl("train", *command)
+    status, _, said = deltactl("network", "train", *command)
     (line,) = said.splitlines()
     assert status == 2
     assert line.startswith("deltactl: ")

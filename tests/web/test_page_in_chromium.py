@@ -251,7 +251,7 @@ def test_two_browsers_and_a_daemon_that_comes_goes_and_comes_again(
 ) -> None:
     place = tmp_path / "d.sock"
     page = start_page(tmp_path, "--socket", str(place))
-    call = [sys.executable, "-P", "-m", "deltactl.cli.main", "daemon",
+    call = [sys.executable, "-P", "-m", "deltactl.cli.main", "service", "daemon",
             str(patient_robot(tmp_path)), "--simulate", "--socket", str(place),
             "--recordings", str(page.recordings)]  # fmt: skip
     try:

@@ -377,5 +377,5 @@ def test_the_file_holds_hashes_and_only_the_service_reads_it(users_file: Path) -
 
 
 def test_no_network_without_users(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="web-user"):
+    with pytest.raises(ConfigError, match="web user"):
         serve(Where("0.0.0.0", 8080, None, tmp_path, tmp_path / "w"))

@@ -83,7 +83,7 @@ def test_a_task_has_a_time_limit_and_then_the_next_has_its_turn(tmp_path: Path) 
     async def both() -> dict[str, object]:
         with pytest.raises(ServiceError, match=r"given up after 0\.05 s") as short:
             await Tasks({"inspect": 0.05}).run("inspect", table)
-        assert "--inspect" in str(short.value)
+        assert "deltactl inspect" in str(short.value)
         assert not workers_on(table)
         patient = Tasks({"inspect": 60.0, "diagnose": 0.05})
         first = asyncio.create_task(patient.run("diagnose", tmp_path, tmp_path / "r.yaml", table))

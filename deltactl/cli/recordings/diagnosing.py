@@ -1,4 +1,4 @@
-"""What `deltactl diagnose` does: one robot's recordings, or with `--fleet` many of many robots."""
+"""What `deltactl diagnose` does with one robot's recordings."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from deltactl.cli.file_arguments import refuse_missing
 from deltactl.cli.output import (
-    bar,
     broken,
     console,
-    errors,
     print_json,
     print_wrapped,
     say,
@@ -26,7 +24,6 @@ from deltactl.cli.recordings.tables import as_calibration, mapping_of, read_plai
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
-from deltactl.foundation.printable import count
 from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_with_effects
 
@@ -152,50 +149,3 @@ def read_with(
         from deltactl.recording.foreign.reading import read_mapped
     mapping = mapping_of(columns)
     return lambda path: as_calibration(read_mapped(path, mapping, tell), robot)
-
-
-def diagnose_many(
-    pattern: str,
-    robots: Path | None,
-    out: Path,
-    workers: int,
-    scheduler: str | None,
-    limits: list[str],
-    sisters: bool = True,
-) -> None:
-    """Diagnose a fleet with a bar of progress; a bad file costs one line."""
-    if robots is None:
-        raise ConfigError("--fleet needs --robots FOLDER, where the robot files lie")
-    known = _limits(limits)
-    with needs("fleet", "deltactl diagnose --fleet"):
-        import deltactl.fleet.run as run
-
-    with bar("looking for recordings") as draw:
-
-        def progress(done: int, of: int, row: dict[str, Any]) -> None:
-            if "error" in row:
-                errors.print(row["error"], soft_wrap=True)
-            draw(done, of, Path(row["recording"]).name)
-
-        rows = run.diagnose_fleet(
-            pattern, robots, out, workers, scheduler, known, progress, sisters
-        )
-    bad = sum("error" in row for row in rows)
-    missing = sum(row.get("verdict", "nothing_missing") != "nothing_missing" for row in rows)
-    say(f"{count(len(rows), 'recording')}: {missing} with a mismatch, {bad} bad")
-    say(f"page:  {out / run.PAGE}\ntable: {out / run.TABLE}")
-    if bad == len(rows):
-        warn("no recording could be read")
-
-
-def _limits(given: list[str]) -> dict[str, float]:
-    found = {}
-    for text in given:
-        name, _, value = text.partition("=")
-        try:
-            found[name] = float(value)
-        except ValueError:
-            value = ""
-        if name.count(".") != 1 or not value:
-            raise ConfigError(f"--limit {text}: write it as gear_backlash.width=0.01")
-    return found

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from deltactl.cli.file_arguments import written_if_right
+from deltactl.cli.file_arguments import ForceOption, written_if_right
 from deltactl.cli.output import console, say, tell, warn
 from deltactl.firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
 from deltactl.firmware_py.describing.robot_text import robot_text
@@ -23,57 +23,45 @@ if TYPE_CHECKING:
     from deltactl.firmware_py.describing.questions import Answers
     from deltactl.recording.tables.flat import FlatRecording
 
-WIRED = "For hardware (a delta; all are asked for with --wiring)"
 SAID = {
     question.key: question.text
     for question in (*(q for qs in QUESTIONS.values() for q in qs), *WIRING)
 }
+WIRED = "For hardware (all are asked for with --wiring)"
+FORCED = "Where an effort is recorded (force, torque or current)"
+STEPPED = "With --drive stepper"
+ABOUT = """Describe a machine in a robot file. Asks for what no option gives.
+
+```
+deltactl init delta my-robot.yaml
+deltactl init axis my-axis.yaml
+deltactl init sensor my-sensor.yaml
+```
+"""
+FileArgument = Annotated[Path, typer.Argument(help="Robot file to write (.yaml).")]
+MeasureOption = Annotated[
+    Path | None, typer.Option(help="A recording: measure what it tells of the machine.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="How that recording is read, as for deltactl diagnose."),
+]
 
 
-def _asked(key: str) -> Any:
+def _asked(key: str, panel: str | None = None) -> Any:
     """The option that answers a question without asking."""
-    wired = any(question.key == key for question in WIRING)
-    kinds = [
-        kind for kind, asked in QUESTIONS.items() if any(question.key == key for question in asked)
-    ]
-    only = next(
-        (question.only for question in QUESTIONS["servo_axis"] if question.key == key), None
-    )
-    of = f"For {' and '.join(kinds)}" if only is None else f"For {only[2]}"
-    panel = WIRED if wired else "Every kind" if len(kinds) > 2 else of
     return typer.Option(help=SAID[key], rich_help_panel=panel)
 
 
-class Kind(StrEnum):
-    """What a machine may be."""
+class Drive(StrEnum):
+    """What moves an axis, as its recordings show it."""
 
-    DELTA = "delta"
-    STEPPER_AXIS = "stepper_axis"
-    SERVO_AXIS = "servo_axis"
-    RANGE_SENSOR = "range_sensor"
+    SERVO = "servo"
+    STEPPER = "stepper"
 
 
-def init(
-    file: Annotated[Path, typer.Argument(help="Robot file to write (.yaml).")],
-    kind: Annotated[
-        Kind,
-        typer.Option(
-            help="What the machine is. servo_axis: any axis that is told positions, a stepper's"
-            " slide too; stepper_axis: one whose steps are recorded."
-        ),
-    ] = Kind.DELTA,
-    wiring: Annotated[
-        bool, typer.Option("--wiring", help="Also pins, limits and homing, for hardware.")
-    ] = False,
-    measure: Annotated[
-        Path | None, typer.Option(help="A recording: measure what it tells of the machine.")
-    ] = None,
-    columns: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="How that recording is read, as for deltactl diagnose."),
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
-    name: Annotated[str | None, _asked("name")] = None,
+def delta(
+    file: FileArgument,
     base_radius_mm: Annotated[str | None, _asked("base_radius_mm")] = None,
     platform_radius_mm: Annotated[str | None, _asked("platform_radius_mm")] = None,
     upper_arm_mm: Annotated[str | None, _asked("upper_arm_mm")] = None,
@@ -81,48 +69,111 @@ def init(
     microsteps_per_rev: Annotated[str | None, _asked("microsteps_per_rev")] = None,
     gear_ratio: Annotated[str | None, _asked("gear_ratio")] = None,
     sensors: Annotated[str | None, _asked("sensors")] = None,
-    motion: Annotated[str | None, _asked("motion")] = None,
-    recorded: Annotated[str | None, _asked("recorded")] = None,
-    inertia: Annotated[str | None, _asked("inertia")] = None,
-    effort_gain: Annotated[str | None, _asked("effort_gain")] = None,
-    hanging_nm: Annotated[str | None, _asked("hanging_nm")] = None,
-    hanging_deg: Annotated[str | None, _asked("hanging_deg")] = None,
-    slope_n: Annotated[str | None, _asked("slope_n")] = None,
-    zero: Annotated[str | None, _asked("zero")] = None,
-    step_pins: Annotated[str | None, _asked("step_pins")] = None,
-    direction_pins: Annotated[str | None, _asked("direction_pins")] = None,
-    enable_pin: Annotated[str | None, _asked("enable_pin")] = None,
-    alarm_pins: Annotated[str | None, _asked("alarm_pins")] = None,
-    estop_pin: Annotated[str | None, _asked("estop_pin")] = None,
-    xshut_pins: Annotated[str | None, _asked("xshut_pins")] = None,
-    arm_deg: Annotated[str | None, _asked("arm_deg")] = None,
-    step_rate_hz: Annotated[str | None, _asked("step_rate_hz")] = None,
-    joint_speed_radps: Annotated[str | None, _asked("joint_speed_radps")] = None,
-    joint_acceleration_radps2: Annotated[str | None, _asked("joint_acceleration_radps2")] = None,
-    approach_speed_radps: Annotated[str | None, _asked("approach_speed_radps")] = None,
-    home_deg: Annotated[str | None, _asked("home_deg")] = None,
+    name: Annotated[str | None, _asked("name")] = None,
+    wiring: Annotated[
+        bool, typer.Option("--wiring", help="Also pins, limits and homing, for hardware.")
+    ] = False,
+    force: ForceOption = False,
+    step_pins: Annotated[str | None, _asked("step_pins", WIRED)] = None,
+    direction_pins: Annotated[str | None, _asked("direction_pins", WIRED)] = None,
+    enable_pin: Annotated[str | None, _asked("enable_pin", WIRED)] = None,
+    alarm_pins: Annotated[str | None, _asked("alarm_pins", WIRED)] = None,
+    estop_pin: Annotated[str | None, _asked("estop_pin", WIRED)] = None,
+    xshut_pins: Annotated[str | None, _asked("xshut_pins", WIRED)] = None,
+    arm_deg: Annotated[str | None, _asked("arm_deg", WIRED)] = None,
+    step_rate_hz: Annotated[str | None, _asked("step_rate_hz", WIRED)] = None,
+    joint_speed_radps: Annotated[str | None, _asked("joint_speed_radps", WIRED)] = None,
+    joint_acceleration_radps2: Annotated[
+        str | None, _asked("joint_acceleration_radps2", WIRED)
+    ] = None,
+    approach_speed_radps: Annotated[str | None, _asked("approach_speed_radps", WIRED)] = None,
+    home_deg: Annotated[str | None, _asked("home_deg", WIRED)] = None,
 ) -> None:
-    """Write a robot file, and for a delta a first job. Asks for what no option gives.
+    """Describe a delta robot: a robot file, and a first job, a circle that fits.
 
     ```
-    deltactl init my-robot.yaml
-    deltactl init axis.yaml --kind servo_axis --motion linear --name slide
-    deltactl init table.yaml --kind stepper_axis --measure run.csv
+    deltactl init delta my-robot.yaml
+    deltactl init delta config/my-delta.yaml --wiring
     ```
     """
-    options = dict(locals())
-    given = {key: options[key] for key in SAID if options[key] is not None}
-    wiring = wiring or (kind is Kind.DELTA and any(question.key in given for question in WIRING))
-    questions = QUESTIONS[kind.value] + (WIRING if wiring else ())
+    given = _given(locals())
+    wiring = wiring or any(question.key in given for question in WIRING)
+    _describe("delta", file, given, force, wiring=wiring)
+
+
+def axis(
+    file: FileArgument,
+    drive: Annotated[
+        Drive,
+        typer.Option(
+            help="servo: any axis that gets positions, a stepper's slide too; stepper: one whose"
+            " steps are recorded."
+        ),
+    ] = Drive.SERVO,
+    motion: Annotated[str | None, _asked("motion")] = None,
+    recorded: Annotated[str | None, _asked("recorded")] = None,
+    zero: Annotated[str | None, _asked("zero")] = None,
+    name: Annotated[str | None, _asked("name")] = None,
+    measure: MeasureOption = None,
+    columns: SetOption = None,
+    force: ForceOption = False,
+    inertia: Annotated[str | None, _asked("inertia", FORCED)] = None,
+    effort_gain: Annotated[str | None, _asked("effort_gain", FORCED)] = None,
+    hanging_nm: Annotated[str | None, _asked("hanging_nm", FORCED)] = None,
+    hanging_deg: Annotated[str | None, _asked("hanging_deg", FORCED)] = None,
+    slope_n: Annotated[str | None, _asked("slope_n", FORCED)] = None,
+    microsteps_per_rev: Annotated[str | None, _asked("microsteps_per_rev", STEPPED)] = None,
+    gear_ratio: Annotated[str | None, _asked("gear_ratio", STEPPED)] = None,
+) -> None:
+    """Describe a single axis that turns or slides.
+
+    ```
+    deltactl init axis slide.yaml --motion linear --name slide
+    deltactl init axis table.yaml --drive stepper --measure run.csv
+    ```
+    """
+    _describe(f"{drive.value}_axis", file, _given(locals()), force, (measure, columns or []))
+
+
+def sensor(
+    file: FileArgument,
+    name: Annotated[str | None, _asked("name")] = None,
+    force: ForceOption = False,
+) -> None:
+    """Describe a distance sensor.
+
+    ```
+    deltactl init sensor lidar.yaml --name lidar
+    ```
+    """
+    _describe("range_sensor", file, _given(locals()), force)
+
+
+def _given(options: dict[str, Any]) -> Answers:
+    """The answers among the options of a command, by question."""
+    return {key: options[key] for key in SAID if options.get(key) is not None}
+
+
+def _describe(
+    kind: str,
+    file: Path,
+    given: Answers,
+    force: bool,
+    recorded: tuple[Path | None, list[str]] = (None, []),
+    wiring: bool = False,
+) -> None:
+    """Ask what is missing and write the file; `recorded` is a recording and how it is read."""
+    measure, columns = recorded
+    questions = QUESTIONS[kind] + (WIRING if wiring else ())
     keys = {question.key for question in questions}
     if extra := [key for key in given if key not in keys]:
         names = ", ".join("--" + key.replace("_", "-") for key in extra)
-        raise ConfigError(f"{names}: a {kind.value} has no such thing; leave it out")
+        raise ConfigError(f"{names}: a {kind} has no such thing; leave it out")
     known = given
     if file.exists() and not force:
         raise ConfigError(f"{file}: exists already; name another file, or add --force")
     if measure is not None:
-        found, columns = _measured(kind.value, measure, columns or [], known)
+        found, columns = _measured(kind, measure, columns, known)
         known = found | known
     if "name" in keys and "name" not in known:
         known["name"] = file.stem
@@ -130,10 +181,10 @@ def init(
     answers = gather(questions, known, ask)
     for line in remarks(questions, known if ask is None else answers, answers):
         tell(line)
-    for line in _write(file, kind.value, robot_text(kind.value, answers, wiring), force):
+    for line in _write(file, kind, robot_text(kind, answers, wiring), force):
         (say if line.startswith(COPIED) else tell)(line)
-    if kind is not Kind.DELTA:
-        say(f"next: {_diagnosing(file, measure, columns or [])}")
+    if kind != "delta":
+        say(f"next: {_diagnosing(file, measure, columns)}")
 
 
 ANSWER = 12
@@ -165,7 +216,7 @@ def _measured(
 
 
 def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
-    """As it is said, and where that does not do as --inspect would read it, which is then said."""
+    """As it is said, and where that does not do as `inspect` would read it, which is then said."""
     from deltactl.cli.recordings.diagnosing import read_with
     from deltactl.cli.recordings.tables import mapping_of
     from deltactl.foundation.errors import RecordingError
@@ -174,7 +225,7 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
         return read_with(columns)(path), columns
     except RecordingError as error:
         wrong = error
-    with needs("diagnosis", "init --measure"):
+    with needs("diagnosis", "init axis --measure"):
         from deltactl.recording.foreign.inspection import inspect
         from deltactl.recording.foreign.reading import read_mapped
     try:
@@ -203,11 +254,11 @@ def _write(file: Path, kind: str, text: str, force: bool) -> list[str]:
 
 
 def _diagnosing(file: Path, recording: Path | None, columns: list[str]) -> str:
-    """The command that diagnoses the recording a lone machine was measured by, or any."""
+    """The command that diagnoses the recording a machine was measured by, or any."""
     if recording is not None:
         sets = [word for option in columns for word in ("--set", option)]
         return shlex.join(["deltactl", "diagnose", str(recording), "--robot", str(file), *sets])
-    options = " (with the --set options that --inspect prints)"
+    options = " (with the --set options that deltactl inspect RECORDING prints)"
     return f"deltactl diagnose RECORDING --robot {file}{options}"
 
 

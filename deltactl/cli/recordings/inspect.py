@@ -1,4 +1,4 @@
-"""`deltactl diagnose --inspect`: what a table seems to be, and the command that reads it."""
+"""`deltactl inspect`: what a table seems to be, and the command that reads it."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def inspect_recordings(
 
     columns: what is known already, as --columns and --set say it.
     """
-    with needs("diagnosis", "diagnose --inspect"):
+    with needs("diagnosis", "inspect"):
         from deltactl.recording.foreign.inspection import inspect
     refuse_missing(recordings)
     known = mapping_of(columns)
@@ -105,6 +105,8 @@ def _as_json(seen: Inspection) -> dict[str, Any]:
 
 
 def _show(seen: Inspection, robot: str | None, save: Path | None) -> None:
+    from deltactl.recording.foreign.found import init_words
+
     kind = f"{seen.kind or 'unknown'} ({seen.kind_why})"
     console.print(facts(str(seen.path), [*seen.facts, ("machine", kind)]))
     console.print()
@@ -128,7 +130,7 @@ def _show(seen: Inspection, robot: str | None, save: Path | None) -> None:
         motion = ["--motion", seen.motion or "rotary"] if seen.kind == "servo_axis" else []
         zero = ["--zero", "arbitrary"] if seen.zero == "arbitrary" else []
         forced = FORCED if seen.needs_inertia else []
-        init = ["deltactl", "init", _new(seen), "--kind", seen.kind, *motion, *forced, *zero]
+        init = ["deltactl", *init_words(seen.kind, _new(seen)), *motion, *forced, *zero]
         _say_command("describe the machine:  ", init)
         for line in FORCED_SAYS if seen.needs_inertia else ():
             _say_broken(line.format(weight=WEIGHT[seen.motion or "rotary"]))

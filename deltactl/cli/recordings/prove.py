@@ -12,6 +12,7 @@ import typer
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from deltactl.cli.help_screens import MORE
 from deltactl.cli.output import bar, console, errors, facts, millimetres, say
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
@@ -32,19 +33,28 @@ def prove(
     cases: Annotated[int, typer.Option(help="How many cases.")] = 300,
     seed: Annotated[int, typer.Option(help="Draws the cases; any number.")] = 1,
     ties: Annotated[
-        int | None, typer.Option(help="Pairs to settle by a proposed run; a tenth of the cases.")
+        int | None,
+        typer.Option(
+            help="Pairs to settle by a proposed run; a tenth of the cases.", rich_help_panel=MORE
+        ),
     ] = None,
     more: Annotated[
-        int, typer.Option(help="Further cases: four and five causes, more kinds of unknowns.")
+        int,
+        typer.Option(
+            help="Further cases: four and five causes, more kinds of unknowns.",
+            rich_help_panel=MORE,
+        ),
     ] = 0,
     workers: Annotated[int, typer.Option(help="Processes here; 0 runs in this one.")] = 2,
     scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler, for more machines.")
+        str | None,
+        typer.Option(help="Address of a Dask scheduler, for more machines.", rich_help_panel=MORE),
     ] = None,
     minutes: Annotated[
         float,
         typer.Option(
-            help="Minutes after which no case is begun; the table is of the finished ones."
+            help="Minutes after which no case is begun; the table is of the finished ones.",
+            rich_help_panel=MORE,
         ),
     ] = float("inf"),
     repair: Annotated[
@@ -52,18 +62,27 @@ def prove(
         typer.Option("--repair", help="Correct each robot and compare what it draws instead."),
     ] = False,
     networks: Annotated[
-        bool, typer.Option(help="With --repair: train each robot's network and run it, too.")
+        bool,
+        typer.Option(
+            help="With --repair: train each robot's network and run it, too.", rich_help_panel=MORE
+        ),
     ] = False,
     machine: Annotated[
         Machine, typer.Option(help="A delta, or single axes and range sensors.")
     ] = "delta",
     half: Annotated[
         Half,
-        typer.Option(help="Of axes: only even seeds (for tuning) or only odd ones (for judging)."),
+        typer.Option(
+            help="Of axes: only even seeds (for tuning) or only odd ones (for judging).",
+            rich_help_panel=MORE,
+        ),
     ] = "all",
     practice: Annotated[
         Path | None,
-        typer.Option(help="Of axes: a folder of cases with answers.json, scored beside."),
+        typer.Option(
+            help="Of axes: a folder of cases with answers.json, scored beside.",
+            rich_help_panel=MORE,
+        ),
     ] = None,
 ) -> None:
     """Conceal effects in an independently simulated robot, diagnose blind, and count.

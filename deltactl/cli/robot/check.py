@@ -121,7 +121,7 @@ def _steps(summary: CheckSummary) -> list[tuple[str, str]]:
     return [
         ("steps", f"{summary.instructions}"),
         *([("waits for inputs", f"{waits} at most")] if summary.waits_at_most_s else []),
-        *([("pauses", f"{summary.pauses}, until 'deltactl resume'")] if summary.pauses else []),
+        *([("pauses", f"{summary.pauses}, until 'deltactl job resume'")] if summary.pauses else []),
     ]
 
 

@@ -13,6 +13,7 @@ from deltactl.cli.file_arguments import (
     refuse_other_page,
     refuse_recorded,
 )
+from deltactl.cli.help_screens import MORE
 from deltactl.cli.output import waiting
 
 JobArgument = Annotated[Path, typer.Argument(help="Job file; sought here, then in config/.")]
@@ -29,7 +30,17 @@ AcceptOption = Annotated[
         max=360.0,
     ),
 ]
-SocketOption = Annotated[Path | None, typer.Option(help="Socket of the daemon.")]
+SocketOption = Annotated[
+    Path | None, typer.Option(help="Socket of the daemon.", rich_help_panel=MORE)
+]
+ABOUT = """Watch, hold, end or verify a job.
+
+```
+deltactl job follow
+deltactl job pause
+deltactl job verify heart.yaml
+```
+"""
 
 
 def run(
@@ -55,8 +66,8 @@ def run(
         bool,
         typer.Option(
             "--detach",
-            help="Let the daemon go on alone once the job is checked; 'deltactl follow' watches it."
-            " Without it the job ends with this command.",
+            help="Let the daemon go on alone once the job is checked; 'deltactl job follow' watches"
+            " it. Without it the job ends with this command.",
         ),
     ] = False,
     json_out: JsonOption = False,
@@ -109,8 +120,8 @@ def follow(
     """Watch a job of the daemon to its end, whoever started it; Ctrl-C only ends the watching.
 
     ```
-    deltactl follow
-    deltactl follow 7 --json
+    deltactl job follow
+    deltactl job follow 7 --json
     ```
     """
     from deltactl.cli.robot.remote import follow_job
@@ -142,7 +153,7 @@ def verify(
     """Were steps lost? Homes, runs the job, goes home again, and compares the sensors.
 
     ```
-    deltactl verify heart.yaml
+    deltactl job verify heart.yaml
     ```
     """
     from deltactl.cli.robot.run import verify_job
@@ -184,7 +195,7 @@ def record(
     """Record the sensors alone, while somebody moves the platform. Runs record themselves.
 
     ```
-    deltactl record by-hand.mcap --seconds 30
+    deltactl sensors record by-hand.mcap --seconds 30
     ```
     """
     from deltactl.cli.robot.sensors import record_sensors

@@ -208,7 +208,7 @@ def platform_m(socket: Path | None) -> Place:
     if status.state in ("planning", "running", "paused"):
         job = status.job or ", ".join((*status.queued, *status.planning))
         raise NotReady(
-            f"the robot is {status.state}: {job}; wait for its end, or 'deltactl cancel'"
+            f"the robot is {status.state}: {job}; wait for its end, or 'deltactl job cancel'"
         )
     if status.position_m is None:
         what = f" since the {WHAT[status.state]} ({status.why})" if status.state in WHAT else ""

@@ -99,7 +99,7 @@ def status_table(status: Status) -> object:
 
 
 def announced(robot: str) -> list[str]:
-    """What `deltactl check-runs` found in the recordings of this folder or of the service."""
+    """What `deltactl service check-runs` found in recordings of this folder or of the service."""
     from deltactl.fleet.checks import read_announced
 
     places = (Path("recordings"), Path("/var/lib/deltactl/recordings"))
@@ -161,7 +161,7 @@ def _watched(client: Client, number: int, quiet: bool) -> JobResult:
                 time.sleep(WATCH_S)
                 draw(client.status())
         except KeyboardInterrupt:
-            warn(f"job {number} goes on; 'deltactl cancel' ends it")
+            warn(f"job {number} goes on; 'deltactl job cancel' ends it")
             raise
     return result
 
@@ -207,7 +207,7 @@ def _bar(quiet: bool) -> Iterator[Callable[[Status], None]]:
                 _draw(progress, bar, status)
                 why = status.why if status.state == State.PAUSED.value else ""
                 if why and why != paused:
-                    warn(f"the job pauses ({why}); 'deltactl resume' goes on")
+                    warn(f"the job pauses ({why}); 'deltactl job resume' goes on")
                 paused = why
 
         yield draw

@@ -154,8 +154,8 @@ def _hand_over(path: Path, record: Path | None, socket: Path | None, json_out: b
         print_json({"job_id": number})
         return
     say(
-        f"job {number} goes on alone: 'deltactl follow {number}' watches it, 'deltactl cancel'"
-        " ends it"
+        f"job {number} goes on alone: 'deltactl job follow {number}' watches it, 'deltactl job"
+        " cancel' ends it"
     )
 
 

@@ -13,8 +13,22 @@ import typer
 
 from deltactl.cli.robot.jobs import AcceptOption, JsonOption, SocketOption
 
+POWER = """Energise or release the drives.
 
-def _simple(name: str, text: str) -> Callable[..., None]:
+```
+deltactl power on
+```
+"""
+ABOUT = """Install the service on a Raspberry Pi, and what it runs.
+
+```
+deltactl service install
+deltactl service daemon zhao-2023.yaml --simulate
+```
+"""
+
+
+def _simple(name: str, text: str, group: str = "") -> Callable[..., None]:
     """A command that is one request without arguments."""
 
     def command(socket: SocketOption = None) -> None:
@@ -23,19 +37,23 @@ def _simple(name: str, text: str) -> Callable[..., None]:
         do(name, socket)
 
     command.__name__ = name
-    command.__doc__ = f"{text}\n\n```\ndeltactl {name}\n```"
+    command.__doc__ = f"{text}\n\n```\ndeltactl {group}{name}\n```"
     return command
 
 
-SIMPLE = (
-    _simple("on", "Start the sensors and energise the drives."),
-    _simple("off", "Release the drives. The arms may drop: hold them."),
-    _simple("pause", "Decelerate on the path and hold."),
-    _simple("resume", "Go on from where the job was paused."),
-    _simple("cancel", "Decelerate on the path, drop the job, what is planned and the queue."),
+OF_POWER = (
+    _simple("on", "Start the sensors and energise the drives.", "power "),
+    _simple("off", "Release the drives. The arms may drop: hold them.", "power "),
+)
+OF_JOBS = (
+    _simple("pause", "Decelerate on the path and hold.", "job "),
+    _simple("resume", "Go on from where the job was paused.", "job "),
     _simple(
-        "acknowledge", "Accept an emergency stop or fault whose cause is gone; home afterwards."
+        "cancel", "Decelerate on the path, drop the job, what is planned and the queue.", "job "
     ),
+)
+acknowledge = _simple(
+    "acknowledge", "Accept an emergency stop or fault whose cause is gone; home afterwards."
 )
 
 
@@ -96,6 +114,7 @@ def status(
 
 
 def sensors(
+    ctx: typer.Context,
     robot: Annotated[
         str | None,
         typer.Option(
@@ -118,6 +137,8 @@ def sensors(
     deltactl sensors --calibrate z=0.412
     ```
     """
+    if ctx.invoked_subcommand is not None:
+        return
     from deltactl.cli.robot.sensors import show_sensors
 
     show_sensors(robot, watch, calibrate, json_out, socket)
@@ -139,7 +160,7 @@ def daemon(
     read whenever the robot is homed, and may come, change and go while the daemon runs.
 
     ```
-    deltactl daemon zhao-2023.yaml --simulate
+    deltactl service daemon zhao-2023.yaml --simulate
     ```
     """
     from deltactl.cli.output import errors
@@ -168,8 +189,8 @@ def install(
     """Install the service on a Raspberry Pi: unit, udev rules, boot options, wiring table.
 
     ```
-    deltactl install
-    sudo .venv/bin/deltactl install --apply
+    deltactl service install
+    sudo .venv/bin/deltactl service install --apply
     ```
     """
     from deltactl.cli.file_arguments import robot_or_here
@@ -179,13 +200,8 @@ def install(
     install(find(robot_or_here(robot)), apply=apply)
 
 
-def version(json_out: JsonOption = False) -> None:
-    """Version of deltactl, Python and the network runtime.
-
-    ```
-    deltactl version
-    ```
-    """
+def show_version(json_out: bool) -> None:
+    """Print the versions of deltactl, Python and the network runtime."""
     import platform
 
     import numpy
@@ -221,14 +237,14 @@ def check_runs(
     The page and `deltactl status` show what is announced.
 
     ```
-    deltactl check-runs --recordings /var/lib/deltactl/recordings
-    deltactl check-runs --once
+    deltactl service check-runs --recordings /var/lib/deltactl/recordings
+    deltactl service check-runs --once
     ```
     """
     from deltactl.cli.output import print_json, say
     from deltactl.foundation.extras import needs
 
-    with needs("diagnosis", "check-runs"):
+    with needs("diagnosis", "service check-runs"):
         import deltactl.diagnosis.api  # noqa: F401
         from deltactl.fleet.checks import RunChecks
     os.nice(15)

@@ -14,7 +14,7 @@ from deltactl.foundation.errors import RecordingError, RefusedRecording
 from deltactl.models.robot import DeltaRobot, RobotModel
 from deltactl.recording.column_measures import first_of
 from deltactl.recording.foreign.by_values import ASKED
-from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.found import Inspection, init_words
 from deltactl.recording.foreign.guess import MOTIONS, guess_columns, kind_of
 from deltactl.recording.foreign.guessed_units import with_units
 from deltactl.recording.foreign.inspection import inspect
@@ -85,11 +85,11 @@ def _option(guess: Guess) -> str:
 
 def looks_like(kind: str, why: str, robot: RobotModel, source: str) -> str:
     """Which kind of machine a table is of and what to type, after the table's name."""
+    file = f"my-{kind.replace('_', '-')}.yaml"
     return (
         f"looks like a table of a {kind} ({why}), and the robot file describes a"
-        f" {robot.kind}. To look at it, type: deltactl diagnose {shlex.quote(source)}"
-        f" --inspect; to describe such a machine: deltactl init my-{kind.replace('_', '-')}.yaml"
-        f" --kind {kind}"
+        f" {robot.kind}. To look at it, type: deltactl inspect {shlex.quote(source)}; to describe"
+        f" such a machine: {shlex.join(['deltactl', *init_words(kind, file)])}"
     )
 
 
@@ -142,7 +142,7 @@ def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RefusedRecor
     if robot is None or seen.kind is None or seen.kind == robot.kind:
         names = f"its columns have names of their own ({listed})"
         why = names if seen.named else "it has no line that names its columns"
-        remedy = f"which options read them: deltactl diagnose --inspect {source}"
+        remedy = f"which options read them: deltactl inspect {source}"
         return Refusal(Kind.COLUMNS, why, remedy, source).error()
     why = looks_like(seen.kind, seen.kind_why, robot, source)
     names = f"Its columns: {listed}" if seen.named else ""

@@ -83,7 +83,7 @@ def check_arm_angles(robot: RobotModel, recording: FlatRecording) -> None:
         f" round: these look like {like}",
         f"Give the unit of each of {stems}, as"
         f' --set "{name}=COLUMN[deg]" (of counts what one is in rad: "{one}");'
-        f" to see it for your columns, type: deltactl diagnose {recording.source} --inspect",
+        f" to see it for your columns, type: deltactl inspect {recording.source}",
         between=". ",
         column=name,
     )

@@ -156,7 +156,8 @@ def check_force(plant: ForcedAxis) -> None:
             f"the axis accelerates against its effort ({ratio:.2f} times the inertia of the robot"
             " file)",
             "is the sign of effort, of position or of effort_gain wrong, or does a weight pull at"
-            " it that the file does not say (`gravity`; 'deltactl init' has --hanging-nm for it)?",
+            " it that the file does not say (`gravity`; 'deltactl init axis' has"
+            " --hanging-nm for it)?",
             column="effort",
         )
 

@@ -43,7 +43,7 @@ STANDS_IN = {
     "distance": "distance [m], the true distance",
     "range": "range [m], what the sensor reported",
 }
-MAPPING = "give other names and units with --set name=column[unit]; --inspect says how"
+MAPPING = "give other names and units with --set name=column[unit]; 'deltactl inspect' says how"
 NOTHING = "nothing can be told from it"
 
 

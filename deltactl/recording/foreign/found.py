@@ -14,6 +14,20 @@ from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.table_format import IN_OPTIONS
 
+INIT = {
+    "delta": ("delta",),
+    "servo_axis": ("axis",),
+    "stepper_axis": ("axis", "--drive", "stepper"),
+    "range_sensor": ("sensor",),
+}
+"""What `deltactl init` calls each kind of machine, and the options that kind needs."""
+
+
+def init_words(kind: str, file: str) -> list[str]:
+    """The words behind `deltactl` that describe a machine of this kind in a file."""
+    name, *options = INIT[kind]
+    return ["init", name, file, *options]
+
 
 @dataclass(frozen=True)
 class Inspection:

@@ -276,7 +276,7 @@ def kind_of(
 
 def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
     """What is needed besides, and how it is said; `left`: columns that nothing is known of."""
-    here = "here too: --inspect"
+    here = "here too:"
     position = next((guess.source for guess in guesses.values() if guess.name == "position"), None)
     if position is None:
         likely = next((one for one in left if not pulls(one)), None)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class GuessOptions:
-    """Of a table that says neither what its columns are nor their units; `--inspect` shows each
+    """Of a table that says neither what its columns are nor their units; `inspect` shows each
     guess and the command that says otherwise."""
 
     # Which column is what.

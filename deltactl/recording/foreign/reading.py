@@ -139,7 +139,7 @@ def _table(
     except RecordingError as error:
         if other:
             raise RecordingError(f"{path}: {other}") from None
-        typed = f"; how it can be read: deltactl diagnose --inspect {path}"
+        typed = f"; how it can be read: deltactl inspect {path}"
         raise error.with_typed(typed) from None
     if other and len(table) == 1:
         raise RecordingError(f"{path}: {other}")

@@ -44,7 +44,7 @@ def one_joint_at_a_time(path: Path) -> RecordingError:
     """What is said where a whole data set is to be diagnosed."""
     return RecordingError(
         f"{path}: is a LeRobot data set; one of its joints is diagnosed at a time;"
-        f" which options choose it: deltactl diagnose --inspect {path}"
+        f" which options choose it: deltactl inspect {path}"
     )
 
 

@@ -201,7 +201,7 @@ def _heading(path: Path, head: str) -> list[str]:
     if "t" not in names:
         raise RecordingError(
             f"{path}:1: has no column 't'; it has {', '.join(names)[:200]}"
-        ).with_typed(f"; type: deltactl diagnose --inspect {path}")
+        ).with_typed(f"; type: deltactl inspect {path}")
     if len(names) > MOST_COLUMNS:
         raise RecordingError(f"{path}:1: has {len(names)} columns, at most {MOST_COLUMNS} are read")
     twice = sorted(name for name, count in Counter(names).items() if count > 1)

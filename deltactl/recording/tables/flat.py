@@ -164,7 +164,7 @@ def from_columns(
             f"{source}: none of its columns {_listed(name for name in named if name != 't')} "
             "is one that the program knows (steps_1, range_x, position, ...; all of them stand in"
             " docs/reference/columns.md)"
-        ).with_typed(f"; type: deltactl diagnose --inspect {source}")
+        ).with_typed(f"; type: deltactl inspect {source}")
     t_s = known.pop("t")
     where = _Where(source, lines)
     if not len(t_s):

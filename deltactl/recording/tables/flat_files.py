@@ -56,7 +56,7 @@ def read_flat(path: Path, progress: Progress = lambda _: None) -> FlatRecording:
     try:
         ending = _ending(path, READERS)
     except RecordingError as error:
-        typed = f"; another table is read with --set: type: deltactl diagnose --inspect {path}"
+        typed = f"; another table is read with --set: type: deltactl inspect {path}"
         raise error.with_typed(typed) from None
     return READERS[ending](path, progress)
 

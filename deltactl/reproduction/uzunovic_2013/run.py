@@ -1,4 +1,4 @@
-"""`deltactl reproduce uzunovic-2013`: sections 3 (kinematics) and 5 (control) in one report."""
+"""`deltactl network reproduce uzunovic-2013`: sections 3 (kinematics) and 5 (control)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def reproduce(folder: Path, quick: bool, say: Callable[[str], None]) -> Outcome:
     say("section 5: control")
     control = reproduce_control(None, quick, tell)
     sheets = [*kinematics.sheets, *control.sheets]
-    command = f"deltactl reproduce uzunovic-2013{' --quick' if quick else ''}"
+    command = f"deltactl network reproduce uzunovic-2013{' --quick' if quick else ''}"
     return write(folder, sheets, _html(kinematics, control), _markdown(sheets, command))
 
 

@@ -1,4 +1,4 @@
-"""`deltactl reproduce zhao-2023`: all stages, then tables, one HTML page and one Markdown file."""
+"""`deltactl network reproduce zhao-2023`: all stages, then tables, a page and a Markdown file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ DIFFERS = (
     "reproduction/zhao_2023/tracking.py.",
     "The survey is taken from rest to rest without simulating the days in between "
     "(reproduction/zhao_2023/settling.py); the curves are simulated in time by MuJoCo.",
-    "The paper's recipe as printed does not learn (deltactl train and docs say what was added).",
+    "The paper's recipe as printed does not learn (deltactl network train and docs say what was"
+    " added).",
 )
 
 
@@ -114,7 +115,7 @@ def reproduce(folder: Path, quick: bool, say: Say) -> Outcome:
     """Run what is missing in the folder. Raises ConfigError or RecordingError."""
     check_writable(folder)
     study = _study(folder, quick, say)
-    command = f"deltactl reproduce zhao-2023{' --quick' if quick else ''}"
+    command = f"deltactl network reproduce zhao-2023{' --quick' if quick else ''}"
     try:
         sheets = sheets_of(study)
         html, markdown = html_of(study, sheets), markdown_of(study, sheets, command)

@@ -40,8 +40,8 @@ class User(StrictModel):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]{1,40}$", description="letters, digits")]
     role: Role
-    salt: Annotated[str, Field(pattern="^[0-9a-f]{32}$", description="made by deltactl web-user")]
-    scrypt: Annotated[str, Field(pattern="^[0-9a-f]{64}$", description="made by deltactl web-user")]
+    salt: Annotated[str, Field(pattern="^[0-9a-f]{32}$", description="made by deltactl web user")]
+    scrypt: Annotated[str, Field(pattern="^[0-9a-f]{64}$", description="made by deltactl web user")]
 
     def has(self, password: str) -> bool:
         """Whether that is the password."""
@@ -108,7 +108,7 @@ def load_users(path: Path) -> dict[str, User]:
     if its.st_mode & 0o077 or its.st_uid not in (os.getuid(), 0):
         raise ConfigError(f"{path}: others can read it; type: chmod 600 {path}")
     if not found.users:
-        raise ConfigError(f"{path}: nobody may sign in; add somebody with 'deltactl web-user'")
+        raise ConfigError(f"{path}: nobody may sign in; add somebody with 'deltactl web user'")
     return {user.name: user for user in found.users}
 
 

@@ -45,7 +45,7 @@ class OwnRecordings:
         if ending is None:
             raise RecordingError(
                 f"{shown}: a recording to open here ends in .csv, .csv.gz or .mcap; for others:"
-                " deltactl diagnose FILE --inspect"
+                " deltactl inspect FILE"
             )
         if self._busy:
             raise RecordingError(f"{shown}: another recording is on its way; wait for it")

@@ -30,7 +30,7 @@ LIMITS_S = {
 INSTEAD = {
     "check_job": "deltactl check FILE",
     "check_robot": "deltactl check FILE",
-    "inspect": "deltactl diagnose FILE --inspect",
+    "inspect": "deltactl inspect FILE",
     "run_report": "deltactl report FILE",
     "diagnose": "deltactl diagnose FILE",
 }

@@ -95,7 +95,16 @@ class DaemonStand:
         program = "from deltactl.cli.main import main; main()"
         with (self.folder / "log").open("ab") as log:
             process = subprocess.Popen(
-                [sys.executable, "-c", program, "daemon", str(ROBOT_FILE), "--simulate", *places],
+                [
+                    sys.executable,
+                    "-c",
+                    program,
+                    "service",
+                    "daemon",
+                    str(ROBOT_FILE),
+                    "--simulate",
+                    *places,
+                ],
                 cwd=self.folder,
                 env=os.environ | {"PYTHONPATH": str(PROGRAM)},
                 stderr=log,

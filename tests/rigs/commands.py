@@ -1,0 +1,26 @@
+"""All commands of the program, those in groups too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from typer.main import get_command
+
+from deltactl.cli.main import app
+
+
+def every_command(group: Any = None, name: str = "") -> Iterator[tuple[str, Any]]:
+    """What is typed behind `deltactl`, and the command; a group before its commands."""
+    for word, command in (group or get_command(app)).commands.items():
+        yield f"{name}{word}", command
+        if hasattr(command, "commands"):
+            yield from every_command(command, f"{name}{word} ")
+
+
+def found(words: list[str]) -> tuple[Any, list[str]]:
+    """The command that words behind `deltactl` name, and its arguments. Raises KeyError."""
+    command: Any = get_command(app)
+    while hasattr(command, "commands") and words and not words[0].startswith("-"):
+        command, words = command.commands[words[0]], words[1:]
+    return command, words
