@@ -3,8 +3,8 @@
 `TALLY=FILE python -m benchmarks.simulated_share service daemon ROBOT.yaml --simulate ...`: as
 `deltactl service daemon`, and FILE holds three 64-bit words: the processor time [ns] spent in the
 fakes so far, in the daemon (bus, sensors, the robot they see) and in its pulse process (lines,
-drives), and the rounds of the control loop. On a robot the kernel and the wires take the fakes' place; what
-those cost is not known here.
+drives), and the rounds of the control loop. On a robot the kernel and the wires take the fakes'
+place; what those cost is not known here.
 """
 
 from __future__ import annotations

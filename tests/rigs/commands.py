@@ -12,7 +12,8 @@ from deltactl.cli.main import app
 
 def every_command(group: Any = None, name: str = "") -> Iterator[tuple[str, Any]]:
     """What is typed behind `deltactl`, and the command; a group before its commands."""
-    for word, command in (group or get_command(app)).commands.items():
+    whole: Any = get_command(app)
+    for word, command in (group or whole).commands.items():
         yield f"{name}{word}", command
         if hasattr(command, "commands"):
             yield from every_command(command, f"{name}{word} ")
