@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from deltactl.cli.main import app
 from tests.newcomer.test_with_a_readers_files import TYPED
 from tests.newcomer.untyped import WHY
+from tests.rigs.commands import found
 from tests.rigs.documented import PAGES, ROOT, Documented, fenced, inline
 
 COMMANDS = [one for page in PAGES for one in (*fenced(page), *inline(page))]
@@ -42,7 +43,7 @@ MISSING: dict[str, tuple[str, ...]] = {
     "deltactl network train --robot mine.yaml": ("--out", "x.tflite"),
     "deltactl export --truth": ("run.mcap", "run.csv"),
     "deltactl sensors --calibrate": ("z=0.412",),
-    "deltactl fleet": ("runs/*.mcap",),
+    "deltactl fleet": ("runs/*.mcap", "--robots", "robots"),
 }
 """What a sentence leaves out of a command, for it speaks of one option."""
 
@@ -70,11 +71,16 @@ def test_deltactl_takes_it(one: Documented) -> None:
     if name.startswith("-"):
         group.make_context("deltactl", [name], resilient_parsing=True)
         return
-    command = group.commands.get(name)
-    assert command is not None, f"{one}: no such command"
+    try:
+        command, arguments = found(one.words[1:])
+    except KeyError:
+        pytest.fail(f"{one}: no such command")
     known = {option for each in command.params for option in (*each.opts, *each.secondary_opts)}
     options = [word.split("=")[0] for word in arguments if re.match(r"--?[a-z]", word)]
     assert {word for word in options if word not in known} <= {"--help"}, str(one)
+    if hasattr(command, "commands") and not getattr(command, "invoke_without_command", False):
+        assert one.why == "inline", f"{one}: a group, and none of its commands"
+        return
     if one.why != "inline" or (arguments and not PLACEHOLDER.search(one.text)):
         command.make_context(name, [*arguments, *MISSING.get(one.text, ())])
 
