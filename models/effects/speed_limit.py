@@ -51,8 +51,8 @@ def _within_reach(
     return np.array(out)
 
 
-SLOWEST = 0.02
-"""Share of the top speed at which an axis hardly moves (a command in steps asks for any speed)."""
+SLOWEST = 0.2
+"""Share of the top speed: of a command in steps, which asks for any speed, a lag is the simpler word."""
 
 
 def _ends(flow: Flow) -> tuple[float, float]:
