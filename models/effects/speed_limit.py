@@ -52,7 +52,7 @@ def _within_reach(
 
 
 SLOWEST = 0.2
-"""Share of the top speed: of a command in steps, which asks for any speed, a lag is the simpler word."""
+"""Share of the top speed: a command in steps asks for any speed, and there a lag is simpler."""
 
 
 def _ends(flow: Flow) -> tuple[float, float]:
