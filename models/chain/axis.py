@@ -151,13 +151,13 @@ class EffortChain:
         self.kinds = effort_effects(robot.motion)
         self._believed = entries_of(robot.effects, self.kinds)
 
-    def flow(self, driven: Driven) -> EffortFlow:
-        """What comes to the motor: force that the effort stands for."""
+    def force(self, driven: Driven) -> Force:
+        """Force that is left to speed up the mass, and the mass."""
         robot = self.robot
         assert robot.inertia is not None
         column = driven.position[:, None]
         load = driven.load[:, None]
-        return EffortFlow(
+        flow = EffortFlow(
             t_s=driven.t_s,
             fresh=driven.fresh,
             start_s=float(driven.t_s[0]),
@@ -169,14 +169,9 @@ class EffortChain:
             at_rest=driven.at_rest[:, None],
             inertia=robot.inertia,
         )
-
-    def force(self, driven: Driven) -> Force:
-        """Force that is left to speed up the mass, and the mass."""
-        flow = self.flow(driven)
         for effect in at(self._believed, Port.MOTOR):
             effect.act(flow)
-        held = gravity_pull(self.robot.gravity, flow.position)
-        flow.angles_rad = flow.angles_rad + held + driven.load[:, None]
+        flow.angles_rad = flow.angles_rad + gravity_pull(robot.gravity, column) + load
         for port in (Port.GEAR, Port.ARM):
             for effect in at(self._believed, port):
                 effect.act(flow)

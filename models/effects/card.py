@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Literal
 
-from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind
 
 How = Literal["plain", "reciprocal", "log", "sine", "cosine", "frozen"]
@@ -63,17 +62,6 @@ class Fit:
     shapes: tuple[Shape, ...] = ()
     fixed: Mapping[str, float] = field(default_factory=dict)
     searched: Search | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class ByOperator:
-    """How a single machine is fitted in the main parameter of an effect, by its operator alone.
-
-    ends: of what the parameter is looked for between, by the flow that comes to the operator: where
-    nothing happens, and where as much happens as a recording can tell anything of.
-    """
-
-    ends: Callable[[Flow], tuple[float, float]]
 
 
 LAYER = "/"
@@ -315,8 +303,6 @@ class EffectCard:
     by_hand: ByHand | None = None
     fit: Fit | None = None
     """How a fit moves in it and where it starts; None: in its main parameter, from nothing."""
-    by_operator: Mapping[str, ByOperator] = field(default_factory=dict)
-    """Of single machines, by `command` or `effort`: those that have no column of it."""
     group: Group | None = None
     build_spread: float | None = None
     length: str = ""

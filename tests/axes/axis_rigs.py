@@ -48,7 +48,6 @@ class ForcedRig:
     noise: float = 1e-5
     rho: float = 0.0
     every: int = 10
-    strongest: float = np.inf
 
     def record(self, seed: int, span_s: float = 40.0, size: float = 0.3) -> FlatRecording:
         """t, position and effort; true force = gain * effort - offset."""
@@ -64,11 +63,7 @@ class ForcedRig:
                 speed = (asked[min(k + 1, count - 1)] - asked[k]) / step_s
                 u = self.mass * (omega**2 * (asked[k] - x) + 1.6 * omega * (speed - v))
                 kept.append((k * step_s, x, u))
-            push = (
-                self.gain * min(max(u, -self.strongest), self.strongest)
-                - self.offset
-                - self.gravity * np.sin(x - self.zero)
-            )
+            push = self.gain * u - self.offset - self.gravity * np.sin(x - self.zero)
             push -= self.viscous * v
             rub = self.coulomb + self.stribeck * np.exp(-((v / self.stribeck_speed) ** 2))
             free = v + push / self.mass * step_s
@@ -98,7 +93,6 @@ class FollowingRig:
     rho: float = 0.3
     encoder_step: float = 0.0
     rate_hz: float = 50.0
-    fastest: float = np.inf
 
     def record(
         self, seed: int, span_s: float = 60.0, size: float = 0.4, names: str = "command position"
@@ -114,8 +108,7 @@ class FollowingRig:
         part = 1.0 - np.exp(-t_fine[1] / self.lag_s) if self.lag_s else 1.0
         halfway = 0.5 * (driven + np.concatenate([driven[:1], driven[:-1]]))
         for k, target in enumerate(halfway if self.lag_s else driven):
-            most = self.fastest * t_fine[1]
-            x += min(max((target - x) * part, -most), most)
+            x += (target - x) * part
             motor = self.scale * x - (self.lost if t_fine[k] >= self.lost_at_s else 0.0)
             motor += self.wave * np.sin(2.0 * np.pi * motor / self.period)
             axis = min(max(axis, motor - 0.5 * self.play), motor + 0.5 * self.play)

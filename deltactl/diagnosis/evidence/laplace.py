@@ -273,7 +273,7 @@ class Laplace:
         keys: frozenset[str], point: Point, tangent: FloatArray, moved: list[tuple[str, Size]]
     ) -> float:
         """2 log of how much of each half-normal size's Gaussian lies above zero, doubled."""
-        if all(size.prior == "flat" for _, size in moved):
+        if not moved:
             return 0.0
         covariance = np.linalg.inv(np.eye(tangent.shape[1]) + tangent.T @ tangent)
         own = np.sqrt(np.diag(covariance))[-len(moved) :]

@@ -234,7 +234,9 @@ def _shift(plant: RegressionPlant, best: Explanation) -> dict[str, float]:
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
     again = named_sizes(Laplace(other, saturated_noise(other))(keys, [best]))
     return {
-        name: abs(again[name] - size) for name, size in named_sizes(best).items() if name in again
+        name: abs(again[name] - size)
+        for name, size in named_sizes(best).items()
+        if name in again and name not in best.sizes
     }
 
 

@@ -89,6 +89,7 @@ class Hidden:
         """As in the answers of the practice axes, with what an unknown follows."""
         effect = "unknown" if self.kind.unknown else self.kind.effect
         names = {effect, *self.alike.same, *SAME_BY_WORD.get((machine, effect), ())}
+        names |= {"unknown"} if effect in LIMITS else set()
         found: dict[str, Any] = {
             "effect": effect,
             "where": "axis",

@@ -222,7 +222,7 @@ UNKNOWN_RANGING = (
          float(rng.uniform(0.3, 0.7)), "within": s.length * float(rng.uniform(0.08, 0.2))}),
 )  # fmt: skip
 LIMITS = ("speed_limit", "effort_limit")
-"""Effects that show only where more is asked than the drive gives."""
+"""Effects that an answer may also call unknown: a limit has no pattern of its own."""
 KINDS = {"commanded": COMMANDED, "effort": FORCED, "range": RANGING}
 UNKNOWN = {"commanded": UNKNOWN_COMMANDED, "effort": UNKNOWN_FORCED, "range": UNKNOWN_RANGING}
 

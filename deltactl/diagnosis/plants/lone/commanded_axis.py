@@ -29,7 +29,6 @@ from deltactl.diagnosis.plants.lone.axis_regressors import (
 )
 from deltactl.diagnosis.plants.lone.axis_shapes import AxisShapes
 from deltactl.diagnosis.plants.lone.axis_starts import starts
-from deltactl.diagnosis.plants.lone.by_operators import ByOperators
 from deltactl.diagnosis.plants.lone.drive_chain import DriveChain
 from deltactl.diagnosis.plants.lone.odds import ODDS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
@@ -59,11 +58,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
         self.drawn_on = np.zeros(len(self.t_s))
         self.beside = np.zeros((len(self.t_s), 0))
         self._map: FineMap | None = None
-        kinds = self._chain.kinds
-        self._operators = ByOperators("command", kinds, self.flow_of(self.nominal))
-        of_moves = () if self.arrived else self._operators.regressors(False)
-        self.regressors = (*regressors_of(self), *of_moves, *self.unknowns())
-        self._drive = DriveChain(self, begins_of(self), self._operators)
+        self.regressors = (*regressors_of(self), *self.unknowns())
+        self._drive = DriveChain(self, begins_of(self))
         self._shapes = AxisShapes(self)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
@@ -214,7 +210,6 @@ class CommandedAxis(RecordedAxis, LeftOver):
             ],
         }  # fmt: skip
         table["teeth"] = table["gear"]
-        table |= {one: self._operators.shown(one) for one in self._operators.keys}
         load = usual_load(self)
         table["play"] = table["friction"] = [Shown("width", unit, lambda v: v["width"])]
         table["rubbing"] = [
@@ -251,8 +246,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
         """A spring that pushes, sizes at their bounds, play below a step of the reading."""
-        at_end = self._operators.impossible(keys, sizes)
-        return at_end or impossible(self, keys, sizes, linear)
+        return impossible(self, keys, sizes, linear)
 
     def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
         """Of waves that are smaller than a step of the reading."""
@@ -265,8 +259,6 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor."""
-        if key in self._operators.keys:
-            return self._operators.starts(key)
         return starts(self, key, residual)
 
 

@@ -8,29 +8,27 @@ from functools import cached_property
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.lone.by_operators import ByOperators
-from deltactl.diagnosis.plants.lone.options import LONE
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Sizes
 from deltactl.models.effects.axis_play import loose
 from deltactl.models.signals import late, linear, slopes_of
 
-BEHIND_DRIVE = ("ringing", "friction", "rubbing", "play")
-"""Parts of the chain from the drive to the axis, in their order."""
+STAGES = ("lag", "ringing", "friction", "rubbing", "play")
+"""Parts of the chain from the command to the axis, in their order."""
 
 
 class DriveChain:
     """The prediction of an axis behind its lag and play, for sizes in which it is not linear."""
 
-    def __init__(self, axis: RecordedAxis, begins: Sequence[str], operators: ByOperators):
+    def __init__(self, axis: RecordedAxis, begins: Sequence[str]):
         """begins: names of the sizes that say where in the play the first stretches begin."""
-        self._axis, self._begins, self._operators = axis, begins, operators
-        self._stages = ("lag", *operators.keys, *BEHIND_DRIVE)
+        self._axis, self._begins = axis, begins
         self._kept: dict[tuple[object, ...], FloatArray] = {}
 
     def behind(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
-        stages = [key for key in self._stages if key in keys]
+        stages = [key for key in STAGES if key in keys]
         known = tuple(
             (name, sizes[name]) for name in sorted(sizes) if name.partition(".")[0] in stages
         )
@@ -44,7 +42,7 @@ class DriveChain:
             last = stages[-1]
             earlier = tuple((n, value) for n, value in at if not n.startswith(f"{last}."))
             driven = self._stage(last, self._behind(stages[:-1], earlier), dict(at))
-            if len(self._kept) >= LONE.most_kept:
+            if len(self._kept) >= COMMANDED_AXIS.most_kept:
                 del self._kept[next(iter(self._kept))]
             self._kept[stages, at] = driven
         return self._kept[stages, at]
@@ -56,10 +54,6 @@ class DriveChain:
             return late(driven, self._slopes, axis.t_s, axis.stretch_start_s, dead_s, time_s)
         if key == "ringing":
             return self._rung(driven, sizes["ringing.frequency"], sizes["ringing.damping"])
-        if key in self._operators.keys:
-            flow = self._axis.flow_of(driven)
-            self._operators.operate(key, flow, sizes)
-            return flow.angles_rad[:, 0]
         pull = self._axis.pull if key == "play" else np.zeros(len(driven))
         return self._played(driven, sizes, key, pull)
 

@@ -27,10 +27,9 @@ from deltactl.diagnosis.observations.readings import (
     gather,
 )
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
-from deltactl.diagnosis.plants.lone.by_operators import ByOperators
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.diagnosis.plants.regression import (
     Columns,
     Regressor,
@@ -86,9 +85,6 @@ class ForcedAxis(LeftOver):
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
         self.beside = np.zeros((len(self.t_s), 0))
-        chain = EffortChain(robot)
-        self._operators = ByOperators("effort", chain.kinds, chain.flow(self._driven))
-        self._acting: dict[tuple[tuple[str, float], ...], FloatArray] = {}
         enough = len(self.rows) >= FEWEST_IN_MOTION
         self.regressors = tuple(self._regressors()) if enough else ()
 
@@ -116,7 +112,7 @@ class ForcedAxis(LeftOver):
             [bridged(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
         )
         effort = self.force / robot.effort_gain
-        driven = self._driven = Driven(
+        driven = Driven(
             t_s=self.t_s,
             fresh=self.readings.fresh,
             effort=effort,
@@ -199,23 +195,11 @@ class ForcedAxis(LeftOver):
                 named("effort/lag", alone=False, positive=("dead_time",), equivalents=late),
                 named("effort/stribeck", sizes=(speed,), alone=False, positive=("torque",)),
             ]  # fmt: skip
-            found += self._operators.regressors(True)
         return [*found, *self.unknowns()]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """What operators of a set do to the effort, low-passed, (n,); else nothing is predicted."""
-        acting = [key for key in self._operators.keys if key in keys]
-        if not acting:
-            return np.zeros(len(self.t_s))
-        at = tuple((name, sizes[name]) for name in sorted(sizes) if name.split(".")[0] in acting)
-        if at not in self._acting:
-            entries = [self._operators.entry(key, sizes) for key in acting]
-            effects = (*self.robot.effects, *entries)
-            changed = self.robot.model_copy(update={"effects": effects})
-            if len(self._acting) >= LONE.most_kept:
-                del self._acting[next(iter(self._acting))]
-            self._acting[at] = self.observed - self._left(changed, self._driven)
-        return self._acting[at]
+        """Nothing is predicted of what the robot file does not explain, (n,)."""
+        return np.zeros(len(self.t_s))
 
     def free(self) -> Columns:
         """Effort is held between samples and filtered before it is recorded: no finding."""
@@ -236,8 +220,6 @@ class ForcedAxis(LeftOver):
             return self._spring
         if key == "stribeck":
             return self._stribeck(sizes["stribeck.speed"])
-        if key in self._operators.keys:
-            return Columns(np.zeros((len(base), 0)), np.zeros(0))
         return self._shapes[key]
 
     def _stribeck(self, speed: float) -> Columns:
@@ -363,7 +345,7 @@ class ForcedAxis(LeftOver):
                 Shown("speed", "m/s" if linear else "rad/s", lambda v: v["speed"]),
             ],
         }
-        return self._operators.shown(key) if key in self._operators.keys else table.get(key, [])
+        return table.get(key, [])
 
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
@@ -372,8 +354,6 @@ class ForcedAxis(LeftOver):
         for key in keys & {"friction", "viscous", "stribeck", "lag"}:
             if linear[key][0] <= 0.0:
                 return True
-        if self._operators.impossible(keys, sizes):
-            return True
         if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
             return True
         if "gain" in keys and linear["gain"][0] <= -1.0:
@@ -386,4 +366,4 @@ class ForcedAxis(LeftOver):
         if key == "stribeck":
             top = self.motion.top_speed
             return [{"stribeck.speed": share * top} for share in FORCED_AXIS.speed_starts]
-        return self._operators.starts(key) if key in self._operators.keys else [{}]
+        return [{}]

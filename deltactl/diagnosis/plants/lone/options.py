@@ -17,12 +17,6 @@ class LoneOptions:
     """Share of a bound within which a size sits at it, and was not found."""
     unknown_of_mismatch: float = 0.5
     """Usual size of an unknown: half of what is to be explained."""
-    most_kept: int = 128
-    """Predictions that are kept for fits that pass there again: it changes no answer."""
-    least_by_operator: float = 0.05
-    """Range of a parameter, as a share, below which its operator can hardly do anything,"""
-    starts_by_operator: int = 7
-    """and places in it where a fit starts: closer where the operator does little."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +169,10 @@ class CommandedAxisOptions:
     """Rows at either end at which no jump starts: each side must show where it stands,"""
     jump_edge_share: int = 200
     """and one row in so many of a long recording."""
+
+    # How long it takes.
+    most_kept: int = 128
+    """Predictions that are kept for fits that pass there again: it changes no answer."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,6 @@ from deltactl.diagnosis.plants.lone.travel import (
 from deltactl.diagnosis.plants.lone.waves import resolved_waves
 from deltactl.models.chain.axis import AxisChain, entries_of, gravity_pull
 from deltactl.models.chain.commands import Commands
-from deltactl.models.effects.flow import Flow, Load
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.models.signals import lagged
 from deltactl.recording.column_measures import first_of, step_of
@@ -104,14 +103,6 @@ class RecordedAxis:
         if isinstance(robot, StepperAxis):
             return AxisChain("rotary", None, None, self.rad_per_step)
         return AxisChain(robot.motion, robot.gravity, robot.drive_stiffness)
-
-    def flow_of(self, driven: FloatArray) -> Flow:
-        """A motion (n,) on its way to the axis."""
-        pull = self.pull[:, None]
-        return Flow(
-            self.t_s, self.readings.fresh, float(self.t_s[0]), driven[:, None].copy(),
-            lambda: Load(pull, np.zeros_like(pull)), self.rad_per_step, smooth=True,
-        )  # fmt: skip
 
     @cached_property
     def parts(self) -> list[FloatArray]:
