@@ -64,4 +64,4 @@ def test_of_held_out_data_that_tell_nothing_it_is_said_why() -> None:
     assert "the command never changes" in why
     assert any(line.startswith("Held-out data left out: still.csv") for line in plain_lines(answer))
     answer = diagnose_recordings(AXIS, [follows()], [follows()])
-    assert any(line.startswith("On another run: mismatch") for line in plain_lines(answer))
+    assert any(line.startswith("On another run: error") for line in plain_lines(answer))

@@ -83,8 +83,8 @@ def test_what_pulls_at_rest_and_is_not_recorded_is_not_called_noise(unsaid: Diag
     assert found.moved >= 0.5 * found.rests
     assert found.moved_by_m > PLAY_RAD
     text = " ".join(plain_lines(unsaid, ROBOT))
-    assert "while its command stands, the axis moves by up to" in text
-    assert "Find out what moves the axis while its command stands." in text
+    assert "while its command is constant, the axis moves by up to" in text
+    assert "Find out what moves the axis while its command is constant." in text
     assert "consistent with measurement noise" not in text
     assert "the noise alone" not in text
     assert not contradictions(unsaid)
@@ -96,7 +96,7 @@ def test_the_same_with_its_load_shows_the_play_behind_it() -> None:
     assert found["gear_backlash"].parameters["width"].value == pytest.approx(PLAY_RAD, rel=0.25)
     assert "joint_compliance" in found
     text = " ".join(plain_lines(answer, ROBOT))
-    assert "while its command stands" not in text
+    assert "while its command is constant" not in text
     # Under one load every reading of a rest is the same count: what is left is no noise of theirs.
     assert answer.fit.scatter_within_m == pytest.approx(COUNT_RAD / math.sqrt(12.0), rel=0.2)
     assert "consistent with measurement noise" not in text

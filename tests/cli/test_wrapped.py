@@ -22,7 +22,7 @@ def lines(text: str, width: int = 40) -> list[str]:
         ("   It shows in position, in motion and after reversals.", "   It", "   "),
         ("- Free the bearings of the axis: look for what rubs, clean.", "- Free", "  "),
         ("[bold]12. Friction holds the axis back between its directions.[/bold]", "12. F", "    "),
-        ("The remaining error is consistent with measurement noise.", "What", ""),
+        ("The remaining error is consistent with measurement noise.", "The", ""),
     ],
 )
 def test_what_is_broken_goes_on_under_its_beginning(text: str, begins: str, goes_on: str) -> None:

@@ -24,7 +24,7 @@ Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplain
 
 
 class AtRest(Record):
-    """What is left of an axis while its command stands, in the unit of the fit, and while it moves.
+    """What remains of an axis, in the unit of the fit, while its command is constant and in motion.
 
     Both root mean square, over the rows that count.
     """

@@ -54,7 +54,7 @@ def by_place_beside(answer: Diagnosis) -> bool:
 
 
 def moves_at_rest(fit: Fit) -> bool:
-    """Whether the axis moves while its command stands, by more than noise and in many rests."""
+    """Whether the axis moves beyond noise, and in many rests, while its command is constant."""
     found = fit.at_rest
     if found is None or found.rests == 0 or found.moved < SAYING.fewest_moved * found.rests:
         return False

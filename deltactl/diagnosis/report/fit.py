@@ -142,7 +142,7 @@ def unexplained(answer: Diagnosis) -> str:
 
 
 def _moves(fit: Fit, found_play: bool) -> str:
-    """That an axis moves while its command stands, and what that calls for.
+    """That an axis moves while its command is constant, and what that calls for.
 
     found_play: whether play or friction was found all the same.
     """
