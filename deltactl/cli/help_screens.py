@@ -27,7 +27,7 @@ VALUES = {
     "int range": "NUMBER",
     "float range": "NUMBER",
 }
-"""What stands for the value of an option, by its type."""
+"""Placeholder of an option's value, by its type."""
 
 
 def takes_no_value(option: Any) -> bool:
@@ -36,7 +36,7 @@ def takes_no_value(option: Any) -> bool:
 
 
 def value_of(option: Any) -> str:
-    """What stands for the value of an option, as FILE."""
+    """Placeholder of an option's value, as FILE."""
     return VALUES.get(str(option.bare_type()).removeprefix("list[").removesuffix("]"), "VALUE")
 
 

@@ -48,7 +48,7 @@ def test_what_is_said_to_be_unseen_holds_for_any_pose_that_agrees(missing: str) 
     """Whatever arms the good ranges cannot tell from home are within the figure that is printed."""
     good = np.array([axis not in missing for axis in "xyz"])
     assert not determine(ROBOT, good)
-    limit_deg = np.rad2deg(unseen_rad(ROBOT, good))
+    limit_deg = np.rad2deg(unseen_rad(ROBOT, good, ROBOT.homing.tolerance_m))
     home_m = expected_ranges_m(ROBOT)
     chance = np.random.default_rng(1)
     tried_deg = chance.uniform(-20.0, 110.0, (4000, 3))
@@ -65,7 +65,7 @@ def test_what_is_said_to_be_unseen_holds_for_any_pose_that_agrees(missing: str) 
 def test_three_good_ranges_determine_the_arms_and_say_how_well() -> None:
     every = np.ones(3, dtype=bool)
     assert determine(ROBOT, every)
-    limit_deg = np.rad2deg(unseen_rad(ROBOT, every))
+    limit_deg = np.rad2deg(unseen_rad(ROBOT, every, ROBOT.homing.tolerance_m))
     said = check_plausible(ROBOT, seen_m(30.0, 30.0, 30.0)).says()
     assert said == (
         "sensors agree with the home angles to 0.0 mm; they would not notice an arm that is less"

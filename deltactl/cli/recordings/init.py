@@ -30,6 +30,7 @@ SAID = {
 WIRED = "For hardware (all are asked for with --wiring)"
 FORCED = "Where an effort is recorded (force, torque or current)"
 STEPPED = "With --drive stepper"
+GEAR = "gear_ratio"
 ABOUT = """Describe a machine in a robot file. Asks for what no option gives.
 
 ```
@@ -67,7 +68,7 @@ def delta(
     upper_arm_mm: Annotated[str | None, _asked("upper_arm_mm")] = None,
     forearm_mm: Annotated[str | None, _asked("forearm_mm")] = None,
     microsteps_per_rev: Annotated[str | None, _asked("microsteps_per_rev")] = None,
-    gear_ratio: Annotated[str | None, _asked("gear_ratio")] = None,
+    gear_ratio: Annotated[str | None, _asked(GEAR)] = None,
     sensors: Annotated[str | None, _asked("sensors")] = None,
     name: Annotated[str | None, _asked("name")] = None,
     wiring: Annotated[
@@ -123,7 +124,7 @@ def axis(
     hanging_deg: Annotated[str | None, _asked("hanging_deg", FORCED)] = None,
     slope_n: Annotated[str | None, _asked("slope_n", FORCED)] = None,
     microsteps_per_rev: Annotated[str | None, _asked("microsteps_per_rev", STEPPED)] = None,
-    gear_ratio: Annotated[str | None, _asked("gear_ratio", STEPPED)] = None,
+    gear_ratio: Annotated[str | None, _asked(GEAR, STEPPED)] = None,
 ) -> None:
     """Describe a single axis that turns or slides.
 

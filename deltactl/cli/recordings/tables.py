@@ -48,14 +48,14 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
     with needs("diagnosis", "tables of others"):
         from deltactl.recording.foreign.mapping import Mapping
         from deltactl.recording.foreign.reading import read_mapped
-    if not ours and (seen := _as_inspected(path, robot)) is not None:
-        return seen
     told: list[str] = []
     try:
         recording = read_mapped(path, Mapping(), told.append)
         if ours and not told:
             raise wrong
     except RecordingError as error:
+        if not ours and (seen := _as_inspected(path, robot)) is not None:
+            return seen
         from deltactl.diagnosis.admission.another_kind import without_our_names
 
         raise without_our_names(path, robot, wrong, None if ours else error) from None
