@@ -42,7 +42,7 @@ def test_a_torque_that_is_none_while_the_axis_moves_is_a_load(
     assert found.guesses["torque_Nm"].role == role
     assert f"{role}=torque_Nm" in found.options
     (warning,) = [one for one in found.warnings if one.startswith("torque_Nm: taken for")]
-    assert f"put {other} in place of {role} in the command below" in warning
+    assert f"put {other} in place of {role} in the printed command" in warning
     assert ("effort" in found.kind_why) == (role == "effort")
 
 

@@ -63,7 +63,7 @@ def test_elsewhere_every_sentence_and_command_is_one_line(
     assert done.stderr == ""
     lines = done.stdout.splitlines()
     (load,) = [line for line in lines if line.startswith("look here: torque_Nm")]
-    assert load.endswith("put load in place of effort in the command below")
+    assert load.endswith("put load in place of effort in the printed command")
     (command,) = [line for line in lines if line.startswith("diagnose it:")]
     assert command.endswith("'velocity=axis_of_the_gantry_speed[deg/s]'")
 

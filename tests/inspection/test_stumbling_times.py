@@ -64,7 +64,7 @@ def test_uneven_times_are_kept_and_the_row_is_to_go(tmp_path: Path) -> None:
     t_s[80], t_s[90] = t_s[79], t_s[89]
     found = inspect(table(tmp_path, t_s))
     assert "at lines 84, 94 (the first" in look(found, "time")
-    assert "delete those rows before you type the command below" in look(found, "time")
+    assert "delete those rows before you type the printed command" in look(found, "time")
     assert "t=time" in found.options
 
 

@@ -84,7 +84,7 @@ def unit_noted(
     noted = {name: replace(guess, unit=unit) for name, guess in open_.items()}
     return {**guesses, **noted}, [
         f"{', '.join(noted)}: taken for {unit}, which a comment before the table names; where that"
-        " is something else's, put the right unit into the command below"
+        " is something else's, put the right unit into the printed command"
     ]
 
 
@@ -140,7 +140,7 @@ def meant_otherwise(guesses: Mapping[str, Guess], units: Mapping[str, str]) -> l
                 "unit",
                 ", ".join(arcs),
                 "inch",
-                "in place of [arcsec] and linear in place of rotary below",
+                "in place of [arcsec] and linear in place of rotary there",
             )
         )
     return said
@@ -245,7 +245,7 @@ def steps_of_a_slide(
     position = replace(seen, role="position", index=None)
     warning = (
         f"{steps.source}: {abs(per_mm):g} steps are taken for 1 mm, as this recording moves; in the"
-        f" command below, write 1 divided by the steps per mm that are set in place of"
+        f" printed command, write 1 divided by the steps per mm that are set in place of"
         f" {command.scale:.6g}, or a wrong setting cannot be found"
     )
     return {**guesses, steps.source: command, seen.source: position}, [warning]

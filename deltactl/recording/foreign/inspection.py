@@ -211,7 +211,7 @@ def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
     are = "it is" if len(asked) == 1 else "they are"
     return [
         f"{', '.join(asked)}: taken for what was commanded, as {are} {EARLIER} than what moves"
-        " alike; where it is the other way round, exchange the two in the command below"
+        " alike; where it is the other way round, exchange the two in the printed command"
     ]
 
 

@@ -122,5 +122,5 @@ def of_data_set(table: Mapping[str, FloatArray]) -> tuple[dict[str, str], list[s
     return units, [
         f"no joint goes beyond {NORMALISED:g} ({farthest:.4g} at most): all are taken for degrees,"
         " and may as well be LeRobot's normalised values of -100 to 100; then put what one of them"
-        " is in rad as a factor in place of [deg] into the command below, as *0.02"
+        " is in rad as a factor in place of [deg] into the printed command, as *0.02"
     ]

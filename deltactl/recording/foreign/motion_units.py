@@ -39,8 +39,8 @@ LONE = frozenset({"command", "position"})
 STRAIGHT = ("pos", "range", "distance")
 COUNTS = frozenset({"count", "counts", "cnt", "tick", "ticks", "steps", "raw", "inkremente"})
 """What headings call the counts of an encoder."""
-PUT = "into the command below"
-SLIDES = "and linear in place of rotary below"
+PUT = "into the printed command"
+SLIDES = "and linear in place of rotary there"
 NO_UNIT = "nothing says the unit"
 
 

@@ -24,7 +24,7 @@ from deltactl.recording.tables.flat import GAP_PERIODS
 
 Facts = list[tuple[str, str]]
 NO_COLUMN = (
-    f"no column increases all the way: the command below takes {GUESSES.rate_hz:g} rows a second;"
+    f"no column increases all the way: the printed command takes {GUESSES.rate_hz:g} rows a second;"
     " put the right number in place of it in --set rate_hz"
 )
 
@@ -166,13 +166,13 @@ def stumbling(
         return Stumbling(time.source, None, f"{says}; {advice(t_s)}")
     if uneven(np.diff(values)):
         return Stumbling(
-            time.source, None, f"{says}; delete {those} before you type the command below"
+            time.source, None, f"{says}; delete {those} before you type the printed command"
         )
     return Stumbling(
         time.source,
         float(f"{rate_hz:.4g}"),
-        f"{says}; the command below takes the rows as evenly spaced, {rate_hz:.4g} a second (their"
-        f" mean rate); where they are not, delete {those} and inspect the file again",
+        f"{says}; the printed command takes the rows as evenly spaced, {rate_hz:.4g} a second"
+        f" (their mean rate); where they are not, delete {those} and inspect the file again",
     )
 
 
