@@ -87,7 +87,7 @@ def key(name: str, field: FieldInfo, model: type[BaseModel]) -> Key:
 
 
 def _of_its_section(name: str, field: FieldInfo, model: type[BaseModel]) -> str:
-    """What a key says by what it chooses, or by what is below it."""
+    """Meaning of a key, taken from its choices or from the keys below it."""
     if _choice(model).startswith(f"{name}: "):
         return _first_paragraph(model)
     below = models_in(field.annotation)

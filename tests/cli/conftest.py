@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.rigs.in_process import called
+
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 
 
@@ -24,23 +26,13 @@ def deltactl(
     """
 
     def run(*arguments: str, status: int = 0) -> subprocess.CompletedProcess[str]:
-        from deltactl.cli.main import main
-
-        words = ["deltactl", *map(str, arguments)]
-        capfd.readouterr()
         with monkeypatch.context() as here, Path(os.devnull).open() as nothing:
             here.chdir(tmp_path)
-            here.setattr(sys, "argv", words)
             here.setattr(sys, "stdin", nothing)
             here.setenv("COLUMNS", "100")
             here.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-            try:
-                main()
-                code = 0
-            except SystemExit as ended:
-                code = int(ended.code or 0)
-        said = capfd.readouterr()
-        assert code == status, (said.out, said.err)
-        return subprocess.CompletedProcess(words, code, said.out, said.err)
+            done = called(arguments, capfd)
+        assert done.returncode == status, (done.stdout, done.stderr)
+        return done
 
     return run

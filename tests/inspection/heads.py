@@ -1,7 +1,7 @@
 """Tables below the heads of `heads.yaml`: an axis, an arm or a delta that moves as logs show it.
 
 A reading follows its command two rows late and with noise; an effort goes with acceleration and
-the sign of speed; whatever else stands in the log has nothing to do with the motion.
+the sign of speed; the other columns of the log do not depend on the motion.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def write(head: Head, path: Path) -> None:
 
 
 def truth(head: Head, column: str) -> Array:
-    """What stands in a column, in SI units."""
+    """Values of a column, in SI units."""
     words = head.columns[column].split()
     return _motion(*_named(words[0]), words[1], int(words[-1][1:]), head.rate_hz)
 

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.rigs.in_process import called
+
 ROOT = Path(__file__).resolve().parents[2]
 Cli = Callable[..., "subprocess.CompletedProcess[str]"]
 LIMIT = (
@@ -42,22 +44,11 @@ def cli() -> Cli:
 
 
 @pytest.fixture
-def here(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Cli:
-    """Runs deltactl's entry point in this process: the same, without starting Python anew."""
+def here(capsys: pytest.CaptureFixture[str]) -> Cli:
+    """Runs deltactl's entry point in this process."""
 
     def run(*words: str | Path) -> subprocess.CompletedProcess[str]:
-        from deltactl.cli.main import main
-
-        arguments = ["deltactl", *map(str, words)]
-        monkeypatch.setattr(sys, "argv", arguments)
-        capsys.readouterr()
-        try:
-            main()
-            code = 0
-        except SystemExit as ended:
-            code = int(ended.code or 0)
-        said = capsys.readouterr()
-        return subprocess.CompletedProcess(arguments, code, said.out, said.err)
+        return called(words, capsys)
 
     return run
 

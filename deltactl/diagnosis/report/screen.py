@@ -128,7 +128,7 @@ def _laid_out(row: Sequence[str], widths: Sequence[int]) -> str:
 
 
 def _helps(diagnosis: Diagnosis) -> Part:
-    """The error before and after, on this recording and held out, and what is left of it."""
+    """The error before and after, on this recording and held out, and the part that remains."""
     fit = diagnosis.fit
     before, after, floor, held_before, held_after = (
         quantity(size, fit.unit, digits=3)
@@ -157,7 +157,7 @@ def _or_else(diagnosis: Diagnosis, ways: Ways) -> Part:
     for number, finding in enumerate(diagnosis.findings, 1):
         if tied(finding):
             way = "" if following else hint(finding, ways, diagnosis.pull_said)
-            entries.append(say("screen.other", number=number, rivals=rivals(finding), way=way))
+            entries.append(say("screen.other", number=number, names=rivals(finding), way=way))
         elif text := as_well_line(finding):
             entries.append(say("screen.rarer", number=number, says=text))
     entries += tie_lines(diagnosis)
