@@ -18,7 +18,7 @@ from deltactl.diagnosis.answer.records import (
 from deltactl.diagnosis.report.next_run import support, written
 from deltactl.diagnosis.report.remedies import remedies
 from deltactl.diagnosis.report.summary import plain_lines, spoken
-from deltactl.diagnosis.report.templates import PAGE, TERMINAL, Ways, say
+from deltactl.diagnosis.report.templates import PAGE, PYTHON, TERMINAL, Ways, say
 from deltactl.models.effects.lone_axis import command_effects
 from tests.diagnosis_report.conftest import delta_robot
 
@@ -72,7 +72,7 @@ def test_the_proposed_run_is_what_checks(make: Any) -> None:
     assert "run the experiment that would tell more (the button below)" in line
 
 
-@pytest.mark.parametrize("ways", [TERMINAL, PAGE])
+@pytest.mark.parametrize("ways", [TERMINAL, PAGE, PYTHON])
 def test_a_page_speaks_of_its_buttons_and_a_terminal_of_commands(make: Any, ways: Ways) -> None:
     both = [OWN, found("home_offset", "motor2", "angle", 0.55, ("gear_backlash", 0.45))]
     lone = [found("home_offset", "axis", "angle", 0.999)]

@@ -24,8 +24,8 @@ from deltactl.diagnosis.answer.records import (
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.finding import told_sizes
 from deltactl.diagnosis.report.remedies import remedies
-from deltactl.diagnosis.report.screen import screen
-from deltactl.diagnosis.report.templates import say
+from deltactl.diagnosis.report.screen import screen, screen_lines
+from deltactl.diagnosis.report.templates import PAGE, PYTHON, TERMINAL, Ways, say
 from deltactl.models.effects import CARDS
 from deltactl.models.robot import RobotModel, ServoAxis
 from tests.axes import axis_rigs
@@ -115,6 +115,17 @@ def fits(answer: Diagnosis, robot: RobotModel | None = None) -> None:
 def test_every_answer_fits_on_a_screen_and_breaks_no_word(make: Any, parts: Any) -> None:
     for answer in answers(make, parts):
         fits(answer, SERVO)
+
+
+@pytest.mark.parametrize("ways", [TERMINAL, PAGE, PYTHON])
+def test_plain_lines_fit_and_name_the_ways_of_their_reader(
+    make: Any, parts: Any, ways: Ways
+) -> None:
+    for answer in answers(make, parts):
+        lines = screen_lines(answer, SERVO, ways)
+        assert len(lines) <= LINES and max(map(len, lines)) <= WIDTH
+        assert ("--" in "".join(lines)) <= (ways is TERMINAL)
+        assert lines[0].head and not lines[-1].head
 
 
 def test_what_the_engine_answers_fits_on_a_screen() -> None:

@@ -50,6 +50,34 @@ def screen(
 
     most: lines that there are. width: columns.
     """
+    lines = screen_lines(diagnosis, robot, ways, most, width)
+    return [f"[bold]{_escaped(one)}[/bold]" if one.head else _escaped(one) for one in lines]
+
+
+class Line(str):
+    """A line of the answer. head: whether it is a title."""
+
+    head: bool = False
+
+
+def screen_lines(
+    diagnosis: Diagnosis,
+    robot: RobotModel | None = None,
+    ways: Ways = TERMINAL,
+    most: int = LINES,
+    width: int = WIDTH,
+) -> list[Line]:
+    """The answer as lines of plain text.
+
+    Parameters
+    ----------
+    robot : RobotModel, optional
+        Robot whose lengths the steps name.
+    ways : Ways
+        How a step is done: `TERMINAL` (options), `PAGE` (buttons) or `PYTHON` (methods).
+    most, width : int
+        Lines and columns that there are.
+    """
     steps = _steps(diagnosis, robot, ways)
     parts = [
         _verdict(diagnosis, width),
@@ -60,11 +88,13 @@ def screen(
         Part(_remarks(diagnosis, ways), short=2),
         Part(_not_shown(diagnosis, width), gap=False),
     ]
-    parts, longest = fitted(parts, width, most - len(wrapped(_rest(0), width)))
+    parts, longest = fitted(parts, width, most - len(wrapped(_rest(ways, 0), width)))
     heads = {*parts[0].lines(width, longest), *(part.head for part in parts)}
-    last = Part([_rest(parts[1].left)], gap=False)
-    lines = spaced([*parts, last], width, longest, most)
-    return [f"[bold]{_escaped(one)}[/bold]" if one in heads else _escaped(one) for one in lines]
+    last = Part([_rest(ways, parts[1].left)], gap=False)
+    lines = [Line(one) for one in spaced([*parts, last], width, longest, most)]
+    for line in lines:
+        line.head = line in heads
+    return lines
 
 
 def _escaped(line: str) -> str:
@@ -80,7 +110,7 @@ def _verdict(diagnosis: Diagnosis, width: int) -> Part:
 
 
 def _steps(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> Part:
-    short = replace(ways, describe="", keep=ways.keep and say("screen.keep", all="{all}"))
+    short = replace(ways, describe="", keep=ways.keep and ways.keep_briefly)
     steps = remedies(diagnosis, robot, short)
     numbered = [f"{number}. {step}" for number, step in enumerate(steps, 1)]
     return Part(numbered, say("summary.do_this"))
@@ -153,7 +183,7 @@ def _helps(diagnosis: Diagnosis) -> Part:
 def _or_else(diagnosis: Diagnosis, ways: Ways) -> Part:
     """What else the findings could be, and the run or the measurement that would tell."""
     following = experiment_line(diagnosis)
-    entries = [say("screen.run_it", says=following)] if following else []
+    entries = [f"{following} {ways.run_it}"] if following else []
     for number, finding in enumerate(diagnosis.findings, 1):
         if tied(finding):
             way = "" if following else hint(finding, ways, diagnosis.pull_said)
@@ -192,7 +222,7 @@ def _below(one: SmallestDetectable) -> str:
     return say("screen.below", name=one.effect.replace("_", " "), size=limit_alone(one))
 
 
-def _rest(steps_left: int) -> str:
+def _rest(ways: Ways, steps_left: int) -> str:
     """Where everything else is."""
     more = say("screen.steps_left", steps=count(steps_left, "more step")) if steps_left else ""
-    return say("screen.rest", more=more)
+    return ways.rest.format(more=more)

@@ -69,6 +69,8 @@ class Ways:
     keep: str
     """The same, of a lone machine, which no job of ours moves: a sentence of its own. Both are
     empty where the corrected robot file is written anyway."""
+    keep_briefly: str
+    """The same where there is little room."""
     unsure_too: bool
     """Whether the two above can also be done with findings that are not sure."""
     run_first: str
@@ -85,6 +87,10 @@ class Ways:
     """How the effort tells causes apart, after another way; empty where nothing reads one."""
     table: str
     """Where the numbers of a table are; {unit} is what they are in."""
+    run_it: str
+    """How the job of the proposed run is obtained."""
+    rest: str
+    """Where all is that one screen has no room for; {more} is a number of further steps."""
 
 
 def _ways(kind: str) -> Ways:
@@ -94,4 +100,4 @@ def _ways(kind: str) -> Ways:
     return Ways(**own)  # type: ignore[arg-type]
 
 
-TERMINAL, PAGE = _ways("terminal"), _ways("page")
+TERMINAL, PAGE, PYTHON = _ways("terminal"), _ways("page"), _ways("python")
