@@ -123,9 +123,11 @@ def test_plain_lines_fit_and_name_the_ways_of_their_reader(
 ) -> None:
     for answer in answers(make, parts):
         lines = screen_lines(answer, SERVO, ways)
-        assert len(lines) <= LINES and max(map(len, lines)) <= WIDTH
+        assert len(lines) <= LINES
+        assert max(map(len, lines)) <= WIDTH
         assert ("--" in "".join(lines)) <= (ways is TERMINAL)
-        assert lines[0].head and not lines[-1].head
+        assert lines[0].head
+        assert not lines[-1].head
 
 
 def test_what_the_engine_answers_fits_on_a_screen() -> None:
