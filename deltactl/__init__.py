@@ -1,14 +1,14 @@
-"""Run a delta robot, and find out where a robot and its model differ.
+"""Find out where a robot and its model differ, and run a delta robot.
 
-    import deltactl
+    import deltactl as dc
 
-    answer = deltactl.diagnose("log.csv", robot="axis.yaml",
-                               columns={"position": "angle[deg]", "command": "target[deg]"})
-    print(answer)
+    recording = dc.read("log.csv", columns={"position": "angle[deg]", "command": "target[deg]"})
+    diagnosis = dc.diagnose(recording, "axis.yaml")
+    print(diagnosis)
 
-`diagnose`, `inspect`, `read_recording`, `load_robot`, `run` and `simulate` are the whole interface;
-everything else in this package may change without notice. `config`, `drivers`, `models`,
-`firmware_py` and `systemd` are folders at the top of a working copy, and links here.
+The names in `__all__` are the whole interface; everything else in this package is private and may
+change without notice. `config`, `drivers`, `models`, `firmware_py` and `systemd` are folders at the
+top of a working copy, and links here.
 """
 
 from __future__ import annotations
@@ -16,24 +16,58 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from deltactl.interface import Answer as Answer
-    from deltactl.interface import diagnose as diagnose
-    from deltactl.interface import inspect as inspect
-    from deltactl.interface import load_robot as load_robot
-    from deltactl.interface import read_recording as read_recording
-    from deltactl.interface import run as run
-    from deltactl.interface import simulate as simulate
+    from deltactl.interface.daemon import Client as Client
+    from deltactl.interface.diagnoses import Diagnosis as Diagnosis
+    from deltactl.interface.diagnoses import diagnose as diagnose
+    from deltactl.interface.older import Answer as Answer
+    from deltactl.interface.older import load_robot as load_robot
+    from deltactl.interface.older import read_recording as read_recording
+    from deltactl.interface.older import run as run
+    from deltactl.interface.recordings import Recording as Recording
+    from deltactl.interface.recordings import inspect as inspect
+    from deltactl.interface.recordings import read as read
+    from deltactl.interface.robots import Kinematics as Kinematics
+    from deltactl.interface.robots import Robot as Robot
+    from deltactl.interface.robots import kinematics as kinematics
+    from deltactl.interface.simulated import simulate as simulate
 
-__all__ = ["Answer", "diagnose", "inspect", "load_robot", "read_recording", "run", "simulate"]
+__all__ = [
+    "Client",
+    "Diagnosis",
+    "Kinematics",
+    "Recording",
+    "Robot",
+    "diagnose",
+    "inspect",
+    "kinematics",
+    "read",
+    "simulate",
+]
+
+_PLACES = {
+    "Client": "daemon",
+    "Diagnosis": "diagnoses",
+    "Kinematics": "robots",
+    "Recording": "recordings",
+    "Robot": "robots",
+    "diagnose": "diagnoses",
+    "inspect": "recordings",
+    "kinematics": "robots",
+    "read": "recordings",
+    "simulate": "simulated",
+}
+_OLDER = ("Answer", "load_robot", "read_recording", "run")
+"""Names of version 0.1, which warn and name the new one."""
 
 
 def __getattr__(name: str) -> Any:
-    """Import the interface when it is first used: the pulse process needs none of it."""
-    if name not in __all__:
+    """Import a part of the interface when it is first used: the pulse process needs none of it."""
+    place = "older" if name in _OLDER else _PLACES.get(name)
+    if place is None:
         raise AttributeError(f"module 'deltactl' has no attribute {name!r}")
-    from deltactl import interface
+    from importlib import import_module
 
-    return getattr(interface, name)
+    return getattr(import_module(f"deltactl.interface.{place}"), name)
 
 
 def __dir__() -> list[str]:
