@@ -136,7 +136,11 @@ def load_with_effects(path: Path) -> RobotModel:
 
     Raises MissingFile or ConfigError, a line for each mistake.
     """
-    document = Document.read(path)
+    return with_effects_in(Document.read(path))
+
+
+def with_effects_in(document: Document) -> RobotModel:
+    """The robot of a file that was read, as `load_with_effects`. Raises ConfigError."""
     kind, data = kind_in(document), model_sections(document)
     try:
         robot = document.check(kind, data)

@@ -20,14 +20,14 @@ from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.process import one_thread, rarely_collected
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.robot import RobotModel
-from deltactl.models.robot_files import load_with_effects
+from deltactl.models.robot_files import with_effects_in
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import read_flat
 
 
 def diagnose(
     recordings: Sequence[Path],
-    robot: Path,
+    robot: Path | Document,
     holdout: Sequence[Path] = (),
     json_out: Path | None = None,
     progress: Progress = lambda _: None,
@@ -36,13 +36,15 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose recordings of one robot; writes the contract's JSON when asked.
 
+    robot: its file, or one that was read already.
     `read` turns a file into columns, for tables of others (`observations.column_mapping`). Of
     recordings too long to be worked on stretches are used (`admission.excerpt`).
     thorough: go on beyond the limit of work (`estimation.budget`).
     A damaged file of several is left out, which the answer says; `recordings` are the others.
     Raises ConfigError, MissingFile or RecordingError, one line each.
     """
-    belief = load_with_effects(robot)
+    document = robot if isinstance(robot, Document) else Document.read(robot)
+    belief = with_effects_in(document)
     progress("reading")
     most = most_rows(belief)
 
@@ -53,7 +55,7 @@ def diagnose(
     held_out, damaged_too = _readable(holdout, kept)
     answer = diagnose_recordings(
         belief, [one for _, one in used], [one for _, one in held_out], progress,
-        MotionLimits.of(Document.read(robot).data), thorough,
+        MotionLimits.of(document.data), thorough,
     )  # fmt: skip
     left_out = [*damaged, *damaged_too]
     update: dict[str, object] = {
@@ -64,7 +66,7 @@ def diagnose(
     }
     if (plan := answer.next_experiment) is not None:
         # The robot's name is that of no file: the job has to run as it stands.
-        job = plan.job | {"robot": str(robot.resolve())}
+        job = plan.job | {"robot": str(document.path.resolve())}
         update["next_experiment"] = plan.model_copy(update={"job": job})
     answer = answer.model_copy(update=update)
     if json_out is not None:

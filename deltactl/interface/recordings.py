@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.printable import count

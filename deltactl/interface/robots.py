@@ -39,7 +39,7 @@ class Robot:
     >>> robot
     Robot('zhao-2023': delta, no known effects)
     >>> robot.model.geometry.forearm_m
-    0.4
+    0.5
     """
 
     model: RobotModel
@@ -229,11 +229,11 @@ def kinematics(robot: AnyPath | Robot) -> Kinematics:
     --------
     >>> import deltactl as dc
     >>> delta = dc.kinematics("zhao-2023.yaml")
-    >>> angles = delta.inverse([[0.0, 0.0, -0.45], [0.05, 0.02, -0.40]])
+    >>> angles = delta.inverse([[0.03, 0.01, -0.45], [0.05, 0.02, -0.40]])
     >>> angles.shape
     (2, 3)
     >>> delta.forward(angles).round(6)
-    array([[ 0.  ,  0.  , -0.45],
+    array([[ 0.03,  0.01, -0.45],
            [ 0.05,  0.02, -0.4 ]])
     """
     one = robot_of(robot)

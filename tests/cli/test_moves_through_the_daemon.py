@@ -12,17 +12,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from deltactl.cli.main import app
-from deltactl.firmware_py.controller.build import simulated_machine
-from deltactl.firmware_py.controller.controller import Controller
-from deltactl.firmware_py.controller.states import State
-from deltactl.firmware_py.daemon.listener import Listener
-from deltactl.firmware_py.daemon.server import Server
 from deltactl.firmware_py.importing.points_table import read_points
-from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planning.process import PlanningProcess
-from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import DeltactlError
 from deltactl.recording.reading.reader import read_run
+from tests.rigs.served import Served, served
 
 Deltactl = Callable[..., Result]
 STEP_M = 1.5e-4
@@ -30,35 +24,20 @@ STEP_M = 1.5e-4
 
 
 @pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Controller, Path]]:
-    """A simulated robot whose file is named otherwise than the robot, homed, and its socket."""
-    folder = tmp_path_factory.mktemp("daemon")
-    robot = folder / "mine.yaml"
-    shutil.copy(CONFIG_FOLDER / "gripper-delta.yaml", robot)
-    # Not build_controller: it freezes what the collector knows, for this process's whole life.
-    described = load_robot(robot)
-    controller = Controller(described, robot, simulated_machine(described, True), folder)
-    server = Server(controller, Listener(folder / "socket"), folder / "jobs", folder)
-    server.start()
-    controller.power_on()
-    controller.home()
-    yield controller, folder / "socket"
-    server.close()
-    controller.close()
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """A simulated robot that is homed, and its socket."""
+    with served(tmp_path_factory.mktemp("daemon")) as one:
+        yield one
 
 
 @pytest.fixture
-def deltactl(served: tuple[Controller, Path], monkeypatch: pytest.MonkeyPatch) -> Deltactl:
-    """Commands to a robot that is ready: a stall of this machine is a fault of the robot, which
-    would stay latched for all tests that follow, and for the second try of the one it befell.
-    """
+def deltactl(robot: Served, monkeypatch: pytest.MonkeyPatch) -> Deltactl:
+    """Commands to a robot that is ready."""
     monkeypatch.setenv("COLUMNS", "200")
-    if served[0].status().state == State.FAULT.value:
-        served[0].acknowledge()
-        served[0].home()
+    robot.ready()
 
     def run(*words: str) -> Result:
-        return CliRunner().invoke(app, [*words, "--socket", str(served[1])])
+        return CliRunner().invoke(app, [*words, "--socket", str(robot.socket)])
 
     return run
 
@@ -94,10 +73,10 @@ def test_a_move_by_hand_is_straight_and_no_faster_than_asked(
 
 
 def test_a_move_that_is_refused_is_told_as_it_was_typed(
-    served: tuple[Controller, Path], deltactl: Deltactl, monkeypatch: pytest.MonkeyPatch
+    robot: Served, deltactl: Deltactl, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     planning = PlanningProcess()
-    monkeypatch.setattr(served[0], "_prepare", planning.prepare)
+    monkeypatch.setattr(robot.controller, "_prepare", planning.prepare)
     refused = str(deltactl("goto", "20", "0", "340").exception)
     planning.close()
     assert refused.startswith("goto: 20 0 340 mm: out of reach")
@@ -131,9 +110,9 @@ def test_what_is_refused_does_not_move(
 
 
 def test_run_says_what_the_daemon_compensates(
-    served: tuple[Controller, Path], deltactl: Deltactl, tmp_path: Path
+    robot: Served, deltactl: Deltactl, tmp_path: Path
 ) -> None:
-    mine = Path(shutil.copy(served[1].parent / "mine.yaml", tmp_path))
+    mine = Path(shutil.copy(robot.socket.parent / "mine.yaml", tmp_path))
     corrected = tmp_path / "corrected.yaml"
     wrong_home = "{effect: home_offset, component: motor1, parameters: {angle: 0.01}}"
     corrected.write_text(f"{mine.read_text()}\neffects:\n- {wrong_home}\n")
@@ -152,9 +131,9 @@ def test_run_says_what_the_daemon_compensates(
 
 
 def test_after_a_fault_teach_says_what_happened_and_what_to_type(
-    served: tuple[Controller, Path], deltactl: Deltactl, tmp_path: Path
+    robot: Served, deltactl: Deltactl, tmp_path: Path
 ) -> None:
-    controller = served[0]
+    controller = robot.controller
     with controller.condition.lock:
         controller._emergency.fault("no heartbeat: the controller hung for 0.6 s")
     refused = str(deltactl("teach", str(tmp_path / "points.csv")).exception)
@@ -170,9 +149,9 @@ def test_after_a_fault_teach_says_what_happened_and_what_to_type(
 
 
 def test_after_a_stop_the_simulated_robot_is_homed_where_its_arms_are(
-    served: tuple[Controller, Path], deltactl: Deltactl
+    robot: Served, deltactl: Deltactl
 ) -> None:
-    controller = served[0]
+    controller = robot.controller
     world = controller.machine.world
     assert world is not None
     deltactl("goto", "0", "15", "-305", "--speed", "200")

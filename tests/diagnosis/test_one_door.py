@@ -17,7 +17,7 @@ from deltactl.models.robot import Drive, RangeSensor, RobotModel, ServoAxis, Ste
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 ROOT = Path(__file__).parents[2]
-JUDGING = ("diagnosis", "cli/recordings", "web", "fleet", "repair", "interface.py")
+JUDGING = ("diagnosis", "cli/recordings", "web", "fleet", "repair", "interface")
 """What reads recordings for a diagnosis, or hands them on to it."""
 DOOR = Path("deltactl", "diagnosis", "admission")
 REFUSALS = {"RecordingError", "RefusedRecording", "refuse"}

@@ -22,7 +22,7 @@ from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.lone_axis import COMPONENT, forms_of
 from deltactl.models.merged_effects import merged
 from deltactl.models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis
-from deltactl.models.robot_files import load_with_effects, named_for_file
+from deltactl.models.robot_files import named_for_file, with_effects_in
 
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
 MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)
@@ -31,7 +31,7 @@ _SECTION = re.compile(r"^effects:.*\n?(?:(?:[ \t#-].*)?\n)*", re.MULTILINE)
 
 
 def corrected_text(
-    robot_file: Path,
+    robot_file: Path | Document,
     diagnosis: Diagnosis,
     all_of_them: bool = False,
     tables: Tables = Tables.NONE,
@@ -43,7 +43,8 @@ def corrected_text(
     unknown mismatches are no property of the robot: left out. all_of_them: ties and improbable
     findings as well. tables: what has no name as well, as the table it is.
     """
-    document, robot = Document.read(robot_file), load_with_effects(robot_file)
+    document = robot_file if isinstance(robot_file, Document) else Document.read(robot_file)
+    robot = with_effects_in(document)
     lasting = [one for one in diagnosis.findings if lasts(one)]
     kept = [one for one in lasting if all_of_them or sure(one, diagnosis)]
     found = [_entry(finding, diagnosis) for finding in kept]
@@ -72,6 +73,9 @@ def with_effects(text: str, entries: Iterable[EffectEntry], slides: bool = False
     if slides:
         plain = [named_for_file(one) for one in plain]
     block = yaml.safe_dump({"effects": plain}, sort_keys=False)
+    if text.lstrip("\ufeff \t\n").startswith("{"):  # one value in braces has no section to replace
+        data = Document(Path("robot"), text).data
+        text = yaml.safe_dump({key: data[key] for key in data if key != "effects"}, sort_keys=False)
     rest = _SECTION.sub("", text.replace(f"{HEADING}\n", "").rstrip() + "\n").rstrip()
     return f"{rest}\n\n{HEADING}\n{block}"
 

@@ -1,0 +1,236 @@
+"""The answer of a diagnosis as a notebook has it: a screen of text, a table, a drawing, files."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from deltactl.foundation.extras import needs
+from deltactl.interface.recordings import AnyPath, Columns, Recording, tables_of
+from deltactl.interface.robots import Robot, robot_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from deltactl.diagnosis.answer.finding import Finding, ParameterResult
+    from deltactl.diagnosis.answer.records import Diagnosis as Answer
+    from deltactl.interface.figure import Figure
+
+AnyRecording = AnyPath | Recording
+FINDING_COLUMNS = [
+    *("name", "component", "parameter", "size", "interval_low", "interval_high", "unit"),
+    *("probability", "share", "says"),
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What differs between recordings and a robot file; `print` shows it on one screen.
+
+    Attributes
+    ----------
+    answer : Record
+        Every number, as the JSON contract has them.
+    robot : Robot
+        The robot file that the recordings were compared with.
+
+    Examples
+    --------
+    >>> import deltactl as dc
+    >>> import numpy as np, pandas as pd
+    >>> t = np.arange(0.0, 20.0, 0.02)
+    >>> asked = 0.04 * np.sin(0.8 * t) + 0.015 * np.sin(2.1 * t)
+    >>> seen = 1.02 * asked + np.random.default_rng(3).normal(0.0, 1e-5, len(t))
+    >>> frame = pd.DataFrame({"t": t, "command": asked, "position": seen})
+    >>> slide = dc.Robot.from_text("{kind: servo_axis, name: slide, motion: linear}")
+    >>> diagnosis = dc.diagnose(dc.Recording.from_pandas(frame), slide)
+    >>> diagnosis.verdict
+    'explained'
+    >>> diagnosis.findings[["name", "component"]].values.tolist()
+    [['gear_ratio', 'axis']]
+    >>> diagnosis.corrected_robot()
+    Robot('slide': servo_axis, known effects: gear_ratio axis)
+    """
+
+    answer: Answer
+    robot: Robot
+
+    @property
+    def verdict(self) -> str:
+        """ "nothing_missing", "explained", "partly_explained" or "unexplained"."""
+        return str(self.answer.verdict)
+
+    @property
+    def findings(self) -> pd.DataFrame:
+        """A finding in each row, the most important first.
+
+        Columns: `name` of the effect, `component`, `parameter`, its `size`, `interval_low` and
+        `interval_high` (95 %) in `unit`, `probability` that the effect acts, `share` of the
+        mismatch that comes back without it, and `says`, one sentence. The size is that of the
+        effect's main parameter; `sizes` has all of them. Raises MissingExtra without pandas.
+        """
+        rows = [
+            (
+                *(found.effect, found.component),
+                *(next(_sizes(found), ("", math.nan, math.nan, math.nan, ""))),
+                *(found.probability, found.share_of_mismatch, found.says),
+            )
+            for found in self.answer.findings
+        ]
+        return _frame(rows, FINDING_COLUMNS)
+
+    @property
+    def sizes(self) -> pd.DataFrame:
+        """Every size of every finding, a row each; `finding` counts them from 1."""
+        rows = [
+            (number, found.effect, found.component, *size)
+            for number, found in enumerate(self.answer.findings, 1)
+            for size in _sizes(found)
+        ]
+        return _frame(rows, ["finding", *FINDING_COLUMNS[:7]])
+
+    def summary(self) -> str:
+        """Everything that the report says, as plain text; `str` is what one screen has room for."""
+        from deltactl.diagnosis.report.summary import plain_lines
+        from deltactl.diagnosis.report.templates import PYTHON
+
+        return "\n".join(plain_lines(self.answer, self.robot.model, PYTHON))
+
+    def plot(self) -> Figure:
+        """Draw the mismatch over time, before and after the findings, a panel for each reading.
+
+        Returns
+        -------
+        Figure
+            Shown by a notebook; `save` writes an SVG file, `svg` is its text.
+        """
+        from deltactl.interface.figure import Figure
+
+        return Figure.of(self.answer)
+
+    def to_json(self) -> dict[str, Any]:
+        """The JSON object of the contract, which `deltactl diagnose --json` writes."""
+        return self.answer.to_json()
+
+    def save_report(self, path: AnyPath) -> None:
+        """Write the HTML report. Raises RecordingError when it cannot be written."""
+        from deltactl.diagnosis.report.page import Origin, write_report
+        from deltactl.diagnosis.report.templates import PYTHON
+
+        origin = Origin(str(self.robot.path))
+        write_report(self.answer, self.robot.model, Path(path), PYTHON, origin)
+
+    def corrected_robot(self, all_of_them: bool = False) -> Robot:
+        """The robot with the findings that are certain among its known effects.
+
+        Parameters
+        ----------
+        all_of_them : bool, optional
+            Also those that are not certain.
+
+        Returns
+        -------
+        Robot
+            Its `save` writes the file; without a finding that lasts it is the same robot.
+        """
+        from deltactl.diagnosis.answer.corrected_robot import corrected_text
+
+        text = corrected_text(self.robot.document, self.answer, all_of_them)
+        return Robot.from_text(text, str(self.robot.path))
+
+    def __str__(self) -> str:
+        from deltactl.diagnosis.report.screen import screen_lines
+        from deltactl.diagnosis.report.templates import PYTHON
+
+        return "\n".join(screen_lines(self.answer, self.robot.model, PYTHON))
+
+    def __repr__(self) -> str:
+        known = ", ".join(f"{found.effect} {found.component}" for found in self.answer.findings)
+        return f"Diagnosis({self.verdict}: {known or 'no findings'})"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>"
+
+
+def diagnose(
+    recordings: AnyRecording | Sequence[AnyRecording],
+    robot: AnyPath | Robot,
+    *,
+    holdout: AnyRecording | Sequence[AnyRecording] = (),
+    columns: Columns | None = None,
+    thorough: bool = False,
+) -> Diagnosis:
+    """Find out where recordings and the robot file differ, and why.
+
+    Parameters
+    ----------
+    recordings : Recording, path, or sequence of them
+        Recordings of one machine.
+    robot : Robot or path
+        The machine as it should be. A plain name is also looked for among the files of the
+        package.
+    holdout : Recording, path, or sequence of them, optional
+        Recordings that take no part in the search; the answer is tested on them.
+    columns : mapping, optional
+        How files that are given as paths are read, as in `read`.
+    thorough : bool, optional
+        Search without a limit of work.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    ConfigError, MissingFile, RecordingError
+        One line that says what is wrong, where, and what to do.
+    MissingExtra
+        The extra `diagnosis` is not installed.
+    """
+    with needs("diagnosis", "diagnose"):
+        from deltactl.diagnosis.api import diagnose as answer_of
+
+    compared_with = robot_of(robot)
+    used = tables_of(recordings, columns)
+    held_out = tables_of(holdout, columns, used)
+    tables = used | held_out
+    answer = answer_of(
+        list(used),
+        compared_with.document,
+        list(held_out),
+        read=tables.__getitem__,
+        thorough=thorough,
+    )
+    return Diagnosis(answer, compared_with)
+
+
+Size = tuple[str, float, float, float, str]
+"""Parameter, value, ends of its interval, unit."""
+
+
+def _sizes(finding: Finding) -> Iterator[Size]:
+    """Its sizes, the main one first; of a vector one a component."""
+    from deltactl.diagnosis.report.remedies import main_of
+
+    if not finding.parameters:
+        return
+    main = main_of(finding)
+    for name in sorted(finding.parameters, key=lambda name: name != main):
+        yield from _components(name, finding.parameters[name])
+
+
+def _components(name: str, result: ParameterResult) -> Iterator[Size]:
+    several = isinstance(result.value, list)
+    for number, (value, low, high) in enumerate(result.components):
+        yield f"{name}[{number}]" if several else name, value, low, high, result.unit
+
+
+def _frame(rows: Sequence[tuple[Any, ...]], columns: list[str]) -> pd.DataFrame:
+    with needs("diagnosis", "findings"):
+        import pandas as pd
+
+    return pd.DataFrame(rows, columns=columns)

@@ -1,0 +1,163 @@
+"""Jobs on a simulated robot, with faults that its robot file does not have."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from deltactl.firmware_py.controller.contract import JobResult
+from deltactl.firmware_py.file_access import FileAccess
+from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
+from deltactl.foundation.errors import ConfigError, MotionError
+from deltactl.foundation.strict_yaml import Document
+from deltactl.interface.recordings import AnyPath, Recording, read
+from deltactl.interface.robots import Robot, robot_of
+
+Job = AnyPath | Mapping[str, Any]
+Fault = Mapping[str, Any]
+"""An entry as in `effects` of a robot file: effect, component, parameters."""
+
+POLL_S = 0.5
+ANY_DEG = 360.0
+"""Homing of a simulated robot puts the arms exactly where they count as homed."""
+
+
+def simulate(
+    job: Job,
+    robot: AnyPath | Robot | None = None,
+    *,
+    faults: Sequence[Fault] = (),
+    seed: int | None = None,
+    record: AnyPath | None = None,
+) -> Recording:
+    """Run a job on a simulated delta, faster than real time, and return what was recorded.
+
+    Parameters
+    ----------
+    job : path or mapping
+        The job file, or what stands in one; `Diagnosis.to_json()["next_experiment"]["job"]` is one.
+    robot : Robot or path, optional
+        In place of the job's own robot file. A corrected robot that was never saved will do.
+    faults : sequence of mappings, optional
+        What the simulated robot has and its robot file does not say, each as an entry of
+        `effects` in a robot file: `{"effect": "gear_backlash", "component": "motor2",
+        "parameters": {"width": 0.008}}`. docs/reference/effects.md lists them.
+    seed : int, optional
+        Of the simulated sensors' noise.
+    record : path, optional
+        Where the recorded run (`.mcap`) is kept; without it no file is left.
+
+    Returns
+    -------
+    Recording
+        Commands and readings in SI units; `ended` says how the job ended.
+
+    Raises
+    ------
+    ConfigError, MissingFile, MotionError
+        Before anything moves: a file or fault is wrong, or the job breaks a limit.
+
+    Warns
+    -----
+    RuntimeWarning
+        The job did not run to its end.
+    """
+    from deltactl.firmware_py.controller.build import build_controller
+    from deltactl.foundation.clock import sleep_s
+
+    files = FileAccess()
+    path = _job_file(job, robot, files)
+    robot_file = _robot_file(path, robot, files)
+    with tempfile.TemporaryDirectory() as folder, _as_built(faults, robot_file, files) as built:
+        controller = build_controller(
+            robot_file,
+            simulated=True,
+            realtime=False,
+            recordings=Path(folder),
+            seed=seed,
+            files=files,
+            as_built=built,
+        )
+        try:
+            controller.power_on()
+            controller.home(ANY_DEG)
+            number = controller.submit(path, None if record is None else Path(record))
+            while (result := controller.result(number)) is None:
+                sleep_s(controller.clock, POLL_S)
+                if controller.status().state == "paused":
+                    controller.resume()  # nobody else could
+        finally:
+            controller.close()
+        return _recorded(result, record is not None)
+
+
+def _job_file(job: Job, robot: AnyPath | Robot | None, files: FileAccess) -> Path:
+    """The job's file; of a mapping one that is nowhere but in `files`, beside the robot's."""
+    if not isinstance(job, Mapping):
+        return find(str(job), key=JOB_KEY)
+    path, named = Path("job.yaml").absolute(), dict[str, Any]()
+    if robot is not None:
+        file = robot_of(robot).path.absolute()
+        path, named = file.with_name("job.yaml"), {"robot": file.name}
+    text = json.dumps(dict(job) | named)
+    files.once("document", path, lambda: Document(path, text))
+    return path
+
+
+def _robot_file(job: Path, robot: AnyPath | Robot | None, files: FileAccess) -> Path:
+    """The robot's file; of a robot that was never saved one that is nowhere but in `files`."""
+    from deltactl.firmware_py.program.includes import job_of
+
+    if robot is None:
+        return find(job_of(job, files).robot, beside=job, key=ROBOT_KEY)
+    one = robot_of(robot)
+    files.once("document", one.path, lambda: one.document)
+    return one.path
+
+
+@contextmanager
+def _as_built(
+    faults: Sequence[Fault], robot_file: Path, files: FileAccess
+) -> Iterator[Path | None]:
+    """A file apart with all effects of the simulated robot; none without faults."""
+    if not faults:
+        yield None
+        return
+    known = [
+        entry.model_dump(mode="json", exclude_none=True)
+        for entry in files.robot(robot_file).effects_as_built
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "faults"
+        path.write_text(json.dumps({"effects": [*known, *map(_plain, faults)]}), encoding="utf-8")
+        try:
+            yield path
+        except ConfigError as error:
+            raise error.worded(str(error).replace(f"{path}:1: ", "faults: ")) from None
+
+
+def _plain(fault: Fault) -> dict[str, Any]:
+    if not isinstance(fault, Mapping):
+        raise ConfigError(
+            f"faults: {fault!r} is no entry such as"
+            ' {"effect": "gear_backlash", "component": "motor2", "parameters": {"width": 0.008}}'
+        )
+    return dict(fault)
+
+
+def _recorded(result: JobResult, kept: bool) -> Recording:
+    if result.recording is None:
+        raise MotionError(
+            f"{result.name}: {result.outcome}: {result.why or result.recording_error}"
+        )
+    if result.outcome != "done":
+        warnings.warn(f"{result.name}: {result.outcome}: {result.why}", RuntimeWarning, 3)
+    made = read(result.recording)
+    table = made.table if kept else replace(made.table, source=result.name)
+    return Recording(table, ended=result)
