@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from deltactl.foundation.extras import needs
+from deltactl.interface.older import OlderAnswer
 from deltactl.interface.recordings import AnyPath, Columns, Recording, tables_of
 from deltactl.interface.robots import Robot, robot_of
 
@@ -28,7 +29,7 @@ FINDING_COLUMNS = [
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosis:
+class Diagnosis(OlderAnswer):
     """What differs between recordings and a robot file; `print` shows it on one screen.
 
     Attributes

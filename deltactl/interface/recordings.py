@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.printable import count
+from deltactl.interface.older import OlderResult
 from deltactl.recording.tables.flat import UNITS, FlatRecording, from_columns
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ FRAME = "data frame"
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class Recording(OlderResult):
     """Samples of one machine in SI units, one row a sample.
 
     Attributes

@@ -94,6 +94,9 @@ def test_the_corrected_robot_has_nothing_missing(diagnosis: dc.Diagnosis, tmp_pa
     assert (again.verdict, len(again.findings)) == ("nothing_missing", 0)
     assert list(again.findings.columns) == list(diagnosis.findings.columns)
     corrected.save(tmp_path / "better.yaml")
+    with pytest.warns(DeprecationWarning, match=r"corrected_robot\(\)\.save\(path\)"):
+        diagnosis.save_robot(tmp_path / "older.yaml")
+    assert (tmp_path / "older.yaml").read_text() == (tmp_path / "better.yaml").read_text()
     slide_log(7).to_csv(tmp_path / "log.csv", index=False)
     from_files = dc.diagnose(tmp_path / "log.csv", tmp_path / "better.yaml", columns=COLUMNS)
     assert from_files.verdict == "nothing_missing"
@@ -111,6 +114,10 @@ def test_a_simulated_robot_has_the_faults_it_is_given(tmp_path: Path) -> None:
     recording = dc.simulate(JOB, faults=[fault], seed=1)
     assert recording.ended is not None
     assert recording.ended.outcome == "done"
+    with pytest.warns(DeprecationWarning, match=r"ended\.outcome"):
+        assert recording.outcome == "done"
+    with pytest.raises(AttributeError, match="outcom"):
+        recording.outcom  # noqa: B018
     same = dc.simulate(JOB, seed=1, record=tmp_path / "plain.mcap")
     assert Path(same.source) == tmp_path / "plain.mcap"
     np.testing.assert_array_equal(recording["steps_3"], same["steps_3"])

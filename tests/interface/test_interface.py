@@ -89,7 +89,8 @@ def test_old_names_work_and_name_the_new_ones(tmp_path: Path) -> None:
         pytest.raises(ConnectionError),
     ):
         dc.run("heart.yaml", socket=tmp_path / "no.sock")
-    assert dc.Answer is dc.Diagnosis
+    with pytest.warns(DeprecationWarning, match=r"deltactl\.Diagnosis"):
+        assert dc.Answer is dc.Diagnosis
 
 
 def test_mistakes_are_named_in_one_line(tmp_path: Path) -> None:
