@@ -17,18 +17,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from deltactl.interface.daemon import Client as Client
+    from deltactl.interface.daemon import run as run
+    from deltactl.interface.diagnoses import Diagnosis as Answer
     from deltactl.interface.diagnoses import Diagnosis as Diagnosis
     from deltactl.interface.diagnoses import diagnose as diagnose
-    from deltactl.interface.older import Answer as Answer
-    from deltactl.interface.older import load_robot as load_robot
-    from deltactl.interface.older import read_recording as read_recording
-    from deltactl.interface.older import run as run
     from deltactl.interface.recordings import Recording as Recording
     from deltactl.interface.recordings import inspect as inspect
     from deltactl.interface.recordings import read as read
+    from deltactl.interface.recordings import read_recording as read_recording
     from deltactl.interface.robots import Kinematics as Kinematics
     from deltactl.interface.robots import Robot as Robot
     from deltactl.interface.robots import kinematics as kinematics
+    from deltactl.interface.robots import load_robot as load_robot
     from deltactl.interface.simulated import simulate as simulate
 
 __all__ = [
@@ -56,13 +56,18 @@ _PLACES = {
     "read": "recordings",
     "simulate": "simulated",
 }
-_OLDER = ("Answer", "load_robot", "read_recording", "run")
+_OLDER = {
+    "Answer": "diagnoses",
+    "load_robot": "robots",
+    "read_recording": "recordings",
+    "run": "daemon",
+}
 """Names of version 0.1, which warn and name the new one."""
 
 
 def __getattr__(name: str) -> Any:
     """Import a part of the interface when it is first used: the pulse process needs none of it."""
-    place = "older" if name in _OLDER else _PLACES.get(name)
+    place = _PLACES.get(name) or _OLDER.get(name)
     if place is None:
         raise AttributeError(f"module 'deltactl' has no attribute {name!r}")
     from importlib import import_module

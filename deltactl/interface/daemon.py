@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from deltactl.firmware_py.daemon.client import Client as Line
 from deltactl.firmware_py.named_files import JOB_KEY, find
 from deltactl.foundation.errors import ConfigError, NotReady
+from deltactl.interface import older
 
 if TYPE_CHECKING:
     from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, Status
@@ -171,3 +172,10 @@ class Client:
             except KeyboardInterrupt:
                 self._line.cancel(number)
         return result
+
+
+def run(job: AnyPath, *, record: AnyPath | None = None, socket: AnyPath | None = None) -> JobResult:
+    """Use `Client(...).run(...)`; this name goes with the next release."""
+    older("run", "Client().run(...)")
+    with Client(socket) as client:
+        return client.run(job, record=record)

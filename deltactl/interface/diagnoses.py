@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from deltactl.foundation.extras import needs
-from deltactl.interface.older import OlderAnswer
+from deltactl.interface import older
 from deltactl.interface.recordings import AnyPath, Columns, Recording, tables_of
 from deltactl.interface.robots import Robot, robot_of
 
@@ -29,7 +29,7 @@ FINDING_COLUMNS = [
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosis(OlderAnswer):
+class Diagnosis:
     """What differs between recordings and a robot file; `print` shows it on one screen.
 
     Attributes
@@ -143,6 +143,11 @@ class Diagnosis(OlderAnswer):
         text = corrected_text(self.robot.document, self.answer, all_of_them)
         return Robot.from_text(text, str(self.robot.path))
 
+    def save_robot(self, path: AnyPath, replace: bool = False) -> None:
+        """Use `corrected_robot().save(path)`; this name goes with the next release."""
+        older("Diagnosis.save_robot(path)", "Diagnosis.corrected_robot().save(path)")
+        self.corrected_robot().save(path, replace)
+
     def __str__(self) -> str:
         from deltactl.diagnosis.report.screen import screen_lines
         from deltactl.diagnosis.report.templates import PYTHON
@@ -235,3 +240,10 @@ def _frame(rows: Sequence[tuple[Any, ...]], columns: list[str]) -> pd.DataFrame:
         import pandas as pd
 
     return pd.DataFrame(rows, columns=columns)
+
+
+def __getattr__(name: str) -> Any:
+    if name != "Answer":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    older("Answer", "Diagnosis")
+    return Diagnosis

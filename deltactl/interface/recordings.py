@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.printable import count
-from deltactl.interface.older import OlderResult
+from deltactl.interface import older
 from deltactl.recording.tables.flat import UNITS, FlatRecording, from_columns
 
 if TYPE_CHECKING:
@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 AnyPath = str | Path
 Columns = AnyMapping[str, str]
 """Column and unit for each name that the program knows, `{"position": "angle[deg]"}`."""
+OF_A_RESULT = ("job_id", "name", "outcome", "why", "recording", "recording_error", "warning")
 FRAME = "data frame"
 """Source of a recording that comes from no file."""
 
 
 @dataclass(frozen=True, eq=False)
-class Recording(OlderResult):
+class Recording:
     """Samples of one machine in SI units, one row a sample.
 
     Attributes
@@ -139,6 +140,13 @@ class Recording(OlderResult):
 
         write_flat(self.table, Path(path))
 
+    def __getattr__(self, name: str) -> Any:
+        """What `simulate` returned in version 0.1, for one more release."""
+        if name not in OF_A_RESULT or self.ended is None:
+            raise AttributeError(f"'Recording' object has no attribute {name!r}")
+        older(f"simulate(...).{name}", f"simulate(...).ended.{name}")
+        return getattr(self.ended, name)
+
     def __repr__(self) -> str:
         span_s = float(self.t[-1] - self.t[0]) if len(self) else 0.0
         has = ", ".join(self.columns)
@@ -182,6 +190,12 @@ def read(path: AnyPath, columns: Columns | None = None) -> Recording:
     mapping = load_mapping(None, _options(columns))
     table = read_mapped(Path(path), mapping, notes.append)
     return Recording(table, tuple(notes))
+
+
+def read_recording(recording: AnyPath, columns: Columns | None = None) -> FlatRecording:
+    """Use `read(...).table`; this name goes with the next release."""
+    older("read_recording", "read(...), whose .table is what this returns")
+    return read(recording, columns).table
 
 
 def inspect(path: AnyPath, columns: Columns | None = None) -> Inspection:

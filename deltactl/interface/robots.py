@@ -14,6 +14,7 @@ from deltactl.firmware_py.named_files import ROBOT_KEY, find
 from deltactl.foundation.errors import ConfigError, UnreachablePoint
 from deltactl.foundation.plain_file import said_of_output, write_whole
 from deltactl.foundation.strict_yaml import Document
+from deltactl.interface import older
 from deltactl.models.robot import ARMS, DeltaRobot, FloatArray, RobotModel
 from deltactl.models.robot_files import with_effects_in
 
@@ -120,6 +121,12 @@ class Robot:
     def _repr_html_(self) -> str:
         lines = html.escape(self.text)
         return f"<p>{html.escape(repr(self))}</p><details><pre>{lines}</pre></details>"
+
+
+def load_robot(robot: AnyPath) -> RobotModel:
+    """Use `Robot.load(...).model`; this name goes with the next release."""
+    older("load_robot", "Robot.load(...), whose .model is what this returns")
+    return Robot.load(robot).model
 
 
 def robot_of(robot: AnyPath | Robot) -> Robot:
