@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from deltactl.interface.daemon import Client as Client
     from deltactl.interface.daemon import run as run
-    from deltactl.interface.diagnoses import Diagnosis as Answer
     from deltactl.interface.diagnoses import Diagnosis as Diagnosis
     from deltactl.interface.diagnoses import diagnose as diagnose
     from deltactl.interface.recordings import Recording as Recording
@@ -30,6 +29,8 @@ if TYPE_CHECKING:
     from deltactl.interface.robots import kinematics as kinematics
     from deltactl.interface.robots import load_robot as load_robot
     from deltactl.interface.simulated import simulate as simulate
+
+    Answer = Diagnosis
 
 __all__ = [
     "Client",
