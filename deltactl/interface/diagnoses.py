@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from deltactl.diagnosis.answer.finding import Finding, ParameterResult
     from deltactl.diagnosis.answer.records import Diagnosis as Answer
+    from deltactl.diagnosis.answer.records import NextExperiment
     from deltactl.interface.figure import Figure
 
 AnyRecording = AnyPath | Recording
@@ -93,6 +94,14 @@ class Diagnosis:
             for size in _sizes(found)
         ]
         return _frame(rows, ["finding", *FINDING_COLUMNS[:7]])
+
+    @property
+    def next_experiment(self) -> NextExperiment | None:
+        """The safe run that would tell the explanations apart; None where there is none.
+
+        `simulate` takes its `job`, a mapping as a job file has it.
+        """
+        return self.answer.next_experiment
 
     def summary(self) -> str:
         """Everything that the report says, as plain text; `str` is what one screen has room for."""

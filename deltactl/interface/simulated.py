@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tempfile
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,8 +17,10 @@ from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 from deltactl.foundation.errors import ConfigError, MotionError
 from deltactl.foundation.strict_yaml import Document
-from deltactl.interface.recordings import AnyPath, Recording, read
+from deltactl.interface.recordings import AnyPath, Recording
 from deltactl.interface.robots import Robot, robot_of
+from deltactl.recording.reading.reader import read_run
+from deltactl.recording.tables.rounds import flatten
 
 Job = AnyPath | Mapping[str, Any]
 Fault = Mapping[str, Any]
@@ -41,13 +44,15 @@ def simulate(
     Parameters
     ----------
     job : path or mapping
-        The job file, or what stands in one; `Diagnosis.to_json()["next_experiment"]["job"]` is one.
+        The job file, or what it says, such as `diagnosis.next_experiment.job`.
     robot : Robot or path, optional
         In place of the job's own robot file. A corrected robot that was never saved will do.
     faults : sequence of mappings, optional
-        What the simulated robot has and its robot file does not say, each as an entry of
+        Everything in which the simulated robot differs from its design, each as an entry of
         `effects` in a robot file: `{"effect": "gear_backlash", "component": "motor2",
-        "parameters": {"width": 0.008}}`. docs/reference/effects.md lists them.
+        "parameters": {"width": 0.008}}`. docs/reference/effects.md lists them. The robot file
+        learns nothing of them. Without any the simulated robot is as its file says, `effects`
+        included.
     seed : int, optional
         Of the simulated sensors' noise.
     record : path, optional
@@ -56,7 +61,9 @@ def simulate(
     Returns
     -------
     Recording
-        Commands and readings in SI units; `ended` says how the job ended.
+        Commands and readings in SI units; `ended` says how the job ended. Beside them are columns
+        that a diagnosis does not read: where the platform truly was (`truth_x_m`, ...), and the
+        true angles of the arms (`truth_theta_1_rad`, ...).
 
     Raises
     ------
@@ -74,7 +81,7 @@ def simulate(
     files = FileAccess()
     path = _job_file(job, robot, files)
     robot_file = _robot_file(path, robot, files)
-    with tempfile.TemporaryDirectory() as folder, _as_built(faults, robot_file, files) as built:
+    with tempfile.TemporaryDirectory() as folder, _as_built(faults) as built:
         controller = build_controller(
             robot_file,
             simulated=True,
@@ -122,24 +129,21 @@ def _robot_file(job: Path, robot: AnyPath | Robot | None, files: FileAccess) -> 
 
 
 @contextmanager
-def _as_built(
-    faults: Sequence[Fault], robot_file: Path, files: FileAccess
-) -> Iterator[Path | None]:
-    """A file apart with all effects of the simulated robot; none without faults."""
+def _as_built(faults: Sequence[Fault]) -> Iterator[Path | None]:
+    """A file apart that says what the simulated robot is really like; none without faults."""
     if not faults:
         yield None
         return
-    known = [
-        entry.model_dump(mode="json", exclude_none=True)
-        for entry in files.robot(robot_file).effects_as_built
-    ]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "faults"
-        path.write_text(json.dumps({"effects": [*known, *map(_plain, faults)]}), encoding="utf-8")
+        text = json.dumps({"effects": [_plain(fault) for fault in faults]})
+        path.write_text(text, encoding="utf-8")
         try:
             yield path
         except ConfigError as error:
-            raise error.worded(str(error).replace(f"{path}:1: ", "faults: ")) from None
+            raise error.worded(
+                re.sub(rf"{re.escape(str(path))}(:1)?", "faults", str(error))
+            ) from None
 
 
 def _plain(fault: Fault) -> dict[str, Any]:
@@ -158,6 +162,5 @@ def _recorded(result: JobResult, kept: bool) -> Recording:
         )
     if result.outcome != "done":
         warnings.warn(f"{result.name}: {result.outcome}: {result.why}", RuntimeWarning, 3)
-    made = read(result.recording)
-    table = made.table if kept else replace(made.table, source=result.name)
-    return Recording(table, ended=result)
+    table = flatten(read_run(Path(result.recording)), with_truth=True)
+    return Recording(table if kept else replace(table, source=result.name), ended=result)
