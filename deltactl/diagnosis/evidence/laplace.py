@@ -58,6 +58,7 @@ class Laplace:
         self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
         self._free = plant.free()
         self._known: dict[frozenset[str], Explanation] = {}
+        self._shapes: dict[str, tuple[Columns, FloatArray]] = {}
 
     @property
     def evaluated(self) -> list[Explanation]:
@@ -98,20 +99,42 @@ class Laplace:
         return self._explanation(keys, point)
 
     def _best(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> Explanation:
-        points = self._starts(keys, start_from)
-        moved = self._moved(keys)
+        begins: list[Point] = []
         if self._before is not None and keys in self._before:
-            points = [[self._before(keys).sizes]]
-        points += [[_less(part, keys)] for part in start_from if part.keys > keys]
+            begins.append(self._before(keys).sizes)
+        else:
+            parts: list[Explanation | None] = [part for part in start_from if part.keys <= keys]
+            begins += [self._beginning(keys, part) for part in parts or [None]]
+        begins += [_less(part, keys) for part in start_from if part.keys > keys]
+        moved = self._moved(keys)
         if not moved:
-            return self._explanation(keys, points[0][0])
-        chosen = {self._cheapest(keys, some) for some in points if some}
-        fits = [self._descend(keys, dict(point), moved) for point in sorted(chosen)]
+            return self._explanation(keys, begins[0])
+        apart = {tuple(sorted(point.items())) for point in begins}
+        fits = [self._descend(keys, dict(point), moved) for point in sorted(apart)]
         return self._explanation(keys, min(fits, key=lambda fit: fit[0])[1])
 
-    def _cheapest(self, keys: frozenset[str], points: Sequence[Point]) -> tuple[Named, ...]:
-        costs = [self._solve(keys, point)[0] for point in points]
-        return tuple(sorted(points[int(np.argmin(costs))].items()))
+    def _beginning(self, keys: frozenset[str], part: Explanation | None) -> Point:
+        """The cheapest start of a set, part of which may be known.
+
+        What is new joins one regressor after another, in the plant's order: after each, the
+        cheapest few go on (a beam search). All combinations would be thousands.
+        """
+        left = self.plant.observed - self.plant.base(frozenset(), {})
+        points: list[Point] = [{}]
+        if part is not None:
+            left, points = part.residual, [dict(part.sizes)]
+        new = [
+            key
+            for key in self.by_key
+            if key in keys and self.by_key[key].sizes and (part is None or key not in part.keys)
+        ]
+        for number, key in enumerate(new):
+            starts = self._with_none_of_it(key, self.plant.starts(key, left))
+            points = [{**point, **start} for point in points for start in starts]
+            if len(points) > 1:
+                costs = [self._solve(keys - set(new[number + 1 :]), point)[0] for point in points]
+                points = [points[i] for i in np.argsort(costs)[: EVIDENCE.starts_kept]]
+        return points[0]
 
     def _moved(self, keys: frozenset[str]) -> list[tuple[str, Size]]:
         return [
@@ -120,24 +143,6 @@ class Laplace:
             for size in self.by_key[key].sizes
             if size.smooth
         ]
-
-    def _starts(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> list[list[Point]]:
-        """For each part of the set that is known: its sizes, and every start of what is new."""
-        parts: list[Explanation | None] = [part for part in start_from if part.keys <= keys]
-        parts = parts or [None]
-        found: list[list[Point]] = []
-        for part in parts:
-            known = {} if part is None else dict(part.sizes)
-            left = self.plant.observed - self.plant.base(frozenset(), {})
-            left = left if part is None else part.residual
-            points: list[Point] = [known]
-            for key in sorted(keys):
-                if not self.by_key[key].sizes or (part is not None and key in part.keys):
-                    continue
-                starts = self._with_none_of_it(key, self.plant.starts(key, left))
-                points = [{**point, **start} for point in points for start in starts]
-            found.append(points)
-        return found
 
     def _with_none_of_it(self, key: str, starts: Sequence[Point]) -> list[Point]:
         """The starts of a regressor, and one at which it does nothing.
@@ -216,11 +221,19 @@ class Laplace:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         base = self.plant.base(keys, point)
         white = self.noise.whiten(self.plant.observed - base)
-        columns = [c for c in self._columns(keys, base, point) if c.values.shape[1]]
-        if not columns:
+        columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
+        shapes = [self._shapes_of(key, c) for key, c in columns if c.values.shape[1]]
+        if not shapes:
             return base, white, np.zeros((len(white), 0))
-        shapes = np.concatenate([self.noise.whiten(c.values) * c.spread for c in columns], axis=1)
-        return base, white, shapes
+        return base, white, np.concatenate(shapes, axis=1)
+
+    def _shapes_of(self, key: str, columns: Columns) -> FloatArray:
+        """Whitened columns times their spreads; kept, since most are the same at every point."""
+        kept = self._shapes.get(key)
+        if kept is None or kept[0] is not columns:
+            kept = (columns, self.noise.whiten(columns.values) * columns.spread)
+            self._shapes[key] = kept
+        return kept[1]
 
     def _explanation(self, keys: frozenset[str], point: Point) -> Explanation:
         base, white, shapes = self._whitened(keys, point)

@@ -94,6 +94,8 @@ class EvidenceOptions:
     """Of the largest size: the coarsest cells that show as much are fine enough."""
 
     # The fit of one set of regressors.
+    starts_kept: int = 4
+    """Starts of a set that go on while its regressors join one after another."""
     most_fit_steps: int = 14
     """Gauss-Newton steps at which a fit is given up; it ends earlier by `fit_gain`."""
     fit_gain: float = 0.02

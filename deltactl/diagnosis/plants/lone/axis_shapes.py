@@ -26,6 +26,7 @@ class AxisShapes:
 
     def __init__(self, axis: RecordedAxis):
         self._axis = axis
+        self._drooped: tuple[float, Columns] | None = None
 
     def of(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Shapes of one regressor around a base; none of one whose sizes are all nonlinear."""
@@ -41,9 +42,7 @@ class AxisShapes:
                 shape[:, None], np.array([RATIO_SPREAD[self._axis.robot.kind]]), ("scale",)
             )
         if key == "droop":
-            late_s = sizes.get("lag.time", 0.0) + self._known_late_s
-            pull = self._pulled(late_s)[:, None]
-            return Columns(pull, np.array([self._yielding]), ("1/stiffness",))
+            return self._droop(sizes.get("lag.time", 0.0) + self._known_late_s)
         if key in ("gear", "teeth"):
             return self._waves(base, sizes[f"{key}.waves"])
         if key == "drift":
@@ -52,6 +51,14 @@ class AxisShapes:
             after = (self._axis.t_s >= sizes["jump.moment"]).astype(float)[:, None]
             return Columns(after, np.array([self._axis.mismatch]), ("shift",))
         return Columns(np.zeros((len(base), 0)), np.zeros(0))
+
+    def _droop(self, late_s: float) -> Columns:
+        """Kept for one delay: most points of a fit share it."""
+        if self._drooped is None or self._drooped[0] != late_s:
+            pull = self._pulled(late_s)[:, None]
+            columns = Columns(pull, np.array([self._yielding]), ("1/stiffness",))
+            self._drooped = (late_s, columns)
+        return self._drooped[1]
 
     def _pulled(self, late_s: float) -> FloatArray:
         """What pulls, (n,), as late as the drive gives way to it."""
@@ -99,9 +106,8 @@ class AxisShapes:
     def _waves(self, base: FloatArray, waves: float) -> Columns:
         """First and second harmonic of a wave that repeats `waves` times over the travel."""
         angle = 2.0 * np.pi * waves / self._axis.span * base
-        shapes = np.stack(
-            [np.sin(angle), np.cos(angle), np.sin(2 * angle), np.cos(2 * angle)], axis=1
-        )
+        sine, cosine = np.sin(angle), np.cos(angle)
+        shapes = np.stack([sine, cosine, 2.0 * sine * cosine, 1.0 - 2.0 * sine**2], axis=1)
         second = COMMANDED_AXIS.second_harmonic
         spread = self._axis.mismatch * np.array([1.0, 1.0, second, second])
         return Columns(shapes, spread, ("sine", "cosine", "sine2", "cosine2"))
