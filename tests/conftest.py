@@ -11,6 +11,7 @@ tests on a small machine they would measure the other tests. `make test` runs th
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import hypothesis  # first: what gc.freeze hides later, its plugin of trio warns of
@@ -36,6 +37,15 @@ REAL_TIME = (
     "TestPulseProcess",
 )
 """Parts of the names of tests."""
+
+
+@pytest.fixture(autouse=True, scope="session")
+def one_process_each() -> Iterator[None]:
+    """Hold each diagnosis to the process of its test: those beside it have the other cores."""
+    from deltactl.diagnosis.estimation.side_by_side import alone
+
+    with alone():
+        yield
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

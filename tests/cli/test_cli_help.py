@@ -7,15 +7,14 @@ import resource
 import shlex
 import subprocess
 import sys
-from typing import Any
+from functools import cache
 
 import pytest
-from typer.main import get_command
 from typer.testing import CliRunner
 
 from deltactl.cli.main import app
 from deltactl.cli.mistyped import CALLED
-from tests.rigs.commands import every_command, found
+from tests.rigs.commands import every_command, found, whole_group
 
 COMMANDS = dict(every_command())
 PANELS = {"Run", "By hand", "Diagnose and repair", "Learn", "Service"}
@@ -23,17 +22,19 @@ MOST_COMMANDS, MOST_OPTIONS = 25, 12
 HELP_S = 0.4
 SLOW = 4.0
 """So much slower a machine may be than the one that HELP_S is meant for."""
-NARROW, WIDE = {"COLUMNS": "80", "TERMINAL_WIDTH": "80"}, {"COLUMNS": "1000"}
+NARROW, WIDE = 80, 1000
 
 
-def shown(name: str, option: str = "--help", window: dict[str, str] = NARROW) -> str:
+@cache
+def shown(name: str, option: str = "--help", columns: int = NARROW) -> str:
+    window = {"COLUMNS": str(columns), "TERMINAL_WIDTH": str(columns)}
     done = CliRunner().invoke(app, [*name.split(), option], env=window)
     assert done.exit_code == 0, done.output
     return done.output
 
 
 def test_the_first_screen_has_few_commands_in_panels() -> None:
-    group: Any = get_command(app)
+    group = whole_group()
     assert len(group.commands) <= MOST_COMMANDS
     assert {command.rich_help_panel for command in group.commands.values()} == PANELS
 

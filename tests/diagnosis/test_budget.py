@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import nullcontext
+from contextvars import Context
 from functools import partial
 
 import pytest
@@ -83,11 +84,15 @@ def test_a_search_without_patience_ends_with_what_it_has(delta: DeltaRobot, reco
 
 
 def test_the_same_work_is_counted_on_one_core_and_on_two(delta: DeltaRobot, record: Record) -> None:
-    model = DeltaModel(delta, [record(SCALE, RATIO, ARM)])
+    model = DeltaModel(delta, [record(SCALE, RATIO, ARM, seconds=30.0)])
     counted = []
-    for here in (alone, nullcontext):
+    for shared in (False, True):
         budget = Budget(most=300.0)
-        with here():  # type: ignore[operator]
-            explain(prepare(model, model.readings.valid.copy(), budget), 0.0, lambda _: None)
+        Context().run(searched, model, budget, shared)
         counted.append((budget.spent, budget.ended))
     assert counted[0] == counted[1]
+
+
+def searched(model: DeltaModel, budget: Budget, shared: bool) -> None:
+    with nullcontext() if shared else alone():
+        explain(prepare(model, model.readings.valid.copy(), budget), 0.0, lambda _: None)

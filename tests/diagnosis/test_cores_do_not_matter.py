@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextvars import Context
 
 import pytest
 
@@ -25,7 +26,8 @@ def test_one_core_and_two_answer_alike(
 ) -> None:
     monkeypatch.setattr(side_by_side, "_cores", lambda: 2)
     recording = record(*CAUSES, seconds=30.0)
-    on_two = diagnose_recordings(delta, [recording])
+    anew = Context()  # without the `alone` of all tests
+    on_two = anew.run(diagnose_recordings, delta, [recording])
     with alone():
         on_one = diagnose_recordings(delta, [recording])
     assert len(on_two.findings) == len(CAUSES)

@@ -28,15 +28,22 @@ CROOKED = Linkage.of(
 def test_agrees_with_the_arrays_everywhere(linkage: Linkage) -> None:
     reach_m = float((linkage.upper_arm_m + linkage.forearm_m).max())
     rng = np.random.default_rng(31)
-    points_m = rng.uniform([-0.8, -0.8, -1.05], [0.8, 0.8, 0.2], (3000, 3)) * reach_m
+    points_m = rng.uniform([-0.8, -0.8, -1.05], [0.8, 0.8, 0.2], (800, 3)) * reach_m
     angles_rad, status = inverse(linkage, points_m)
-    assert 300 < (status == Status.OK).sum() < 2700
-    for point, expected, code in zip(points_m.tolist(), angles_rad, status, strict=True):
-        if code == Status.OK:
-            np.testing.assert_allclose(inverse_one(linkage, *point), expected, atol=1e-12)
-        else:
-            with pytest.raises(UnreachablePoint):
-                inverse_one(linkage, *point)
+    assert 80 < (status == Status.OK).sum() < 720
+    np.testing.assert_allclose(
+        [one_by_one(linkage, point) for point in points_m.tolist()],
+        np.where((status == Status.OK)[:, None], angles_rad, np.nan),
+        atol=1e-12,
+    )
+
+
+def one_by_one(linkage: Linkage, point_m: list[float]) -> tuple[float, ...]:
+    """Angles of one target; NaN where it is refused."""
+    try:
+        return inverse_one(linkage, *point_m)
+    except UnreachablePoint:
+        return (np.nan,) * 3
 
 
 coordinate = st.floats(allow_nan=True, allow_infinity=True) | st.floats(-0.7, 0.7)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from deltactl.cli.main import app
 from tests.newcomer.test_with_a_readers_files import TYPED
 from tests.newcomer.untyped import WHY
-from tests.rigs.commands import found
+from tests.rigs.commands import found, whole_group
 from tests.rigs.documented import PAGES, ROOT, Documented, fenced, inline
 
 COMMANDS = [one for page in PAGES for one in (*fenced(page), *inline(page))]
@@ -67,10 +68,9 @@ def test_every_command_is_typed_or_in_the_list_of_those_that_are_not() -> None:
 @pytest.mark.parametrize("one", CALLS, ids=str)
 def test_deltactl_takes_it(one: Documented) -> None:
     """Parsed as it stands; words in capitals and dots stand for something of the reader's."""
-    group = typer.main.get_command(app)
     name, *arguments = one.words[1:]
     if name.startswith("-"):
-        group.make_context("deltactl", [name], resilient_parsing=True)
+        whole_group().make_context("deltactl", [name], resilient_parsing=True)
         return
     try:
         command, arguments = found(one.words[1:])
@@ -106,8 +106,10 @@ def test_the_whole_jobs_on_the_page_of_jobs_may_run(tmp_path: Path) -> None:
 @pytest.mark.parametrize("one", MAKES, ids=str)
 def test_make_has_it(one: Documented) -> None:
     dry = subprocess.run(
-        ["make", "-n", *one.words[1:]], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+        ["make", "-n", *one.words[1:]],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+        env=os.environ | {"PYTHON": sys.executable},
+    )  # fmt: skip
     assert dry.returncode == 0, dry.stderr
 
 

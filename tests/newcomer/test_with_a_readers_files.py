@@ -12,6 +12,7 @@ import pytest
 from tests.newcomer.readers_files import FILES
 from tests.rigs.documented import ROOT
 
+pytestmark = pytest.mark.newcomer
 MY_DELTA = (
     "deltactl init delta my-delta.yaml --base-radius-mm 120 --platform-radius-mm 40"
     " --upper-arm-mm 150 --forearm-mm 320 --gear-ratio 5 --microsteps-per-rev 1600"
