@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,12 +15,11 @@ FloatArray = NDArray[np.float64]
 
 def correlated(rng: np.random.Generator, count: int, sigma: float, rho: float) -> FloatArray:
     """Noise with standard deviation sigma whose neighbours have the correlation rho."""
-    white = rng.standard_normal(count)
-    noise = np.empty(count)
-    noise[0] = white[0]
-    for k in range(1, count):
-        noise[k] = rho * noise[k - 1] + np.sqrt(1.0 - rho**2) * white[k]
-    return sigma * noise
+    first, *white = rng.standard_normal(count).tolist()
+    noise, new = [first], math.sqrt(1.0 - rho**2)
+    for each in white:
+        noise.append(rho * noise[-1] + new * each)
+    return sigma * np.array(noise)
 
 
 def wander(rng: np.random.Generator, t_s: FloatArray, size: float, slow_s: float) -> FloatArray:
@@ -54,7 +54,7 @@ class ForcedRig:
         rng = np.random.default_rng(seed)
         step_s = 0.0005
         count = int(span_s / step_s)
-        asked = wander(rng, np.arange(count) * step_s, size, 1.5)
+        asked = wander(rng, np.arange(count) * step_s, size, 1.5).tolist()
         omega = 25.0
         x, v, u = asked[0], 0.0, 0.0
         kept = []
@@ -63,12 +63,12 @@ class ForcedRig:
                 speed = (asked[min(k + 1, count - 1)] - asked[k]) / step_s
                 u = self.mass * (omega**2 * (asked[k] - x) + 1.6 * omega * (speed - v))
                 kept.append((k * step_s, x, u))
-            push = self.gain * u - self.offset - self.gravity * np.sin(x - self.zero)
+            push = self.gain * u - self.offset - self.gravity * math.sin(x - self.zero)
             push -= self.viscous * v
-            rub = self.coulomb + self.stribeck * np.exp(-((v / self.stribeck_speed) ** 2))
+            rub = self.coulomb + self.stribeck * math.exp(-((v / self.stribeck_speed) ** 2))
             free = v + push / self.mass * step_s
             brake = rub / self.mass * step_s
-            v = float(np.sign(free) * max(abs(free) - brake, 0.0))
+            v = math.copysign(max(abs(free) - brake, 0.0), free)
             x += v * step_s
         t_s, position, effort = (np.array(column) for column in zip(*kept, strict=True))
         position = position + correlated(rng, len(position), self.noise, self.rho)
@@ -103,17 +103,18 @@ class FollowingRig:
         t_fine = np.arange(int(span_s * self.rate_hz) * fine) / (self.rate_hz * fine)
         command = wander(rng, t_fine, size, 2.0)
         driven = np.interp(t_fine - self.dead_s, t_fine, command)
-        x, axis = driven[0], driven[0] + 0.3 * self.play
-        seen = np.empty_like(driven)
+        x, axis = float(driven[0]), float(driven[0]) + 0.3 * self.play
+        followed = []
         part = 1.0 - np.exp(-t_fine[1] / self.lag_s) if self.lag_s else 1.0
         halfway = 0.5 * (driven + np.concatenate([driven[:1], driven[:-1]]))
-        for k, target in enumerate(halfway if self.lag_s else driven):
+        targets = (halfway if self.lag_s else driven).tolist()
+        for now_s, target in zip(t_fine.tolist(), targets, strict=True):
             x += (target - x) * part
-            motor = self.scale * x - (self.lost if t_fine[k] >= self.lost_at_s else 0.0)
-            motor += self.wave * np.sin(2.0 * np.pi * motor / self.period)
+            motor = self.scale * x - (self.lost if now_s >= self.lost_at_s else 0.0)
+            motor += self.wave * math.sin(2.0 * math.pi * motor / self.period)
             axis = min(max(axis, motor - 0.5 * self.play), motor + 0.5 * self.play)
-            seen[k] = axis + self.offset + self.bend * axis**3
-        t_s, command, seen = t_fine[::fine], command[::fine], seen[::fine]
+            followed.append(axis + self.offset + self.bend * axis**3)
+        t_s, command, seen = t_fine[::fine], command[::fine], np.array(followed[::fine])
         seen = seen + correlated(rng, len(seen), self.noise, self.rho)
         if self.encoder_step:
             seen = np.round(seen / self.encoder_step) * self.encoder_step

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import numpy as np
 
 from deltactl.diagnosis.api import diagnose_recordings
@@ -17,17 +20,16 @@ def sliding(seed: int) -> FlatRecording:
     rng = np.random.default_rng(seed)
     fine_s, every = 0.01, 50
     places_m = 1e-3 * rng.uniform(-20.0, 20.0, 26)
-    told_m = [places_m[0]]
-    for place in places_m:
-        while abs(place - told_m[-1]) > 2e-6:
-            told_m.append(told_m[-1] + float(np.clip(place - told_m[-1], -2e-6, 2e-6)))
-        told_m += [place] * 200
-    told = np.array(told_m)
+    parts = [np.full(200, places_m[0])]
+    for start, place in itertools.pairwise(places_m):
+        parts += [np.arange(start, place, math.copysign(2e-6, place - start)), np.full(200, place)]
+    told = np.concatenate(parts)
     late = np.interp(np.arange(len(told)) - LATE_S / fine_s, np.arange(len(told)), told)
-    at, seen = late[0], np.empty_like(late)
-    for k, aim in enumerate(late):
+    at, came = float(late[0]), []
+    for aim in late.tolist():
         at = min(max(at, aim - 0.5 * GAP_M), aim + 0.5 * GAP_M)
-        seen[k] = at
+        came.append(at)
+    seen = np.array(came)
     waves_m = np.array([0.9e-3, 0.37e-3, 2.1e-3, 0.23e-3])
     rough = sum(
         20e-6 * np.sin(2.0 * np.pi * seen / wave + phase)

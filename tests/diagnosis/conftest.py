@@ -40,7 +40,7 @@ def record(delta: DeltaRobot) -> Record:
     """Make a recording: true chain at 200 Hz, sensors averaging 20 ms, AR(1) noise, 1 mm steps."""
 
     def make(
-        *effects: EffectEntry, seed: int = 1, seconds: float = 60.0, rho: float = 0.4
+        *effects: EffectEntry, seed: int = 1, seconds: float = 30.0, rho: float = 0.4
     ) -> FlatRecording:
         rng = np.random.default_rng(seed)
         t_s = 0.005 * np.arange(round(seconds / 0.005))
