@@ -33,7 +33,7 @@ CASES = [
     (_entry("following_lag", "motor3", time=0.1), "time"),
     (_entry("gear_backlash", "motor1", width=0.012), "width"),
     (_entry("joint_friction", "motor2", width=0.009, stiffness=2000.0), "width"),
-    (_entry("lost_steps", "motor3", steps=64.0, time=31.0), "steps"),
+    (_entry("lost_steps", "motor3", steps=64.0, time=16.0), "steps"),
 ]
 
 

@@ -35,7 +35,7 @@ def stripes(distance_m: np.ndarray) -> np.ndarray:
 def test_the_past_is_told_from_the_present(
     delta: DeltaRobot, record: Callable[..., FlatRecording], late_s: float
 ) -> None:
-    clean = record()
+    clean = record(seconds=60.0)
     distance_m = clean.columns["range_y"]
     kernel = np.ones(9) / 9.0
     smooth_m = np.convolve(np.pad(distance_m, 4, mode="edge"), kernel, mode="valid")

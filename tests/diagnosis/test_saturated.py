@@ -32,7 +32,7 @@ def memory(whiten: Whitener) -> float:
 
 
 def test_memory_and_spread_are_given_back(delta: DeltaRobot, record: Record) -> None:
-    model = DeltaModel(delta, [record(rho=RHO)])
+    model = DeltaModel(delta, [record(rho=RHO, seconds=60.0)])
     prepared = prepare(model, model.readings.valid.copy())
     fit = Saturated(prepared.library, prepared.fitter)
     still = model.predict([n.term for n in model.nuisances])

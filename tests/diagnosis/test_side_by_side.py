@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import signal
+from contextvars import ContextVar
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from deltactl.diagnosis.estimation.side_by_side import alone, only_here, side_by
 @pytest.fixture(autouse=True)
 def _two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_cores", lambda: 2)
+    monkeypatch.setattr(module, "_alone", ContextVar("alone", default=False))
 
 
 class Held:

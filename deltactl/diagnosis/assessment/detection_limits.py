@@ -14,7 +14,6 @@ from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.assessment.regression_holdout import scaled_covariance
 from deltactl.diagnosis.assessment.significance import charge
 from deltactl.diagnosis.evidence.detection import Detection
-from deltactl.diagnosis.evidence.laplace import most_probable
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import Regressor, Shown, Size
 from deltactl.diagnosis.score_tests.library import Entry
@@ -253,5 +252,12 @@ def _information(selected: Selected, regressor: Regressor, size: Size, at: float
     own[f"{key}.{size.name}"] = at
     bent = plant.base(best.keys | {key}, {**best.sizes, **own})
     change = selected.noise.whiten(bent - plant.base(best.keys, best.sizes)) / at
-    left = change - best.tangent @ most_probable(change, best.tangent)
+    left = change - best.tangent @ _most_probable(change, best.tangent)
     return float(change @ left)
+
+
+def _most_probable(white: FloatArray, shapes: FloatArray) -> FloatArray:
+    """Sizes (p,) of whitened shapes (m, p), each times its prior spread, given values (m,)."""
+    gram = shapes.T @ shapes
+    theta: FloatArray = np.linalg.solve(gram + np.eye(len(gram)), shapes.T @ white)
+    return theta

@@ -8,6 +8,7 @@ solved for at each value of the nonlinear ones (variable projection, Golub and P
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -20,7 +21,8 @@ from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 
 Point = dict[str, float]
-Named = tuple[str, float]
+Block = tuple[str, FloatArray]
+"""A regressor and its whitened columns (m, k), each times its prior spread."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +60,8 @@ class Laplace:
         self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
         self._free = plant.free()
         self._known: dict[frozenset[str], Explanation] = {}
-        self._shapes: dict[str, tuple[Columns, FloatArray]] = {}
+        self._blocks: dict[str, tuple[Columns, Block]] = {}
+        self._products: dict[tuple[str, str], tuple[Block, Block, FloatArray]] = {}
 
     @property
     def evaluated(self) -> list[Explanation]:
@@ -204,12 +207,12 @@ class Laplace:
 
     def _solve(self, keys: frozenset[str], point: Point) -> tuple[float, FloatArray]:
         """Penalised cost and the vector (m + p + q,) whose square it is."""
-        _, white, shapes = self._whitened(keys, point)
-        theta = most_probable(white, shapes)
+        _, white, blocks = self._whitened(keys, point)
+        theta, explained = self._most_probable(white, blocks)
         penalties = np.array(
             [point[name] / size.spread for name, size in self._moved(keys) if size.prior == "half"]
         )
-        parts = [white - shapes @ theta, theta, penalties]
+        parts = [white - explained, theta, penalties]
         left = np.concatenate(parts)
         return float(left @ left), left
 
@@ -218,32 +221,59 @@ class Laplace:
 
     def _whitened(
         self, keys: frozenset[str], point: Point
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray, list[Block]]:
         base = self.plant.base(keys, point)
         white = self.noise.whiten(self.plant.observed - base)
         columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
-        shapes = [self._shapes_of(key, c) for key, c in columns if c.values.shape[1]]
-        if not shapes:
-            return base, white, np.zeros((len(white), 0))
-        return base, white, np.concatenate(shapes, axis=1)
+        return base, white, [self._block(key, c) for key, c in columns if c.values.shape[1]]
 
-    def _shapes_of(self, key: str, columns: Columns) -> FloatArray:
+    def _block(self, key: str, columns: Columns) -> Block:
         """Whitened columns times their spreads; kept, since most are the same at every point."""
-        kept = self._shapes.get(key)
+        kept = self._blocks.get(key)
         if kept is None or kept[0] is not columns:
-            kept = (columns, self.noise.whiten(columns.values) * columns.spread)
-            self._shapes[key] = kept
+            kept = (columns, (key, self.noise.whiten(columns.values) * columns.spread))
+            self._blocks[key] = kept
         return kept[1]
 
+    def _most_probable(
+        self, white: FloatArray, blocks: list[Block]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Linear sizes (p,), each in its prior spread, and what they explain, (m,)."""
+        ends = np.cumsum([0, *(block[1].shape[1] for block in blocks)])
+        gram, share = np.eye(ends[-1]), np.empty(ends[-1])
+        spans = [slice(first, end) for first, end in itertools.pairwise(ends)]
+        for number, (block, span) in enumerate(zip(blocks, spans, strict=True)):
+            share[span] = block[1].T @ white
+            for other, beside in zip(blocks[: number + 1], spans, strict=False):
+                product = self._product(block, other)
+                gram[span, beside] += product
+                if other is not block:
+                    gram[beside, span] += product.T
+        theta: FloatArray = np.linalg.solve(gram, share)
+        explained = np.zeros(len(white))
+        for block, span in zip(blocks, spans, strict=True):
+            explained += block[1] @ theta[span]
+        return theta, explained
+
+    def _product(self, one: Block, other: Block) -> FloatArray:
+        """Scalar products of two blocks; kept, for those that are the same at every point."""
+        place = one[0], other[0]
+        kept = self._products.get(place)
+        if kept is None or kept[0] is not one or kept[1] is not other:
+            kept = (one, other, one[1].T @ other[1])
+            self._products[place] = kept
+        return kept[2]
+
     def _explanation(self, keys: frozenset[str], point: Point) -> Explanation:
-        base, white, shapes = self._whitened(keys, point)
+        base, white, blocks = self._whitened(keys, point)
         columns = self._columns(keys, base, point)
-        theta = most_probable(white, shapes)
-        left = white - shapes @ theta
+        theta, explained = self._most_probable(white, blocks)
+        left = white - explained
         moved = self._moved(keys)
         _, whole = self._solve(keys, point)
         slopes = [(self._slope(keys, point, whole, m))[: len(white)] for m in moved]
-        tangent = np.concatenate([shapes, *(s[:, None] for s in slopes)], axis=1)
+        shapes = [shape for _, shape in blocks] + [slope[:, None] for slope in slopes]
+        tangent = np.concatenate([np.zeros((len(white), 0)), *shapes], axis=1)
         spreads = np.concatenate([c.spread for c in columns] + [[m[1].spread for m in moved]])
         predicted, linear, names, first = base.copy(), {}, [], 0
         for key, c in zip(("", *sorted(keys)), columns, strict=True):
@@ -305,13 +335,6 @@ def _able(point: Point, moved: list[tuple[str, Size]], gradient: FloatArray) -> 
     low, high = np.array([[size.low, size.high] for _, size in moved]).T
     stuck: BoolArray = ((at <= low) & (gradient > 0.0)) | ((at >= high) & (gradient < 0.0))
     return ~stuck
-
-
-def most_probable(white: FloatArray, shapes: FloatArray) -> FloatArray:
-    """Sizes (p,) of whitened shapes (m, p), each times its prior spread, given values (m,)."""
-    gram = shapes.T @ shapes
-    theta: FloatArray = np.linalg.solve(gram + np.eye(len(gram)), shapes.T @ white)
-    return theta
 
 
 def _less(explanation: Explanation, keys: frozenset[str]) -> Point:
