@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from deltactl.interface.recordings import AnyPath
 
 WIDTH, PANEL, GAP = 760.0, 130.0, 34.0
-LEFT, RIGHT, TOP, BOTTOM = 64.0, 14.0, 30.0, 40.0
+LEFT, RIGHT, TOP, BOTTOM = 64.0, 14.0, 46.0, 40.0
 MOST_POINTS = 900
 """More than a panel has pixels; the peaks of all readings are kept."""
 TICKS_ACROSS, TICKS_UP = 8, 3

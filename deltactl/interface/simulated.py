@@ -20,7 +20,7 @@ from deltactl.foundation.strict_yaml import Document
 from deltactl.interface.recordings import AnyPath, Recording
 from deltactl.interface.robots import Robot, robot_of
 from deltactl.recording.reading.reader import read_run
-from deltactl.recording.tables.rounds import flatten
+from deltactl.recording.tables.rounds import flatten, flatten_unseen, has_readings
 
 Job = AnyPath | Mapping[str, Any]
 Fault = Mapping[str, Any]
@@ -162,5 +162,6 @@ def _recorded(result: JobResult, kept: bool) -> Recording:
         )
     if result.outcome != "done":
         warnings.warn(f"{result.name}: {result.outcome}: {result.why}", RuntimeWarning, 3)
-    table = flatten(read_run(Path(result.recording)), with_truth=True)
+    run = read_run(Path(result.recording))
+    table = flatten(run, True) if has_readings(run) else flatten_unseen(run, True)
     return Recording(table if kept else replace(table, source=result.name), ended=result)

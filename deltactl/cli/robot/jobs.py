@@ -204,20 +204,45 @@ def record(
 
 
 def export(
-    recording: Annotated[Path, typer.Argument(help="A recorded run (.mcap).")],
-    out: Annotated[Path, typer.Argument(help="File to write: .csv, .csv.gz, .parquet or .mat.")],
+    source: Annotated[
+        Path, typer.Argument(help="A recorded run (.mcap); for .urdf and .xml a robot file.")
+    ],
+    out: Annotated[
+        Path,
+        typer.Argument(
+            help="File to write: a table (.csv, .csv.gz, .parquet, .mat), ROS 2 messages (.mcap),"
+            " or the robot as .urdf or MJCF (.xml)."
+        ),
+    ],
     truth: Annotated[
         bool, typer.Option("--truth", help="Also the simulated robot's true position.")
     ] = False,
     force: ForceOption = False,
 ) -> None:
-    """Turn a recorded run into a flat table (one row every 20 ms).
+    """Turn a recorded run into a flat table, or a run or a robot into files of other programs.
+
+    A table has one row every 20 ms. An .mcap has JointState, TF and the robot's URDF, which
+    Foxglove and rviz show. MuJoCo reads the .xml, in which the loops of the delta are closed.
 
     ```
     deltactl export recordings/heart.mcap heart.csv
+    deltactl export recordings/heart.mcap heart-ros2.mcap
+    deltactl export zhao-2023.yaml zhao.urdf
+    deltactl export zhao-2023.yaml zhao.xml
     ```
     """
-    from deltactl.cli.robot.show import export_recording
+    from deltactl.cli.robot.show import ROBOT_FORMATS, export_recording, export_robot, export_to_ros
+    from deltactl.foundation.errors import ConfigError
 
     refuse_existing(force, out)
-    export_recording(recording, out, truth)
+    ending = out.suffix.lower()
+    if truth and ending in (*ROBOT_FORMATS, ".mcap"):
+        raise ConfigError(f"--truth is for tables, and {out} is none; leave it out")
+    if ending in ROBOT_FORMATS:
+        export_robot(source, out)
+    elif ending == ".mcap":
+        if out.resolve() == source.resolve():
+            raise ConfigError(f"{out}: is the recording itself; name another file")
+        export_to_ros(source, out)
+    else:
+        export_recording(source, out, truth)

@@ -75,6 +75,38 @@ def show_recording(recording: Path, out: Path, json_out: bool) -> None:
         say(f"report: {out}")
 
 
+ROBOT_FORMATS = (".urdf", ".xml", ".mjcf")
+"""Endings of robots in the files of other programs."""
+
+
+def export_robot(robot: Path, out: Path) -> None:
+    """`deltactl export` of a robot file: as URDF, or as MJCF with the loops closed."""
+    from deltactl.firmware_py.exporting.mjcf import mjcf_text
+    from deltactl.firmware_py.exporting.urdf import urdf_text
+    from deltactl.firmware_py.named_files import ROBOT_KEY, find
+    from deltactl.firmware_py.robot_file import load_robot
+    from deltactl.foundation.plain_file import said_of_output, write_whole
+
+    described = load_robot(find(str(robot), key=ROBOT_KEY))
+    urdf = out.suffix.lower() == ".urdf"
+    text = urdf_text(described) if urdf else mjcf_text(described)
+    with said_of_output(out):
+        write_whole(out, text)
+    what = "URDF, a tree cut at forearms 2 and 3" if urdf else "MJCF, with its loops closed"
+    say(f"{out}: {described.name} as {what}")
+
+
+def export_to_ros(recording: Path, out: Path) -> None:
+    """`deltactl export` of a run as MCAP with ROS 2 messages."""
+    from deltactl.firmware_py.exporting.ros2 import export_ros2
+
+    with waiting(f"reading {recording.name}", False) as show:
+        run = read_run(recording, progress=show)
+        show(f"writing {out.name}")
+        states = export_ros2(run, out)
+    say(f"{out}: {states} states in /joint_states and /tf, the robot in /robot_description")
+
+
 def export_recording(recording: Path, out: Path, truth: bool) -> None:
     """`deltactl export`: a flat table in the format of the file name's ending."""
     from deltactl.recording.tables.flat_files import write_flat
