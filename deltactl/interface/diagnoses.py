@@ -72,7 +72,7 @@ class Diagnosis:
 
         Columns: `name` of the effect, `component`, `parameter`, its `size`, `interval_low` and
         `interval_high` (95 %) in `unit`, `probability` that the effect acts, `share` of the
-        mismatch that comes back without it, and `says`, one sentence. The size is that of the
+        model error that comes back without it, and `says`, one sentence. The size is that of the
         effect's main parameter; `sizes` has all of them. Raises MissingExtra without pandas.
         """
         rows = [
@@ -111,7 +111,7 @@ class Diagnosis:
         return "\n".join(plain_lines(self.answer, self.robot.model, PYTHON))
 
     def plot(self) -> Figure:
-        """Draw the mismatch over time, before and after the findings, a panel for each reading.
+        """Draw the model error over time, before and after the findings, a panel for each reading.
 
         Returns
         -------

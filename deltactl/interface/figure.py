@@ -1,4 +1,4 @@
-"""The mismatch as a drawing that a notebook shows without scripts and without the network."""
+"""The model error as a drawing that a notebook shows without scripts and without the network."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Figure:
 
     @classmethod
     def of(cls, diagnosis: Diagnosis) -> Figure:
-        """The mismatch over time, before and after the findings, a panel for each reading."""
+        """The model error over time, before and after the findings, a panel for each reading."""
         from deltactl.diagnosis.report.mismatch import mismatches
 
         picture = diagnosis.picture
@@ -81,7 +81,7 @@ def _whole(height: float, parts: Sequence[str]) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {height:.0f}"'
         f' width="{WIDTH:.0f}" height="{height:.0f}" role="img" font-family="sans-serif"'
-        f' font-size="12" fill="{SOFT}"><title>Mismatch before and after the findings</title>'
+        f' font-size="12" fill="{SOFT}"><title>Model error before and after the findings</title>'
         f'<rect width="100%" height="100%" fill="#ffffff"/>{"".join(parts)}</svg>'
     )
 

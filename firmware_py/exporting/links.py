@@ -38,7 +38,7 @@ MIDDLE_M = 0.85
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """A joint of the tree: `child` stands at `origin_m`, turned by `yaw_rad` about z, in `parent`,
+    """A joint of the tree: `child` is at `origin_m`, turned by `yaw_rad` about z, in `parent`,
     and turns by the joint's place about `about` (0 is x, 1 is y; None: it is fixed).
 
     mimics: the joint whose place, times -1, is this one's.

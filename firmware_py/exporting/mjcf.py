@@ -29,10 +29,10 @@ from deltactl.models.robot import Masses
 THICK_M, THIN_M, PLATE_M = 0.012, 0.006, 0.005
 """Radii of arms and rods, and half the thickness of the platform; no robot file says them."""
 ASSUMED = Masses(upper_arm_kg=0.3, forearm_kg=0.1, platform_kg=0.2)
-"""Of a robot file without masses: MuJoCo needs some. Kinematics does not depend on them."""
+"""Masses where the robot file has none: MuJoCo needs some. Kinematics does not depend on them."""
 LIGHTEST_KG = 1e-4
 STIFF_NM, DAMPING_NMS = 400.0, 8.0
-"""Of the position actuators; the robot file does not say how stiff its drives are."""
+"""Gains of the position actuators; the robot file does not say how stiff its drives are."""
 STEP_S = 0.001
 HOME = "assembled"
 """The keyframe in which the loops are closed; a simulation begins there."""
