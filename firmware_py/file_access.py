@@ -18,7 +18,7 @@ from deltactl.foundation.strict_yaml import MAX_BYTES, Document
 MadeT = TypeVar("MadeT")
 
 EVERYBODYS = (CONFIG_FOLDER, TRAINED_FOLDER)
-"""Folders of the program: what stands there is no secret."""
+"""Folders of the program: their contents are no secret."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class FileAccess:
     follow: bool = True
     """Whether links may lead to it."""
     quote: bool = True
-    """Whether a refusal may say what stands in it."""
+    """Whether a refusal may quote its contents."""
     most_bytes: int = MAX_BYTES
     _made: dict[tuple[str, Path], Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -45,7 +45,7 @@ class FileAccess:
         return self.once("robot", path, lambda: robot_in(self.document(path)))
 
     def stamp(self, path: Path) -> Stamp:
-        """Of a file, before it was read here."""
+        """Stamp of a file before it was read here."""
         return self.once("stamp", path, lambda: stamp_of(path))
 
     def once(self, kind: str, path: Path, make: Callable[[], MadeT]) -> MadeT:
@@ -82,7 +82,7 @@ def stamp_of(path: Path) -> Stamp:
 
 @contextmanager
 def without_quoting(path: Path, how: FileAccess) -> Iterator[None]:
-    """Where quoting is forbidden, refuse a file without a word of what stands in it."""
+    """Where quoting is forbidden, refuse a file without a word of its contents."""
     try:
         yield
     except MissingFile:

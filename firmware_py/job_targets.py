@@ -29,7 +29,7 @@ from deltactl.models.inverse_kinematics import GeometricInverse, InverseKinemati
 from deltactl.models.linkage import Linkage
 
 USUAL_SPACING_M = 0.0005
-"""Of a path of one target, which needs none."""
+"""Spacing for a path of one target, which needs none."""
 
 
 def path_of(job: JobFile, robot: RobotFile) -> Targets:

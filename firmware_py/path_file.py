@@ -147,7 +147,7 @@ class WayLeg(StrictModel):
     centre_m: tuple[Coordinate, Coordinate] | None = None
     """x and y of an arc's axis; a change of z makes a helix of it."""
     clockwise: bool = False
-    """Of an arc, seen from above. From a point to itself it is a whole turn."""
+    """Direction of an arc, seen from above. From a point to itself it is a whole turn."""
     spline: bool = False
     """Legs with it that follow each other make one spline, which passes each of their ends."""
 

@@ -113,7 +113,7 @@ class Homing(RuledModel):
     angle_deg: tuple[Angle, Angle, Angle] = (30.0, 30.0, 30.0)
     """Angles of the arms at their stops or switches."""
     switch_pins: tuple[Pin, Pin, Pin] | None = None
-    """Of arms 1, 2, 3; needed with `method: switch`."""
+    """Pins of arms 1, 2, 3; needed with `method: switch`."""
     switch_active_high: bool = False
     """Level of a pin while its switch is pressed."""
     speed_radps: Annotated[
@@ -211,14 +211,14 @@ class RobotFile(DeltaRobot):
         return Switches(self.outputs)
 
     def is_machine_of(self, other: RobotFile) -> bool:
-        """Whether both files are of one machine, of which they may believe different effects."""
-        believed = {
+        """Whether both files are of one machine, with effects that may differ."""
+        may_differ = {
             "effects": (),
             "networks": {},
             "as_built": AsBuilt(),
             "recordings": KeptRecordings(),
         }
-        return self.model_copy(update=believed) == other.model_copy(update=believed)
+        return self.model_copy(update=may_differ) == other.model_copy(update=may_differ)
 
     def clashes(self) -> Iterator[Mistake]:
         """Where sections contradict each other: the key at fault, and what is wrong with it."""
@@ -275,7 +275,7 @@ def robot_in(document: Document) -> RobotFile:
 
 
 def _also_wrong(data: dict[str, Any]) -> Iterator[Mistake]:
-    """What can be told of a file with other mistakes, so that all are mended in one round."""
+    """Mistakes that can be found beside others, so that all are mended in one round."""
     yield from named_twice(pins_named(data), _i2c_pins(data))
     yield from _clashes(valid_keys_of(RobotFile, data))
     yield from wrong_values(("effects",), data.get("effects"), of_delta())
@@ -284,7 +284,7 @@ def _also_wrong(data: dict[str, Any]) -> Iterator[Mistake]:
 
 
 def _i2c_pins(data: dict[str, Any]) -> dict[int, str]:
-    """Pins that the bus of the ranging sensors takes; none where there are no sensors."""
+    """Pins that the bus of the distance sensors takes; none where there are no sensors."""
     ranging = data.get("ranging")
     bus = ranging.get("bus", 1) if isinstance(ranging, dict) else 1
     used = bus == 1 and data.get("sensors") is not None

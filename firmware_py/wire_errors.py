@@ -37,7 +37,7 @@ def as_message(error: BaseException) -> Message:
 
 
 def as_exception(message: object) -> DeltactlError:
-    """The exception a message stands for; an unknown kind becomes a ServiceError."""
+    """The exception that a message describes; an unknown kind becomes a ServiceError."""
     if not isinstance(message, dict) or not isinstance(message.get("message"), str):
         return ServiceError(
             "the daemon refused, and its reason cannot be read; are both one version?"

@@ -1,1 +1,1 @@
-"""What we believe about a robot: its file, linkage, chain of effects, and networks."""
+"""The model of a robot: its file, linkage, chain of effects, and networks."""

@@ -35,7 +35,7 @@ class CalibratedInverse:
 
     Lengths and directions enter the closed form; what gears and arms add to an angle is taken off
     it again, round by round, until the chain answers with the angle that is wanted. Targets are
-    positions of the platform itself: effects in sensors, and the frame they stand in, do not
+    positions of the platform itself: effects in sensors, and their frame, do not
     matter. Effects that remember (play, friction, lag) or that happen once have no inverse of
     this kind and are left out.
     """
@@ -87,7 +87,7 @@ class CalibratedInverse:
         return forward_one(self.linkage, commanded_rad)
 
     def place_m(self, true_rad: FloatArray) -> FloatArray:
-        """Where the platform is [m] when arms stand at angles [rad], both (..., 3)."""
+        """Where the platform is [m] when arms are at angles [rad], both (..., 3)."""
         position_m = forward(self.linkage, true_rad).position_m
         if not self._place_effects:
             return position_m

@@ -1,4 +1,4 @@
-"""Findings beyond a belief, put together with it: one entry an effect and component."""
+"""New findings, merged with the effects of the robot file: one entry an effect and component."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ SAME_PERIOD = 0.02
 
 
 def merged(
-    believed: Iterable[EffectEntry], found: Iterable[EffectEntry]
+    accepted: Iterable[EffectEntry], found: Iterable[EffectEntry]
 ) -> tuple[EffectEntry, ...]:
-    """The effects of both: `found` is what acts beyond what is `believed`.
+    """The effects of both: `found` is what acts beyond those of `accepted`.
 
-    A size found again replaces the one believed, by what both amount to together.
+    A size that is found again replaces the accepted one, by what both amount to together.
     """
-    entries = list(believed)
+    entries = list(accepted)
     for new in found:
         place = next((i for i, old in enumerate(entries) if _is_again(old, new)), None)
         if place is None:
@@ -37,7 +37,7 @@ def together(old: EffectEntry, new: EffectEntry) -> EffectEntry:
     card = card_of(new.effect)
     rule = card.rule
     before, after = _filled(old), _filled(new)
-    # What little is left says little about the other parameters: those believed stay.
+    # What little is left says little about the other parameters: the accepted ones stay.
     values = before | after if rule is Rule.NEWEST else after | before
     main = effect_kind(new.effect).main.name
     if rule is Rule.SUM:

@@ -20,7 +20,7 @@ ARMS = 3
 Length = Annotated[float, Field(gt=0.0, lt=10.0, description="a robot arm is under 10 m")]
 PerArmLength = Length | tuple[Length, Length, Length]
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
-Component = Annotated[float, Field(ge=-1.001, le=1.001, description="of a direction of length 1")]
+Component = Annotated[float, Field(ge=-1.001, le=1.001, description="a direction of length 1")]
 Mass = Annotated[float, Field(ge=0.0, lt=1000.0, description="kilograms of a moving part")]
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -166,7 +166,7 @@ class EffectEntry(StrictModel):
 
 
 class DeltaRobot(StrictModel):
-    """A rotary delta as it is believed to be; `effects` are known and part of the belief."""
+    """The accepted model of a rotary delta; `effects` are known and part of it."""
 
     kind: Literal["delta"]
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -179,7 +179,7 @@ class DeltaRobot(StrictModel):
     effects: tuple[EffectEntry, ...] = ()
     """What is known to be otherwise than in the sections above, and is corrected for."""
     calibrated_from: Annotated[str, Field(pattern="^([0-9a-f]{16})?$")] = ""
-    """Of a calibrated robot: fingerprint of the geometry it was designed with. Networks that
+    """In a calibrated robot: fingerprint of the geometry it was designed with. Networks that
     learned that robot's samples are of this one: it is the same machine, better described."""
     calibrated_on: str = ""
     """The machine whose samples it was calibrated on, in the words of the data set."""
@@ -206,13 +206,13 @@ class AxisGravity(StrictModel):
     torque_nm: Annotated[
         float, Field(ge=-1e6, le=1e6, description="no motor holds a hundred tonnes on a metre")
     ] = 0.0
-    """Of an axis that turns: what holds the weight level."""
+    """What holds the weight of a turning axis level."""
     zero_rad: float = 0.0
     """Where that weight hangs straight down; the same any number of turns further."""
     force_n: Annotated[
         float, Field(ge=-1e6, le=1e6, description="no slide holds a hundred tonnes")
     ] = 0.0
-    """Of a slide on a slope: what holds it, anywhere on it."""
+    """What holds a slide on a slope, anywhere on it."""
 
 
 class ServoAxis(RuledModel):
@@ -224,7 +224,7 @@ class ServoAxis(RuledModel):
     motion: Literal["linear", "rotary"]
     """Whether it slides or turns; m, N and kg, or rad, N m and kg m2."""
     inertia: Annotated[float, Field(gt=0.0, description="something moves")] | None = None
-    """Of all that moves; needed only where there is an effort column."""
+    """Inertia of all that moves; needed only where there is an effort column."""
     effort_gain: Annotated[
         float, Field(gt=0.0, description="turn the sign of the effort column instead")
     ] = 1.0

@@ -58,9 +58,9 @@ class ServoDrive(RuledModel):
     reference_bandwidth_radps: Bandwidth = 1200.0
     """g of equation 6."""
     velocity_bandwidth_radps: Bandwidth
-    """Of the velocity observer."""
+    """Bandwidth of the velocity observer."""
     disturbance_bandwidth_radps: Bandwidth
-    """Of the disturbance observer."""
+    """Bandwidth of the disturbance observer."""
     velocity_gain_1ps: Annotated[
         float, Field(gt=0.0, le=1e4, description="1/s, 100 in equation 5")
     ] = 100.0
@@ -110,7 +110,7 @@ class ServoDrive(RuledModel):
         if self.disturbance_bandwidth_radps > self.velocity_bandwidth_radps:
             raise ValueError(
                 "disturbance_bandwidth_radps must not exceed velocity_bandwidth_radps:"
-                " the observer of one stands on the other"
+                " one observer uses the other"
             )
 
     @rule("velocity_bandwidth_radps", "loop_rate_hz")

@@ -121,7 +121,7 @@ def delayed(
 
 
 SHORT = 0.01
-"""Of a time constant, below which moments are worked out as a series."""
+"""Part of a time constant below which moments are computed as a series."""
 STEEPEST = 3.0
 """Times the smaller of the neighbouring rises: beyond it a cubic may turn back."""
 LEAST_ROWS = 4
@@ -208,7 +208,7 @@ def _response(
 
 
 def _moments(ratio: FloatArray) -> tuple[FloatArray, ...]:
-    """Of the share of a step, to the powers 0 to 3, as a lag weighs them; (n,) each."""
+    """Moments of the share of a step, powers 0 to 3, as a lag weighs them; (n,) each."""
     safe = np.maximum(ratio, SHORT)
     exact = -np.expm1(-safe)
     found = [-np.expm1(-ratio)]

@@ -47,7 +47,7 @@ class Cost(NamedTuple):
 
 
 def cost(group: str, seed: int, number: int, more: Sequence[str] = ()) -> tuple[list[str], Cost]:
-    """What was concealed, and what its diagnosis, with more options, takes."""
+    """What was hidden, and what its diagnosis, with more options, takes."""
     rng = np.random.default_rng([seed, number, sum(group.encode())])
     names = sorted(ODDITIES) if group == "unknown" else list(SINGLES)
     kinds = [str(name) for name in rng.permutation(names)[: COUNTS[group]]]
@@ -135,7 +135,7 @@ def main() -> int:
         return int(took.memory_mb > DAY_MB or took.status != 0)
     more = ["--thorough"] if options.thorough else []
     held = True
-    print(f"{'concealed':10s} {'s':>6s} {'CPU s':>6s} {'MB':>5s}")
+    print(f"{'hidden':10s} {'s':>6s} {'CPU s':>6s} {'MB':>5s}")
     for group in options.group or COUNTS:
         for number in range(1 if group == "nothing" else options.cases):
             kinds, took = cost(group, options.seed, number, more)

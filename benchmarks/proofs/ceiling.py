@@ -74,12 +74,12 @@ def ceiling(recording: Path, robot: Path, truth: Sequence[Name], said: Sequence[
     said: the names of the findings of the answer. Raises RecordingError and ConfigError like the
     diagnosis does.
     """
-    belief = load_robot_model(robot)
-    assert isinstance(belief, DeltaRobot)
-    assert belief.drive is not None
-    model = DeltaModel(belief, [read_flat(recording)])
+    model_file = load_robot_model(robot)
+    assert isinstance(model_file, DeltaRobot)
+    assert model_file.drive is not None
+    model = DeltaModel(model_file, [read_flat(recording)])
     valid, _ = without_stale(model)
-    rad_per_step = belief.drive.rad_per_step
+    rad_per_step = model_file.drive.rad_per_step
     search = Search(prepare(model, valid, Budget()), rad_per_step)
     names = [name for name in truth if name[0] != NO_TERM]
     first = _fitted(search, names)
@@ -146,7 +146,7 @@ def _cost(solution: Solution) -> float:
 
 
 GROUPS = ("single", "faint", "two", "three", "four", "five")
-"""Groups of cases in which effects of the vocabulary were concealed, and nothing else."""
+"""Groups of cases in which effects of the vocabulary were hidden, and nothing else."""
 KEPT = "ceiling.json"
 
 

@@ -2,7 +2,7 @@
 
     python benchmarks/proofs/detection_limit.py [--rounds N] [--seed N] [--seconds S] [KIND ...]
 
-For each kind: diagnoses a MuJoCo robot (extra `proof`) with nothing concealed, takes the smallest
+For each kind: diagnoses a MuJoCo robot (extra `proof`) with nothing hidden, takes the smallest
 size that the answer says raises the alarm, builds just that size into the robot, records it anew
 with other noise, and counts how often the alarm is raised, and how often the effect is a finding or
 an alternative of one. One row takes about half a minute.

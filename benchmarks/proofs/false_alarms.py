@@ -1,4 +1,4 @@
-"""Is the p of "nothing is missing" right? Many noises over one motion of a sound robot.
+"""Is the p of "nothing is missing" right? Many noises over one motion of a healthy robot.
 
     python benchmarks/proofs/false_alarms.py [--motion survey|circle|heart|spiral] [--seconds S]
                                       [--rho R ...] [--draws N] [--seed N]

@@ -1,4 +1,4 @@
-"""How large a mismatch is in each cell of a plane, before and after, and what noise does to it."""
+"""The model error in each cell of a plane, before and after, and the part that noise explains."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ WITHIN = 0.95
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """Size of the mean mismatch in each cell, shape (cells, cells), NaN where it is not known.
+    """Size of the mean model error in each cell, shape (cells, cells), NaN where it is not known.
 
-    noise: up to this size a cell's mismatch is no more than noise does, shape (cells, cells).
+    noise: a cell's model error up to this size is no more than noise, shape (cells, cells).
     passed: cells with so few readings around them that they say nothing.
     """
 
@@ -40,7 +40,7 @@ class Grid:
 
 
 def grid_of(across: FloatArray, up: FloatArray, channels: Sequence[Mismatch]) -> Grid | None:
-    """Size of the mean mismatch (over channels) in each cell; None without readings."""
+    """Size of the mean model error (over channels) in each cell; None without readings."""
     known = np.isfinite(across) & np.isfinite(up)
     if known.sum() < FEWEST or np.ptp(across[known]) <= 0.0 or np.ptp(up[known]) <= 0.0:
         return None
@@ -72,9 +72,9 @@ def grid_of(across: FloatArray, up: FloatArray, channels: Sequence[Mismatch]) ->
 def grouped(numbers: IntArray) -> IntArray:
     """Which cells are averaged together, as one number for each group; -1 where nothing is.
 
-    numbers: readings in each cell, shape (cells, cells). A cell with enough stands alone. Of the
-    rest, those in a square of JOINED cells a side go together; the square is filled, unless a
-    cell in it stands alone and so shows where the robot went.
+    numbers: readings in each cell, shape (cells, cells). A cell with enough is used alone. The
+    others are joined in squares of JOINED cells a side; the square is filled, unless a
+    cell in it has enough readings and so shows where the robot went.
     """
     cells = np.arange(CELLS * CELLS).reshape(CELLS, CELLS)
     rows, columns_ = np.divmod(cells, CELLS)

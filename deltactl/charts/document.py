@@ -20,7 +20,7 @@ from deltactl.charts import drawing, strips
 from deltactl.charts.spec import keep, pack, script_json, unpack
 
 MAXIMUM_BYTES = 520_000
-"""Of numbers in a page: with Bokeh's core and the text it stays under 2 MB."""
+"""Bytes of the numbers in a page: with Bokeh's core and the text it stays under 2 MB."""
 BYTES_A_NUMBER = 4 * 4 / 3
 """Single precision as base64."""
 FEWEST_POINTS = 400
@@ -55,7 +55,7 @@ def _numbered(text: str) -> str:
 
 @cache
 def library() -> str:
-    """Bokeh's core, to stand in the page itself."""
+    """Bokeh's core, embedded in the page."""
     script = files(bokeh) / "server" / "static" / "js" / "bokeh.min.js"
     text = script.read_text(encoding="utf-8")
     return re.sub(r"//# sourceMappingURL=\S+", "", text)

@@ -34,13 +34,13 @@ from bokeh.models.css import InlineStyleSheet
 from deltactl.charts.spec import FloatArray, unpack
 
 LEFT_PX = 62
-"""Room for numbers: charts of a group start at the same place, times stand above one another."""
+"""Room for numbers: charts of a group start at the same place, times are aligned."""
 POINTS = ((3000, 2.0, 0.6), (500, 2.4, 0.6), (0, 4.0, 0.85))
 """More points than this: size [px], opacity. Many close together must not hide what is below."""
 TALL_PX = 300
 NOT_ON_PAPER = "@media print { :host { visibility: hidden; } }"
 LETTERS_ACROSS = 140
-"""Of the words at marks, in the width of a chart."""
+"""Letters of the labels at marks that fit into the width of a chart."""
 ROOM = 0.05
 """Part of the extent left free around the curves of a plane."""
 FINE = 1e-5
@@ -161,7 +161,7 @@ def _source(
     number: int,
     series: dict[str, Any],
 ) -> ColumnDataSource:
-    """Where the series' numbers stand; series over the same x share it."""
+    """The data source of the series; series over the same x share one."""
     x = numbers(series["x"])
     same = [source for source in sources if np.array_equal(source[0], x) and series["sorted"]]
     if not same:
@@ -208,7 +208,7 @@ def _hover(
     sources: Sequence[tuple[FloatArray, ColumnDataSource, list[int]]],
     renderers: Sequence[list[Any]],
 ) -> None:
-    """What stands under the pointer: all curves over the same x at once, or the nearest point."""
+    """What the pointer shows: all curves over the same x at once, or the nearest point."""
     for place, (x, source, members) in enumerate(sources):
         together = not spec.get("equal") and place == 0
         names = [spec["series"][number]["name"] for number in members]
@@ -264,7 +264,7 @@ def _zero(plot: Plot, spec: dict[str, Any]) -> None:
 
 
 def _marks(plot: Plot, spec: dict[str, Any]) -> None:
-    """Upright lines; their words stand on two lines in turn, one without room has none."""
+    """Upright lines; their labels alternate between two lines, one without room has none."""
     low, high = spec["home"]
     free = [low, low]
     a_letter = (high - low) / LETTERS_ACROSS

@@ -155,7 +155,7 @@ def figure(title: str, spec: dict[str, Any], height_px: int, note: str) -> str:
         f'<figure class="chart" role="figure" aria-label="{name}" data-title="{name}" '
         f'data-columns="{columns}">'
         f"<figcaption>{html.escape(title)}{_tools(name)}</figcaption>{_legend(spec)}"
-        f'<p class="spoken">{html.escape(spoken(spec))}</p>'
+        f'<p class="for-readers">{html.escape(spoken(spec))}</p>'
         f'<script type="application/json">{script_json(spec)}</script>{_note(note)}</figure>'
     )
 

@@ -1,4 +1,4 @@
-"""Means of a mismatch over neighbours in time or in a covariate, and what noise does to them.
+"""Means of the model error over neighbours in time or in a covariate, and the effect of noise.
 
 In: readings before and after, shape (n,), in the unit that is drawn. Out: curves and figures.
 """
@@ -17,7 +17,7 @@ from deltactl.foundation.scatter import MAD_TO_SIGMA
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
 OUTLIER_SIGMAS = 7.0
-"""Readings further from the median than this are few where the mismatch is noise,"""
+"""Readings further from the median than this are few where the residual is noise,"""
 REACH = 3.0
 """and are drawn up to so many times the range of the others: those keep a sixth of the height."""
 BUCKETS = 1200
@@ -43,7 +43,7 @@ class Mismatch:
     the fit took it for an outlier: what means are of.
 
     readings: before, shape (n,), with the outliers of the fit that do not lie far out.
-    far_out: readings that stand so far out that they would hide everything else.
+    far_out: readings so far out that they would hide everything else.
     all_before, all_after: shape (n,), with those that lie far out, without those that the fit took
     for outliers: as the figures of the fit.
     """
@@ -124,7 +124,7 @@ def smoothed(t_s: FloatArray, one: Mismatch) -> Curve:
 
 
 def _readings_to_average(one: Mismatch) -> int:
-    """How many it takes for the noise to be a tenth of the mismatch's own spread."""
+    """How many it takes for the noise to be a tenth of the model error's own spread."""
     spread = float(np.nanstd(one.before))
     if not (one.noise > 0.0 and spread > 0.0):
         return 1
@@ -143,7 +143,7 @@ def _rolling(where: Any, values: FloatArray, count: int, buckets: int) -> FloatA
 
 
 def binned(covariate: FloatArray, one: Mismatch) -> Curve:
-    """Mean mismatch over stretches of a covariate that hold equally many readings.
+    """Mean model error over stretches of a covariate that hold equally many readings.
 
     Empty where fewer than two stretches hold enough of them: the covariate hardly varies.
     """
@@ -190,7 +190,7 @@ def variance_inflation(values: FloatArray) -> float:
 
 
 def explained_by(curve: Curve) -> float:
-    """How far the means before stand out of what noise alone would do, as a mean square."""
+    """How far the means before exceed what noise alone would give, as a mean square."""
     if len(curve.x) < 2:
         return 0.0
     off = curve.before - float(np.mean(curve.before))

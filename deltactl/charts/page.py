@@ -16,7 +16,7 @@ from deltactl.foundation.extras import how_to_install
 _NO_NETWORK = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 )
-"""The browser itself is told that the page may load nothing."""
+"""Policy for the browser: the page may load nothing."""
 
 HINT = (
     "Drag across a chart to zoom in, the round arrow above it shows everything again; the wheel "

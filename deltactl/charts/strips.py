@@ -20,7 +20,7 @@ from deltactl.charts.drawing import Shared, frame, numbers
 from deltactl.charts.spec import unpack
 
 RAMP = ("#ffe9a8", "#fac86e", "#f09a55", "#e26e3c", "#c24a43", "#9e1e46", "#6e1442", "#3c0a3c")
-"""Steadily darker; told apart on white and on black paper, and by the colour-blind."""
+"""Steadily darker; distinguishable on white and on black paper, and by the colour-blind."""
 
 
 def strip(spec: dict[str, Any], height_px: int, shared: Shared) -> Plot:

@@ -9,6 +9,7 @@ from collections.abc import Collection
 OLD_SPELLINGS: dict[str, str] = {
     "diagnose --inspect": "inspect",
     "diagnose --fleet": "fleet",
+    "demo --conceal": "demo --hide",
     "init --kind delta": "init delta",
     "init --kind servo_axis": "init axis",
     "init --kind stepper_axis": "init axis --drive stepper",

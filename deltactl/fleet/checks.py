@@ -1,4 +1,4 @@
-"""Every run of a daemon is checked when it is over: a mismatch that is new is announced.
+"""Every run of a daemon is checked when it is over: a new finding is announced.
 
 A finding counts when two of three runs in a row have it, at the same component; what one run has
 and the next two have not was chance. It is over when two runs in a row have it no more.
@@ -37,7 +37,7 @@ Diagnose = Callable[[str, str], Row]
 
 @dataclass(frozen=True)
 class Announcement:
-    """A mismatch that was not there before."""
+    """A finding that was not there before."""
 
     robot: str
     effect: str

@@ -22,7 +22,7 @@ from deltactl.foundation.printable import count
 
 CHARTS, CHARTS_SHOWN = 12, 1
 ROWS_SHOWN = 5
-"""Of each table; the others open on a click: on a phone the page stays a few screens long."""
+"""Rows shown of each table; the others open on a click: on a phone the page stays short."""
 NAMES_SHOWN = 8
 BAD_SHOWN = 50
 NO_COLUMN = 99
@@ -139,7 +139,7 @@ def _rows(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 def _trends(moving: list[Trend]) -> list[str]:
     if not moving:
-        return [paragraph("Nothing that stands out from scatter.")]
+        return [paragraph("No trend beyond the scatter.")]
     rows = [
         (trend.course.key[0], _effect(trend.course), _rate(trend), _sized(trend.now, trend.course))
         for trend in sorted(moving, key=_soonest)
@@ -199,7 +199,7 @@ def _members(group: Group) -> str:
 
 
 def _few(names: Sequence[str]) -> str:
-    """The first of them; the others stand in the list of all robots."""
+    """The first of them; the others are in the list of all robots."""
     more = len(names) - NAMES_SHOWN
     return ", ".join(names) if more <= 1 else f"{', '.join(names[:NAMES_SHOWN])} and {more} more"
 

@@ -28,7 +28,7 @@ class Robots:
 
     @classmethod
     def in_folder(cls, folder: Path) -> Robots:
-        """Read the names. Raises ConfigError when there are none, or one name stands twice."""
+        """Read the names. Raises ConfigError when there are none, or one name occurs twice."""
         stems: dict[str, Path] = {}
         names: dict[str, Path] = {}
         for path in sorted(folder.glob("*.yaml")):

@@ -191,7 +191,7 @@ class Group:
 
     @property
     def median(self) -> float:
-        """Of all members."""
+        """Median size of all members."""
         return float(np.median([size for _, _, size in self.members]))
 
     @property
@@ -242,7 +242,7 @@ def _alike(
 WORTH = 4.0
 """The engine's odds count like so many machines."""
 USUAL_ODDS = 0.02
-"""Of an effect that no vocabulary has."""
+"""Prior odds of an effect that is not in the vocabulary."""
 FEWEST_RUNS = 3
 """An effect lasts on a machine that has it in LASTING of its recordings, of so many at least."""
 MOST = 0.999

@@ -1,4 +1,4 @@
-"""What every folder stands on and that stands on nothing: errors, time, strict configuration.
+"""The lowest layer, which imports no other: errors, time, strict configuration.
 
 Suffixes of names, used everywhere (a bare length or angle does not occur):
 
@@ -12,6 +12,6 @@ Suffixes of names, used everywhere (a bare length or angle does not occur):
 | `_kg`, `_kgm2` | kilogram, kilogram metre squared |
 | `_n`, `_nm` | newton, newton metre |
 | `_mps`, `_radps`, `_radps2` | metre per second, radian per second (squared) |
-| `_mcps` | million counts per second (signal rate of a ranging sensor) |
+| `_mcps` | million counts per second (signal rate of a distance sensor) |
 | `_c` | degree Celsius |
 """

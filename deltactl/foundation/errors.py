@@ -126,7 +126,7 @@ class BusDead(HardwareError):
 
 
 class SensorFault(HardwareError):
-    """One ranging sensor is missing, has the wrong identity, or stopped measuring."""
+    """One distance sensor is missing, has the wrong identity, or stopped measuring."""
 
 
 class DriveAlarm(HardwareError):

@@ -191,7 +191,7 @@ def _metres(in_mm: Sequence[tuple[Location, float]]) -> Mistake:
 
 def _worst(left: Sequence[Found]) -> Found:
     """The one to report first."""
-    # Of the errors that the members of a union give for one value, the innermost says most.
+    # When all members of a union report errors for one value, the innermost says most.
     place = left[0].place
     same = [found for found in left if found.place[: len(place)] == place]
     return max(
@@ -214,7 +214,7 @@ def _place(loc: Location, in_file: Container[Location]) -> Location:
 
 
 def _no_member(model: type[BaseModel], found: Any, place: Location) -> tuple[Location, str] | None:
-    """Of a section that one of several keys names: which key it has instead. None of another."""
+    """Which key a section has instead of the one that selects its kind; None for other errors."""
     value, valid = found["input"], valid_keys(model, found["loc"])
     if not place or not isinstance(place[-1], int) or not isinstance(value, dict) or not value:
         return None

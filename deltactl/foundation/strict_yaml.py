@@ -1,4 +1,4 @@
-"""What the keys of one section demand of each other, told beside its other mistakes.
+"""Checks between the keys of one section, reported together with its other mistakes.
 
 A validator of a whole section does not run while one of its keys is wrong, and would keep what it
 knows for the next round. A rule names the keys it needs, and runs where those are right.

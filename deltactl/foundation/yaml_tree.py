@@ -1,7 +1,7 @@
-"""YAML text to plain values, with the line on which each stands.
+"""YAML text to plain values, with the line of each.
 
 A small part of YAML, on purpose: mappings, sequences and scalars. Anchors, aliases and tags
-are refused (a few lines of aliases can stand for gigabytes), so is a key that stands twice.
+are refused (a few lines of aliases can expand to gigabytes), and so is a key that occurs twice.
 Plain scalars are what they look like: `010` and `1:30` are text, where YAML 1.1 would silently
 make 8 and 90 of them; 5e-5 is a number, where YAML 1.1 wants a dot.
 """
@@ -25,7 +25,7 @@ MAX_DEPTH = 20
 MAX_VALUES = 1_000_000
 """Ten for each of the 100,000 legs or poses that a job may have."""
 MOST_DIGITS = 30
-"""Of a whole number; more takes a time that grows with their square."""
+"""Digits of a whole number; more takes a time that grows with their square."""
 SHOWN_CHARACTERS = 100
 """So much of a key is shown."""
 
@@ -72,7 +72,7 @@ class Tree:
 
     def __init__(self, text: str, most_values: int = MAX_VALUES):
         self._lines: dict[int, dict[str, int] | array[int]] = {}
-        """Of each mapping and sequence, by its identity: the line of each of its parts."""
+        """By identity of each mapping and sequence: the line of each of its parts."""
         self._most = self._left = most_values
         self._here: list[str | int] = []
         """Where the value is that is read now."""
@@ -147,7 +147,7 @@ class Tree:
         while type(event := following()) is not yaml.MappingEndEvent:
             key = _key(event)
             if key in result:
-                raise YamlError(_line(event), f"'{_shortened(key)}' stands here twice; remove one")
+                raise YamlError(_line(event), f"'{_shortened(key)}' occurs here twice; remove one")
             lines[key] = event.start_mark.line + 1
             here[-1] = key
             result[key] = value_of(following())
@@ -225,7 +225,7 @@ def _visible(event: Any) -> str:
 
 
 def _plain(event: Any) -> str | int | float | bool | None:
-    """What a scalar without quotes stands for."""
+    """The value of a scalar without quotes."""
     text: str = event.value
     if text.isdigit() and text.isascii() and len(text) <= MOST_DIGITS and text[0] != "0":
         return int(text)  # most of a long file

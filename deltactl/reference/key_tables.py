@@ -18,6 +18,7 @@ BELOW = "See below"
 MOST_IN_A_CHOICE = 2
 """A section with more keys has a table of its own."""
 COLUMNS = ("key and example", "value", "meaning")
+Row = tuple[str, str, str]
 SAID_BY_THE_UNIT = {
     "m": "metres",
     "kg": "kilograms",
@@ -31,10 +32,15 @@ SAID_BY_THE_UNIT = {
 
 
 class KeyTables:
-    """Tables of one page. A section that several places share is written at the first of them."""
+    """Tables of one page.
+
+    A section that several places share is written at the first of them, and so is a key that
+    several choices at one place share.
+    """
 
     def __init__(self) -> None:
         self._written: set[type[BaseModel]] = set()
+        self._rows: set[tuple[str, Row]] = set()
 
     def of(self, model: type[BaseModel], file: str = "The file") -> list[str]:
         """Headings, sentences and tables of a file and its sections.
@@ -57,10 +63,41 @@ class KeyTables:
             self._written.add(inner)
             fresh.append(shared)
         for many in _together(fresh):
-            parts += _choices(many) if len(many) > 1 else _section(many[0], file)
+            parts += _choices(many) if len(many) > 1 else self._section(many[0], file)
         if again:
             parts.append(f"{', '.join(dict.fromkeys(again))}: as above.")
         return parts
+
+    def _section(self, shared: list[Section], file: str) -> list[str]:
+        first = shared[0]
+        places = sorted({section.place for section in shared if section.place}, key=_by_length)
+        head = ", ".join(f"`{place}`" for place in places) or file
+        choice = f", `{first.choice}`" if first.choice and places else ""
+        keys = [key for key in first.keys if not _in_the_heading(key, first)]
+        rows = {key.name: _row(first, key) for key in keys}
+        again = [name for name, row in rows.items() if (first.place, row) in self._rows]
+        if first.choice:
+            self._rows.update((first.place, row) for row in rows.values())
+        fresh = _in_one_row([row for name, row in rows.items() if name not in again])
+        parts = [f"### {head}{choice}"]
+        if first.says and not (len(rows) == 1 and fresh[0][2] == first.says.rstrip(".")):
+            parts.append(" ".join(first.says.split()))
+        if fresh:
+            parts.append(table(COLUMNS, fresh))
+        if again:
+            parts.append(f"{', '.join(f'`{name}`' for name in again)}: as above.")
+        return parts
+
+
+def _in_one_row(rows: Iterable[Row]) -> list[Row]:
+    """Rows; neighbours that differ only in the key share one."""
+    shared: list[Row] = []
+    for row in rows:
+        if shared and shared[-1][1:] == row[1:]:
+            shared[-1] = (f"{shared[-1][0]}, {row[0]}", *row[1:])
+        else:
+            shared.append(row)
+    return shared
 
 
 def _together(found: list[list[Section]]) -> list[list[list[Section]]]:
@@ -90,36 +127,24 @@ def _choices(many: list[list[Section]]) -> list[str]:
     ]
 
 
-def _section(shared: list[Section], file: str) -> list[str]:
-    first = shared[0]
-    places = sorted({section.place for section in shared if section.place}, key=_by_length)
-    head = ", ".join(f"`{place}`" for place in places) or file
-    choice = f", `{first.choice}`" if first.choice and places else ""
-    rows = [_row(first, key) for key in first.keys if not _in_the_heading(key, first)]
-    parts = [f"### {head}{choice}"]
-    if first.says and not (len(rows) == 1 and rows[0][2] == first.says.rstrip(".")):
-        parts.append(" ".join(first.says.split()))
-    return [*parts, table(COLUMNS, rows)] if rows else parts
-
-
 def _in_the_heading(key: Key, section: Section) -> bool:
     return section.choice == f"{key.name}: {key.type.strip('`')}"
 
 
-def _row(section: Section, key: Key) -> tuple[str, str, str]:
-    shown = in_one_line(example_of(section.model, key.name))
-    inner = "section" in key.type
+def _row(section: Section, key: Key) -> Row:
+    example = example_of(section.model, key.name)
+    shown = in_one_line(example)
     fits = len(shown) <= LONGEST_EXAMPLE
     name = f"`{key.name}: {shown}`" if fits else f"`{key.name}`"
-    says = key.meaning if fits or not inner or key.own else BELOW
+    says = key.meaning if "section" not in key.type or key.own else BELOW
     meaning = _without_unit(says, key.unit).rstrip(".")
     # Names of fields and values keep their case.
     upper = meaning[:1].upper() if meaning[:2].islower() else meaning[:1]
-    return name, ", ".join(_value(key)), upper + meaning[1:]
+    return name, ", ".join(_value(key, example)), upper + meaning[1:]
 
 
-def _value(key: Key) -> Iterator[str]:
-    """Type, unit and bounds of a key, and its default."""
+def _value(key: Key, example: Any) -> Iterator[str]:
+    """Type, unit and bounds of a key, and its default where that is not the example."""
     kind = key.type.replace(" or null", "")
     unit = "" if key.unit in ("ratio", "count") else key.unit
     yield f"{kind} [{unit}]" if unit and "number" in kind else kind
@@ -128,7 +153,12 @@ def _value(key: Key) -> Iterator[str]:
     if key.default == "required":
         yield "required"
     elif key.default not in ("null", "its defaults", "[]", "{}", ""):
-        yield f"default {key.default}"
+        yield "default" if _same(key.default, example) else f"default {key.default}"
+
+
+def _same(default: str, example: Any) -> bool:
+    """Whether a default, as text, is the example: 5.0 is 5."""
+    return bool(yaml.safe_load(default) == example)
 
 
 def _by_length(place: str) -> tuple[int, str]:

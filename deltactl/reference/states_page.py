@@ -17,7 +17,7 @@ from deltactl.firmware_py.controller.states import (
 STATE_WORDS: dict[State, str] = {
     State.OFF: "The drives are released.",
     State.UNHOMED: "The drives hold the arms; their angles are not known.",
-    State.HOMING: "A `home` is carried out.",
+    State.HOMING: "The arms are being homed.",
     State.READY: "Homed; no job is accepted.",
     State.PLANNING: "A job is checked and planned, or is about to begin. The arms are at rest.",
     State.RUNNING: "A job runs, or slows down because it was called off.",
@@ -56,7 +56,7 @@ def overview() -> list[Row]:
 
 
 def consequences() -> list[Row]:
-    """Rows of events after which something is called off or may move, states together."""
+    """Rows of events after which something is called off or may move; alike events share one."""
     events: list[Event] = [*Request, *Happening]
     rows: dict[tuple[str, str], tuple[list[str], Ends]] = {}
     for event in events:
@@ -67,15 +67,11 @@ def consequences() -> list[Row]:
             if present or rule.moves is not Moves.NOTHING:
                 at, ends = rows.get((_name(event), rule.moves.value), ([], Ends.NOTHING))
                 rows[_name(event), rule.moves.value] = ([*at, state.value], ends | present)
-    return [
-        (
-            name,
-            ", ".join(at),
-            ", ".join(ENDS_WORDS[kind] for kind in ENDS_WORDS if kind in ends),
-            moves,
-        )
-        for (name, moves), (at, ends) in rows.items()
-    ]
+    alike: dict[Row, list[str]] = {}
+    for (name, moves), (at, ends) in rows.items():
+        called_off = ", ".join(ENDS_WORDS[kind] for kind in ENDS_WORDS if kind in ends)
+        alike.setdefault((", ".join(at), called_off, moves), []).append(name)
+    return [("; ".join(names), *row) for row, names in alike.items()]
 
 
 def _name(event: Event) -> str:
@@ -89,14 +85,13 @@ def _then(rule: Rule | None) -> str:
 INTRODUCTION = (
     "What the robot does on each request in each state. The controller reads the same table "
     "(`TABLE` in `firmware_py/controller/states.py`), and "
-    "`tests/daemon/test_every_request_in_every_state.py` tries every row and walks the table at "
-    "random with two clients and faults: no step edge leaves without a live, accepted request."
+    "`tests/daemon/test_every_request_in_every_state.py` tries every row."
 )
 RULES = (
     "Where several states may follow, the jobs that are left decide: `running` if one runs, "
     "`paused` if one is held, `planning` if one is planned or queued, else `ready`.",
     "An answered request is in force. What an event calls off never moves afterwards, except as "
-    "the second table says. A client that waits for it gets the reason, and the result "
+    "the last table shows. A client that waits for it gets the reason, and the result "
     "`cancelled`, `stopped` or `fault`.",
     "`home` is answered once the robot is homed, `run` with the number of the job once it is "
     "checked.",

@@ -106,13 +106,14 @@ def _effects() -> str:
         "are evenly spaced, and errors are interpolated linearly.",
         _effect_table(TABLES),
         "## Axes that follow a command",
-        "A linear axis uses m, N and kg for rad, N m and kg m2, and its robot file uses `offset` "
-        "for `angle` and `force` for `torque`.",
-        _effect_table(command_effects("rotary")),
+        "The component of a single axis or sensor is `axis`. A linear axis uses m, N and kg for "
+        "rad, N m and kg m2, and its robot file uses `offset` for `angle` and `force` for "
+        "`torque`.",
+        _parameter_table(command_effects("rotary")),
         "## Axes that are driven by effort",
-        _effect_table(effort_effects("rotary")),
+        _parameter_table(effort_effects("rotary")),
         "## Range sensors alone",
-        _effect_table(sensor_effects()),
+        _parameter_table(sensor_effects()),
         "An example: `effects: [{effect: gear_backlash, component: motor2, parameters: "
         "{width: 0.004}}]`",
     ]
@@ -121,15 +122,24 @@ def _effects() -> str:
 
 def _effect_table(kinds: dict[str, EffectKind]) -> str:
     rows = [
-        (
-            f"`{kind.name}`",
-            _numbered(kind.components),
-            "; ".join(_parameter(parameter) for parameter in kind.parameters),
-            PORT_TEXT[kind.port],
-        )
-        for kind in sorted(kinds.values(), key=lambda kind: kind.name)
+        (f"`{kind.name}`", _numbered(kind.components), _parameters(kind), PORT_TEXT[kind.port])
+        for kind in _by_name(kinds)
     ]
     return table(("effect", "component", "parameters", "acts at"), rows)
+
+
+def _parameter_table(kinds: dict[str, EffectKind]) -> str:
+    """Effects of a machine with one component."""
+    rows = [(f"`{kind.name}`", _parameters(kind)) for kind in _by_name(kinds)]
+    return table(("effect", "parameters"), rows)
+
+
+def _by_name(kinds: dict[str, EffectKind]) -> list[EffectKind]:
+    return sorted(kinds.values(), key=lambda kind: kind.name)
+
+
+def _parameters(kind: EffectKind) -> str:
+    return "; ".join(_parameter(parameter) for parameter in kind.parameters)
 
 
 def _parameter(parameter: Parameter) -> str:
@@ -162,6 +172,7 @@ def _columns() -> str:
         f"{units}.",
         *KeyTables().of(Mapping),
         "## Channels of a recording (MCAP)",
+        "Each message has a `t_ns`: the run time [ns], unless its table says more.",
     ]
     shared: dict[tuple[str, str], list[str]] = {}
     for channel in CHANNELS:
@@ -172,17 +183,28 @@ def _columns() -> str:
     return _page("Columns and channels", *parts)
 
 
-_MANY = re.compile(r"_[123]$|(?<=^)[xyz](?=_m$)|(?<=_)[xyz]$|(?<=motor )[123]")
+RUN_TIME = ("t_ns", "run time [ns]")
+_FIRST = re.compile(r"\b(arm|motor) 1\b")
+_NUMBER = re.compile(r"(?<=_)[123](?=_|$)|(?<=^)[xyz](?=_m$)")
 
 
 def _field_rows(fields: Iterable[Field]) -> list[tuple[str, ...]]:
-    """Rows of fields; those that differ in a motor's number or an axis only share one."""
-    rows: dict[tuple[str, ...], list[str]] = {}
+    """Rows of fields, without a time that is only the run time.
+
+    Fields that differ in a motor's number or an axis share a row, with the words of the first.
+    """
+    rows: dict[str, list[Field]] = {}
     for field in fields:
-        says = _MANY.sub("i", re.sub(r"(?<=motor )[123]", "i", field.says))
-        key = (_MANY.sub("#", field.name), field.kind, says)
-        rows.setdefault(key, []).append(f"`{field.name}`")
-    return [(", ".join(names), kind, says) for (_, kind, says), names in rows.items()]
+        if (field.name, field.says) != RUN_TIME:
+            rows.setdefault(_NUMBER.sub("#", field.name), []).append(field)
+    return [
+        (
+            ", ".join(f"`{field.name}`" for field in alike),
+            alike[0].kind,
+            alike[0].says if len(alike) == 1 else _FIRST.sub(r"\1 i", alike[0].says),
+        )
+        for alike in rows.values()
+    ]
 
 
 def _column_rows() -> list[tuple[str, ...]]:

@@ -36,7 +36,7 @@ from deltactl.proof.prove.resumable import Means, workers
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import trained
 from deltactl.repair.limit import limit_of
-from deltactl.repair.machine import Concealing, conceal
+from deltactl.repair.machine import FaultyRobot, faulty_robot
 from deltactl.repair.played import Drawn, Played, played
 
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
@@ -46,7 +46,7 @@ SURVEY_S = 240.0
 
 @dataclass(frozen=True)
 class Case:
-    """What is concealed, and where what it costs is kept."""
+    """The hidden faults of a case, and the folder for its tracking errors."""
 
     number: int
     seed: int
@@ -56,14 +56,14 @@ class Case:
 
     @property
     def name(self) -> str:
-        """Of its files."""
+        """Stem of its file names."""
         return f"repair-{self.seed}-{self.number:04d}"
 
-    def machine(self) -> Concealing:
+    def machine(self) -> FaultyRobot:
         """The robot; the same one every time."""
-        return conceal(list(self.effects), 1000 * self.seed + self.number, self.unknown)
+        return faulty_robot(list(self.effects), 1000 * self.seed + self.number, self.unknown)
 
-    def diagnosis(self, machine: Concealing) -> Diagnosis:
+    def diagnosis(self, machine: FaultyRobot) -> Diagnosis:
         """Of one survey; worked out once."""
         kept = self.folder / f"{self.name}-diagnosis.json"
         if kept.exists():
@@ -81,9 +81,9 @@ def run(case: Case, networks: bool) -> dict[str, Any]:
 
     networks: with a job that takes a network as well, which is trained. Raises DeltactlError.
     """
-    machine, believed = case.machine(), load_robot(ROBOT)
+    machine, accepted = case.machine(), load_robot(ROBOT)
     answer = case.diagnosis(machine)
-    shipped = _drawing(believed)
+    shipped = _drawing(accepted)
     before = machine.draw(shipped)
     robot = _written(case, corrected_text(ROBOT, answer), "corrected")
     plan = _plan(robot)
@@ -96,7 +96,7 @@ def run(case: Case, networks: bool) -> dict[str, Any]:
         "corrected": [f"{effect.effect} on {effect.component}" for effect in robot.effects],
         "before_m": before.rms_m,
         "after_m": after.rms_m,
-        "possible_m": conceal([], 0).draw(shipped).rms_m,
+        "possible_m": faulty_robot([], 0).draw(shipped).rms_m,
         "limit_m": None if limit is None else limit.rms_m,
     }
     text = corrected_text(ROBOT, answer, tables=Tables.JOINTS)
@@ -104,17 +104,17 @@ def run(case: Case, networks: bool) -> dict[str, Any]:
     if with_tables.effects != robot.effects:
         result["tables_m"] = _again(machine, _plan(with_tables), shipped, before).rms_m
     if networks:
-        result |= _by_network(case, machine, believed, robot)
+        result |= _by_network(case, machine, accepted, robot)
     return result
 
 
 def _by_network(
-    case: Case, machine: Concealing, believed: RobotFile, robot: RobotFile
+    case: Case, machine: FaultyRobot, accepted: RobotFile, robot: RobotFile
 ) -> dict[str, float]:
     """Before and after of a job that names the shipped network."""
-    path = played(_plan(believed, NETWORK))
+    path = played(_plan(accepted, NETWORK))
     before = machine.draw(path)
-    if corrections_of(robot) != corrections_of(believed):
+    if corrections_of(robot) != corrections_of(accepted):
         kept = case.folder / f"{case.name}.tflite"
         if not kept.exists():
             trained(robot, kept)
@@ -140,7 +140,7 @@ def _written(case: Case, text: str, what: str) -> RobotFile:
     return load_robot(path)
 
 
-def _again(machine: Concealing, plan: Plan, path: Played, before: Drawn) -> Drawn:
+def _again(machine: FaultyRobot, plan: Plan, path: Played, before: Drawn) -> Drawn:
     """A run with another robot file; where the same counts are sent it is the same run."""
     new = played(plan)
     return before if new.is_same_as(path) else machine.draw(new)
@@ -167,13 +167,13 @@ COMPENSATED = tuple(name for name in SINGLES if name in compensated(*_WAYS))
 class Row:
     """One case; distances from the target, RMS [m].
 
-    possible_m: of the same robot with nothing concealed. limit_m: what the corrected robot file
-    believes to be possible. network: before and after of the job with a network; tables_m: after,
+    possible_m: of the same robot without a hidden fault. limit_m: the tracking limit of the
+    corrected robot file. network: before and after of the job with a network; tables_m: after,
     with tables of what has no name. NaN where it was not worked out.
     """
 
     number: int
-    concealed: tuple[str, ...]
+    hidden: tuple[str, ...]
     found: tuple[str, ...]
     before_m: float
     after_m: float
@@ -215,7 +215,7 @@ class Row:
 
 
 def kinds_of(seed: int, number: int) -> tuple[list[str], bool]:
-    """What is concealed in a case, and whether something unknown as well.
+    """The hidden faults of a case, and whether something unknown is among them.
 
     Every effect alone first, then pairs, an unknown and nothing in turn; at last an effect with an
     unknown beside it.
@@ -286,14 +286,14 @@ def summary(rows: Sequence[Row]) -> list[tuple[str, str]]:
     ran = [row for row in rows if not row.failure]
     by_network = [row for row in ran if np.isfinite(row.network_after_m)]
     tables = [row for row in ran if np.isfinite(row.tables_m)]
-    sound = [row for row in ran if not row.concealed]
+    healthy = [row for row in ran if not row.hidden]
     return [
         ("as good as can be asked", _share([row.enough for row in ran])),
         ("the same with a network", _share([row.network_enough for row in by_network])),
         ("better with a table", _share([row.tables_m < row.after_m for row in tables])),
         ("as good with a table as can be asked", _share([row.tables_enough for row in tables])),
         ("made worse", _share([row.worse for row in ran])),
-        ("changed with nothing wrong", _share([bool(row.corrected) for row in sound])),
+        ("changed with nothing wrong", _share([bool(row.corrected) for row in healthy])),
         ("failed", str(len(rows) - len(ran))),
     ]
 
@@ -310,7 +310,7 @@ def _row(found: dict[str, Any]) -> Row:
     sizes = {name: found.get(name) for name in names}
     return Row(
         number=found["number"],
-        concealed=tuple(found["concealed"]),
+        hidden=tuple(found["concealed"]),
         found=tuple(found.get("found", ())),
         corrected=tuple(found.get("corrected", ())),
         failure=found.get("failure", ""),

@@ -26,7 +26,7 @@ Progress = Callable[[str], None]
 def trained(
     robot: RobotFile, out: Path, progress: Progress = lambda _: None
 ) -> tuple[str, Path, float] | None:
-    """Train what knows the effects of a robot file: the network it stands for, its file, its error.
+    """Train a network with the effects of a robot file: the one it replaces, its file, its error.
 
     The error is in degrees RMS, held out. None where no network of this robot is shipped. Raises
     NetworkError.

@@ -1,4 +1,4 @@
-"""The whole way once: conceal, draw, record, diagnose, correct, draw again, compare."""
+"""One complete round: hide a fault, draw, record, diagnose, correct, draw again, compare."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from deltactl.proof.hidden.hidden import Hidden
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import held_back
 from deltactl.repair.limit import Limit, limit_of
-from deltactl.repair.machine import conceal
+from deltactl.repair.machine import faulty_robot
 from deltactl.repair.played import Drawn, played
 
 Progress = Callable[[str], None]
 RECORDING, CORRECTED = "survey.csv.gz", "corrected.yaml"
 
 
-class Concealed(NamedTuple):
-    """What is concealed: effects by name, drawn with a seed, and something without a name."""
+class HiddenFaults(NamedTuple):
+    """The hidden faults: effects by name, drawn with a seed, and something without a name."""
 
     effects: Sequence[str]
     seed: int
@@ -48,7 +48,7 @@ class Concealed(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Demonstration:
-    """One robot, before and after; `possible` is the same robot without what was concealed."""
+    """One robot, before and after; `possible` is the same robot without the hidden faults."""
 
     answers: Sequence[Hidden]
     before: Drawn
@@ -76,20 +76,20 @@ def demonstrate(
     job: Path,
     robot_file: Path,
     folder: Path,
-    concealed: Concealed,
+    hidden: HiddenFaults,
     survey_s: float = 120.0,
     progress: Progress = lambda _: None,
 ) -> Demonstration:
     """Run it all and leave recording and corrected robot file in `folder`.
 
-    Raises ConfigError for an effect that cannot be concealed, or any error of the steps.
+    Raises ConfigError for an effect that cannot be hidden, or any error of the steps.
     """
-    machine = conceal(list(concealed.effects), concealed.seed, concealed.unknown)
+    machine = faulty_robot(list(hidden.effects), hidden.seed, hidden.unknown)
     progress("drawing with the robot as it was built")
-    believed = load_robot(robot_file)
-    path = played(plan_of(job, believed))
+    accepted = load_robot(robot_file)
+    path = played(plan_of(job, accepted))
     before = machine.draw(path)
-    possible = conceal([], concealed.seed).draw(path)
+    possible = faulty_robot([], hidden.seed).draw(path)
     progress(f"recording a survey of {survey_s:.0f} s")
     recording = folder / RECORDING
     write_flat(machine.survey(survey_s), recording)
@@ -112,7 +112,7 @@ def demonstrate(
         possible=possible,
         diagnosis=answer,
         coverage=covered,
-        held_back=held_back(answer, believed, False, Tables.NONE),
+        held_back=held_back(answer, accepted, False, Tables.NONE),
         limit=limit_of(plan, covered),
         robot_file=robot_file,
         corrected=corrected,
@@ -125,7 +125,7 @@ MM = 1e3
 MAGNIFIED = (1, 2, 5, 10, 20, 50)
 SEEN_M = 0.012
 SMOOTHED = 25
-"""Readings of a mismatch in one median: half a second, so that outliers do not hide it."""
+"""Readings in one median of the error: half a second, so that outliers do not hide it."""
 STYLE = """
 .figures { display: flex; flex-wrap: wrap; gap: 1rem 2.5rem; margin: 1rem 0 1.5rem; }
 .figures div { min-width: 9rem; }
@@ -147,21 +147,21 @@ def page_html(demo: Demonstration) -> str:
         _picture(demo),
         columns([machine_drawing(robot, demo.diagnosis.findings), _error_chart(demo)]),
         *_mismatch(demo),
-        heading("What was concealed, what was found"),
+        heading("Hidden faults and findings"),
         _found(demo),
         heading("What is done about it"),
         *_covered(demo.coverage),
         paragraph(
             "The robot is a MuJoCo model with its own bodies, contacts and friction; the diagnosis "
-            "saw nothing of it but the readings of three ranging sensors and the commanded counts.",
+            "had only the readings of three distance sensors and the commanded counts.",
             "note",
         ),
     ]
     lead = (
-        f"A robot with something concealed drew a heart, was recorded for "
+        f"A robot with hidden faults drew a heart, was recorded for "
         f"{demo.survey_s / 60.0:.0f} minutes, diagnosed and corrected, and drew it again."
     )
-    return page("From a concealed fault to better tracking", parts, lead, _style())
+    return page("From a hidden fault to better tracking", parts, lead, _style())
 
 
 def _style() -> str:
@@ -173,7 +173,7 @@ def _headline(demo: Demonstration) -> str:
     cells = [
         ("before", demo.before.rms_m),
         ("after", demo.after.rms_m),
-        ("sound robot", demo.possible.rms_m),
+        ("healthy robot", demo.possible.rms_m),
     ]
     if demo.limit is not None:
         cells.append(("limit", demo.limit.rms_m))
@@ -181,8 +181,8 @@ def _headline(demo: Demonstration) -> str:
         f"<div>{html.escape(name)}<b>{MM * rms_m:.2f} mm</b></div>" for name, rms_m in cells
     )
     about = paragraph(
-        "Distance of the platform from its target while it drew, root mean square. Sound robot: "
-        "the same with nothing concealed in it. Limit: what the corrected robot file leaves open.",
+        "Distance of the platform from its target while it drew, root mean square. Healthy robot: "
+        "the same without a hidden fault. Limit: what the corrected robot file leaves uncorrected.",
         "note",
     )
     return f'<div class="figures">{shown}</div>{about}'
@@ -255,19 +255,16 @@ def _median(channel: Channel, predicted: FloatArray) -> FloatArray:
 
 
 def _found(demo: Demonstration) -> str:
-    concealed = [
-        (f"{hidden.effect} on {hidden.where}", "concealed", _size(hidden))
-        for hidden in demo.answers
-    ]
+    hidden = [(f"{one.effect} on {one.where}", "hidden", _size(one)) for one in demo.answers]
     found = [
         (f"{finding.effect} on {finding.component}", "found", finding.says)
         for finding in demo.diagnosis.findings
     ]
-    return table(("effect", "", "size"), [*concealed, *found], numbers_from=9)
+    return table(("effect", "", "size"), [*hidden, *found], numbers_from=9)
 
 
 def _size(hidden: Hidden) -> str:
-    """In the units that what was found is told in."""
+    """In the units in which the finding is reported."""
     parts = np.ravel(hidden.parameters[hidden.main])
     return ", ".join(quantity(float(part), hidden.unit, hidden.main, 3) for part in parts)
 

@@ -1,8 +1,8 @@
 """What tracking is possible: the distance from the target that no correction takes away.
 
-Three things are left when a robot file is right: counts are whole microsteps, made at whole
-moments; sizes are known only as well as the sensors told them; and some effects are not
-compensated. The first and the last are seen by letting the believed chain follow the very counts of
+Three errors are left when a robot file is right: counts are whole microsteps, made at whole
+moments; sizes are known only as well as the sensors measured them; and some effects are not
+compensated. The first and the last are found by simulating the accepted model with the counts of
 the plan, the second by moving each size by its standard deviation, one after the other: what
 intervals have in common is left out, so that sizes that make up for each other count too much.
 """
@@ -29,7 +29,7 @@ from deltactl.repair.played import Played, played
 
 SAMPLE_S = 0.005
 MOST_S = 60.0
-"""So much of a job stands for the whole of it."""
+"""Part of a job that represents the whole of it."""
 INTERVAL = 2.0 * 1.96
 """Width of a 95 % interval in standard deviations."""
 
@@ -58,7 +58,7 @@ class Limit:
 def limit_of(
     plan: Plan, covered: Coverage, from_counts: Counts | None = None, most_s: float = MOST_S
 ) -> Limit | None:
-    """Of a plan and what it does about each effect; None for a path in arm angles.
+    """Tracking limit of a plan and its compensation; None for a path in arm angles.
 
     from_counts: where the arms are before it; None for home. most_s: so much of it is looked at.
     Raises MotionError where the plan does not hold any more.
@@ -66,18 +66,18 @@ def limit_of(
     if plan.first.lap.space is Space.JOINT:
         return None
     path, robot = played(plan, most_s, from_counts), plan.robot
-    believed = tuple(
+    accepted = tuple(
         entry
         for entry in robot.effects
         if card_of(entry.effect).compensated is not Compensated.IN_READINGS
     )
     left = {(effect.effect, effect.component) for effect in covered.left}
-    met = tuple(effect for effect in believed if (effect.effect, effect.component) not in left)
-    at_best_m, reached_m = (_reached_m(robot, effects, path) for effects in (met, believed))
+    met = tuple(effect for effect in accepted if (effect.effect, effect.component) not in left)
+    at_best_m, reached_m = (_reached_m(robot, effects, path) for effects in (met, accepted))
     known_m = _rms_m(reached_m - path.target_m)
-    counted_m = _rms_m(_reached_m(robot, believed, path, whole=True) - path.target_m)
+    counted_m = _rms_m(_reached_m(robot, accepted, path, whole=True) - path.target_m)
     opened_m = [
-        _rms_m(_reached_m(robot, moved, path) - reached_m) for moved in _moved_by_sigma(believed)
+        _rms_m(_reached_m(robot, moved, path) - reached_m) for moved in _moved_by_sigma(accepted)
     ]
     sizes_m = float(np.sqrt(np.sum(np.square(opened_m))))
     return Limit(
@@ -144,9 +144,9 @@ NO_PATH = "none to state: nothing moves"
 
 
 def limit_of_program(program: Program, job_path: Path) -> Limit | str:
-    """Of all targets in space, each move as often as it comes; or a sentence why there is none.
+    """All targets in space, each move as often as it comes; or a sentence why there is none.
 
-    The first `MOST_S` of a job stand for the whole of it. Raises MotionError, NetworkError.
+    The first `MOST_S` of a job represent the whole of it. Raises MotionError, NetworkError.
     """
     if program.robot.drive.kind == "servo":
         return BY_SERVO

@@ -1,4 +1,4 @@
-"""A robot of another make with something concealed in it, which draws plans and takes surveys.
+"""A robot of an independent simulator with hidden faults, which draws plans and takes surveys.
 
 The robot is MuJoCo's of `proof`: its bodies, contacts and friction share nothing with the chain
 that explains it.
@@ -26,7 +26,7 @@ SURVEY_T_PWM_S = 0.002
 
 
 @dataclass(eq=False)
-class Concealing:
+class FaultyRobot:
     """A machine, and what is wrong with it."""
 
     machine: Machine
@@ -44,7 +44,7 @@ class Concealing:
         return record(self.machine, survey(rng, seconds, SURVEY_T_PWM_S), rng)
 
 
-def conceal(effects: list[str], seed: int, unknown: bool = False) -> Concealing:
+def faulty_robot(effects: list[str], seed: int, unknown: bool = False) -> FaultyRobot:
     """A robot with these effects of the vocabulary built in, at sizes drawn by the seed.
 
     unknown: and something that is in no vocabulary. Raises ConfigError for an unknown name.
@@ -52,7 +52,7 @@ def conceal(effects: list[str], seed: int, unknown: bool = False) -> Concealing:
     for name in effects:
         if name not in VOCABULARY:
             there = ", ".join(sorted(VOCABULARY))
-            raise ConfigError(f"effect '{name}' cannot be concealed; there are {there}")
+            raise ConfigError(f"effect '{name}' cannot be hidden; there are {there}")
     rng = np.random.default_rng([seed, 1])
     machine = Machine()
     planned = [plan(VOCABULARY[name], rng, 1.0) for name in effects]
@@ -62,4 +62,4 @@ def conceal(effects: list[str], seed: int, unknown: bool = False) -> Concealing:
         build = ODDITIES[str(rng.choice(sorted(ODDITIES)))]
         answers.append(build(machine, rng, 1.0))
     construct(machine, planned, with_events=True)
-    return Concealing(machine, [*[hidden(part) for part in planned], *answers], seed)
+    return FaultyRobot(machine, [*[hidden(part) for part in planned], *answers], seed)

@@ -16,7 +16,7 @@ from deltactl.models.robot import ARMS, FloatArray
 
 IntArray = np.ndarray[Any, np.dtype[np.int64]]
 HOLD_S = 0.02
-"""A rotor that gets no step for longer stands; between quicker steps it turns evenly."""
+"""A rotor that gets no step for longer is at rest; between quicker steps it turns evenly."""
 REST_S = 0.5
 """The robot is watched for this long after the last target."""
 

@@ -81,7 +81,7 @@ class BeforeAndAfter:
 REASONS = "Why, how surely, and what to do next"
 CORRECTED = (
     "The corrected robot file compensates what was found. To try it, the robot is homed with it,"
-    " and believes it until it is homed with another or its daemon ends."
+    "  and uses it until it is homed with another file or its daemon ends."
 )
 TRY = "Try it: home with the corrected file"
 AGAIN = "The robot runs with the corrected file: press Run to see what that changes."
@@ -191,10 +191,10 @@ class AnswerView:
         """A job that was made of the recordings, for the robot that runs here."""
         with contextlib.suppress(OSError):
             text = (self._made / file).read_text(encoding="utf-8")
-            belief = self._visit.site.belief(self._visit.site.link.seen)
-            if belief is not None and same_machine(belief, self._made / "robot.yaml"):
+            known = self._visit.site.known(self._visit.site.link.seen)
+            if known is not None and same_machine(known, self._made / "robot.yaml"):
                 # The answer knows the robot file of the recording by another name.
-                text = re.sub(r"(?m)^robot: .*$", f"robot: {belief.file}", text)
+                text = re.sub(r"(?m)^robot: .*$", f"robot: {known.file}", text)
             self._visit.edit(name, text, says)
 
 

@@ -20,7 +20,7 @@ FACTS: tuple[tuple[str, str, str, float], ...] = (
     ("mean_speed_mps", "mean speed", "mm/s", 1e3),
     ("smallest_margin", "singularity margin", "", 1.0),
 )
-"""Of a dry run: key, name, unit, factor."""
+"""Columns of a dry run's figures: key, name, unit, factor."""
 MEANT = {
     "smallest_margin": "1 is well away from poses in which the arms cannot hold or steer the"
     " platform (all stretched, or all flat), 0 is there; less than the robot file's"

@@ -45,7 +45,7 @@ from deltactl.models.linkage.vectors import Vector
 from deltactl.models.robot import AXES, FloatArray
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.reading.run import Run
-from deltactl.web.behind.belief import Belief, Beliefs
+from deltactl.web.behind.known_robots import KnownRobot, KnownRobots
 from deltactl.web.behind.link import DaemonLink
 
 BASE: Final = "base"
@@ -59,15 +59,15 @@ BLUE, GREY, AMBER, DARK = (
 ERRORS: Final = frozenset({"fault", "stop", "stopped", "estop", "alarm"})
 """Kinds of events that are shown as errors."""
 ALONG_Y: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Foxglove's cylinders stand along z, the drawing's links along their second column."""
+"""Foxglove's cylinders extend along z, the drawing's links along their second column."""
 
 
 class RobotChannels:
     """Writes the robot on its topics of one context."""
 
-    def __init__(self, belief: Belief, context: Context):
-        self._belief = belief
-        self._skeleton = Skeleton.of(belief.robot.geometry)
+    def __init__(self, known: KnownRobot, context: Context):
+        self._known = known
+        self._skeleton = Skeleton.of(known.robot.geometry)
         self._tf = FrameTransformsChannel("/tf", context=context)
         self._scene = SceneUpdateChannel("/robot", context=context)
         self._sensed = SceneUpdateChannel("/measured_ball", context=context)
@@ -80,7 +80,7 @@ class RobotChannels:
 
     def counts(self, t_ns: int, counts: Sequence[int]) -> None:
         """Where the counts put the robot."""
-        angles, position = self._belief.pose(tuple(int(count) for count in counts))
+        angles, position = self._known.pose(tuple(int(count) for count in counts))
         transforms = [
             self._transform(t_ns, f"sensor_{axis}", *place)
             for axis, place in self._sensors().items()
@@ -132,7 +132,7 @@ class RobotChannels:
 
     def _sensors(self) -> dict[str, tuple[Vector, Quaternion]]:
         """Places of the sensors, and the turn that brings their x axis into their beam."""
-        described = self._belief.robot.sensors
+        described = self._known.robot.sensors
         if described is None:
             return {}
         found = {}
@@ -186,7 +186,7 @@ def stamp(t_ns: int) -> Timestamp:
 
 
 def quaternion(rotation: FloatArray) -> Quaternion:
-    """Of a rotation matrix."""
+    """Quaternion of a rotation matrix."""
     return _quaternion(skeleton.quaternion(rotation.tolist()))
 
 
@@ -218,14 +218,14 @@ def convert(recording: Path, out: Path) -> int:
     """
     run = read_run(recording)
     robot = robot_of(run)
-    belief = Belief(f"{robot.name}.yaml", robot, Linkage.of(robot.geometry))
+    known = KnownRobot(f"{robot.name}.yaml", robot, Linkage.of(robot.geometry))
     context = foxglove.Context()
-    channels = RobotChannels(belief, context)
+    channels = RobotChannels(known, context)
     with said_of_output(out, fresh=True), foxglove.open_mcap(out, context=context):
-        return _write(run, belief, channels)
+        return _write(run, known, channels)
 
 
-def _write(run: Run, belief: Belief, channels: RobotChannels) -> int:
+def _write(run: Run, known: KnownRobot, channels: RobotChannels) -> int:
     start_ns = run.configuration.start_epoch_ns
     times_ns = np.arange(0, run.end_ns + 1, int(NS / SCENE_HZ), dtype=np.int64)
     every = run.edges.counts_at(times_ns)
@@ -238,15 +238,15 @@ def _write(run: Run, belief: Belief, channels: RobotChannels) -> int:
         good = readings.where(readings.good)
         for t_ns, far_m in zip(good.t_ns.tolist(), good.distance_m.tolist(), strict=True):
             channels.range(start_ns + t_ns, axis, far_m)
-    _measured(run, belief, channels, start_ns)
+    _measured(run, known, channels, start_ns)
     for event in run.events:
         channels.event(start_ns + event.t_ns, event.kind, event.text)
     return len(times_ns)
 
 
-def _measured(run: Run, belief: Belief, channels: RobotChannels, start_ns: int) -> None:
+def _measured(run: Run, known: KnownRobot, channels: RobotChannels, start_ns: int) -> None:
     """Positions from three good ranges, brought to the times of the first sensor."""
-    sensors = belief.robot.sensors
+    sensors = known.robot.sensors
     if sensors is None or any(axis not in run.readings for axis in AXES):
         return
     good = {axis: run.readings[axis].where(run.readings[axis].good) for axis in AXES}
@@ -267,8 +267,8 @@ TITLE = "deltactl"
 class LiveServer:
     """Hands every new status on. Raises ServiceError when the port is taken."""
 
-    def __init__(self, link: DaemonLink, beliefs: Beliefs, host: str, port: int):
-        self._link, self._beliefs = link, beliefs
+    def __init__(self, link: DaemonLink, known_robots: KnownRobots, host: str, port: int):
+        self._link, self._known_robots = link, known_robots
         self._context = foxglove.Context()
         self._channels: dict[str, RobotChannels] = {}
         self._last, self._state = -1, ""
@@ -298,11 +298,11 @@ class LiveServer:
         self._server.stop()
 
     def _send(self, status: Status) -> None:
-        belief = self._beliefs.of(status.robot)
-        if belief is None:
+        known = self._known_robots.of(status.robot)
+        if known is None:
             return
         if status.robot not in self._channels:
-            self._channels[status.robot] = RobotChannels(belief, self._context)
+            self._channels[status.robot] = RobotChannels(known, self._context)
         channels, now_ns = self._channels[status.robot], time.time_ns()
         channels.counts(now_ns, status.counts)
         for sensor in status.sensors:
@@ -310,7 +310,7 @@ class LiveServer:
                 channels.range(now_ns, sensor.axis, sensor.distance_m)
         if status.target_m is not None:
             channels.pose(now_ns, "target", status.target_m)
-        if (measured := belief.measured(status.sensors)) is not None:
+        if (measured := known.measured(status.sensors)) is not None:
             channels.measured(now_ns, measured)
         if status.state != self._state:
             self._state = status.state
@@ -321,7 +321,7 @@ def serve_live(socket: Path | None, robot: Path, host: str, port: int) -> None:
     """Serve until Ctrl-C."""
     link = DaemonLink(socket)
     link.start()
-    server = LiveServer(link, Beliefs(robot), host, port)
+    server = LiveServer(link, KnownRobots(robot), host, port)
     try:
         while True:
             if not server.look():

@@ -13,7 +13,7 @@ from nicegui import events, ui
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.firmware_py.controller.states import State
 from deltactl.models.linkage.vectors import Vector
-from deltactl.web.behind.belief import Belief
+from deltactl.web.behind.known_robots import KnownRobot
 from deltactl.web.style import marked
 from deltactl.web.visit import Visit, offer, why_not
 
@@ -74,12 +74,12 @@ class MotionCard:
         self._unable.set_text(why)
         self._unable.set_visibility(bool(why))
 
-    def suggest(self, belief: Belief) -> None:
+    def suggest(self, known: KnownRobot) -> None:
         """Put home, where any robot can be, into the fields once the robot is known."""
         if self._suggested:
             return
         self._suggested = True
-        for field, value_m in zip(self._fields, belief.home_m or (), strict=False):
+        for field, value_m in zip(self._fields, known.home_m or (), strict=False):
             field.set_value(round(1e3 * value_m, 2) + 0.0)
 
     def _platform(self) -> None:
@@ -129,51 +129,51 @@ class MotionCard:
             ui.notify(f"{MOST_WAITING} steps wait already: this press was left out", type="warning")
             return
         here = self._here()
-        belief = self._belief()
-        if here is None or belief is None:
+        known = self._known()
+        if here is None or known is None:
             return
         wanted = list(here)
         wanted[axis] += sign * float(self._step_mm.value or 0) * 1e-3
-        goal = belief.held(here, (wanted[0], wanted[1], wanted[2]))
+        goal = known.held(here, (wanted[0], wanted[1], wanted[2]))
         if math.dist(goal, here) < 1e-6:
-            limit = belief.limit_at((wanted[0], wanted[1], wanted[2]))
+            limit = known.limit_at((wanted[0], wanted[1], wanted[2]))
             ui.notify(f"no further this way: {limit}", type="warning")
             return
-        await self._to(goal, belief)
+        await self._to(goal, known)
 
     async def turn(self, arm: int, sign: int) -> None:
         """Turn one arm by a step."""
-        status, belief = self._visit.site.link.seen.status, self._belief()
-        if status is None or belief is None or status.angles_rad is None:
+        status, known = self._visit.site.link.seen.status, self._known()
+        if status is None or known is None or status.angles_rad is None:
             return
         if status.state != "ready" or self._under_way(status):
             ui.notify("wait until the arm is there", type="warning")
             return
         angles = [math.degrees(angle) for angle in status.angles_rad]
-        angles[arm] = belief.held_angle(angles[arm] + sign * float(self._step_deg.value or 0))
+        angles[arm] = known.held_angle(angles[arm] + sign * float(self._step_deg.value or 0))
         self._goal = None
-        await self._send(to_angles(belief.file, (angles[0], angles[1], angles[2])), "jog")
+        await self._send(to_angles(known.file, (angles[0], angles[1], angles[2])), "jog")
 
     async def go(self) -> None:
         """Go to the point in the fields."""
-        belief = self._belief()
+        known = self._known()
         values = [field.value for field in self._fields]
-        if belief is None:
+        if known is None:
             return
         if any(value is None for value in values):
             ui.notify("give x, y and z in mm", type="warning")
             return
         x_m, y_m, z_m = (float(value) * 1e-3 for value in values)
-        if limit := belief.limit_at((x_m, y_m, z_m)):
+        if limit := known.limit_at((x_m, y_m, z_m)):
             ui.notify(f"cannot go there: {limit}", type="warning")
             return
-        await self._to((x_m, y_m, z_m), belief)
+        await self._to((x_m, y_m, z_m), known)
 
-    def _belief(self) -> Belief | None:
-        belief = self._visit.site.belief(self._visit.site.link.seen)
-        if belief is None:
+    def _known(self) -> KnownRobot | None:
+        known = self._visit.site.known(self._visit.site.link.seen)
+        if known is None:
             ui.notify("no robot file of this name here; start deltactl web with --robot FILE")
-        return belief
+        return known
 
     def _here(self) -> Vector | None:
         """Where the next step starts: where the last one ends, while that is under way."""
@@ -199,9 +199,9 @@ class MotionCard:
         status = self._visit.site.link.seen.status
         return status is not None and len(status.queued) + self._sending >= MOST_WAITING
 
-    async def _to(self, goal: Vector, belief: Belief) -> None:
+    async def _to(self, goal: Vector, known: KnownRobot) -> None:
         before, self._goal = self._goal, goal
-        if not await self._send(to_point(belief.file, goal, "jog"), "move"):
+        if not await self._send(to_point(known.file, goal, "jog"), "move"):
             self._goal = before
 
     async def _send(self, text: str, name: str) -> Any:

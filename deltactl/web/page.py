@@ -106,7 +106,7 @@ class RobotPage:
             if status is None or mismatch.robot == status.robot
         )
         if self._news.text != text:
-            self._news.set_text(f"New mismatch: {text}" if text else "")
+            self._news.set_text(f"New finding: {text}" if text else "")
         self._news.set_visibility(bool(text))
 
     def _refresh(self) -> None:

@@ -30,7 +30,7 @@ class OwnRecording:
         place = ui.element("input").props('type=file accept=".csv,.gz,.mcap"').classes("hidden")
         place.props("data-testid=own-file")
         place.on("change", js_handler=SEND)
-        place.on("told", self._told, args=["detail"])
+        place.on("message", self._message, args=["detail"])
         button = ui.button("Open a recording of yours", icon="upload_file")
         button.props("no-caps dense outline data-testid=own-recording").classes("px-2")
         button.on("click", js_handler=PICK_RECORDING)
@@ -40,7 +40,7 @@ class OwnRecording:
         """Say something about the newest file."""
         self._line.set_text(text)
 
-    def _told(self, event: events.GenericEventArguments) -> None:
+    def _message(self, event: events.GenericEventArguments) -> None:
         self.tell(str(event.args.get("detail", ""))[:400])
         self._taken()
 
@@ -152,11 +152,11 @@ class RecordingRow:
         """Diagnose it, and keep the answer."""
         made = self._listed.made
         made.mkdir(parents=True, exist_ok=True)
-        believed = self._visit.site.robot_file() or made / "robot.yaml"
+        robot_file = self._visit.site.robot_file() or made / "robot.yaml"
         recordings = [single.path for single in self._listed.singles]
         self._button.set_enabled(False)
         try:
-            answer = await self._work("diagnosing", "diagnose", made, believed, *recordings)
+            answer = await self._work("diagnosing", "diagnose", made, robot_file, *recordings)
         finally:
             self._button.set_enabled(True)
         if answer is not None:
@@ -177,9 +177,9 @@ class RecordingRow:
         try:
             return await self._visit.site.tasks.run(kind, *files, progress=tell)
         except DeltactlError as error:
-            says, told = str(error), str(error).removesuffix(error.typed)
+            says, typed = str(error), str(error).removesuffix(error.typed)
             tables = any(single.own for single in self._listed.singles)
-            says = f"{told}; {COLUMNS}" if tables and told != says else says
+            says = f"{typed}; {COLUMNS}" if tables and typed != says else says
             self._answer.tell(self._listed.shown(says))
             return None
         finally:

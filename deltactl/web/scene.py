@@ -10,7 +10,7 @@ from nicegui import ui
 
 from deltactl.models.linkage.skeleton import Matrix, Skeleton, placed
 from deltactl.models.linkage.vectors import Vector
-from deltactl.web.behind.belief import Belief
+from deltactl.web.behind.known_robots import KnownRobot
 
 ARM, ROD, PLATE, SENSED, CULPRIT = "#3b82f6", "#94a3b8", "#1e293b", "#f59e0b", "#dc2626"
 LINK_RADIUS_M, ROD_RADIUS_M, JOINT_RADIUS_M = 0.012, 0.005, 0.022
@@ -26,9 +26,9 @@ DIGITS = 5
 class RobotScene:
     """A scene that is moved by one message a frame."""
 
-    def __init__(self, belief: Belief):
-        self._belief = belief
-        self._skeleton = Skeleton.of(belief.robot.geometry)
+    def __init__(self, known: KnownRobot):
+        self._known = known
+        self._skeleton = Skeleton.of(known.robot.geometry)
         self._links: list[Any] = []
         self._marks: dict[str, Any] = {}
         self._traced: deque[Any] = deque()
@@ -52,7 +52,7 @@ class RobotScene:
         if seen == self._last:
             return
         self._last = seen
-        angles, position = self._belief.pose(counts)
+        angles, position = self._known.pose(counts)
         calls: list[list[Any]] = []
         for part, its in zip(self._links, self._skeleton.links(angles, position), strict=False):
             calls += [_moved(part, its.middle_m), _turned(part, its.rotation)]
@@ -117,7 +117,7 @@ class RobotScene:
             disc = self.view.cylinder(radius, radius, 0.012, 32).rotate(1.5708, 0.0, 0.0)
             self._mark("platform", disc, ARM)
         self._sensed = self.view.sphere(0.02).material(SENSED, opacity=0.85)
-        for axis, (x_m, y_m, z_m) in _sensor_places(self._belief).items():
+        for axis, (x_m, y_m, z_m) in _sensor_places(self._known).items():
             box = self.view.box(0.03, 0.03, 0.03).move(x_m, y_m, z_m)
             self._mark(f"range_{axis}", box, SENSED)
 
@@ -133,9 +133,9 @@ def _covers(component: str, part: str) -> bool:
     return component == part or part.startswith(groups.get(component, "\0"))
 
 
-def _sensor_places(belief: Belief) -> dict[str, Vector]:
+def _sensor_places(known: KnownRobot) -> dict[str, Vector]:
     """A sensor looks along its axis from `offset` away."""
-    sensors = belief.robot.sensors
+    sensors = known.robot.sensors
     if sensors is None:
         return {}
     places: dict[str, Vector] = {}
@@ -146,7 +146,7 @@ def _sensor_places(belief: Belief) -> dict[str, Vector]:
     return places
 
 
-# Each notes the new place in the object too, from which a browser that comes back is told all.
+# Each also notes the new place in the object, from which a browser that reconnects gets all.
 
 
 def _moved(part: Any, point: Vector) -> list[Any]:

@@ -24,9 +24,9 @@ from deltactl.web.access.login import add_login
 from deltactl.web.access.pages import BuiltPages, FilesOfPages, judge_messages, nothing_here
 from deltactl.web.access.policy import put_into_pages
 from deltactl.web.access.users import Session, Sessions, Users, operates
-from deltactl.web.behind.belief import Beliefs
+from deltactl.web.behind.known_robots import KnownRobots
 from deltactl.web.behind.link import DaemonLink
-from deltactl.web.behind.site import Concealment, Site
+from deltactl.web.behind.site import HiddenFault, Site
 from deltactl.web.page import RobotPage
 from deltactl.web.style import KNOWN
 
@@ -51,7 +51,7 @@ class Where:
     certificate: Path | None = None
     key: Path | None = None
     as_built: Path | None = None
-    """Where to write what the simulated robot conceals; its daemon reads it there."""
+    """File with the hidden fault of the simulated robot; its daemon reads it there."""
 
     @property
     def local(self) -> bool:
@@ -94,7 +94,7 @@ def serve(where: Where) -> None:
             ssl_keyfile=where.key,
         )
         logging.getLogger("uvicorn.error").addFilter(not_cut_off)
-        # Uvicorn ends in good order and then raises the signal again: what stands around this
+        # Uvicorn ends in good order and then raises the signal again: what surrounds this
         # call (a simulated daemon) has to be ended too.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
         uvicorn.Server(config).run(sockets)
@@ -173,7 +173,7 @@ def _linked(where: Where) -> Iterator[Site]:
     link = DaemonLink(where.socket)
     link.start()
     try:
-        concealment = None if where.as_built is None else Concealment(where.as_built)
-        yield Site(link, Beliefs(where.robot), where.recordings, where.work, concealment)
+        hidden_fault = None if where.as_built is None else HiddenFault(where.as_built)
+        yield Site(link, KnownRobots(where.robot), where.recordings, where.work, hidden_fault)
     finally:
         link.close()

@@ -11,12 +11,12 @@ from nicegui import ui
 
 from deltactl.firmware_py.controller.contract import SensorStatus, Status
 from deltactl.firmware_py.controller.states import ALLOWED, Request
-from deltactl.web.behind.belief import Belief
+from deltactl.web.behind.known_robots import KnownRobot
 from deltactl.web.behind.link import Seen
 from deltactl.web.motion_card import BY_HAND_JOBS, MotionCard
 from deltactl.web.scene import RobotScene
 from deltactl.web.style import labelled, marked
-from deltactl.web.trial_cards import ConcealingCard, TrialCard
+from deltactl.web.trial_cards import HiddenFaultCard, TrialCard
 from deltactl.web.visit import Visit, offer, what_next, why_not
 
 ENDED = "{job} has ended: its recording is {recording}."
@@ -48,7 +48,7 @@ class EndedCard:
             self._row.set_visibility(bool(recording) and job not in BY_HAND_JOBS)
 
 
-AMBER = "Amber: the ranging sensors (boxes), and where they see the platform (ball)."
+AMBER = "Amber: the distance sensors (boxes), and where they see the platform (ball)."
 TURN = "Drag to turn, wheel or two fingers to zoom."
 DRAWN = f"Blue: where the step counts put it, green its way. {AMBER} {TURN}"
 RED = "Red: {names}, named by the diagnosis of {found_in}."
@@ -95,9 +95,11 @@ class StateCard:
                 self._state_and_buttons()
                 self._trial = TrialCard(visit)
                 self._figures()
-                hidden = visit.site.concealment
-                self._concealing = (
-                    ConcealingCard(visit, hidden) if hidden is not None and visit.operates else None
+                hidden = visit.site.hidden_fault
+                self._fault_card = (
+                    HiddenFaultCard(visit, hidden)
+                    if hidden is not None and visit.operates
+                    else None
                 )
         if visit.operates:
             self.motion = MotionCard(visit)
@@ -112,9 +114,9 @@ class StateCard:
     def update(self, seen: Seen) -> None:
         """Show a status, or why there is none."""
         status = seen.status
-        belief = self._visit.site.belief(seen)
-        if self._concealing is not None:
-            self._concealing.update(belief, "" if status is None else status.state)
+        known = self._visit.site.known(seen)
+        if self._fault_card is not None:
+            self._fault_card.update(known, "" if status is None else status.state)
         self._trial.update(status)
         if status is None:
             self._set("next", seen.problem)
@@ -122,9 +124,9 @@ class StateCard:
             if self.motion is not None:
                 self.motion.enable("", None)
             return
-        self._draw(status, belief)
-        if self.motion is not None and belief is not None:
-            self.motion.suggest(belief)
+        self._draw(status, known)
+        if self.motion is not None and known is not None:
+            self.motion.suggest(known)
         self._set_state(status.state)
         if self.motion is not None:
             self.motion.enable(status.state, status.job)
@@ -175,16 +177,16 @@ class StateCard:
                     ui.label(name).classes("text-gray-600 w-32 shrink-0")
                     self._texts[key] = marked(ui.label("-").classes("ellipsis"), key)
 
-    def _draw(self, status: Status, belief: Belief | None) -> None:
-        if self.scene is None and belief is not None:
+    def _draw(self, status: Status, known: KnownRobot | None) -> None:
+        if self.scene is None and known is not None:
             with self._box:
-                self.scene = RobotScene(belief)
-        if self.scene is not None and belief is not None:
-            self.scene.update(status.counts, belief.measured(status.sensors))
+                self.scene = RobotScene(known)
+        if self.scene is not None and known is not None:
+            self.scene.update(status.counts, known.measured(status.sensors))
 
     def _numbers(self, status: Status, seen: Seen) -> None:
-        belief = self._visit.site.belief(seen)
-        measured = belief.measured(status.sensors) if belief else None
+        known = self._visit.site.known(seen)
+        measured = known.measured(status.sensors) if known else None
         self._set(
             "position", in_millimetres(status.position_m) if status.position_m else "not homed"
         )

@@ -46,7 +46,7 @@ and then each hue turned back."""
 
 PAPER = """
 @media print { .stop-button, .q-tabs, .q-btn, .q-card.jog,
-  .q-card.conceal, .stop-room { display: none !important; }
+  .q-card.hidden-fault, .stop-room { display: none !important; }
   .q-header { position: static; background: none !important; color: black; padding: 0; }
   .q-page-container { padding: 0 !important; } .latch { position: static; }
   .q-badge, .latch, .q-linear-progress, .news { print-color-adjust: exact; }
@@ -64,7 +64,7 @@ PAPER = """
 
 WEBGL: Final = """<script>if (!document.createElement("canvas").getContext("webgl2"))
   document.documentElement.classList.add("without-webgl");</script>"""
-"""Marks the page of a browser that cannot draw in 3D, where words stand instead."""
+"""Marks the page of a browser that cannot draw in 3D, where text replaces the drawing."""
 
 TURNED: Final = """(() => { window.scrollTo(0, 0);
 setTimeout(() => window.dispatchEvent(new Event("resize")), 100); })()"""
@@ -76,7 +76,7 @@ PICK_RECORDING: Final = "() => document.querySelector('[data-testid=own-file]').
 
 SEND: Final = f"""async (event) => {{
   const field = event.target, file = field.files[0];
-  const tell = (text) => field.dispatchEvent(new CustomEvent("told", {{detail: text}}));
+  const tell = (text) => field.dispatchEvent(new CustomEvent("message", {{detail: text}}));
   if (!file) return;
   if (file.size > {MAX_BYTES}) {{
     tell(file.name + ": more than {MAX_BYTES // 2**20} MB are not taken");

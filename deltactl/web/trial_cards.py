@@ -1,4 +1,4 @@
-"""Cards of robots that are tried: one with a corrected file, one that conceals something."""
+"""Cards to try a robot: one with a corrected file, one with a hidden fault."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from nicegui import events, ui
 
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.firmware_py.controller.states import ALLOWED, Request, State
-from deltactl.web.behind.belief import Belief
-from deltactl.web.behind.site import NOTHING, SURPRISE, Concealment
+from deltactl.web.behind.known_robots import KnownRobot
+from deltactl.web.behind.site import NOTHING, SURPRISE, HiddenFault
 from deltactl.web.visit import Visit, offer, why_not
 
 SAYS = (
@@ -55,8 +55,8 @@ class TrialCard:
             self._visit.tell_home(seen)
 
 
-TITLE = "Try a diagnosis: conceal a defect"
-LABEL = "The simulated robot conceals"
+TITLE = "Try a diagnosis: hide a fault"
+LABEL = "Hidden fault of the simulated robot"
 THEN = (
     "Switch the robot on, press Home, run heart.yaml on the tab Jobs, and press Diagnose on the tab"
     " Recordings. The diagnosis has the recording and the robot file, and never sees this choice."
@@ -65,43 +65,44 @@ AT_REST = (State.OFF, State.UNHOMED)
 """States from which homing puts the arms against their stops."""
 
 
-class ConcealingCard:
+class HiddenFaultCard:
     """A choice, and the answer to a surprise."""
 
-    def __init__(self, visit: Visit, concealment: Concealment):
-        self._visit, self._concealment = visit, concealment
-        self._belief: Belief | None = None
-        with ui.card().classes("conceal w-full p-3 gap-1") as self.card:
+    def __init__(self, visit: Visit, hidden_fault: HiddenFault):
+        self._visit, self._hidden_fault = visit, hidden_fault
+        self._known: KnownRobot | None = None
+        with ui.card().classes("hidden-fault w-full p-3 gap-1") as self.card:
             ui.label(TITLE).classes("font-bold")
-            self._choice = ui.select(concealment.choices, label=LABEL, value=concealment.chosen)
+            self._choice = ui.select(hidden_fault.choices, label=LABEL, value=hidden_fault.chosen)
             self._choice.on_value_change(self._chosen)
-            self._choice.classes("w-full").props("data-testid=conceal")
-            self._why = ui.label().classes("text-sm text-gray-600").props("data-testid=conceal-why")
+            self._choice.classes("w-full").props("data-testid=hidden-fault")
+            self._why = ui.label().classes("text-sm text-gray-600")
+            self._why.props("data-testid=hidden-fault-why")
             self._tell = ui.button("Tell me what it was", icon="visibility", on_click=self._told)
-            self._tell.props("no-caps dense flat data-testid=conceal-tell")
+            self._tell.props("no-caps dense flat data-testid=hidden-fault-tell")
 
-    def update(self, belief: Belief | None, state: str) -> None:
+    def update(self, known: KnownRobot | None, state: str) -> None:
         """Follow the robot's state, and what was chosen on another page."""
-        self._belief = belief
-        self.card.set_visibility(belief is not None and belief.robot.sensors is not None)
+        self._known = known
+        self.card.set_visibility(known is not None and known.robot.sensors is not None)
         why = why_not("Another choice", AT_REST, state)
         self._set(self._choice, not why)
-        if self._choice.value != self._concealment.chosen:
-            self._choice.set_value(self._concealment.chosen)
-        text = why or (THEN if self._concealment.chosen != NOTHING else "")
+        if self._choice.value != self._hidden_fault.chosen:
+            self._choice.set_value(self._hidden_fault.chosen)
+        text = why or (THEN if self._hidden_fault.chosen != NOTHING else "")
         if self._why.text != text:
             self._why.set_text(text)
-        self._tell.set_visibility(self._concealment.chosen == SURPRISE)
+        self._tell.set_visibility(self._hidden_fault.chosen == SURPRISE)
 
     def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
         choice, status = str(event.value), self._visit.site.link.seen.status
-        if choice == self._concealment.chosen or self._belief is None or status is None:
+        if choice == self._hidden_fault.chosen or self._known is None or status is None:
             return
-        if choice in self._concealment.choices and State(status.state) in AT_REST:
-            self._concealment.conceal(choice, self._belief.robot)
+        if choice in self._hidden_fault.choices and State(status.state) in AT_REST:
+            self._hidden_fault.hide(choice, self._known.robot)
 
     def _told(self) -> None:
-        ui.notify(f"Concealed: {self._concealment.really}", type="info", timeout=8_000)
+        ui.notify(f"Hidden: {self._hidden_fault.really}", type="info", timeout=8_000)
 
     @staticmethod
     def _set(part: Any, enabled: bool) -> None:

@@ -16,7 +16,7 @@ from deltactl.web.behind.site import Site
 from deltactl.web.style import attribute, tell_problem
 
 GREY = "color=grey-4 text-color=grey-8"
-"""Of a button that cannot be pressed: Quasar only makes it a little paler."""
+"""Colours of a disabled button: Quasar only makes it a little paler."""
 
 
 NEXT = {

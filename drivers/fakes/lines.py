@@ -24,7 +24,7 @@ Counts = tuple[int, int, int]
 ROWS: Final = 65536
 """Length of the history: at 100 us a step, 6.5 s."""
 AT_REST_NS: Final = 100_000_000
-"""So long after an edge a motor is taken to stand still."""
+"""A motor without an edge for longer counts as resting."""
 _MARGIN: Final = 64
 _NEAR: Final = 4
 _ESTOP, _TRIP, _ALARMS, _HEAD, _LOST, _SWITCHED, _EDGES = 0, 1, 2, 3, 4, 7, 8
@@ -289,7 +289,7 @@ class FakeLines:
             self._health()
 
     def _correct(self, t_ns: int) -> None:
-        """A motor moved without an edge: told at once where no edge will tell it."""
+        """A motor moved without an edge: report it at once where no edge will."""
         newest_ns = self.memory.newest_ns()
         if newest_ns == self._corrected_ns or t_ns - newest_ns >= AT_REST_NS:
             self.memory.publish(t_ns, self.drives)

@@ -1,4 +1,4 @@
-"""Three simulated ranging sensors wired up as on the robot: chips, bus, mock pins, XSHUT lines.
+"""Three simulated distance sensors wired up as on the robot: chips, bus, mock pins, XSHUT lines.
 
 For tests and benchmarks there are two benches on a virtual clock: one with targets that can be
 moved, where time passes only in `run` and `run_until`, and one of a single chip, poked register by
@@ -77,7 +77,7 @@ NO_NOISE = RangeNoise(sigma_m=0.0)
 
 
 class RangingBench:
-    """The sensors, not yet started. `true_m` is where the target of each axis stands."""
+    """The sensors, not yet started. `true_m` is the distance to the target of each axis."""
 
     def __init__(
         self,

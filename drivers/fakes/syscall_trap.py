@@ -51,7 +51,7 @@ _PR_SET_NO_NEW_PRIVS = 38
 
 
 class Device(Protocol):
-    """What stands behind a path, or behind a descriptor that an ioctl made."""
+    """The device behind a path, or behind a descriptor that an ioctl made."""
 
     def ioctl(self, request: int, data: bytes) -> tuple[bytes, Device | None]:
         """Answer one ioctl: the changed argument, and a device for a descriptor that the
@@ -130,7 +130,7 @@ class SyscallTrap:
         self._folder.cleanup()
 
     def _write_executable(self, ioctl_types: tuple[int, ...]) -> str:
-        """A stand-in for the Python interpreter that puts the filter on first."""
+        """A replacement for the Python interpreter that puts the filter on first."""
         path = Path(self._folder.name) / "python"
         types = ",".join(str(kind) for kind in ioctl_types)
         write_whole(
@@ -220,7 +220,7 @@ class _Supervisor:
             memory.write(address, answer)
 
     def _give(self, number: int, pid: int, device: Device | PointingDevice) -> int:
-        """Open a descriptor in the child that stands for the device."""
+        """Open a descriptor in the child that represents the device."""
         given = self._install(number, os.open(os.devnull, os.O_RDWR))
         self._open[pid, given] = device
         return given

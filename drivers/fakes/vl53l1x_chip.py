@@ -1,4 +1,4 @@
-"""A VL53L1X at register level, driven by a clock: what stands below smbus2 and an XSHUT pin.
+"""A VL53L1X at register level, driven by a clock: the part below smbus2 and an XSHUT pin.
 
 Models: boot after XSHUT (not acknowledging), the address register, 0x29 and reset values after
 a brown-out, grouped-parameter hold, timed and single ranging at max(range time from the timeout
@@ -121,7 +121,7 @@ class RegisterFile:
 class Vl53l1xChip:
     """One chip. The bus calls `answers`, `write` and `read`; the pin calls `set_xshut`.
 
-    `noise` is in effect at nominal light. `oscillator_error` is how much slower than it believes
+    `noise` applies at nominal light. `oscillator_error` is how much slower than nominal
     the chip's clock runs (0.01: everything takes 1 % longer).
     """
 

@@ -1,1 +1,1 @@
-"""Ranging sensors: the contract, the VL53L1X driver, gating, and the bank of three."""
+"""Distance sensors: the contract, the VL53L1X driver, gating, and the bank of three."""

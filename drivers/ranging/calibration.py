@@ -1,4 +1,4 @@
-"""Offset of one ranging sensor from readings at a known distance."""
+"""Offset of one distance sensor from readings at a known distance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads one ranging sensor: new samples only, with time, gate and offset; and how it fares.
+"""Reads one distance sensor: new samples only, with time, gate and offset; and how it fares.
 
 When a sample was taken is known as best as a polling driver can know it. A sensor ranges at its own
 pace. What is certain: a new sample became ready between the last poll that did not show it and the
@@ -74,7 +74,7 @@ class SampleTimes:
         self._earliest_ns = max(self._earliest_ns + samples * self._shortest_ns, after_ns)
         self._latest_ns = min(self._latest_ns + samples * self._longest_ns, before_ns)
         if self._earliest_ns > self._latest_ns:
-            self._believe_polls(after_ns, before_ns)
+            self._follow_polls(after_ns, before_ns)
         expected_ns = self._ready_ns + samples * self._period_ns
         self._ready_ns = min(max(expected_ns, self._earliest_ns), self._latest_ns)
         self._learn_period()
@@ -97,8 +97,8 @@ class SampleTimes:
         self._shortest_ns = (1.0 - LARGEST_PERIOD_ERROR) * self._nominal_ns
         self._longest_ns = (1.0 + LARGEST_PERIOD_ERROR) * self._nominal_ns
 
-    def _believe_polls(self, after_ns: int, before_ns: int) -> None:
-        """What was believed contradicts the polls: the period changed, or a count was wrong."""
+    def _follow_polls(self, after_ns: int, before_ns: int) -> None:
+        """The polls contradict the estimate: the period changed, or a count was wrong."""
         self._anchor(float(after_ns), float(before_ns))
         self._forget_period()
 
@@ -222,7 +222,7 @@ class SampleReader:
         self._times.started(now_ns)
         self._gatekeeper.forget()
         self.trouble = ""
-        # Sample 0 cannot be told from the count 0 that stood there before: it is not reported.
+        # Sample 0 has the stream count 0 of the sample before the start: it is not reported.
         self._last_count = self._faults_in_a_row = 0
         self._started_ns = self._changed_ns = self._absent_ns = self._asked_ns = now_ns
 

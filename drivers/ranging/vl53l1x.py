@@ -66,7 +66,7 @@ FIRST_OF_WRAP = 128
 def samples_between(last: int, now: int) -> int:
     """How many samples a stream count has advanced: it runs 0 to 255, then 128 to 255 for ever.
 
-    Advances by 128 or more cannot be told apart; a count that fell below 128 started anew.
+    Advances by 128 or more cannot be distinguished; a count that fell below 128 started anew.
     """
     if now >= last:
         return now - last
@@ -92,7 +92,7 @@ class Vl53l1x:
 
     @property
     def address(self) -> int:
-        """Where it is spoken to now."""
+        """Its current I2C address."""
         return self._chip.address
 
     def was_reset(self) -> None:

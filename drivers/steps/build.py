@@ -89,7 +89,7 @@ def release_drives(
     """Claim the outputs at their safe levels and let them go; returns what was done.
 
     For when nobody has them any more: the process that had them must have ended. hold: ENA
-    stays as it is. gpio: a stand-in for lgpio. Raises PulseFault when a line cannot be had.
+    stays as it is. gpio: a substitute for lgpio. Raises PulseFault when a line cannot be had.
     """
     # Inputs are left alone: a line that cannot be read must not keep one from being released.
     pins = lgpio_pins(settings, inputs, switches)._replace(estop=None, alarms=[])

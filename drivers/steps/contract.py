@@ -65,7 +65,7 @@ class OutputStatus:
     slip_ns: int
     """How far the schedule was pushed back by late pulses so far."""
     reason: str = ""
-    """Why the output stopped: 'e-stop', 'alarm motor2', 'no heartbeat', or as `stop` was told."""
+    """Why the output stopped: 'e-stop', 'alarm motor2', 'no heartbeat', or the reason of `stop`."""
     energised: bool = False
     """Whether the drives hold the arms; a stop or its acknowledgement does not release them."""
     lost: bool = False

@@ -38,7 +38,7 @@ def header_chip(gpio: Any, number: int | None) -> tuple[int, int]:
     """Open the chip behind the header: lgpio's handle, and the number of its device.
 
     number: of the chip, where the robot file names one; None finds it by its label. gpio: lgpio
-    or a stand-in. Raises PulseFault, with the device, when no chip can be used as the header.
+    or a substitute. Raises PulseFault, with the device, when no chip can be used as the header.
     """
     refused = []
     for candidate in CHIPS if number is None else [number]:
@@ -212,5 +212,5 @@ def _library() -> ModuleType:
 
 
 def of_config(config: dict[str, Any]) -> LgpioLines:
-    """The lines at the pins that the pulse process was told."""
+    """The lines at the configured pins of the pulse process."""
     return LgpioLines(LgpioPins(*config["pins"]))

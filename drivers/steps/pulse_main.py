@@ -110,7 +110,7 @@ def watch_controller(words: memoryview, controller: int) -> None:
         signal.signal(terminal, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, on_signal)
     die_with_parent(signal.SIGTERM)
-    on_signal()  # it may have ended before we asked to be told
+    on_signal()  # it may have ended before we asked to be notified
 
 
 def remove_folder() -> None:
@@ -123,7 +123,7 @@ def remove_folder() -> None:
 
 
 def run(player: PulsePlayer, words: memoryview) -> None:
-    """Serve and play until told to close."""
+    """Serve and play until asked to close."""
     while not words[b.CLOSE]:
         for wake_ns in player.play():
             if player.near_edge:
@@ -136,7 +136,7 @@ def run(player: PulsePlayer, words: memoryview) -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """Exit status 0 when told to end, 1 when the lines failed (the board says how)."""
+    """Exit status 0 when asked to end, 1 when the lines failed (the board says how)."""
     config = json.loads(arguments[0])
     board = b.Board(mmap(config["board"], b.BOARD_BYTES))
     words = board.words

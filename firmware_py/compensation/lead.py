@@ -1,11 +1,11 @@
 """Steps of a drive that follows late, made early enough that the arm is there in time.
 
-A drive with a dead time d and a lag T does x at t when it is told u(t) = x(t + d) + T x'(t + d).
+A drive with a dead time d and a lag T does x at t when commanded u(t) = x(t + d) + T x'(t + d).
 The counts of the plan are smoothed over a part of T to have a speed at all (a triangle, so that
 single steps do not show), and where the speed of the plan jumps by v so much that the motor can
 follow: T v of way within an acceleration a need sqrt(T v / a) to either side. The path is known
 before it is driven: nothing has to be guessed, all drives only start a little later. No drive is
-told more than `MOST_LEAD_S` early.
+commanded more than `MOST_LEAD_S` early.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ NOTHING = np.empty(0, dtype=np.int64)
 
 
 def lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
-    """Dead times and lags of the drives as believed, both (3,) [s], bounded."""
+    """Dead times and lags of the drives in the robot file, both (3,) [s], bounded."""
     dead, lag = np.zeros(MOTORS), np.zeros(MOTORS)
     ahead = compensated(Compensated.AHEAD)
     for active in of_entries(entry for entry in robot.effects if entry.effect in ahead):

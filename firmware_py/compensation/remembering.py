@@ -1,6 +1,6 @@
 """What to command so that arms with play, and arms that grow, go where they are meant to.
 
-The believed chain is turned round by repetition: simulate the commands, add what is missing to
+The accepted chain is inverted by iteration: simulate the commands, add what is missing to
 each, again (iterative learning, Arimoto 1984, with the model in place of the plant). For play this
 moves the command across the gap within a part of the way that falls with the number of rounds,
 beginning at the reversal; so there is no jump, and speed and acceleration limits are kept by the

@@ -57,7 +57,7 @@ def knot_s(robot: RobotFile, t_s: FloatArray, angle_rad: FloatArray, place_m: Fl
         turns, moves = _smooth(angles, boxes), _smooth(places, boxes)
         told = turns[1:-1] + np.diff(turns, 2, axis=0) / LOOKED_S**2 / stiffness
         away_m = np.linalg.norm(np.diff(moves, 2, axis=0), axis=1) / LOOKED_S**2 / stiffness
-        # Drives that follow late are told more than where to be.
+        # Commands to drives that follow late contain more than positions.
         told = told[1:] + late_s * np.diff(told, axis=0) / LOOKED_S
         speed = np.abs(np.diff(told, axis=0)).max(initial=0.0) / LOOKED_S
         change = np.abs(np.diff(told, 2, axis=0)).max(initial=0.0) / LOOKED_S**2

@@ -27,7 +27,7 @@ from deltactl.firmware_py.planning.prepared import (
 )
 from deltactl.firmware_py.robot_file import RobotFile, check_said
 from deltactl.firmware_py.simulation.sensors import simulated_sensors, with_seed
-from deltactl.firmware_py.simulation.world import Concealed, SimulatedRobot, nothing_apart
+from deltactl.firmware_py.simulation.world import HiddenEffects, SimulatedRobot, nothing_apart
 from deltactl.foundation.clock import Clock, RealClock, VirtualClock
 from deltactl.foundation.errors import ConfigError
 
@@ -46,7 +46,7 @@ def build_controller(
 ) -> Controller:
     """A controller, switched off. `realtime` and `seed` (of the noise) matter in simulation only.
 
-    as_built: a file apart that says what the simulated robot is really like (`Concealed`).
+    as_built: a separate file that describes the simulated robot (`HiddenEffects`).
 
     prepare: who reads and plans jobs; read: who reads robot files from now on; files: what was read
     before, for one job: its robot file, the job and its network are not read again.
@@ -86,7 +86,7 @@ def _load_ahead() -> None:
 def simulated_machine(robot: RobotFile, realtime: bool, as_built: Path | None = None) -> Machine:
     """The fakes with the simulated robot behind them. Raises ConfigError."""
     clock: Clock = RealClock() if realtime else VirtualClock()
-    apart = nothing_apart if as_built is None else Concealed(as_built).effects
+    apart = nothing_apart if as_built is None else HiddenEffects(as_built).effects
     if robot.drive.kind == "servo":
         if as_built is not None:
             raise ConfigError(f"{as_built}: only for steppers; a servo robot has as_built.servo")

@@ -28,7 +28,7 @@ class Claim:
         """`detach`: once it is accepted, it outlives its owner. No owner: as the process does."""
         self.owner = owner
         self.number = 0
-        """Of its job; 0 for a homing, and for a job before its check."""
+        """Number of its job; 0 for a homing, and for a job before its check."""
         self.name = ""
         self.turn = 0
         """The robot's turn (`Condition.turns`) in which it was accepted."""

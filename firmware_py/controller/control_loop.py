@@ -137,7 +137,7 @@ class ControlLoop:
             self._condition.go(Happening.ENDED, self._jobs.state())
 
     def _take_over(self, now_ns: int) -> None:
-        """Steps that feedback added made up for lost ones: the arms stand where the plan says."""
+        """Steps that feedback added replaced lost ones: the arms are where the plan says."""
         feedback, self._observer.feedback = self._observer.feedback, None
         if feedback is not None and feedback.offset.any():
             output = self._machine.output

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from deltactl.firmware_py.controller.belief import other_belief
+from deltactl.firmware_py.controller.accepted_file import other_accepted
 from deltactl.firmware_py.controller.claim import CLIENT_WENT, Claim, Owner
 from deltactl.firmware_py.controller.condition import Condition
 from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, Status
@@ -92,7 +92,7 @@ class Controller:
             self._observer.reading,
             lambda text: self.condition.note("sensor", text),
         )
-        self._belief = CalibratedInverse(robot)
+        self._calibrated = CalibratedInverse(robot)
         self._offs = 0
         """How often the drives were released."""
         self._file = FileInForce(robot_file, read, found=found)
@@ -115,9 +115,9 @@ class Controller:
             self.condition.require(Request.ON)
             turn = self.condition.turns
             if newer is not None and inverse is not None:
-                self._believe(newer.robot, newer, inverse)
+                self._accept(newer.robot, newer, inverse)
                 if self.machine.world is not None:
-                    self.machine.world.believed_anew(newer.robot, self.clock.now_ns())
+                    self.machine.world.accepted_anew(newer.robot, self.clock.now_ns())
         self.machine.sensors.start()
         self._energise(turn, "switch on")
         with self.condition.lock:
@@ -169,24 +169,24 @@ class Controller:
             return self._homing.home(lambda: self.robot, accept_unseen_deg, claim)
         # Read before the lock is taken: a wrong file may take a second or two.
         named = FileInForce(robot, self._read, NAMED)
-        other = other_belief(self.robot, named.robot, robot)
+        other = other_accepted(self.robot, named.robot, robot)
         inverse = CalibratedInverse(other)
 
-        def believed() -> RobotFile:
+        def accepted() -> RobotFile:
             self.condition.same(turn, "home")
-            self._believe(other, named, inverse)
+            self._accept(other, named, inverse)
             return other
 
-        return self._homing.home(believed, accept_unseen_deg, claim)
+        return self._homing.home(accepted, accept_unseen_deg, claim)
 
-    def _believe(self, robot: RobotFile, file: FileInForce, inverse: CalibratedInverse) -> None:
+    def _accept(self, robot: RobotFile, file: FileInForce, inverse: CalibratedInverse) -> None:
         """Another robot file is in force from now on; counts mean nothing until homed."""
         if self.jobs.queue:
             raise NotReady("cannot take another robot file: jobs wait; cancel them first")
         keep_text(file.text)
         self.robot, self._file, self._loop.robot = robot, file, robot
-        self._belief = inverse
-        self._observer.believe(robot)
+        self._calibrated = inverse
+        self._observer.accept(robot)
         self.condition.note("robot", f"{file.path} is in force")
 
     def submit(self, job: Path, record: Path | None = None, claim: Claim | None = None) -> int:
@@ -337,7 +337,7 @@ class Controller:
                 self._file.path.name,
                 str(self._file.path.absolute()),
             )
-            return snapshot(self.robot, self._belief, self.machine, running)
+            return snapshot(self.robot, self._calibrated, self.machine, running)
 
     def fatal(self) -> str:
         """Why only a new process can go on; empty while this one can."""
@@ -375,5 +375,5 @@ class Controller:
         return self.clock.start("control", self._loop.task(), self._on_loop_error)
 
     def _on_loop_error(self, error: BaseException) -> None:
-        """Of any loop."""
+        """Stop for the error of any loop."""
         self._emergency.loop_died(error)

@@ -11,7 +11,7 @@ import os
 import threading
 from pathlib import Path
 
-from deltactl.firmware_py.controller.belief import needs_restart
+from deltactl.firmware_py.controller.accepted_file import needs_restart
 from deltactl.firmware_py.file_access import FileAccess, stamp_of, without_quoting
 from deltactl.firmware_py.planning.prepared import ReadRobot, RobotRead, read_robot_here
 from deltactl.firmware_py.robot_file import RobotFile
@@ -22,7 +22,7 @@ from deltactl.foundation.strict_yaml import text_of
 GLANCE_S = 0.1
 """So long a status waits for what is said of a file that was written to just now."""
 NAMED = FileAccess(follow=False, quote=False)
-"""Of a file that a client named: no link leads to it, and no refusal says what stands in it."""
+"""How a file that a client named is read: through no link, and without quoting its contents."""
 
 KEPT = "robot-in-force.yaml"
 """In the daemon's own folder."""
@@ -76,7 +76,7 @@ class FileInForce:
         self._looking: threading.Thread | None = None
         self._turn = threading.Lock()
 
-    def changed(self, believed: RobotFile) -> str:
+    def changed(self, accepted: RobotFile) -> str:
         """In words with what to do, or empty. Reads the file again only when it was written to.
 
         The reading goes on beside whoever asks; until it has ended, that is what is said.
@@ -86,7 +86,7 @@ class FileInForce:
             if self._looking is None and stamp != self._stamp:
                 self._stamp = stamp
                 self._looking = threading.Thread(
-                    target=self._look, args=(believed,), name="robot-file", daemon=True
+                    target=self._look, args=(accepted,), name="robot-file", daemon=True
                 )
                 self._looking.start()
             looking = self._looking
@@ -97,7 +97,7 @@ class FileInForce:
                 return self._says
         return f"{self.path} was written to, and is being read"
 
-    def newer(self, believed: RobotFile) -> FileInForce | None:
+    def newer(self, accepted: RobotFile) -> FileInForce | None:
         """What the file says by now, where the robot may be switched on with it."""
         if stamp_of(self.path) == self._as_read:
             return None
@@ -107,22 +107,22 @@ class FileInForce:
             new = FileInForce(self.path, self._read, self._access)
         except DeltactlError:
             return None
-        return None if needs_restart(believed, new.robot) else new
+        return None if needs_restart(accepted, new.robot) else new
 
-    def _look(self, believed: RobotFile) -> None:
+    def _look(self, accepted: RobotFile) -> None:
         says = f"{self.path} has changed since it was read, and cannot be used"
         try:
-            says = self._difference(believed)
+            says = self._difference(accepted)
         except DeltactlError as error:
             says = f"{says}: {error}"
         finally:
             with self._turn:
                 self._says, self._looking = says, None
 
-    def _difference(self, believed: RobotFile) -> str:
+    def _difference(self, accepted: RobotFile) -> str:
         if self._is_same():
             return ""
-        section = needs_restart(believed, self._read(self.path, self._access).robot)
+        section = needs_restart(accepted, self._read(self.path, self._access).robot)
         says = f"{self.path} has changed since it was read"
         if section:
             return f"{says} ({section}, too); restart the daemon to use it"

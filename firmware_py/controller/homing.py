@@ -131,7 +131,7 @@ class Homing:
         self._condition = condition
         self._observer = observer
         self._claim: Claim | None = None
-        """Of the homing that is under way."""
+        """Claim of the homing in progress."""
         self._highest = [NOWHERE] * MOTORS
 
     def released(self) -> None:
@@ -156,11 +156,11 @@ class Homing:
             time.sleep(LOOK_AGAIN_S)
 
     def home(
-        self, believed: Callable[[], RobotFile], accept_unseen_deg: float, claim: Claim
+        self, accepted: Callable[[], RobotFile], accept_unseen_deg: float, claim: Claim
     ) -> HomeSeen:
         """UNHOMED or READY -> READY, blocking.
 
-        believed: the robot file that is in force, asked for once homing is known to be allowed.
+        accepted: the robot file that is in force, asked for once homing is known to be allowed.
         Raises NotReady when a stop or another request came meanwhile, and what `Homer` raises.
         """
         condition = self._condition
@@ -169,7 +169,7 @@ class Homing:
             claim.must_hold("home")
             if self._claim is not None:
                 raise NotReady("cannot home: another homing is about to end; ask again")
-            robot = believed()
+            robot = accepted()
             was_ready, turn = condition.state is State.READY, condition.turns
             self._claim = claim
             condition.go(Request.HOME)

@@ -30,9 +30,9 @@ class Observer:
         self._seen: tuple[StepLoss, int] | None = None
         """A loss that the feedback has not borne out yet, and until when it may."""
         self.feedback: Feedback | None = None
-        """Of the job that runs now, if it has one."""
+        """Feedback of the job that runs now, if it has one."""
 
-    def believe(self, robot: RobotFile) -> None:
+    def accept(self, robot: RobotFile) -> None:
         """Another robot file is in force; `restart` follows when the counters are set."""
         self.collect()
         self._watch = StepWatch(robot) if self._machine.servo is None else None
@@ -71,7 +71,7 @@ class Observer:
             self._watch.homed(self._machine.output.status().counts, now_ns, ranges_m)
 
     def reading(self, reading: Reading) -> None:
-        """A sample of a ranging sensor, from the ranging loop."""
+        """A sample of a distance sensor, from the ranging loop."""
         self._journal.reading(reading)
         self._sight.reading(reading)
         if self._watch is not None:
@@ -97,7 +97,7 @@ class Observer:
         return self._sight.says_of(axis, self._machine.clock.now_ns())
 
     def lost_steps(self, now_ns: int) -> StepLoss | None:
-        """Steps the sensors see to be lost, told once."""
+        """Steps that the sensors show to be lost, reported once."""
         loss = self._watch.look(now_ns) if self._watch is not None else None
         if loss is not None and self._watch is not None:
             self._watch.forgive()

@@ -39,13 +39,13 @@ class Running:
 
 
 def snapshot(
-    robot: RobotFile, belief: CalibratedInverse, machine: Machine, running: Running
+    robot: RobotFile, calibrated: CalibratedInverse, machine: Machine, running: Running
 ) -> Status:
-    """Everything a user may want to know now. belief: of the same robot."""
+    """Everything a user may want to know now. robot_file: of the same robot."""
     now_ns = machine.clock.now_ns()
     output = machine.output.status()
     angles_rad, position_m = (
-        counted_pose(output.counts, robot.drive.rad_per_step, belief.position_of_one_m)
+        counted_pose(output.counts, robot.drive.rad_per_step, calibrated.position_of_one_m)
         if running.state in TRUSTED
         else (None, None)
     )

@@ -52,10 +52,10 @@ class Happening(enum.Enum):
     BEGUN = "the next job begins"
     ENDED = "a job ends, or is refused by its check"
     WAITS = "a job comes to a pause of its own"
-    GONE = "a client goes whose job or homing is under way"
+    GONE = "a client with a job or homing disconnects"
     PUSHED = "an arm moves at rest"
     ESTOP = "the e-stop is pressed"
-    FAULT = "a fault is seen"
+    FAULT = "a fault is detected"
 
 
 Event = Request | Happening
@@ -79,7 +79,7 @@ class Moves(enum.Enum):
     HOMING = "the homing"
     LAST_OF_HOMING = "the homing, for 0.1 s at most"
     JOBS = "accepted jobs"
-    SLOWING = "the job that runs, until it has slowed down to a standstill"
+    SLOWING = "the running job, until it has stopped"
 
 
 LAST_OF_HOMING_S: Final = 0.1

@@ -1,7 +1,7 @@
 """The search for home switches: each arm in turn rises until its own closes, then all approach.
 
-An arm moves a little and stands still before anybody looks, so that what is read belongs to one
-place. A reading that says something new is confirmed by `VOTES` more while the arm stands still:
+An arm moves a little and rests before its switch is read, so that a reading belongs to one
+place. A reading that says something new is confirmed by `VOTES` more while the arm rests:
 one false reading is outvoted, and a switch whose readings disagree too much is named.
 
 Each arm finds its switch quickly, backs off, approaches slowly and backs off again; then all
@@ -39,7 +39,7 @@ SLOWER = 5
 MARGIN_RAD = math.radians(5.0)
 """An arm that began below its switch is never moved further than this past its limits."""
 VOTES, VOTE_S = 9, 0.002
-"""Readings while an arm stands still: longer than contacts bounce, shorter than a patient wait."""
+"""Readings while an arm rests: longer than contacts bounce, shorter than a patient wait."""
 STRAY = 1
 """So many votes may differ from the others."""
 ROUNDS = 5
@@ -47,7 +47,7 @@ ROUNDS = 5
 
 
 class Contact(enum.Enum):
-    """What a switch says while its arm stands still."""
+    """Reading of a switch while its arm rests."""
 
     OPEN = "open"
     CLOSED = "closed"
@@ -84,7 +84,7 @@ class SwitchSearch:
 
     @property
     def _tolerance_steps(self) -> int:
-        """Of the tolerance, and of two slow moves where steps are coarse."""
+        """Steps of the tolerance, or of two slow moves where steps are coarse."""
         return max(int(self._tolerance_rad / self._step_rad), 2 * self._slow_steps)
 
     def find(self) -> None:
@@ -110,7 +110,7 @@ class SwitchSearch:
         for motor in range(MOTORS):
             if self._contact(motor) is Contact.OPEN:
                 self._refuse(
-                    f"the switch of arm {motor + 1} opened again while the arm should stand still:"
+                    f"the switch of arm {motor + 1} opened again while the arm should rest:"
                     " the arm sinks, or its drive loses steps; look at its drive and home again"
                 )
 
@@ -252,7 +252,7 @@ class SwitchSearch:
         return self._machine.home_switches[motor]() and self._contact(motor) is not Contact.OPEN
 
     def _contact(self, motor: int) -> Contact:
-        """By vote, while the arm stands still."""
+        """Reading by vote, while the arm rests."""
         pressed, clock = self._machine.home_switches[motor], self._machine.clock
         for _ in range(ROUNDS):
             closed = 0
@@ -266,7 +266,7 @@ class SwitchSearch:
         return Contact.UNSURE
 
     def _look_around(self, motor: int) -> None:
-        """The switches of the arms that stand still must not change, nor what the sensors see."""
+        """The switches of resting arms must not change, nor the ranges."""
         for other in range(MOTORS):
             if other == motor:
                 continue

@@ -19,7 +19,7 @@ _UCRED = struct.Struct("3I")
 
 
 def daemon_socket(given: Path | None = None) -> Path:
-    """Where a daemon listens: as told, in the unit's runtime directory, or in the developer's."""
+    """Where a daemon listens: as given, in the unit's runtime directory, or in the developer's."""
     if given is not None:
         return given
     folder = os.environ.get("RUNTIME_DIRECTORY", "").split(":")[0]
@@ -27,7 +27,7 @@ def daemon_socket(given: Path | None = None) -> Path:
 
 
 def client_sockets(given: Path | None = None) -> tuple[Path, ...]:
-    """Where a client looks, in order: as told, DELTACTL_SOCKET, own daemon, the service."""
+    """Where a client looks, in order: as given, DELTACTL_SOCKET, own daemon, the service."""
     if given is None and (named := os.environ.get("DELTACTL_SOCKET")):
         given = Path(named)
     if given is not None:

@@ -79,7 +79,7 @@ class Client:
             return _home_seen(self._ask("home", robot_text=text, name=robot.name, **extra))
 
     def home_by_text(self, text: str, name: str) -> HomeSeen:
-        """Home by another robot file that is no file; `name` stands for it in messages."""
+        """Home by another robot file that is no file; `name` is its name in messages."""
         return _home_seen(self._ask("home", robot_text=text, name=name))
 
     def submit(self, job: Path, record: Path | None = None, detach: bool = False) -> int:
@@ -99,7 +99,7 @@ class Client:
             return self._submitted(job_text=text, name=str(job), **extra)
 
     def submit_text(self, text: str, name: str) -> int:
-        """Check and queue a job that is no file; `name` stands for it in messages."""
+        """Check and queue a job that is no file; `name` is its name in messages."""
         return self._submitted(job_text=text, name=name)
 
     def _submitted(self, **arguments: object) -> int:
@@ -191,7 +191,7 @@ def _home_seen(answer: Message) -> HomeSeen:
 
 
 def _text_of(file: Path) -> str | None:
-    """What stands in the file, if we can read it."""
+    """The text of the file, if we can read it."""
     try:
         return file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):

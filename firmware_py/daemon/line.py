@@ -52,7 +52,7 @@ class Line:
         while True:
             answer = self.receive(deadline_s)
             if answer.get("id") not in (self._last_id, None) or "ok" not in answer:
-                continue  # of a request that was given up, or of a stream
+                continue  # the answer to a request that was given up, or part of a stream
             if answer["ok"] is True:
                 return answer
             raise wire_errors.as_exception(answer.get("error"))

@@ -22,7 +22,7 @@ from deltactl.foundation.printable import printable
 from deltactl.recording.writing.retention import RecordingKeeper
 
 SETTLE_S = 5.0
-"""How long a job may take to decelerate when the daemon is told to end."""
+"""How long a job may take to decelerate when the daemon is asked to end."""
 SETTLE_LOOK_S = 0.1
 SWITCH_S = 0.001
 """How long one thread may keep the interpreter from the control loop (Python's own: 5 ms)."""
@@ -166,6 +166,6 @@ def _set_up_logging() -> None:
 
 
 def _write_out(record: logging.LogRecord) -> bool:
-    """One entry is one line, whatever names stand in it (a traceback is ours, and follows it)."""
+    """One entry is one line, whatever names it contains (a traceback is ours, and follows it)."""
     record.msg, record.args = printable(record.getMessage()), None
     return True

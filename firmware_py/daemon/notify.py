@@ -120,12 +120,12 @@ class Notifier:
             self._socket.sendto(text.encode(), self._address)
         except OSError as error:
             if not self._lost:
-                _log.warning("the service manager was not told %s: %s", text, error)
+                _log.warning("the service manager did not get %s: %s", text, error)
             self._lost = True
         else:
             self._lost = False
 
 
 def _socket_name(address: str) -> str:
-    """`@name` stands for an abstract socket, as in sd_notify(3)."""
+    """`@name` means an abstract socket, as in sd_notify(3)."""
     return "\0" + address[1:] if address.startswith("@") else address

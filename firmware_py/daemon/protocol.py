@@ -74,7 +74,7 @@ SLOW: Final = frozenset({"on", "home", "run", "acknowledge"})
 """These wait for hardware or check a whole path; they are carried out one after another."""
 
 MOVING: Final = frozenset({"home", "run"})
-"""Of these, what a `cancel` calls off."""
+"""Those that a `cancel` calls off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,12 +99,12 @@ class BadRequest(Exception):
 
     @property
     def answer(self) -> Message:
-        """What the client is told."""
+        """The refusal that the client receives."""
         return refusal(self.id, {"kind": ServiceError.__name__, "message": str(self)})
 
 
 def parse(line: bytes | None) -> Request:
-    """Check one line; None stands for one that was too long. Raises BadRequest."""
+    """Check one line; None is a line that was too long. Raises BadRequest."""
     if line is None:
         raise BadRequest(f"a request may have {MAX_LINE_BYTES // 1024} kB at most; send a path")
     try:

@@ -41,14 +41,14 @@ _RATIO = re.compile(r"([.\d]+) ?: ?([.\d]+)")
 _BOTH = re.compile(r"([1-9]\d{0,5}) ?[x*×] ?([1-9]\d{0,3})", re.IGNORECASE)
 """Full steps of a turn, and the microsteps of each: 200x16."""
 TIN_CAN_STEPS = 32
-"""Of the motor in a 28BYJ-48, before its gear of 63.68:1."""
+"""Full steps of the motor in a 28BYJ-48, before its gear of 63.68:1."""
 
 
 def too_few_pulses(pulses: float) -> str:
     """What is said of pulses for one turn that can only be microsteps of one full step."""
     return (
-        f"{pulses:g} microsteps a full step? Of a motor with {USUAL_STEPS:g} steps a turn that is"
-        f" --microsteps-per-rev {USUAL_STEPS * pulses:g}. Of a motor with fewer, write both: a"
+        f"{pulses:g} microsteps a full step? For a motor with {USUAL_STEPS:g} steps a turn write"
+        f" --microsteps-per-rev {USUAL_STEPS * pulses:g}. For a motor with fewer, write both: a"
         f" 28BYJ-48 has {TIN_CAN_STEPS}, in half steps --microsteps-per-rev {TIN_CAN_STEPS}x2"
         " --gear-ratio 63.68"
     )

@@ -86,7 +86,7 @@ DELTA: tuple[Question, ...] = (
     GEAR_OF_ARM,
     Question(
         "sensors",
-        "Ranging sensors that see the platform: three along x, y and z (xyz), or none?",
+        "Distance sensors that see the platform: three along x, y and z (xyz), or none?",
         "xyz",
         ("xyz", "none"),
     ),
@@ -114,7 +114,7 @@ WIRING: tuple[Question, ...] = (
 
 ZERO = Question(
     "zero",
-    "Should the reading be 0 where the command is 0? absolute: yes (told to go to 30, it should"
+    "Should the reading be 0 where the command is 0? absolute: yes (commanded to 30, it should"
     " read 30; also where one was set equal to the other once, at the start or at home); arbitrary:"
     " no (an encoder that begins anywhere, and reads 217 there)",
     "absolute", ("absolute", "arbitrary"), unless=(("recorded", "effort"),),
@@ -149,7 +149,7 @@ SERVO_AXIS: tuple[Question, ...] = (
     Question(
         "hanging_nm",
         "Torque that holds a weight on the axis level, N m (kg * 9.81 * metres from the axis);"
-        " 0: none hangs there, or the axis stands upright; unknown: if you do not know",
+        " 0: none hangs there, or the axis is upright; unknown: if you do not know",
         UNKNOWN,
         unless=(("motion", "linear"),),
         only=TURNS,

@@ -31,7 +31,7 @@ def robot_text(kind: str, answers: Answers, wired: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
-ZERO = "# absolute: told 30, it should read 30; arbitrary: it may read 217, always as far off"
+ZERO = "# absolute: at a command of 30 it reads 30; arbitrary: it may read 217, always as far off"
 NO_WIRING = [
     "",
     "# No pins, limits or homing are said: this file runs simulated, not on hardware.",
@@ -57,7 +57,7 @@ def _delta(answers: Answers) -> list[str]:
 
 NO_SENSORS = [
     "",
-    "# No ranging sensors: only you can see whether an arm is off at home, so homing asks for",
+    "# No distance sensors: only you can see whether an arm is off at home, so homing asks for",
     "# --accept-unseen on the real robot.",
 ]
 
@@ -66,7 +66,7 @@ def _sensors(below_m: float) -> list[str]:
     beside, above = _number(round(below_m, 3)), _number(round(1.2 * below_m, 3))
     return [
         "",
-        "# Three ranging sensors; delete this section if there are none. One reports",
+        "# Three distance sensors; delete this section if there are none. One reports",
         "# offset + axis . p, with p the platform's position. The offsets are a guess; 'deltactl",
         "# sensors --calibrate z=0.412' says what they are.",
         "sensors:",
@@ -237,4 +237,4 @@ def _zero(recording: FlatRecording) -> tuple[Answers, list[str]]:
     apart = float(np.nanmedian(position - command))
     width = float(np.nanmax(command) - np.nanmin(command))
     zero = "absolute" if abs(apart) < 0.25 * width else "arbitrary"
-    return {"zero": zero}, [f"zero: {zero} (readings stand {apart:.3g} from the commands)"]
+    return {"zero": zero}, [f"zero: {zero} (readings are {apart:.3g} from the commands)"]

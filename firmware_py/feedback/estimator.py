@@ -5,7 +5,7 @@ speed at which it was meant to change, and L by how much the readings are late [
 squares run beside each other: a fast one over the last second, and a slow one that remembers for a
 minute. The slow one is precise, the fast one sees a jump; where they disagree beyond doubt for
 more than a second, the slow one begins anew from the fast one. Residuals are weighed by Huber's
-rule, so that outliers do not count for much. The errors are told with their covariance.
+rule, so that outliers do not count for much. The errors are reported with their covariance.
 
 Since what is expected is worked out from the edges really sent, corrections are expected too: the
 estimate does not depend on them, and there is no loop that could be unstable.
@@ -27,7 +27,7 @@ BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 FAST_S = 1.0
 SLOW_S = 60.0
 JUMP_CHI2 = 30.0
-"""Of three numbers: chance has it larger once in a million looks."""
+"""Chi-square of three numbers that chance exceeds once in a million looks."""
 LOOKS_IN_A_ROW = 12
 """A tenth of a second each: the fast one then knows only what came after the jump."""
 LEAST_ROWS = 40
@@ -42,9 +42,9 @@ DOUBT_CHI2 = 16.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """Errors of the arms (3,) [rad], true less believed, and their covariance (3, 3).
+    """Errors of the arms (3,) [rad], true minus modelled, and their covariance (3, 3).
 
-    late_s: by how much readings seem late beyond what is believed. suspect: a sensor that explains
+    late_s: by how much readings seem late beyond the robot file. suspect: a sensor that explains
     what is seen as well as the arms do; empty when there is none.
     """
 

@@ -106,7 +106,7 @@ class Feedback:
             parts.append(f"feedback added {added} steps to the three motors")
         if self.suspect:
             parts.append(
-                f"sensor {self.suspect} could not be believed for a while: nothing was corrected"
+                f"sensor {self.suspect} contradicted the others for a while: nothing was corrected"
             )
         return "; ".join(parts)
 

@@ -71,7 +71,7 @@ class Expectation:
     """Knows the edges sent, and so where the arms should be when a sample was taken."""
 
     def __init__(self, robot: RobotFile):
-        self._belief = CalibratedInverse(robot)
+        self._calibrated = CalibratedInverse(robot)
         self._step_rad = robot.drive.rad_per_step
         self._sensors = robot.sensors
         self.reset((0, 0, 0), 0)
@@ -99,10 +99,10 @@ class Expectation:
         self._take_edges()
         t_ns = np.array([reading.t_ns for reading in readings])
         counts = self._counts_at(t_ns)
-        angles_rad = self._belief.achieved_rad(counts * self._step_rad)
+        angles_rad = self._calibrated.achieved_rad(counts * self._step_rad)
         turned_rad = (counts - self._counts_at(t_ns - ns(RATE_S))) * self._step_rad
         nudged = angles_rad[:, np.newaxis, :] + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
-        positions_m = self._belief.place_m(nudged)
+        positions_m = self._calibrated.place_m(nudged)
         axis = np.array([AXES.index(reading.axis) for reading in readings])
         ranges_m = np.einsum("nki,ni->nk", positions_m, self._sensors.axes[axis])
         slope_m = (ranges_m[:, 1:] - ranges_m[:, :1]) / NUDGE_RAD
@@ -117,7 +117,7 @@ class Expectation:
         if self._sensors is None:
             return None
         commanded_rad = np.array([counts], dtype=np.float64) * self._step_rad
-        expected_m = self._belief.position_m(commanded_rad)[0] @ self._sensors.axes.T
+        expected_m = self._calibrated.position_m(commanded_rad)[0] @ self._sensors.axes.T
         excess_m: FloatArray = ranges_m - self._sensors.offsets_m - expected_m
         return excess_m
 

@@ -15,11 +15,11 @@ class FeedbackSettings(RuledModel):
     least_m: Annotated[
         float, Field(ge=0.0002, le=0.1, description="metres; less is below what sensors can tell")
     ] = 0.0015
-    """Of an elbow's way: smaller errors are left alone."""
+    """Smallest error of an elbow's position that is corrected."""
     most_m: Annotated[
         float, Field(gt=0.0, le=0.1, description="metres; more is a case for homing, not feedback")
     ] = 0.02
-    """Of an elbow's way: no arm is ever moved further from its plan than this."""
+    """No elbow is ever moved further from its planned position than this."""
     steps_hz: Annotated[
         float, Field(gt=0.0, le=100.0, description="extra steps a second and motor; gently")
     ] = 50.0

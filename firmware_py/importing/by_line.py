@@ -201,7 +201,7 @@ def with_an_origin(
             raise
         try:
             origin = _origin_m(drawn, robot, zero_m, speed_mps, corner_m)
-        except MotionError:  # of the robot file itself
+        except MotionError:  # the robot file itself is wrong
             origin = None
         if origin is None:
             raise error.worded(f"{error}; {FORM}") from error

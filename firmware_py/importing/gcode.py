@@ -3,7 +3,7 @@
 Words of one line act together, whatever their order: settings first, then outputs, a wait, a move,
 and a stop last (NIST IR 6556, table 8). Coordinates are taken from an origin in the robot's frame.
 G0 runs at the job's speed, G1 to G3 at F. What means nothing to a delta is passed over and noted;
-what would change the path is refused. All mistakes of a file are told together.
+what would change the path is refused. All mistakes of a file are reported together.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ class _Reader:
         self._legs, self._lines = LegsGathered(), array("L")
         self._between: list[tuple[int, dict[str, Any]]] = []
         self._waits: list[tuple[int, dict[str, Any] | int, float]] = []
-        """Of G4 P: line, the step or the leg that waits, and P, whose unit the end of it shows."""
-        self._fraction = False  # also of a P that is left out: the file counts in seconds
+        """Waits by G4 P: line, the step or leg that waits, and P, whose unit its end shows."""
+        self._fraction = False  # also for a P that is left out: the file counts in seconds
         self._on, self._powered = dict[str, bool](), ""
         self._ended, self._behind, self._words = "", 0, False
         self._over: Counter[str] = Counter()

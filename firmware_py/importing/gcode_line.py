@@ -60,7 +60,7 @@ _PLAIN = re.compile(
     r"G0{0,2}([0-3])((?:[ \t]+[XYZIJRFE][-+]?(?:\d{1,9}(?:\.\d{0,15})?|\.\d{1,15}))+)[ \t]*",
     re.ASCII,
 )
-"""A move whose words stand apart: nothing in it can be meant otherwise."""
+"""A move whose words are separated: nothing in it can be meant otherwise."""
 _PLAIN_WORD = re.compile(r"([A-Z])(\S+)")
 _LETTER = re.compile(r"[A-Za-z]")
 

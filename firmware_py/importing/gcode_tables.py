@@ -40,7 +40,7 @@ GROUPS: dict[str, tuple[float, ...]] = {
     "ways to give centres": (90.1, 91.1),
     "units": (20.0, 21.0),
 }
-"""Of these a line may have one each (NIST IR 6556, table 4); beside a move G80 ends nothing, as
+"""A line may have one of each group (NIST IR 6556, table 4); beside a move G80 ends nothing, as
 Vectric's programs have it in their first line."""
 
 SILENT = frozenset({17.0, 40.0, 49.0, 54.0, 80.0, 90.1, 91.1, 94.0})

@@ -25,7 +25,7 @@ _LEADER = "\x00\x02\x03\x04\x11\x12\x13\x14\x1a\x7f \t\r\n\x0b\x0c"
 """What old controllers and serial lines put before and behind a program: NUL, start and end of
 text, XON and XOFF, Ctrl-Z, rub-out."""
 _BREAK = re.compile(r"\r*\n\r+(?!\n)|\r*\n|\r")
-"""Only CR and LF end a line: str.splitlines also breaks at bytes that stand in comments."""
+"""Only CR and LF end a line: str.splitlines also breaks at bytes that occur in comments."""
 
 
 def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -183,7 +183,7 @@ def _without_checksum(line: str) -> str:
 
 
 def _is_power(said: str, found: re.Match[str]) -> bool:
-    """Whether an E behind digits may be an exponent: only where words stand apart it cannot be
+    """Whether an E behind digits may be an exponent: only between separated words it cannot be
     a word, as one writes `G1X5E2` or `G1 X5 E2`."""
     if _POWER.match(said, found.start()) is None:
         return False

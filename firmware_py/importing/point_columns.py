@@ -104,7 +104,7 @@ def headings_of(form: TableFormat) -> tuple[str, ...]:
 
 HEADING = "x_mm,y_mm,z_mm,dwell_s\n"
 DIGITS = 9
-"""Of a coordinate in metres; as many as matter, in any unit."""
+"""Digits of a coordinate in metres; enough in any unit."""
 
 
 def add_point(path: Path, place_m: Point, dwell_s: float) -> None:

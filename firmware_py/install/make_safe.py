@@ -25,7 +25,7 @@ from deltactl.foundation.errors import DeltactlError
 def make_safe(robot: RobotFile, *, hold: bool = False, gpio: Any | None = None) -> str:
     """Claim the outputs at their safe levels and let them go; returns what was done.
 
-    Raises PulseFault when the chip or a line cannot be had. gpio: a stand-in for lgpio.
+    Raises PulseFault when the chip or a line cannot be had. gpio: a substitute for lgpio.
     """
     return release_drives(robot.steps, robot.inputs, robot.switches, hold=hold, gpio=gpio)
 

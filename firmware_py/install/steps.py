@@ -29,7 +29,7 @@ WANTED: Final[dict[str, str]] = {
 }
 """dtparam names and values (firmware documentation, overlays/README)."""
 
-MARK: Final = "# deltactl: the I2C bus of the ranging sensors"
+MARK: Final = "# deltactl: the I2C bus of the distance sensors"
 
 
 def boot_file(root: Path) -> Path | None:
@@ -81,7 +81,7 @@ def _settings(text: str) -> Iterator[tuple[str, str]]:
 
 
 PROGRAM = IMPORT_ROOT
-"""Of a working copy, the folder that holds the docs too."""
+"""Folder of the program; in a working copy it holds the docs too."""
 TEMPLATES = PACKAGE / "systemd"
 
 ANY_CHIP = "char-gpiochip"
@@ -117,7 +117,7 @@ def service_unit(robot: RobotFile, place: Place) -> str:
 
 
 def template(name: str) -> str:
-    """A file of `systemd/` as it stands."""
+    """A file of `systemd/`, unchanged."""
     return (TEMPLATES / name).read_text()
 
 
@@ -192,7 +192,7 @@ class Run:
 
 
 def text_of(path: Path) -> str | None:
-    """What stands in a file; None when there is none. Raises ServiceError."""
+    """Text of a file; None when there is none. Raises ServiceError."""
     try:
         return path.read_text()
     except FileNotFoundError:

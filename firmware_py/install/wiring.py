@@ -24,7 +24,7 @@ POWER_3V3: Final = (1, 17)
 GROUND: Final = (6, 9, 14, 20, 25, 30, 34, 39)
 
 I2C_GPIO: Final[dict[int, tuple[int, int]]] = {0: (0, 1), 1: (2, 3)}
-"""SDA and SCL of the buses that stand on the header by themselves; others need an overlay."""
+"""SDA and SCL of the buses that the header has without an overlay; others need an overlay."""
 
 PULLED_UP_AT_BOOT: Final = range(9)
 """GPIO 0 to 8 are pulled up until a program claims them, the others down (BCM2835 ARM

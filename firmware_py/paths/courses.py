@@ -38,7 +38,7 @@ class Courses:
         self.length_m = np.linalg.norm(self.end_m - self.begin_m, axis=1)
         arcs, pieces = np.flatnonzero(self.is_arc), np.flatnonzero(self.is_spline)
         self._of_kind = np.zeros(len(legs), dtype=np.int64)
-        """Of an arc, or a piece of a spline: its number among those."""
+        """For an arc, or a piece of a spline: its number among those."""
         self._of_kind[arcs] = np.arange(len(arcs))
         self._of_kind[pieces] = np.arange(len(pieces))
         self._arcs = _Arcs(self.begin_m[arcs], self.end_m[arcs], legs.rows(arcs))
@@ -79,7 +79,7 @@ class Courses:
     ) -> FloatArray:
         """Lengths run [m], (k, s), at which legs (k,) come near points (k, s, 3).
 
-        Between low_m and high_m, (k,). Of a helix, and an arc that grows, it is the place in the
+        Between low_m and high_m, (k,). For a helix and a growing arc it is the place in the
         same direction from the axis: the distance from there is no less than the smallest.
         """
         begin_m, along = self.begin_m[rows], self.headings(rows, np.zeros(len(rows)))

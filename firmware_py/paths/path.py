@@ -32,7 +32,7 @@ class Path:
     """One repeat of a path.
 
     targets: (n, 3), m or rad. dwell_s: (n,), time to wait there. rest: (n,), whether the
-    arms come to a stand there. way_back: (k, 3), targets between the last and the first one,
+    arms come to rest there. way_back: (k, 3), targets between the last and the first one,
     both left out, by which an open path returns to its start before it is repeated.
     """
 
@@ -44,7 +44,7 @@ class Path:
     speed_mps: FloatArray | None = None
     """Greatest speed on the way to each target, (n,); inf, and without it, the job's."""
     leg: Int64Array | None = None
-    """Of a way, the leg that leads to each target, (n,)."""
+    """In a way: the leg that leads to each target, (n,)."""
 
     def __len__(self) -> int:
         return len(self.targets)

@@ -1,7 +1,7 @@
 """Legs from point to point, straight, on arcs or on splines, with corners cut by no more than
 is allowed.
 
-At a corner that may not be cut, and at every dwell, the arms come to a stand. Legs that go on
+At a corner that may not be cut, and at every dwell, the arms come to rest. Legs that go on
 straight into each other (a spline always does) are passed without a stop.
 """
 
@@ -57,10 +57,10 @@ def way(start_m: FloatArray, legs: Legs, corner_m: float, spacing_m: float) -> P
     targets = np.concatenate(parts)
     rest, dwell_s = np.zeros(len(targets), dtype=np.bool_), np.zeros(len(targets))
     turns = np.concatenate([turn_rad > STRAIGHT_RAD, [True]])
-    stands = np.flatnonzero((away_m <= 0.0) & (turns | (legs.dwell_s > 0.0)))
+    resting = np.flatnonzero((away_m <= 0.0) & (turns | (legs.dwell_s > 0.0)))
     ends = np.cumsum(sizes.ravel())[::2]  # target 0 is where the way begins
-    rest[0], rest[ends[stands]] = True, True
-    dwell_s[ends[stands]] = legs.dwell_s[stands]
+    rest[0], rest[ends[resting]] = True, True
+    dwell_s[ends[resting]] = legs.dwell_s[resting]
     slowest_mps = np.minimum(legs.speed_mps, np.append(legs.speed_mps[1:], math.inf))
     speeds_mps = np.stack([legs.speed_mps, slowest_mps], axis=1).ravel()
     return Path(

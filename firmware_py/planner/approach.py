@@ -8,7 +8,7 @@ they still determine the platform; a parallel one is not. Moving one arm after a
 passes the first kind only, with the parallel margin never below 0.43.
 
 A straight way is planned when the move begins, because only then is it known where the arms are.
-Where they stand outside the robot's limits, as against their stops after homing, no line in space
+If they are outside the robot's limits, as at their stops after homing, no straight line
 leads out: they go as to the start of any path, the platform no faster than asked either.
 """
 
@@ -115,7 +115,7 @@ def find_way(robot: RobotFile, start_rad: FloatArray, goal_rad: FloatArray) -> F
     ends = reach.poses(linkage, np.stack([start_rad, goal_rad]))
     if ends.parallel[0] < 0.0:
         raise UnreachablePoint(
-            f"the arms stand at {_degrees(start_rad)} deg, where the linkage of '{robot.name}'"
+            f"the arms are at {_degrees(start_rad)} deg, where the linkage of '{robot.name}'"
             " cannot be assembled; check homing.angle_deg and the lengths in the robot file"
         )
     limit = robot.limits.singularity_margin
@@ -171,7 +171,7 @@ def _degrees(angles_rad: FloatArray) -> str:
 
 
 SPACING_M = 0.001
-"""Of targets on the line. The arms' cubics between them stray from it by less than a micrometre."""
+"""Spacing of targets on the line; the arms' cubics stray from it by less than a micrometre."""
 HERE_M = 1e-6
 """Nearer than this the platform is there already."""
 

@@ -32,7 +32,7 @@ FEWEST_PIECES = 64
 """Pieces from one rest to the next: the speed is free only between pieces."""
 
 NEAREST = 1e-6
-"""Of the usual distance of targets; those at one place still take a moment."""
+"""Part of the usual target spacing; targets at one place still take a moment."""
 
 LONGEST_STEPS = 8.0
 """Steps an arm makes in one piece, so that limits are kept closely on coarse paths too."""
@@ -154,14 +154,14 @@ FASTEST = 1e12
 
 def squared_rates(
     curve: Curve,
-    stands: BoolArray,
+    rests: BoolArray,
     top_rate: FloatArray,
     speed_radps: float,
     acceleration_radps2: float,
 ) -> FloatArray:
     """x at the m + 1 ends of the pieces [1/s^2].
 
-    stands: (m + 1,), True where the speed must be zero. top_rate: (m,), highest du/dt of
+    rests: (m + 1,), True where the speed must be zero. top_rate: (m,), highest du/dt of
     each piece for other reasons (a platform speed).
     """
     first, second = curve.bounds()
@@ -170,7 +170,7 @@ def squared_rates(
         by_turning = (acceleration_radps2 / second).min(axis=1)
     piece = np.minimum(np.minimum(by_speed, by_turning), np.minimum(top_rate**2, FASTEST))
     cap = np.concatenate([piece[:1], np.minimum(piece[:-1], piece[1:]), piece[-1:]])
-    cap[stands] = 0.0
+    cap[rests] = 0.0
     grip = first / (2.0 * curve.width_u[:, None])
     total = second + grip
     with np.errstate(divide="ignore", invalid="ignore"):

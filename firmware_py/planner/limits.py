@@ -134,10 +134,10 @@ class PathLimits:
         """A broken network must not send the arms astray: geometry has to agree roughly."""
         if lap.space is Space.JOINT or not len(lap):
             return
-        believed = inverse(self._linkage, lap.targets)
-        for row in first_true(believed.status != Status.OK):
+        geometric = inverse(self._linkage, lap.targets)
+        for row in first_true(geometric.status != Status.OK):
             yield Problem(row, UnreachablePoint, "out of reach by the robot file's geometry")
-        apart = np.abs(lap.angles_rad - believed.angles_rad)
+        apart = np.abs(lap.angles_rad - geometric.angles_rad)
         bound_deg = self._limits.network_deg
         with np.errstate(invalid="ignore"):
             astray = (apart > np.deg2rad(bound_deg)).any(axis=1)

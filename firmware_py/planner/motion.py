@@ -3,7 +3,7 @@
 Steps of three motors, each with its own time, become ticks that can be played. Two rules: a motor's
 steps keep a gap (only a motor that turns round within it is held back), and steps of different
 motors that fall within the merge window become one tick at the time of the first, because two
-pulses a few microseconds apart cannot be told in time to any output. With a gap of a window or more
+pulses a few microseconds apart cannot be sent in time to any output. With a gap of a window or more
 a tick never holds two steps of one motor, and no step moves by more than a window.
 """
 
@@ -219,7 +219,7 @@ class Schedule(Protocol):
     peak_rate_hz: FloatArray
     """(3,), no motor's steps come faster."""
     gate_ns: tuple[int, int]
-    """What a `StepGate` for these steps must be told: merge window and gap of one motor."""
+    """What a `StepGate` for these steps must know: merge window and gap of one motor."""
 
     def play(self, first: int, last: int, start_ns: int, gate: StepGate) -> Iterator[Ticks]:
         """Ticks from target `first` to target `last`, the lap beginning at `start_ns`."""

@@ -78,7 +78,7 @@ class LeadStream:
         for chunk in planned:
             until_ns = max(until_ns, chunk.until_ns)
             yield from self._moved(chunk, waiting)
-        # The plan ends here: the arms stand, which is all that need be known.
+        # The plan ends here: the arms rest, and nothing more need be known.
         rest = Chunk(NO_TICKS, NOTHING_REACHED, until_ns + 3 * self.after_ns)
         yield from self._moved(rest, waiting)
 

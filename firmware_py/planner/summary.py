@@ -35,7 +35,7 @@ class CheckSummary:
     """Targets of one repeat."""
     repeats: int
     targets_in_all: int
-    """Of all repeats, as a run records them: one that begins where the last ended shares that."""
+    """Targets of all repeats; one that begins where the last ended shares its first target."""
     path_length_m: float
     """All repeats and the ways back between them."""
     duration_s: float
@@ -189,7 +189,7 @@ class Slower:
 
     @property
     def matters(self) -> bool:
-        """Whether it is slow enough to be told."""
+        """Whether it is slow enough to report."""
         return self.top_mps < REACHED * self.asked_mps or self.mean_share < HELD_BACK
 
     def says(self) -> str:
@@ -207,8 +207,8 @@ class Slower:
 
 
 def slower(plans: Iterable[Plan]) -> Slower | None:
-    """Of paths one after another the one that comes nearest to its speed; where that is reached, a
-    way that is slow on the whole. None where there is none, or no speed is asked for.
+    """Where a path is slower than asked: the one of several that comes nearest to its speed; if it
+    reaches it, a way that is slow on the whole. None without a speed, or where nothing is slow.
     """
     found = [held for plan in plans if (held := _fastest(plan)) is not None]
     best = max(found, key=lambda held: held.top_mps / held.asked_mps, default=None)

@@ -1,4 +1,4 @@
-"""Pausing on the path: the motion's own time runs slower and slower until it stands.
+"""Pausing on the path: the motion's own time runs slower and slower until it stops.
 
 Motion time is what the plan's chunks are in, run time is what passes outside (both from the
 motion's start). The rate between them is 1 while running, falls or rises evenly while

@@ -46,9 +46,9 @@ class CurveSchedule:
         self._last_rad = angles_rad[-1:]
         hop_m = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
         self._curve = curve_through(angles_rad, rest, limits.rad_per_step, hop_m)
-        stands = np.zeros(len(self._curve.width) + 1, dtype=np.bool_)
-        stands[self._curve.first_piece[rest]] = True
-        self._rates = np.sqrt(self._squared_rates(hop_m, stands, speed_mps, limits))
+        rests = np.zeros(len(self._curve.width) + 1, dtype=np.bool_)
+        rests[self._curve.first_piece[rest]] = True
+        self._rates = np.sqrt(self._squared_rates(hop_m, rests, speed_mps, limits))
         self._time(dwell_s)
         first, _ = self._curve.bounds()
         rate = np.maximum(self._rates[:-1], self._rates[1:])[:, None]
@@ -78,7 +78,7 @@ class CurveSchedule:
     def _squared_rates(
         self,
         hop_m: FloatArray,
-        stands: BoolArray,
+        rests: BoolArray,
         speed_mps: float | FloatArray,
         limits: MotorLimits,
     ) -> FloatArray:
@@ -86,7 +86,7 @@ class CurveSchedule:
             top_rate = (speed_mps / hop_m * self._curve.span)[self._curve.piece_of]
         return squared_rates(
             self._curve,
-            stands,
+            rests,
             top_rate,
             limits.planned_speed_radps,
             limits.planned_acceleration_radps2,

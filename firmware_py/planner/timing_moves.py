@@ -7,7 +7,7 @@ nearest to its limit. Everything is in closed form, so a survey of 100 000 moves
 All together (Zhao 2023): one tick every T_PWM. From one target to the next the motor with most
 steps makes one at every tick; the steps of the others are spread evenly (Bresenham's line). There
 are no ramps: the speed limit is the drives' start-stop rate, which the robot file gives as
-`limits.step_rate_hz`. A pulse stands for the period around it: a target is due half a period after
+`limits.step_rate_hz`. A pulse represents the period around it: a target is due half a period after
 the last pulse towards it. Pulses at the ends of their periods would keep arms late by half a period
 all along the path, as a hold does (half a step of the fastest motor, whatever the speed).
 """

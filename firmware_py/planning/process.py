@@ -155,7 +155,7 @@ class PlanningProcess:
             )
         if "kind" in answer:
             raise as_exception(answer)
-        nothing_shown = FileAccess(follow=False, quote=False)  # of the network, opened once more
+        nothing_shown = FileAccess(follow=False, quote=False)  # for the network, opened once more
         return unpack(worker.block(int(answer["bytes"])), robot, job_file, nothing_shown)
 
     def _too_long(self, job_file: Path) -> ConfigError:

@@ -55,7 +55,7 @@ class Coverage:
 def coverage_of(
     job_path: Path, robot_path: Path | None = None, files: FileAccess | None = None
 ) -> Coverage:
-    """Of a job file, on the robot it names or on another. Raises ConfigError, NetworkError.
+    """Coverage of a job file on its robot or another. Raises ConfigError, NetworkError.
 
     files: what was read before, and is not read again.
     """
@@ -123,7 +123,7 @@ def _network_warning(
     learned: tuple[EffectEntry, ...],
     robot_path: Path | None,
 ) -> str:
-    """Where a network and a robot file believe different things."""
+    """Where a network and a robot file have different effects."""
     missing = [entry for entry in known if entry not in learned]
     more = [entry for entry in learned if entry not in known]
     if not missing and not more:

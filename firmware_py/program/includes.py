@@ -230,7 +230,7 @@ def with_those_of_all(
 def _mistakes(
     path: Path, how: FileAccess, robot: RobotFile | None, seen: set[Path]
 ) -> Iterator[ConfigError]:
-    """Of a job, of what it includes and, of the outermost, of its robot; each file once."""
+    """Mistakes of a job, of its includes and, for the outermost, of its robot; each file once."""
     outermost = not seen
     seen.add(path.resolve())
     if not outermost:  # its mistakes are known already
@@ -242,14 +242,14 @@ def _mistakes(
         with without_quoting(path, how):
             document = how.document(path)
     except ConfigError:
-        return  # told already
+        return  # reported already
     data = document.data
     names = () if document.is_long else dict.fromkeys(_included(data.get("steps")))
     for name in islice(names, MOST_LOOKED_INTO):
         try:
             inner = find(name, path, listing=how.follow)
         except MissingFile:
-            continue  # told already, with its line
+            continue  # reported already, with its line
         if inner.resolve() not in seen and len(seen) < MOST_LOOKED_INTO:
             yield from _mistakes(inner, how.named, robot, seen)
     if outermost and robot is None and how.named.quote and isinstance(data.get("robot"), str):

@@ -1,6 +1,6 @@
 """A checked job as instructions: moves with their plans, outputs, waits, and what is repeated.
 
-A job with one path is a program of one move. Between two moves the arms stand; the way from the
+A job with one path is a program of one move. Between two moves the arms rest; the way from the
 end of one to the beginning of the next is looked for, and checked, before anything moves.
 """
 
@@ -35,14 +35,14 @@ class SetOutputs:
 
 @dataclass(frozen=True, slots=True)
 class Wait:
-    """Stand for so long."""
+    """Rest for so long."""
 
     seconds: float
 
 
 @dataclass(frozen=True, slots=True)
 class WaitFor:
-    """Stand until an input is as asked; give up after `within_s`."""
+    """Rest until an input is as asked; give up after `within_s`."""
 
     input: str
     is_on: bool
@@ -55,7 +55,7 @@ class WaitFor:
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """Stand until somebody says `resume`."""
+    """Rest until somebody sends `resume`."""
 
     why: str
 
@@ -116,7 +116,7 @@ def _plans(block: Block) -> Iterator[Plan]:
 
 
 Visit = Callable[[Leaf, Counts, int], None]
-"""Told of each instruction: where the arms are before it, and how often it comes so."""
+"""Called for each instruction: the arms before it, and how often it comes in this state."""
 
 
 def visit(block: Block, counts: Counts, tell: Visit, times: int = 1) -> Counts:

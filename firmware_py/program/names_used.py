@@ -1,6 +1,6 @@
 """Other files, outputs and inputs that a job names and that are not there, before it is read on.
 
-So that they are told beside its other mistakes, each with file and line.
+They are reported beside the job's other mistakes, each with file and line.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ def wrong_names(
 
 
 def _robot_of(document: Document, how: FileAccess) -> RobotFile | None:
-    """The robot that a job names; None where its file has mistakes of its own, told later.
+    """The robot that a job names; None where its file has mistakes of its own, reported later.
 
-    So too where nobody may be told what stands in that file.
+    So too where nobody may see the contents of that file.
     """
     named = document.data.get("robot")
     if not isinstance(named, str) or not how.quote:

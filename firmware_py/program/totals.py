@@ -59,7 +59,7 @@ class Totals:
 
 
 def totals(program: Program, from_counts: Counts) -> Totals:
-    """Of a program run from some counts. Raises UnreachablePoint for a way to a path's start."""
+    """Totals of a program from some counts. Raises UnreachablePoint for a way to a path's start."""
     found = Totals()
     visit(program.whole, from_counts, found.tell)
     return found

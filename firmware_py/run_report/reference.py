@@ -123,7 +123,7 @@ def seconds(t_ns: Int64Array) -> FloatArray:
 def arrivals(run: Run) -> BoolArray:
     """Which targets, (n,), are not the one before once more, as when a rest there is over."""
     position_m = run.targets.position_m
-    return np.concatenate([np.ones(len(position_m[:1]), dtype=np.bool_), ~_stands(position_m)])
+    return np.concatenate([np.ones(len(position_m[:1]), dtype=np.bool_), ~_resting(position_m)])
 
 
 def targets_at(run: Run, t_s: FloatArray) -> FloatArray:
@@ -148,7 +148,7 @@ def targets_at(run: Run, t_s: FloatArray) -> FloatArray:
     return asked_m
 
 
-def _stands(position_m: FloatArray) -> BoolArray:
+def _resting(position_m: FloatArray) -> BoolArray:
     """Whether each target but the first is where the one before it is, (n - 1,)."""
     return np.asarray((position_m[1:] == position_m[:-1]).all(axis=1), dtype=np.bool_)
 
@@ -161,11 +161,11 @@ def _knots(run: Run, rows: Int64Array, done: bool) -> Knots:
     t_ns = run.targets.t_ns[rows]
     t_s, position_m = planned_s(run, seconds(t_ns)), run.targets.position_m[rows]
     number = run.targets.index[rows]
-    stands = _stands(position_m)
-    back = (number[1:] == 0) & (number[:-1] > 0) & ~stands
+    resting = _resting(position_m)
+    back = (number[1:] == 0) & (number[:-1] > 0) & ~resting
     more = [(t_s, position_m), *_gaps(t_s, back)]
     if not np.isfinite(run.settings.t_pwm_at(t_ns[:1])).any():
-        more += _ramps(t_s, position_m, stands, back, done)
+        more += _ramps(t_s, position_m, resting, back, done)
     times = np.concatenate([times_s for times_s, _ in more])
     order = np.argsort(times, kind="stable")
     return times[order], np.concatenate([places_m for _, places_m in more])[order]
@@ -178,15 +178,15 @@ def _gaps(t_s: FloatArray, back: BoolArray) -> Iterator[Knots]:
 
 
 def _ramps(
-    t_s: FloatArray, position_m: FloatArray, stands: BoolArray, back: BoolArray, done: bool
+    t_s: FloatArray, position_m: FloatArray, resting: BoolArray, back: BoolArray, done: bool
 ) -> Iterator[Knots]:
     """Places on the way from a rest to the next target, and from the last one before it."""
     takes_s = np.diff(t_s)
-    moves = ~stands & ~back & (takes_s > 0.0)
+    moves = ~resting & ~back & (takes_s > 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         speed_mps = np.linalg.norm(np.diff(position_m, axis=0), axis=1) / takes_s
-    speed_mps = np.append(speed_mps, speed_mps[-1:])  # of a path that goes on, unrecorded
-    # Of the way after each target: whether it begins at a rest, and whether it ends at one.
+    speed_mps = np.append(speed_mps, speed_mps[-1:])  # the path continues, unrecorded
+    # For the way after each target: whether it begins at a rest, and whether it ends at one.
     begins = np.concatenate([[True], ~moves[:-1]])
     ends = np.concatenate([~moves[1:], [done]])
     for row in np.flatnonzero(moves & (begins | ends)):

@@ -31,7 +31,7 @@ LOOKS: dict[str, tuple[Colour, Style]] = {
     "commanded": (Colour.COMMANDED, Style.LINE),
 }
 QUIET_EVENTS = frozenset({"approach", "state", "home"})
-"""Those that every run has; they stand in the table of events only."""
+"""Those that every run has; they are in the table of events only."""
 
 
 def path_charts(run: Run, robot: RobotFile, tracking: RunTracking) -> list[LineChart]:
@@ -79,7 +79,7 @@ def arms_chart(
 
 
 def signal_chart(run: Run) -> LineChart:
-    """Signal rate of each ranging sensor; weak signals come before wrong distances."""
+    """Signal rate of each distance sensor; weak signals come before wrong distances."""
     series = [
         Series(f"range {axis}", seconds(samples.t_ns), samples.signal_mcps, colour, Style.POINTS)
         for (axis, samples), colour in zip(run.readings.items(), COLOURS, strict=True)
@@ -304,8 +304,8 @@ def _charts(run: Run) -> list[LineChart]:
     servo, t_s = run.servo, seconds(run.servo.t_ns)
     error_deg = np.rad2deg(servo.angle_rad - servo.reference_rad)
     note = (
-        "Of each current what the nominal inertia's acceleration does not explain:"
-        " gravity, friction, the other arms, and what is not as the robot file says."
+        "The part of each current that the acceleration of the nominal inertia does not explain:"
+        " gravity, friction, the other arms, and differences from the robot file."
     )
     return [
         arms_chart("Following error", "encoder minus reference [deg]", t_s, error_deg),

@@ -176,7 +176,7 @@ def measured_errors(run: Run, robot: RobotFile) -> tuple[FloatArray, FloatArray]
 
 
 def positions_of_counts(robot: RobotFile, counts: Any) -> FloatArray:
-    """Where the platform is believed to be [m] for counts of shape (n, 3).
+    """Modelled position of the platform [m] for counts of shape (n, 3).
 
     By the robot file's linkage and those of its effects that do not remember.
     """
@@ -203,7 +203,7 @@ def _plain(value: float) -> float | None:
 
 
 TELLS = 0.8
-"""Share of an axis' error, at most, that is left without this where it is told."""
+"""Largest share of an axis' error that remains without this for it to be reported."""
 ROUNDED = "Home itself is rounded to whole microsteps: up to {:.2f} mm of that are in {}."
 
 
@@ -246,7 +246,7 @@ def said_of_corrections(robot: RobotFile) -> str:
 
 
 def moved_by_home_m(run: Run, robot: RobotFile) -> FloatArray:
-    """How far the platform stands off at each target, (n, 3), as home is between two counts."""
+    """Offset of the platform at each target, (n, 3), as home is between two counts."""
     home_rad = np.deg2rad(robot.homing.angle_deg)
     off_steps = home_rad / robot.drive.rad_per_step - np.array(home_counts(robot))
     asked = asked_path(run, robot)

@@ -1,4 +1,4 @@
-"""The ranging sensors of a simulated robot: those that its file describes, with their own noise."""
+"""The distance sensors of a simulated robot, as its file describes them, with their own noise."""
 
 from __future__ import annotations
 

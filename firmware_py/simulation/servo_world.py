@@ -1,7 +1,7 @@
 """The simulated robot with servo drives: a plant moved by currents, seen by the same sensors.
 
 The plant gives the true arm angles; from there to the sensors the chain of models/chain goes on
-as for a stepper, with what `as_built.effects` conceals. Brakes or not, whoever switches the
+as for a stepper, with the hidden `as_built.effects`. Brakes or not, whoever switches the
 drives off puts the arms against their stops, as a careful operator would.
 """
 
@@ -52,7 +52,7 @@ def rest_rad(robot: RobotFile) -> Three:
 
 
 class ServoWorld(SimulatedRobot):
-    """See SimulatedRobot; told by the loop how far it has run."""
+    """See SimulatedRobot; the loop reports how far it has run."""
 
     def __init__(self, robot: RobotFile, drives: FakeCurrentDrives, now_ns: Callable[[], int]):
         self._drives = drives
@@ -79,7 +79,7 @@ class ServoWorld(SimulatedRobot):
         return np.zeros(3)
 
     def _angles_in_counts(self, t_ns: int) -> Three:
-        """Commanded angle that the arms stand at, at times that only increase, in set-points."""
+        """Commanded resting angle of the arms, at times that only increase, in set-points."""
         passed = self._passed
         while len(passed) > 1 and passed[1][0] <= t_ns:
             passed.popleft()

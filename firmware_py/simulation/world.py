@@ -5,8 +5,8 @@ start against their stops, at the home angles (with home switches: hanging below
 releasing the drives puts them back there, and so does homing from anywhere else, as a careful
 operator would.
 
-What such a robot is really like may stand in a file apart from the robot file: recordings carry the
-robot file, so what stands in it is known to whoever diagnoses them; this file goes into none.
+The simulated robot may be described in a file apart from the robot file: recordings contain the
+robot file, so its contents are known to whoever diagnoses them; this file is in none.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ Effects = tuple[EffectEntry, ...]
 
 
 class AsBuiltFile(StrictModel):
-    """All the effects that the simulated robot has; what the robot file says is only believed."""
+    """All the effects that the simulated robot has; the robot file has the accepted ones."""
 
     effects: Effects
 
 
-class Concealed:
+class HiddenEffects:
     """Such a file, read again whenever the arms are put against their stops."""
 
     def __init__(self, path: Path):
@@ -79,7 +79,7 @@ class NominalRobot:
 
     def at(self, steps: Vector) -> tuple[Vector, Vector, Vector]:
         """Platform [m], true arm angles [rad] and ranges [m] at commanded counts."""
-        if steps != self._at:  # the arms stand still most of the time
+        if steps != self._at:  # the arms rest most of the time
             self._at, self._found = steps, self._find(steps)
         return self._found
 
@@ -133,7 +133,7 @@ class SimulatedRobot:
         now_ns: Callable[[], int],
         apart: Callable[[], Effects | None] = nothing_apart,
     ):
-        """apart: the effects it really has, where they do not stand in the robot file."""
+        """apart: its true effects, if they are not in the robot file."""
         self._robot = robot
         self._apart = apart
         self._now_ns = now_ns
@@ -164,7 +164,7 @@ class SimulatedRobot:
             off_steps = counts + self._zero_steps - self._rest_steps
         return bool(np.abs(off_steps).max() * self._robot.drive.rad_per_step < RESTING_RAD)
 
-    def believed_anew(self, robot: RobotFile, t_ns: int) -> None:
+    def accepted_anew(self, robot: RobotFile, t_ns: int) -> None:
         """Another robot file is in force; the drives must be released."""
         with self._lock:
             self._advance(t_ns)

@@ -53,13 +53,13 @@ class AxisChain:
         gravity: AxisGravity | None = None,
         drive_stiffness: float | None = None,
         rad_per_step: float = 0.0,
-        believed: Sequence[EffectEntry] = (),
+        known: Sequence[EffectEntry] = (),
     ):
         self.kinds = command_effects(motion)
         self.gravity, self.drive_stiffness = gravity, drive_stiffness
         self.rad_per_step = rad_per_step
-        self._believed = tuple(believed)
-        entries_of(self._believed, self.kinds)
+        self._known = tuple(known)
+        entries_of(self._known, self.kinds)
 
     def pull(self, commands: Commands, load: FloatArray | None = None) -> FloatArray:
         """What pulls at the axis along its commanded motion, shape (n, 1)."""
@@ -82,7 +82,7 @@ class AxisChain:
         )
         if self.drive_stiffness is not None:
             flow.angles_rad += pull / self.drive_stiffness
-        active = [*entries_of(self._believed, self.kinds), *effects]
+        active = [*entries_of(self._known, self.kinds), *effects]
         for port in PORTS:
             for effect in at(active, port):
                 effect.act(flow)
@@ -95,10 +95,10 @@ class AxisChain:
 class SensorChain:
     """The last links of the delta's chain, for one sensor."""
 
-    def __init__(self, believed: Sequence[EffectEntry] = ()):
+    def __init__(self, known: Sequence[EffectEntry] = ()):
         self.kinds = sensor_effects()
-        self._believed = tuple(believed)
-        entries_of(self._believed, self.kinds)
+        self._known = tuple(known)
+        entries_of(self._known, self.kinds)
 
     def simulate(
         self,
@@ -111,7 +111,7 @@ class SensorChain:
         nothing = np.zeros((len(t_s), 1))
         flow = Flow(t_s, fresh, float(t_s[0]), nothing, lambda: Load(nothing, nothing))
         flow.ranges_m = np.array(distance_m)[:, None]
-        active = [*entries_of(self._believed, self.kinds), *effects]
+        active = [*entries_of(self._known, self.kinds), *effects]
         for effect in at(active, Port.SENSOR):
             effect.act(flow)
         flow.measured_rad = flow.ranges_m
@@ -130,7 +130,7 @@ class Driven:
     position: FloatArray
     velocity: FloatArray
     direction: FloatArray
-    """Of the motion, -1 to 1: friction changes its sign over as much speed as is hardly known."""
+    """Direction of motion, -1 to 1: friction changes sign over an uncertain range of speed."""
     at_rest: BoolArray
     load: FloatArray
 
@@ -144,12 +144,12 @@ class Force:
 
 
 class EffortChain:
-    """One axis of a known inertia, effort gain and gravity, with believed effects."""
+    """One axis of a known inertia, effort gain and gravity, with the effects of its file."""
 
     def __init__(self, robot: ServoAxis):
         self.robot = robot
         self.kinds = effort_effects(robot.motion)
-        self._believed = entries_of(robot.effects, self.kinds)
+        self._known = entries_of(robot.effects, self.kinds)
 
     def force(self, driven: Driven) -> Force:
         """Force that is left to speed up the mass, and the mass."""
@@ -169,11 +169,11 @@ class EffortChain:
             at_rest=driven.at_rest[:, None],
             inertia=robot.inertia,
         )
-        for effect in at(self._believed, Port.MOTOR):
+        for effect in at(self._known, Port.MOTOR):
             effect.act(flow)
         flow.angles_rad = flow.angles_rad + gravity_pull(robot.gravity, column) + load
         for port in (Port.GEAR, Port.ARM):
-            for effect in at(self._believed, port):
+            for effect in at(self._known, port):
                 effect.act(flow)
         return Force(flow.angles_rad[:, 0], flow.inertia)
 

@@ -54,6 +54,6 @@ class Outputs(NamedTuple):
     position: FloatArray
     """Platform position [m], shape (n, 3); NaN where the linkage cannot be assembled."""
     ranges: FloatArray
-    """What the three ranging sensors report [m], shape (n, 3)."""
+    """Readings of the three distance sensors [m], shape (n, 3)."""
     measured: FloatArray
     """What angle encoders on the arms report [rad], shape (n, 3)."""

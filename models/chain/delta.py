@@ -59,12 +59,12 @@ class Course:
 
 
 class Chain:
-    """One robot's chain. Effects in the robot file are part of the belief and always act."""
+    """One robot's chain. Effects in the robot file belong to the model and always act."""
 
     def __init__(self, robot: DeltaRobot):
         self.robot = robot
         self.linkage = Linkage.of(robot.geometry)
-        self._believed = robot.effects
+        self._known = robot.effects
         self._fields = [field.name for field in fields(Linkage)]
 
     @classmethod
@@ -93,7 +93,7 @@ class Chain:
         commands = course.commands
         flow = self._flow(course, commands.t_s[0] if start_s is None else start_s)
         flow.previous_s = previous_s
-        active = [*of_entries(self._believed), *_activated(effects)]
+        active = [*of_entries(self._known), *_activated(effects)]
         for port in ANGLE_PORTS:
             for effect in at(active, port):
                 effect.act(flow)

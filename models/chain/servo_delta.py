@@ -49,7 +49,7 @@ class Course:
 
     motion: Motion
     torque_nm: FloatArray
-    """Of the arms, rotors and friction."""
+    """Torque for the arms, rotors and friction."""
     per_kg_nm: FloatArray
     nominal_nm: FloatArray
     """What the observer takes for acceleration: N^2 m_n a''."""
@@ -69,7 +69,7 @@ class ServoChain:
             )
         self.robot, self.drive, self._masses = robot, robot.drive, robot.masses
         self._linkage = Linkage.of(robot.geometry)
-        self._believed = [
+        self._known = [
             activate(PAYLOAD, entry.component, {"mass": entry.parameters["mass"]})
             for entry in robot.effects
             if entry.effect == PAYLOAD.name
@@ -114,7 +114,7 @@ class ServoChain:
             per_kg_nm=course.per_kg_nm,
             rotor_kgm2=self.rotor_kgm2,
         )
-        active = [*self._believed, *effects]
+        active = [*self._known, *effects]
         for port in PORTS:
             for effect in at(active, port):
                 effect.act(flow)

@@ -23,9 +23,9 @@ from deltactl.models.effects.card import (
 from deltactl.models.effects.kind import PORT_TEXT, EffectKind, Memory, Parameter, Port, Values
 
 CARDS: dict[str, EffectCard] = {}
-"""Of every effect by name, also of those that act on no delta, and of `unknown`."""
+"""The card of every effect by name, also of those that act on no delta, and of `unknown`."""
 VOCABULARY: dict[str, EffectKind] = {}
-"""Effects of a delta by name. Those of single axes stand with their chains."""
+"""Effects of a delta by name. Those of single axes are with their chains."""
 TABLES: dict[str, EffectKind] = {}
 """What a robot file may say of errors that have no name. No diagnosis looks for these."""
 

@@ -1,4 +1,4 @@
-"""An upper arm or a forearm has another length than believed."""
+"""An upper arm or a forearm has another length than in the robot file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Play of a lone axis: free play of the gear, and friction behind a compliant shaft.
+"""Play of a single axis: backlash of the gear, and friction behind a compliant shaft.
 
 As positions show them they are one operator (reference sheet of the diagnosis): the axis stays
 until the drive has crossed the width. A known load that pulls holds loose teeth on one flank; it
@@ -122,9 +122,7 @@ def _kind(
     )
 
 
-BACKLASH = _kind(
-    "gear_backlash", _loose, "between drive and axis there is free play of {:.4g} mrad"
-)
+BACKLASH = _kind("gear_backlash", _loose, "between drive and axis there is backlash of {:.4g} mrad")
 FRICTION = _kind(
     "joint_friction",
     _rubbing,

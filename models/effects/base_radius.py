@@ -1,4 +1,4 @@
-"""Base minus platform radius differs from what is believed; only the difference can be seen."""
+"""Base minus platform radius differs from the file; only the difference can be seen."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ class Trait(Enum):
     DELAY = auto()
     """Makes readings come late, by its parameters in seconds."""
     DRIVE_DELAY = auto()
-    """Of those, the one that a drive makes."""
+    """A delay that the drive makes."""
     BY_DISTANCE = auto()
     """An error of what a sensor reads, by the distance it reads."""
     READING = auto()
@@ -87,7 +87,7 @@ class Trait(Enum):
     FORCE = auto()
     """A force that is one number, and need not be the same at every speed."""
     CONSTANT_FORCE = auto()
-    """Of those, the one that is there whichever way the machine moves."""
+    """A force that is there whichever way the machine moves."""
     BEARING = auto()
     """Friction of bearings, said in one phrase where two parts of it are found."""
     UNDER_LOAD = auto()
@@ -120,13 +120,13 @@ class Rule(Enum):
     PHASOR = "phasor"
     """Sine waves of one period; of two periods both stay."""
     RATE = "rate"
-    """Size per stiffness adds up, at the stiffness that was believed."""
+    """Size per stiffness adds up, at the accepted stiffness."""
     TABLE = "table"
     """Tables over one quantity add up; beyond its ends a table is constant."""
 
 
 class Compensated(Enum):
-    """By what a job takes a known effect into account, as the user reads it."""
+    """How a job takes a known effect into account, in words for the user."""
 
     INVERSE = "in the inverse kinematics"
     """Every commanded angle has one true angle, and every pose one position."""

@@ -114,7 +114,7 @@ class EffortFlow(Flow):
     direction: FloatArray = field(default_factory=lambda: np.empty((0, 1)))
     """Which way it goes, -1 to 1, in between where the velocity hardly tells; shape (n, 1)."""
     at_rest: BoolArray = field(default_factory=lambda: np.empty((0, 1), dtype=bool))
-    """Where the velocity cannot be told from zero: friction holds against the force there."""
+    """Where the velocity is not distinguishable from zero: friction holds against the force."""
     inertia: float = 1.0
 
 

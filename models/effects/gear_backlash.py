@@ -1,9 +1,9 @@
-"""Free play in the gearbox.
+"""Backlash in the gearbox.
 
 Inside the play the arm is held by nothing but its bearing: gravity pulls it towards one flank,
 drag (proportional to speed) and friction keep it back. A slow arm therefore hangs on one flank
 all the time and the play looks like an offset; a fast motor runs ahead of the falling arm to
-the other flank, and the arm falls back once the motor stands. With more friction than gravity
+the other flank, and the arm falls back once the motor rests. With more friction than gravity
 the arm stays where it was pushed: the pure play operator. The flanks yield to what they carry,
 gravity less drag, by `stiffness`. The arm's inertia is not modelled.
 """
@@ -48,7 +48,7 @@ PLAYS_RAD = (0.0025, 0.006, 0.015)
 """Widths of play and of friction that a fit starts at: from what a good gear has to what one sees
 by eye, apart by a factor of two and a half."""
 STICKS = 200.0
-"""A drag from here on [N m s/rad] only stands for an arm that stays where it is pushed."""
+"""A drag from here on [N m s/rad] only represents an arm that stays where it is pushed."""
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
@@ -97,7 +97,7 @@ EFFECT = EffectKind(
     operate=_operate,
     says=lambda component, v: (
         f"the gear or coupling of {component} has {np.degrees(v['width']):.3f} degrees"
-        " of free play at the arm"
+        " of backlash at the arm"
     ),
     order=2,
     smooth=False,
@@ -112,7 +112,7 @@ CARD = EffectCard(
     listed=2,
     on={"command": axis_play.BACKLASH},
     says={
-        "": "between drive and axis there is free play of {width} in all",
+        "": "between drive and axis there is backlash of {width} in all",
     },
     log_odds={
         # wears or is set by hand; without a known load, tooth play is what a geared stepper has
@@ -120,9 +120,9 @@ CARD = EffectCard(
         "stepper/play": -1.0,
     },
     words=Words(
-        noun="free play in the gear or coupling of {part}",
-        axis="free play between drive and load of {part}",
-        several="free play in the gears or couplings of {part}",
+        noun="backlash in the gear or coupling of {part}",
+        axis="backlash between drive and load of {part}",
+        several="backlash in the gears or couplings of {part}",
         further="further play of {part}",
         regime="after reversals and stops of {part}",
         axis_regime="after reversals",
@@ -168,7 +168,7 @@ CARD = EffectCard(
                 "stays){or_effort}"
             ),
             delta=(
-                "Standing still after approaching from both sides, another payload, or the motor "
+                "A rest after approaching from both sides, another payload, or the motor "
                 "current would distinguish play from friction."
             ),
             by_hand=(
@@ -201,7 +201,7 @@ CARD = EffectCard(
         ),
         fixed={"friction": 0.0},
     ),
-    defect=Defect("free play in the gearbox of motor 1", "motor1", {"width": 0.02}, 1),
+    defect=Defect("backlash in the gearbox of motor 1", "motor1", {"width": 0.02}, 1),
     equals=(
         # play that always hangs on the same flank
         Equal(

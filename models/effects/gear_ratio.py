@@ -1,4 +1,4 @@
-"""The gear turns the arm by another amount per commanded angle than believed."""
+"""The gear turns the arm by another amount per commanded angle than in the robot file."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ CARD = EffectCard(
             },
             axis=(
                 "record again at another speed: the error of a wrong ratio grows with the way, a "
-                "drift (of what the axis stands on, of its clock) with the time"
+                "drift (of the base of the axis, of its clock) with the time"
             ),
             called="a drift of {part} with time",
         ),

@@ -1,4 +1,4 @@
-"""The arm stands at another angle than believed when the count is 0."""
+"""The arm is at another angle than the robot file says when the count is 0."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ EFFECT = EffectKind(
     parameters=(Parameter("angle", "rad", -0.6, 0.6, typical=0.01),),
     operate=adds("angles_rad", "angle"),
     says=lambda component, v: (
-        f"at home the arm of {component} stands {abs(np.degrees(v['angle'])):.3f} degrees"
-        f" {'lower' if v['angle'] > 0.0 else 'higher'} than it should"
+        f"at home the arm of {component} is {abs(np.degrees(v['angle'])):.3f} degrees"
+        f" {'lower' if v['angle'] > 0.0 else 'higher'} than it should be"
     ),
     pose_alone=True,
 )
@@ -43,7 +43,7 @@ CARD = EffectCard(
     listed=0,
     on={"command": EFFECT},
     says={
-        "": "the axis stands {size} {sign:above|below} where it should",
+        "": "the axis is {size} {sign:above|below} where it should be",
     },
     log_odds={
         # wears or is set by hand
@@ -59,16 +59,16 @@ CARD = EffectCard(
     ),
     remedies={
         "": (
-            "correct the home stop or jig of {part}: at home its arm stands {size} "
-            "{sign:lower|higher} than it should; or enter the offset in the robot file"
+            "correct the home stop or jig of {part}: at home its arm is {size} "
+            "{sign:lower|higher} than it should be; or enter the offset in the robot file"
         ),
         "axis/": (
             "{sign:take|add} {size} {sign:off|to} the commands of {part}, or move its zero by as "
-            "much: it stands that far {sign:above|below} what it is told"
+            "much: it is that far {sign:above|below} its command"
         ),
         "axis/beside": (
-            "then look at the zero of {part} again: it stands {size} {sign:above|below} what it is "
-            "told, as it may where the zero was set after coming from one side; {sign:take|add} "
+            "then look at the zero of {part} again: it is {size} {sign:above|below} its command, "
+            "as it may be where the zero was set after coming from one side; {sign:take|add} "
             "what stays {sign:off|to} its commands"
         ),
     },
@@ -94,6 +94,6 @@ CARD = EffectCard(
     by_hand=ByHand("measure an arm's angle at home with a level", 4),
     group=Group("motors", 0),
     build_spread=0.002,  # rad, 0.1 deg: a stop or a switch that the arm is homed to
-    defect=Defect("motor 2 stands off its home", "motor2", {"angle": 0.02}, 0),
+    defect=Defect("the home of motor 2 is off", "motor2", {"angle": 0.02}, 0),
     slide_names={"angle": "offset"},
 )

@@ -1,4 +1,4 @@
-"""The vocabulary of single axes and lone sensors: the same operators on a component `axis`."""
+"""The vocabulary of single axes and sensors: the same operators on a component `axis`."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def sensor_effects() -> dict[str, EffectKind]:
 
 
 def forms_of(effect: str) -> list[EffectKind]:
-    """What an effect can be on a lone machine: friction is a torque beside effort, else a width."""
+    """What an effect can be on a single axis: friction is a torque beside effort, else a width."""
     return list(card_of(effect).on.values())
 
 

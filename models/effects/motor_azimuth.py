@@ -1,4 +1,4 @@
-"""A motor is mounted in another direction about the vertical than believed."""
+"""A motor is mounted in another direction about the vertical than in the robot file."""
 
 from __future__ import annotations
 

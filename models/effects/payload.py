@@ -30,7 +30,7 @@ EFFECT = EffectKind(
     ),
     operate=_operate,
     says=lambda component, v: (
-        f"the platform carries {v['mass']:.3g} kg more than believed "
+        f"the platform carries {v['mass']:.3g} kg more than the robot file says "
         f"(if the joints have {v['stiffness']:.4g} N m/rad)"
     ),
     order=6,

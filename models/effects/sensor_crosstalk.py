@@ -1,4 +1,4 @@
-"""A ranging sensor's error grows with the square of the distance (light from the cover glass)."""
+"""A distance sensor's error grows with the square of the distance (light from the cover glass)."""
 
 from __future__ import annotations
 

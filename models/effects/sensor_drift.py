@@ -1,4 +1,4 @@
-"""A ranging sensor's reading drifts towards an offset, from the start of the recording."""
+"""A distance sensor's reading drifts towards an offset, from the start of the recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A ranging sensor reports a constant too much."""
+"""A distance sensor reports a constant offset."""
 
 from __future__ import annotations
 
@@ -71,5 +71,5 @@ CARD = EffectCard(
         ),
     ),
     by_hand=ByHand("measure one distance of a sensor with a gauge", 8),
-    build_spread=0.0015,  # m, of a board held by two screws, and what a ranging sensor leaves
+    build_spread=0.0015,  # m: a board held by two screws, and the sensor's own offset
 )

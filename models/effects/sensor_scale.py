@@ -1,4 +1,4 @@
-"""A ranging sensor reports a constant multiple of the distance."""
+"""A distance sensor reports a constant multiple of the distance."""
 
 from __future__ import annotations
 

@@ -110,7 +110,9 @@ PAYLOAD = EffectKind(
     components=("platform",),
     parameters=(Parameter("mass", "kg", -10.0, 50.0),),
     operate=_payload,
-    says=lambda component, v: f"the platform carries {1e3 * v['mass']:.3g} g more than believed",
+    says=lambda component, v: (
+        f"the platform carries {1e3 * v['mass']:.3g} g more than the robot file says"
+    ),
 )
 GAIN = EffectKind(
     name="effort_gain",

@@ -1,4 +1,4 @@
-"""A ranging sensor repeats an old value for a while."""
+"""A distance sensor repeats an old value for a while."""
 
 from __future__ import annotations
 

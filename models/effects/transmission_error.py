@@ -58,7 +58,7 @@ SECOND = (
     Parameter("amplitude_2", "rad", 0.0, 0.2, starts=(0.0005,), typical=0.001, default=0.0),
     Parameter("phase_2", "rad", -np.pi, np.pi, starts=(0.0,), default=0.0),
 )
-"""Of a lone axis: the second harmonic, which a gear's error has beside the first."""
+"""For a single axis: the second harmonic, which a gear's error has beside the first."""
 
 
 def add_periodic(angles_rad: FloatArray, index: int, values: Values) -> None:

@@ -42,7 +42,7 @@ CARD = EffectCard(
             "follows {follows}; what comes back is warming up, what does not came loose or moved"
         ),
         "few_periods": (
-            "record {part} over at least three periods of the wave that is told at the finding "
+            "record {part} over at least three periods of the wave that is given at the finding "
             "below, and diagnose that: with fewer no periodic error can be named"
         ),
         "time.pace": (
@@ -60,7 +60,7 @@ CARD = EffectCard(
             " look there for what rubs or is bent"
         ),
         "axis/effort": (
-            "record {part} with another load, and slower: an unknown part of the mismatch follows "
+            "record {part} with another load, and slower: an unknown part of the error follows "
             "{follows}; what the drive adds by itself stays, what the load does changes"
         ),
         "axis/direction.beside": (
@@ -74,7 +74,7 @@ CARD = EffectCard(
             "surroundings"
         ),
         "sensor/time": (
-            "record {part} from switching on, before a target that stands still: an unknown error "
+            "record {part} from switching on, before a target at rest: an unknown error "
             "follows {follows}; what comes back each time is warming up"
         ),
     },

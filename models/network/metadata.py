@@ -110,7 +110,7 @@ METADATA_NAME = "deltactl"
 
 FORMAT = 1
 NO_CHECKSUM = "0" * 64
-"""Stands in place of the checksum while the checksum is computed."""
+"""Placeholder for the checksum while it is computed."""
 
 Degrees = Annotated[float, Field(ge=0.0)]
 Count = Annotated[int, Field(ge=0)]
@@ -161,7 +161,7 @@ class Training(StrictModel):
     held_out: Count = 0
     """Samples of it that were kept from the training, to judge by."""
     versions: dict[str, str] = Field(default_factory=dict)
-    """Of Python and of the libraries that did the arithmetic."""
+    """Versions of Python and of the libraries that did the arithmetic."""
 
 
 class Validation(StrictModel):

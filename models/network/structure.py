@@ -1,6 +1,6 @@
 """A network is read through before the runtime in C++, which trusts what it is given, runs it.
 
-A checksum says that a file is whole, not who wrote it. Of random changes to a file one in a hundred
+A checksum says that a file is whole, not who wrote it. One random change to a file in a hundred
 took the runtime down. So only what deltactl writes is let through: one graph of dense layers and
 plain arithmetic in float32, every offset, shape and buffer of it checked here, and no field that is
 not checked.

@@ -2,7 +2,7 @@
 
 At 32 samples a step a network of 8 x 50 is so small that what a library spends between its
 operations is most of the time. Here a step is 24 small matrix products and three loops, in float32,
-on one core: figures in docs/decisions/training-library.md.
+on one core: figures in docs/decisions/networks.md.
 """
 
 from __future__ import annotations

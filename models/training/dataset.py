@@ -56,7 +56,7 @@ class DataSettings(StrictModel):
     geometry: Geometry
     drive: DriveSection
     sensors: Sensors
-    """As they were believed to be when ranges became positions."""
+    """The sensors of the robot file when ranges became positions."""
     machine: Literal["robot", "simulated", "as-built"]
     """The robot itself, its simulated chain, or the MuJoCo robot as it was built."""
     as_built: str = ""

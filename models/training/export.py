@@ -185,7 +185,7 @@ def parity_deg(file: NetworkFile, trained: Trained, position_m: FloatArray) -> f
 
 
 def versions() -> dict[str, str]:
-    """Of Python and the libraries that did the arithmetic, as far as they are installed."""
+    """Versions of Python and of the installed libraries that did the arithmetic."""
     found = {"python": platform.python_version()}
     for name in _LIBRARIES:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):

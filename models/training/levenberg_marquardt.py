@@ -34,7 +34,7 @@ class Normal(NamedTuple):
 
 @dataclass(frozen=True)
 class Step:
-    """Where the search stands after an iteration that helped."""
+    """State of the search after an iteration that helped."""
 
     iteration: int
     parameters: FloatArray

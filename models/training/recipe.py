@@ -16,7 +16,7 @@ from deltactl.models.training.graph import Graph
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 Progress = Callable[[str], None]
 Follow = Callable[[int, int, str], None]
-"""Told how far a training is: done, of how many in all, and the result so far in words."""
+"""Called with the progress: iterations done, of how many, and the result so far in words."""
 
 
 def silent(line: str) -> None:
@@ -104,7 +104,7 @@ class Trained:
     remarks: tuple[tuple[str, str], ...] = ()
     """What else there is to say, as name and words."""
     effects: tuple[EffectEntry, ...] = ()
-    """Of the robot file: those that the answers take into account."""
+    """Effects of the robot file that the answers take into account."""
 
     def angles_rad_many(self, position_m: FloatArray) -> FloatArray:
         """Angles [rad] of positions [m], both (n, 3), in float64, refusing nothing."""
@@ -126,7 +126,7 @@ class Stopwatch:
         follow: Follow = unseen,
         part: tuple[int, int] = (0, 0),
     ):
-        """`part`: iterations done before, and in all; `follow` is told of those since."""
+        """`part`: iterations done before, and in all; `follow` is called for those since."""
         self._start_s = time.monotonic()
         self._progress, self._follow = progress, follow
         self._about = about

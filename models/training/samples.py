@@ -5,7 +5,7 @@ samples hardly ever fall there, and a network that saw none is wrong there by fa
 
 As Zhao 2023 draws them: random arm angles, and where the robot is then; and the split.
 
-Of uniform triples in [-20, 110] degrees 1.7 % lie past the serial singularity, on the other elbow
+1.7 % of uniform triples in [-20, 110] degrees are past the serial singularity, on the other elbow
 branch, where one position has two answers. Those, and what is next to them, are left out, as the
 survey of `deltactl network collect` does.
 """

@@ -36,8 +36,8 @@ class Shipped:
 
 SHIPPED = (
     # Three points of the lower rim are on the edge of the workspace: there an arm is stretched
-    # at 126.87 deg, and float32 cannot tell angles apart. The highest angle leaves out a sliver
-    # of some 0.01 mm around them; the robot file's limit (110 deg) is well before it.
+    # at 126.87 deg, and float32 cannot distinguish angles. The highest angle leaves out a sliver
+    # some 0.01 mm wide around them; the robot file's limit (110 deg) is well before it.
     Shipped("zhao-2023", Cylinder(radius_m=0.2, z_m=(-0.6, -0.35)), 0, (-20.0, 126.5)),
     # The 10 mm cube of eq. (1), z from -0.0708 to -0.0808 m, and about 2 mm around it.
     Shipped(

@@ -1,8 +1,8 @@
 """Zhao's network as Zhao 2023, section 3 describes it, and what it takes to make it learn.
 
 Described: 3 inputs, 8 hidden layers of 50 sigmoid neurons, 3 outputs, Adam, 5000 epochs, 75 % of
-the samples to train, the squared error of eq. (3). Not described: units, batch, rate, start. As it
-stands, metres in and degrees out, it answers the mean angle after 5000 epochs as after one.
+the samples to train, the squared error of eq. (3). Not described: units, batch, rate, start. As
+printed, metres in and degrees out, it answers the mean angle after 5000 epochs as after one.
 Added: standardised inputs and outputs (inside the file), a wider centred start, a falling rate.
 `benchmarks/costs/training.py --ablation` prints what each adds.
 

@@ -29,7 +29,7 @@ TEXTS = """
 const small = [];
 for (const one of document.querySelectorAll("body *")) {
   const own = [...one.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
-  if (!own || one.closest(".spoken, script, style, noscript")) continue;
+  if (!own || one.closest(".for-readers, script, style, noscript")) continue;
   if (parseFloat(getComputedStyle(one).fontSize) < arguments[0]) small.push(one.outerHTML);
 }
 return small;

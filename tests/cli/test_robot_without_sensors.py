@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deltactl.firmware_py.controller.belief import needs_restart
+from deltactl.firmware_py.controller.accepted_file import needs_restart
 from deltactl.firmware_py.controller.build import simulated_machine
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.robot_file import load_robot

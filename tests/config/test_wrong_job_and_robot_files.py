@@ -52,7 +52,7 @@ WRONG_JOBS = [
     (HEART, "repeats: 1", "repeats: yes", "repeats: Input should be a valid integer"),
     (HEART, "repeats: 1", "repeat: 1", "repeat: unknown key; did you mean 'repeats'?"),
     (HEART, "repeats: 1", "record: ''", "record: String should have at least 1 character"),
-    (HEART, "repeats: 1", "name: again", "'name' stands here twice; remove one"),
+    (HEART, "repeats: 1", "name: again", "'name' occurs here twice; remove one"),
     (HEART, "name: heart", "name:", "name: Input should be a valid string"),
     (HEART, "robot: zhao-2023.yaml", "", "'robot' is missing"),
     (MICRO, "speed_mps: 0.00377", "speed_mps: 0", "timing.speed_mps: Input should be greater"),

@@ -107,7 +107,7 @@ def test_no_watchdog_for_us(variables):
 def test_a_manager_that_has_gone_does_not_matter(tmp_path, caplog):
     notifier = Notifier(str(tmp_path / "gone"))
     notifier.ready()
-    assert "was not told READY=1" in caplog.text
+    assert "did not get READY=1" in caplog.text
     notifier.close()
 
 

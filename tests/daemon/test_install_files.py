@@ -136,7 +136,7 @@ dtparam=i2c_arm=on,i2c_arm_baudrate=400000
 def test_boot_options_are_added_for_every_model():
     text = with_options(BOOT)
     assert text.startswith(BOOT)
-    assert text.splitlines()[-4:-2] == ["[all]", "# deltactl: the I2C bus of the ranging sensors"]
+    assert text.splitlines()[-4:-2] == ["[all]", "# deltactl: the I2C bus of the distance sensors"]
     assert active_parameters(text) == {"audio": "on", **WANTED}
 
 

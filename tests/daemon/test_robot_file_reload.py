@@ -52,11 +52,11 @@ def served(tmp_path: Path) -> Iterator[Served]:
 def off_target_m(served: Served) -> float:
     """How far the simulated platform truly is from where the robot believes it is, at home."""
     world = served.controller.machine.world
-    believed = served.client.status().position_m
+    counted_m = served.client.status().position_m
     assert world is not None
-    assert believed is not None
+    assert counted_m is not None
     true = world.truth(served.controller.clock.now_ns()).position_m
-    return max(abs(one - other) for one, other in zip(true, believed, strict=True))
+    return max(abs(one - other) for one, other in zip(true, counted_m, strict=True))
 
 
 def test_off_and_on_takes_the_file_as_it_is_by_now(served: Served) -> None:

@@ -105,8 +105,8 @@ def test_a_decimal_comma_is_one_and_a_doubtful_answer_is_asked_for_again() -> No
         (
             "microsteps_per_rev",
             "16",
-            "'16': 16 microsteps a full step? Of a motor with 200 steps a turn that is"
-            " --microsteps-per-rev 3200. Of a motor with fewer, write both: a 28BYJ-48 has 32, in"
+            "'16': 16 microsteps a full step? For a motor with 200 steps a turn write"
+            " --microsteps-per-rev 3200. For a motor with fewer, write both: a 28BYJ-48 has 32, in"
             " half steps --microsteps-per-rev 32x2 --gear-ratio 63.68",
         ),
         ("step_pins", "17 27", "'17 27': must be 3 numbers, with spaces between"),

@@ -154,8 +154,8 @@ def test_the_answer_says_what_was_left_out(
     ("at", "count", "words"),
     [
         (5, 0.5, r"steps_2 is .*5 at 0\.1\d* s: a count of microsteps is a whole number"),
-        (7, 1e7, r"steps_2 is 1e\+07 .* the arm would stand at"),
-        (7, -1e7, "steps_2 is .* the arm would stand at"),
+        (7, 1e7, r"steps_2 is 1e\+07 .* the arm would be at"),
+        (7, -1e7, "steps_2 is .* the arm would be at"),
     ],
 )
 def test_counts_that_no_controller_sends_are_refused(

@@ -61,7 +61,7 @@ def _radians_as_steps(columns: dict[str, np.ndarray]) -> None:
         (_still, "nothing moves"),
         (_no_commands, "steps_1..3"),
         (_nothing_seen, "nothing observed"),
-        (_radians_as_steps, "steps_1 is .* the arm would stand at"),
+        (_radians_as_steps, "steps_1 is .* the arm would be at"),
     ],
 )
 def test_one_clear_line(delta: DeltaRobot, record: Record, change: Change, words: str) -> None:

@@ -19,7 +19,7 @@ def _entry(effect: str, component: str, **parameters: float) -> EffectEntry:
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_nothing_concealed_nothing_claimed(delta: DeltaRobot, record: Record, seed: int) -> None:
+def test_nothing_hidden_nothing_claimed(delta: DeltaRobot, record: Record, seed: int) -> None:
     answer = diagnose_recordings(delta, [record(seed=seed)])
     assert answer.verdict == "nothing_missing"
     assert answer.findings == []
@@ -38,7 +38,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("entry", "parameter"), CASES, ids=[e.effect for e, _ in CASES])
-def test_a_concealed_effect_is_named_with_its_size(
+def test_a_hidden_effect_is_named_with_its_size(
     delta: DeltaRobot, record: Record, entry: EffectEntry, parameter: str
 ) -> None:
     answer = diagnose_recordings(delta, [record(entry)])

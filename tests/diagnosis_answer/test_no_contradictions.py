@@ -99,7 +99,7 @@ def left(share: float, *depends_on: str) -> Unexplained:
         ({"findings": [finding(), finding("unknown", 0.4)]}, "not by named effects alone"),
         ({"verdict": "partly_explained", "findings": []}, "nothing that has a name"),
         ({"fit": fit_of(rms_after_m=1.01 * VERDICT.at_floor)}, "above the noise floor"),
-        ({"fit": fit_of(holdout_rms_after_m=5.01 * VERDICT.grew)}, "held-out mismatch grew"),
+        ({"fit": fit_of(holdout_rms_after_m=5.01 * VERDICT.grew)}, "held-out model error grew"),
         ({"findings": [finding(share=0.6), finding(share=0.6)]}, "add up to 1.2"),
         ({"findings": [finding(share=0.6)], "unexplained": left(0.6)}, "add up to 1.2"),
         ({"unexplained": left(0.0, "time")}, "the residual is not above the noise floor"),

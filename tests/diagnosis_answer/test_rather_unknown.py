@@ -51,7 +51,7 @@ def answer(own: float) -> Diagnosis:
 def test_an_improbable_name_is_in_no_headline_and_asks_for_no_work() -> None:
     said = answer(0.05)
     assert said.verdict == "unexplained"
-    assert "free play" not in headline(said)
+    assert "backlash" not in headline(said)
     assert not any("take up the play" in line.lower() for line in said.says)
     assert any("Probably only a part of what is unknown" in line for line in said.says)
     assert contradictions(said) == []
@@ -60,6 +60,6 @@ def test_an_improbable_name_is_in_no_headline_and_asks_for_no_work() -> None:
 def test_a_probable_one_is_named_as_before() -> None:
     said = answer(0.6)
     assert said.verdict == "partly_explained"
-    assert "free play" in headline(said)
+    assert "backlash" in headline(said)
     assert any("take up the play" in line.lower() for line in said.says)
     assert contradictions(said) == []

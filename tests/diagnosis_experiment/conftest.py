@@ -1,4 +1,4 @@
-"""Recordings with something concealed, and the two explanations that are fitted to them."""
+"""Recordings with something hidden, and the two explanations that are fitted to them."""
 
 from __future__ import annotations
 

@@ -46,9 +46,9 @@ def proposed(model: DeltaModel, fitter: Fitter, ties: list[Tie]) -> Proposal:
 
 @dataclass(frozen=True)
 class Case:
-    """What is concealed, both explanations of it (the true one first), and a poor recording."""
+    """What is hidden, both explanations of it (the true one first), and a poor recording."""
 
-    concealed: tuple[EffectEntry, ...]
+    hidden: tuple[EffectEntry, ...]
     truth: list[tuple[str, str]]
     rival: list[tuple[str, str]]
     radius_m: float = 0.1
@@ -79,7 +79,7 @@ RESOLVED = {
 def test_the_proposed_run_settles_the_tie(
     bench: Any, circle: Callable[..., Motion], case: Case
 ) -> None:
-    poor = bench.record(circle(turns=case.turns, radius=case.radius_m), *case.concealed)
+    poor = bench.record(circle(turns=case.turns, radius=case.radius_m), *case.hidden)
     model, fitter, tie = bench.tie([poor], case.truth, case.rival)
     assert abs(tie.delta_chi2) < TIED
 
@@ -90,7 +90,7 @@ def test_the_proposed_run_settles_the_tie(
     assert plan.minutes <= EXPERIMENT.longest_min
     assert set(plan.tells_apart) == {" ".join(name) for name in (*case.truth, *case.rival)}
 
-    second = bench.record(driven(plan.job), *case.concealed, seed=2)
+    second = bench.record(driven(plan.job), *case.hidden, seed=2)
     _, _, both = bench.tie([poor, second], case.truth, case.rival)
     assert both.delta_chi2 > TIED
     assert both.delta_chi2 - tie.delta_chi2 > EXPERIMENT.settles
@@ -112,7 +112,7 @@ ONE_SIDED = {
 def test_what_only_one_truth_would_show_is_said_with_the_measurement_that_helps(
     bench: Any, circle: Callable[..., Motion], case: Case
 ) -> None:
-    poor = bench.record(circle(turns=case.turns), *case.concealed)
+    poor = bench.record(circle(turns=case.turns), *case.hidden)
     model, fitter, tie = bench.tie([poor], case.truth, case.rival)
     proposal = proposed(model, fitter, [tie])
     assert proposal.experiment is not None
@@ -120,7 +120,7 @@ def test_what_only_one_truth_would_show_is_said_with_the_measurement_that_helps(
     line = tie_line(*proposal.open)
     assert "both will still fit: then record the" in line
 
-    second = bench.record(driven(proposal.experiment.job), *case.concealed, seed=2)
+    second = bench.record(driven(proposal.experiment.job), *case.hidden, seed=2)
     _, _, both = bench.tie([poor, second], case.truth, case.rival)
     assert both.delta_chi2 > max(TIED, tie.delta_chi2)
 

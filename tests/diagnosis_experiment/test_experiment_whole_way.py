@@ -14,20 +14,20 @@ from deltactl.models.robot import DeltaRobot, EffectEntry
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-CONCEALED = [
+HIDDEN = [
     EffectEntry(effect="forearm_length", component="arm2", parameters={"length_error": 0.004}),
     EffectEntry(effect="sensor_offset", component="range_z", parameters={"offset": 0.006}),
 ]
 
 
-@pytest.mark.parametrize("concealed", CONCEALED, ids=[c.effect for c in CONCEALED])
+@pytest.mark.parametrize("hidden", HIDDEN, ids=[c.effect for c in HIDDEN])
 def test_the_second_recording_leaves_one_name(
-    bench: Any, delta: DeltaRobot, circle: Callable[..., Motion], concealed: EffectEntry
+    bench: Any, delta: DeltaRobot, circle: Callable[..., Motion], hidden: EffectEntry
 ) -> None:
-    first = bench.record(circle(turns=2), concealed)
+    first = bench.record(circle(turns=2), hidden)
     answer = diagnose_recordings(delta, [first])
     names = [(a.effect, a.component) for f in answer.findings for a in (f, *f.alternatives)]
-    assert (concealed.effect, concealed.component) in names
+    assert (hidden.effect, hidden.component) in names
     plan = answer.next_experiment
     assert plan is not None
 
@@ -35,9 +35,9 @@ def test_the_second_recording_leaves_one_name(
     lap = np.array(path["angles_deg"])
     laps = np.concatenate([lap, *[lap[1:]] * (plan.job["repeats"] - 1)])
     motion = Motion("next", "", laps, path["dwell_s"], plan.job["timing"]["t_pwm_s"])
-    second = bench.record(motion, concealed, seed=2)
+    second = bench.record(motion, hidden, seed=2)
     settled = diagnose_recordings(delta, [first, second])
     (finding,) = settled.findings
-    assert (finding.effect, finding.component) == (concealed.effect, concealed.component)
+    assert (finding.effect, finding.component) == (hidden.effect, hidden.component)
     assert finding.alternatives == []
     assert settled.next_experiment is None

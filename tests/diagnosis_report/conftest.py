@@ -79,7 +79,7 @@ def backlash(**changes: Any) -> Finding:
     parts: dict[str, Any] = {
         "effect": "gear_backlash",
         "component": "motor2",
-        "says": "the gear of motor2 has 0.498 degrees (8.70 mrad) of free play at the arm",
+        "says": "the gear of motor2 has 0.498 degrees (8.70 mrad) of backlash at the arm",
         "parameters": {
             "width": ParameterResult(value=0.0087, ci95=[0.0083, 0.0091], unit="rad"),
             "drag": ParameterResult(value=20.0, ci95=[1.0, 1e300], unit="N m s/rad"),

@@ -43,4 +43,4 @@ def test_beside_a_delay_of_the_same_motor_they_may_be_its_form(make: Any) -> Non
         answer = make(
             "explained", findings=[late], loosely_built=True, allowed_for=[_home(motor, 0.0076)]
         )
-        assert ("look first at where the arms stand at rest" in allowed_line(answer)) == said
+        assert ("look first at where the arms rest" in allowed_line(answer)) == said

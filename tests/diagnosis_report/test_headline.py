@@ -22,11 +22,11 @@ NAN = math.nan
         ("nothing_missing", "Nothing is missing"),
         (
             "explained",
-            "The model error is explained by free play in the gear or coupling of motor 2",
+            "The model error is explained by backlash in the gear or coupling of motor 2",
         ),
         (
             "partly_explained",
-            "Part of the model error is explained by free play in the gear or coupling",
+            "Part of the model error is explained by backlash in the gear or coupling",
         ),
         ("unexplained", "enters at motor 3 and follows the angle of arm 3"),
     ],

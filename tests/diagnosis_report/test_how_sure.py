@@ -81,7 +81,7 @@ def _friction(own: float, *others: float) -> Finding:
 def test_a_finding_and_what_it_may_be_instead_are_told_once_and_add_up() -> None:
     said = evidence(_friction(0.55, 0.45))
     assert said == (
-        "Something is there beyond doubt; whether it is this (55 %) or free play between drive and"
+        "Something is there beyond doubt; whether it is this (55 %) or backlash between drive and"
         " load of the axis (45 %), this recording cannot tell."
     )
     assert alternatives_line(_friction(0.55, 0.45)) == ""
@@ -173,7 +173,7 @@ def test_an_alternative_that_is_more_probable_is_named_as_such(make: Any) -> Non
         }
     )  # fmt: skip
     answer = make("explained", findings=[home])
-    more = "or, more probably, free play in the gear or coupling of motor 2"
+    more = "or, more probably, backlash in the gear or coupling of motor 2"
     assert more in headline(answer)
     first, line = remedies(answer)
     assert "tell the causes apart" in first

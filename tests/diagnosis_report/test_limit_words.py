@@ -24,7 +24,7 @@ NAN = math.nan
 def test_what_it_could_not_see_is_grouped_and_what_it_could_is_in_peoples_units(make: Any) -> None:
     text = "\n".join(plain_lines(make("explained")))
     assert "could not show periodic errors of the angle encoders of motors 1, 2 and 3" in text
-    assert "free play in the gear or coupling of motor 2 (0.17 degrees)" in text
+    assert "backlash in the gear or coupling of motor 2 (0.17 degrees)" in text
     assert "a wrong gear ratio of motor 1 (0.30 % off what the robot file says)" in text
     assert "softer than 35000 N m/rad" in text
 
@@ -36,7 +36,7 @@ def test_smallest_of_the_findings_come_first(make: Any) -> None:
     given = make("explained").smallest_detectable
     lines = plain_lines(make("explained", smallest_detectable=[first, *given]))
     line = next(line for line in lines if "Detection limits" in line)
-    assert line.index("free play") < line.index("mass")
+    assert line.index("backlash") < line.index("mass")
 
 
 def test_many_untested_effects_are_counted(make: Any) -> None:

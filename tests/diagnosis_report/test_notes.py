@@ -131,7 +131,7 @@ def test_a_zero_far_from_where_it_moved_is_told_there(make: Any) -> None:
         )
         picture = Picture(t_s=t_s, channels=[channel], covariates={"position": place})
         answer = make("explained", findings=[ratio, zero]).model_copy(update={"picture": picture})
-        assert ("it stands 0.074 degrees below" in " ".join(notes(zero, answer))) == told
+        assert ("it is 0.074 degrees below" in " ".join(notes(zero, answer))) == told
 
 
 def test_a_drift_among_the_rivals_is_to_be_ruled_out_as_well(make: Any) -> None:

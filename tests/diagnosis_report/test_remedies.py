@@ -241,7 +241,7 @@ def test_a_zero_that_play_may_have_moved_is_looked_at_after_the_play(make: Any) 
     home, play = sized("home_offset", "angle", 0.0011), sized("gear_backlash", "width", 0.002)
     first, second, *_ = remedies(make("explained", findings=[home, play]), STEPPER)
     assert first.startswith("Take up the play")
-    assert second.startswith("Then look at the zero of the axis again: it stands 0.0630 degrees")
+    assert second.startswith("Then look at the zero of the axis again: it is 0.0630 degrees")
     (says,) = beside(home, make("explained", findings=[home, play]))
     assert "about half of the play (half of it is 0.0573 degrees)" in says
     far = sized("home_offset", "angle", 0.0026)

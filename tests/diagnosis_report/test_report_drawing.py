@@ -53,7 +53,7 @@ def test_the_culprit_is_marked_and_only_it(parts: Any) -> None:
     assert part(drawing, "gear2") == "part solid hit hue1"
     assert drawing.count(" hit hue") == 1
     assert drawing.count('class="badge') == 1
-    assert "free play in the gear or coupling of motor 2" in drawing
+    assert "backlash in the gear or coupling of motor 2" in drawing
 
 
 def test_alternatives_elsewhere_are_dashed(parts: Any) -> None:

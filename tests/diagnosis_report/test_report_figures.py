@@ -47,7 +47,7 @@ def test_the_mismatch_after_reversals_is_told_from_the_rest() -> None:
     assert after.before == pytest.approx(np.sqrt(0.5) * 2.0, rel=0.02)
     assert after.after == pytest.approx(0.1, rel=0.1)
     assert found["motor 1 moves forward"].before < 0.5
-    assert "motor 1 stands" not in found
+    assert "motor 1 rests" not in found
 
 
 def test_what_a_delta_was_doing_names_its_motors_and_its_platform_each_once() -> None:
@@ -73,7 +73,7 @@ def test_an_axis_stands_where_its_command_does_and_not_where_it_is_slow() -> Non
     found = {one.name: one for one in by_regime(picture, mismatches(picture))}
     observed, before = picture.channels[0].observed, picture.channels[0].before
     miss_mm = 1e3 * (observed - before)[rests]
-    stands = found["the axis stands, or settles, at its command"]
+    stands = found["the axis rests, or settles, at its command"]
     assert stands.before == pytest.approx(float(np.sqrt(np.mean(miss_mm**2))), rel=1e-6)
 
 

@@ -52,7 +52,7 @@ def test_what_is_taken_over_says_how_sure_it_is(make: Any) -> None:
     assert well == "- well supported (above 99 %): a wrong home angle of motor 1"
     assert only == (
         "- the same correction, above 99 % sure to be right, whether the cause is a wrong home"
-        " angle of motor 2 (55 %) or free play in the gear or coupling of motor 2 (45 %); to tell"
+        " angle of motor 2 (55 %) or backlash in the gear or coupling of motor 2 (45 %); to tell"
         " which, turn the arm by hand while its motor holds: play can be felt, a wrong home cannot"
     )
 

@@ -26,7 +26,7 @@ def test_a_fleet_is_diagnosed_once_and_a_bad_file_costs_one_line(
             "--workers", "0", "--limit", "gear_backlash.width=0.0087"]  # fmt: skip
     first = CliRunner().invoke(app, call)
     assert first.exit_code == 0, first.output
-    assert "16 recordings: 14 with a mismatch, 2 bad" in first.output
+    assert "16 recordings: 14 with a model error, 2 unreadable" in first.output
     lines = (out / NAME).read_text().splitlines()
     assert len(lines) == 16
     table = pq.read_table(out / TABLE).to_pylist()

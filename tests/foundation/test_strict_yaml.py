@@ -94,7 +94,7 @@ def test_a_good_file() -> None:
             "plan.yaml:5: zzz: unknown key; valid keys:"
             " count, fast, name, note, outline, parts, period_s, size_m",
         ),
-        ("count: 1\nname: again\n", "plan.yaml:6: 'name' stands here twice; remove one"),
+        ("count: 1\nname: again\n", "plan.yaml:6: 'name' occurs here twice; remove one"),
         ("period_s: .nan\n", "plan.yaml:5: period_s: must be a finite number, not nan"),
         ("period_s: -.inf\n", "plan.yaml:5: period_s: must be a finite number, not -inf"),
         ("period_s: 1e999\n", "plan.yaml:5: period_s: must be a finite number, not inf"),

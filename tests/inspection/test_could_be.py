@@ -49,7 +49,7 @@ def test_a_torque_beside_a_command_may_be_a_load(deltactl: Deltactl, tmp_path: P
     path = write(tmp_path / "log.csv", head, 1e3 * T_S, asked(), seen(), current())
     (warning,) = [one for one in inspect(path).warnings if "torque_Nm" in one]
     assert "put load in place of effort" in warning
-    assert not [one for one in inspect(path).warnings if "no unit stands in the file" in one]
+    assert not [one for one in inspect(path).warnings if "the file gives no unit" in one]
     (tmp_path / "axis.yaml").write_text(AXIS)
     options = ["--set", "t=ms", "--set", "command=goal", "--set", "position=present"]
     effort = ["--set", "effort=torque_Nm"]

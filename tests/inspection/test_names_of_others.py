@@ -111,7 +111,7 @@ def test_a_calibration_table_beside_a_ruler(tmp_path: Path) -> None:
     found = table(tmp_path, nr=np.arange(35.0), surveyed_mm=true, vl53l0x=true + NOISE[0, :35])
     assert found.kind == "range_sensor"
     assert taken(found) == {"distance": "surveyed_mm", "range": "vl53l0x"}
-    assert found.unused("nr") == "it counts the rows; a ranging sensor needs no times"
+    assert found.unused("nr") == "it counts the rows; a distance sensor needs no times"
     assert not [one for one in found.warnings if "rate_hz" in one]
     assert found.guesses["vl53l0x"].unit == "mm"
 

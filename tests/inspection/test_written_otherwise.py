@@ -95,12 +95,12 @@ def test_a_sensor_beside_a_ruler_needs_no_times(deltactl: Deltactl, tmp_path: Pa
     (tmp_path / "tof.yaml").write_text(SENSOR)
     shown = deltactl("inspect", "tof.csv")
     assert "look here" not in shown.stdout + shown.stderr
-    assert "without times, which a ranging sensor does not need" in shown.stdout
+    assert "without times, which a distance sensor does not need" in shown.stdout
     assert "t=Nr" not in shown.stdout
     done = deltactl("diagnose", "tof.csv", "--robot", "tof.yaml", *OF_A_RULER)
     assert done.stderr.splitlines() == [
         "tof.csv: is read with tabs between, decimal point",
-        "tof.csv: has no times, and a ranging sensor needs none: rows count as one a second",
+        "tof.csv: has no times, and a distance sensor needs none: rows count as one a second",
     ]
     write(tmp_path / "ours.csv", ["distance", "range"], [1e-3 * TRUE_MM, 1e-3 * READ_MM], ",")
     assert "one a second" in deltactl("diagnose", "ours.csv", "--robot", "tof.yaml").stderr

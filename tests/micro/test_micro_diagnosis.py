@@ -1,4 +1,4 @@
-"""What is concealed in a servo delta is named from its disturbance estimates."""
+"""What is hidden in a servo delta is named from its disturbance estimates."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def recording(number: int) -> FlatRecording:
 
 
 @pytest.mark.parametrize("number", range(len(KINDS)))
-def test_the_concealed_cause_is_named_at_its_joint(number: int) -> None:
+def test_the_hidden_cause_is_named_at_its_joint(number: int) -> None:
     hidden, _ = case(77, number)
     answer = diagnose_recordings(ROBOT, [recording(number)])
     said = [(one.effect, one.component) for one in answer.findings]

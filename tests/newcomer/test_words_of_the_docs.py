@@ -41,12 +41,10 @@ def test_an_old_phrase_is_found(text: str) -> None:
 
 
 def test_the_docs_stay_short() -> None:
-    """The pages that people write are bounded; the reference grows with the code."""
-    docs = ROOT / "docs"
-    written = [page for page in PAGES if page.is_relative_to(docs)]
-    pages = [page for page in written if not page.is_relative_to(docs / "reference")]
+    """All pages together, as `wc -w` counts: what people write, and the reference."""
+    pages = [page for page in PAGES if page.is_relative_to(ROOT / "docs")]
     words = sum(len(page.read_text(encoding="utf-8").split()) for page in pages)
-    assert words <= LIST["most_words_in_docs"]
+    assert words <= LIST["most_words_in_docs"], f"{words} words"
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 120
 
 
@@ -54,11 +52,11 @@ PARTS = ("deltactl", "drivers", "firmware_py", "models")
 
 
 def folders() -> dict[str, list[Path]]:
-    """Source files by folder; the links inside `deltactl/` are not followed twice."""
+    """Source files by folder; not the links inside `deltactl/`, nor the list of old commands."""
     found: dict[str, list[Path]] = {}
     for part in PARTS:
         for file in sorted((ROOT / part).rglob("*.py")):
-            if file.resolve() == file.absolute():
+            if file.resolve() == file.absolute() and file.name != "old_spellings.py":
                 found.setdefault(str(file.parent.relative_to(ROOT)), []).append(file)
     return found
 

@@ -51,9 +51,7 @@ UNTYPED: dict[str, tuple[str, ...]] = {
     ),
     "takes hours; a short form of each is in tests/proof, tests/reproduction and tests/training": (
         "deltactl prove --repair --cases 104 --seed 2 --networks --out repair-2",
-        "deltactl prove --cases 300 --seed 7 --out proof-7",
         "deltactl prove --machine axis --cases 100 --half even --seed 2000 --out axes-even",
-        "deltactl prove --machine axis --cases 200 --seed 2000 --out axes",
         "deltactl prove --machine axis --cases 0 --practice ../shared/recordings/practice_axes"
         " --out practice",
         "deltactl prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786",

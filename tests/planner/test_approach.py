@@ -58,7 +58,7 @@ def test_speed_is_that_of_the_approach(zhao):
 
 def test_a_start_that_cannot_be_assembled_is_told():
     printed = load_robot(CONFIG_FOLDER / "zhao-2023-as-printed.yaml")
-    with pytest.raises(UnreachablePoint, match=r"arms stand at .* cannot be assembled"):
+    with pytest.raises(UnreachablePoint, match=r"arms are at .* cannot be assembled"):
         find_way(printed, np.deg2rad([-20.0] * 3), np.deg2rad([100.0] * 3))
 
 

@@ -82,7 +82,7 @@ def test_whole_numbers_look_whole(tmp_path: Path) -> None:
         ("t,steps_1\n", "has a heading but no rows"),
         ("time,steps_1\n0,1\n", ":1: has no column 't'; it has time, steps_1"),
         ("t,foo\n0,1\n1,2\n", "none of its columns foo is one that the program knows"),
-        ("t,steps_1,steps_1\n0,1,1\n", ":1: column 'steps_1' stands here twice"),
+        ("t,steps_1,steps_1\n0,1,1\n", ":1: column 'steps_1' occurs here twice"),
         ("t,steps_1\n0,1\n0,2\n", r":3: t does not increase \(0 after 0\)"),
         ("t,steps_1\n0,1\n1,2\n0.5,3\n", r":4: t does not increase \(0.5 after 1\)"),
         ("t,steps_1\n0,1\n,2\n", ":3: t is empty"),

@@ -20,19 +20,19 @@ from deltactl.proof.hidden.hidden import Hidden
 from deltactl.repair.demonstration import (
     CORRECTED,
     RECORDING,
-    Concealed,
+    HiddenFaults,
     _size,
     demonstrate,
     page_html,
 )
-from deltactl.repair.machine import conceal
+from deltactl.repair.machine import faulty_robot
 from deltactl.repair.played import Drawn, played
 
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
 
 
 def test_a_wrong_home_is_found_and_the_heart_is_drawn_as_well_as_it_can_be(tmp_path: Path) -> None:
-    shown = demonstrate(JOB, ROBOT, tmp_path, Concealed(["home_offset"], 3), survey_s=60.0)
+    shown = demonstrate(JOB, ROBOT, tmp_path, HiddenFaults(["home_offset"], 3), survey_s=60.0)
     assert shown.before.rms_m > 2e-3
     assert shown.after.rms_m < 1.3 * shown.possible.rms_m + 2e-5
     assert shown.gain > 0.98
@@ -53,7 +53,7 @@ def test_a_wrong_home_is_found_and_the_heart_is_drawn_as_well_as_it_can_be(tmp_p
         ("scale", "1", 1.01, "+1.00 %"),
     ],
 )
-def test_what_was_concealed_is_told_in_the_units_of_what_was_found(
+def test_what_was_hidden_is_told_in_the_units_of_what_was_found(
     main: str, unit: str, value: float | list[float], says: str
 ) -> None:
     hidden = SimpleNamespace(main=main, unit=unit, parameters={main: value})
@@ -61,7 +61,7 @@ def test_what_was_concealed_is_told_in_the_units_of_what_was_found(
 
 
 def test_where_nothing_is_wrong_nothing_is_changed(tmp_path: Path) -> None:
-    shown = demonstrate(JOB, ROBOT, tmp_path, Concealed([], 5), survey_s=60.0)
+    shown = demonstrate(JOB, ROBOT, tmp_path, HiddenFaults([], 5), survey_s=60.0)
     assert shown.corrected.read_text() == ROBOT.read_text()
     assert shown.after is shown.before
 
@@ -84,8 +84,8 @@ def test_the_distance_is_a_length_in_space() -> None:
 
 
 def test_an_effect_there_is_none_of_is_refused() -> None:
-    with pytest.raises(ConfigError, match="cannot be concealed"):
-        conceal(["gremlins"], 1)
+    with pytest.raises(ConfigError, match="cannot be hidden"):
+        faulty_robot(["gremlins"], 1)
 
 
 def test_the_command_prints_the_table_and_writes_the_page(
@@ -93,7 +93,7 @@ def test_the_command_prints_the_table_and_writes_the_page(
 ) -> None:
     from deltactl.cli.recordings.demo import demo
 
-    demo(conceal="home_offset", seed=3, minutes=1.0, out=tmp_path / "demo", json_out=True,
+    demo(hide="home_offset", seed=3, minutes=1.0, out=tmp_path / "demo", json_out=True,
          unknown=False, job="demo-heart.yaml")  # fmt: skip
     answer = json.loads(capsys.readouterr().out)
     assert answer["after_rms_m"] < 0.2 * answer["before_rms_m"]

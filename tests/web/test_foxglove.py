@@ -26,7 +26,7 @@ from deltactl.models.linkage.skeleton import quaternion
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.writing.writer import RunRecorder
-from deltactl.web.behind.belief import Beliefs
+from deltactl.web.behind.known_robots import KnownRobots
 from deltactl.web.behind.link import Seen
 from deltactl.web.foxglove import LiveServer, convert
 
@@ -113,7 +113,7 @@ def test_the_live_server_announces_official_schemas_and_sends_what_they_decode()
     sensors = tuple(SensorStatus(axis, 0.6, 0.01, "good", 9.0, "ok") for axis in "xyz")
     status = Status("ready", "", "zhao-2023", True, 1.0, HOME, None, None, None, None, 0.0, None,
                     (), None, "", 0, sensors, target_m=(0.01, 0.02, -0.45))  # fmt: skip
-    server = LiveServer(OneStatus(status), Beliefs(), "127.0.0.1", 0)  # type: ignore[arg-type]
+    server = LiveServer(OneStatus(status), KnownRobots(), "127.0.0.1", 0)  # type: ignore[arg-type]
     try:
         server.look()
         with connect(f"ws://127.0.0.1:{server.port}", subprotocols=["foxglove.sdk.v1"]) as viewer:  # type: ignore[list-item]

@@ -16,20 +16,20 @@ from deltactl.foundation.errors import RecordingError
 from deltactl.web.access.guard import MAX_UPLOAD, UPLOAD, Guard
 from deltactl.web.access.users import Session, Sessions
 from deltactl.web.behind import own_recordings
-from deltactl.web.behind.belief import Beliefs
+from deltactl.web.behind.known_robots import KnownRobots
 from deltactl.web.behind.link import DaemonLink
 from deltactl.web.behind.own_recordings import MAX_BYTES, MOST, OwnRecordings
 from deltactl.web.behind.site import Site
 from deltactl.web.serve import add_pages
 from tests.web.conftest import CIRCLE, Browser, WebPage
-from tests.web.test_concealed import run_job, simulated_robot
+from tests.web.test_hidden_fault import run_job, simulated_robot
 
 Open = Callable[..., Browser]
 HERE = "http://127.0.0.1:8080"
 
 
 def a_site(folder: Path) -> Site:
-    return Site(DaemonLink(None), Beliefs(), folder / "recordings", folder / "work")
+    return Site(DaemonLink(None), KnownRobots(), folder / "recordings", folder / "work")
 
 
 def client(site: Site, role: str = "operator") -> TestClient:

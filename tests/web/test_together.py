@@ -49,8 +49,8 @@ def a_table(path: Path, hertz: float) -> Path:
 
 
 def test_the_worker_diagnoses_several_as_one(tmp_path: Path) -> None:
-    believed, made = tmp_path / "axis.yaml", tmp_path / "made"
-    believed.write_text(AXIS)
+    robot_file, made = tmp_path / "axis.yaml", tmp_path / "made"
+    robot_file.write_text(AXIS)
     made.mkdir()
     tables = [a_table(tmp_path / f"{name}.csv", f) for name, f in (("slow", 0.3), ("fast", 0.9))]
     call = [
@@ -60,7 +60,7 @@ def test_the_worker_diagnoses_several_as_one(tmp_path: Path) -> None:
         "deltactl.web.behind.worker",
         "diagnose",
         made,
-        believed,
+        robot_file,
         *tables,
     ]
     done = subprocess.run(
@@ -72,8 +72,8 @@ def test_the_worker_diagnoses_several_as_one(tmp_path: Path) -> None:
 
 
 def test_the_columns_of_a_table_are_guessed_chosen_and_taken(tmp_path: Path) -> None:
-    believed, made = tmp_path / "axis.yaml", tmp_path / "made"
-    believed.write_text(AXIS)
+    robot_file, made = tmp_path / "axis.yaml", tmp_path / "made"
+    robot_file.write_text(AXIS)
     made.mkdir()
     plain = a_table(tmp_path / "plain.csv", 0.3).read_text().splitlines()
     rows = [line.split(",") for line in plain[1:]]
@@ -95,7 +95,7 @@ def test_the_columns_of_a_table_are_guessed_chosen_and_taken(tmp_path: Path) -> 
         "deltactl.web.behind.worker",
         "diagnose",
         made,
-        believed,
+        robot_file,
         table,
     ]
     subprocess.run([str(one) for one in call], check=True, timeout=60.0, capture_output=True)

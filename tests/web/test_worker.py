@@ -14,7 +14,7 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import ServiceError
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.writing.writer import RunRecorder
-from deltactl.web.behind.belief import Beliefs
+from deltactl.web.behind.known_robots import KnownRobots
 from deltactl.web.behind.link import DaemonLink
 from deltactl.web.behind.site import Site
 from deltactl.web.behind.tasks import LIMITS_S, Tasks
@@ -59,7 +59,7 @@ def test_moves_by_hand_are_not_listed(tmp_path: Path) -> None:
     jobs, moves = (f"heart-{when}", f"jog-wheel-{when}"), ("jog", "go-to", "goto")
     for name in (*jobs, *(f"{move}-{when}" for move in moves), f"jog-{when}-2"):
         (tmp_path / f"{name}.mcap").write_bytes(b"")
-    site = Site(DaemonLink(None), Beliefs(), tmp_path, tmp_path)
+    site = Site(DaemonLink(None), KnownRobots(), tmp_path, tmp_path)
     assert {one.path.stem for one in site.listed()} == set(jobs)
 
 

@@ -1,4 +1,4 @@
-"""`deltactl demo`: a robot with something concealed is recorded, diagnosed and corrected."""
+"""`deltactl demo`: a robot with hidden faults is recorded, diagnosed and corrected."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ OURS = "Made by 'deltactl demo'. The next demonstration in this folder replaces 
 
 
 def demo(
-    conceal: Annotated[
-        str, typer.Option(help="Effects to conceal, separated by commas; '' for none.")
+    hide: Annotated[
+        str, typer.Option(help="Effects to hide, separated by commas; '' for none.")
     ] = USUAL,
     seed: Annotated[int, typer.Option(min=0, help="Draws components and sizes.")] = 3,
     unknown: Annotated[
-        bool, typer.Option("--unknown", help="Conceal something that has no name as well.")
+        bool, typer.Option("--unknown", help="Hide something that has no name as well.")
     ] = False,
     job: Annotated[str, typer.Option(help="The job that is drawn.")] = "demo-heart.yaml",
     minutes: Annotated[
@@ -42,22 +42,22 @@ def demo(
     ] = False,
     json_out: JsonOption = False,
 ) -> None:
-    """A robot with something concealed draws a heart, is diagnosed, corrected, and draws again.
+    """A robot with hidden faults draws a heart, is diagnosed, corrected, and draws again.
 
     The robot is a MuJoCo model that shares nothing with what explains it. Takes about a minute.
     The next demonstration in the same folder replaces this one.
 
     ```
     deltactl demo
-    deltactl demo --conceal joint_friction,upper_arm_length --seed 1
-    deltactl demo --conceal "" --unknown
+    deltactl demo --hide joint_friction,upper_arm_length --seed 1
+    deltactl demo --hide "" --unknown
     ```
     """
     with waiting("loading", json_out), needs("proof", "demo"):
         from deltactl.repair.demonstration import (
             CORRECTED,
             RECORDING,
-            Concealed,
+            HiddenFaults,
             demonstrate,
             write_page,
         )
@@ -67,13 +67,13 @@ def demo(
     path = find(job)
     robot = load_job(path).robot
     robot_file = find(robot, beside=path)
-    effects = [name.strip() for name in conceal.split(",") if name.strip()]
+    effects = [name.strip() for name in hide.split(",") if name.strip()]
     replaces = make_room(out, (PAGE, RECORDING, CORRECTED), force)
     if replaces:
         warn(f"replacing the demonstration in {out}; --out FOLDER keeps both")
     with waiting("building the robot", json_out) as show:
-        concealed = Concealed(effects, seed, unknown)
-        shown = demonstrate(path, robot_file, out, concealed, 60.0 * minutes, show)
+        hidden = HiddenFaults(effects, seed, unknown)
+        shown = demonstrate(path, robot_file, out, hidden, 60.0 * minutes, show)
     page = out / PAGE
     write_page(shown, page)
     if json_out:
@@ -107,7 +107,7 @@ def _say(shown: Demonstration) -> None:
     from deltactl.diagnosis.report.names import effect
 
     for answer in shown.answers:
-        say(f"concealed:  {effect(answer.effect, answer.where)}")
+        say(f"hidden:     {effect(answer.effect, answer.where)}")
     for finding in shown.diagnosis.findings:
         instead = f", or {rivals(finding)}" if finding.alternatives else ""
         say(f"found:      {finding.says}{instead}")
@@ -119,7 +119,7 @@ def _say(shown: Demonstration) -> None:
     table = Table(box=SIMPLE_HEAD, title="Distance from the target", title_justify="left")
     for heading in ("", "RMS", "largest"):
         table.add_column(heading, justify="right" if heading else "left")
-    runs = (("before", shown.before), ("after", shown.after), ("sound robot", shown.possible))
+    runs = (("before", shown.before), ("after", shown.after), ("healthy robot", shown.possible))
     for name, run in runs:
         table.add_row(name, millimetres(run.rms_m), millimetres(run.worst_m))
     console.print(table)

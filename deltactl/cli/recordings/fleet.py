@@ -58,7 +58,7 @@ def fleet(
         )
     bad = sum("error" in row for row in rows)
     missing = sum(row.get("verdict", "nothing_missing") != "nothing_missing" for row in rows)
-    say(f"{count(len(rows), 'recording')}: {missing} with a mismatch, {bad} bad")
+    say(f"{count(len(rows), 'recording')}: {missing} with a model error, {bad} unreadable")
     say(f"page:  {out / run.PAGE}\ntable: {out / run.TABLE}")
     if bad == len(rows):
         warn("no recording could be read")

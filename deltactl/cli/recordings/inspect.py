@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 ROBOT = "my-robot.yaml"
 SHOWN_COLUMNS = 12
 NARROW = 100
-"""In a window of fewer letters the reasons stand below the table, not in a column of it."""
+"""In a window of fewer letters the reasons are below the table, not in a column of it."""
 UNSAID = {
     "command": "rad?",
     "position": "rad?",

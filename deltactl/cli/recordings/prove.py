@@ -73,19 +73,19 @@ def prove(
     half: Annotated[
         Half,
         typer.Option(
-            help="Of axes: only even seeds (for tuning) or only odd ones (for judging).",
+            help="For axes: only even seeds (for tuning) or only odd ones (for judging).",
             rich_help_panel=MORE,
         ),
     ] = "all",
     practice: Annotated[
         Path | None,
         typer.Option(
-            help="Of axes: a folder of cases with answers.json, scored beside.",
+            help="For axes: a folder of cases with answers.json, scored beside.",
             rich_help_panel=MORE,
         ),
     ] = None,
 ) -> None:
-    """Conceal effects in an independently simulated robot, diagnose blind, and count.
+    """Hide effects in an independently simulated robot, diagnose blind, and count.
 
     ```
     deltactl prove --cases 300 --seed 7 --out proof-7
@@ -215,15 +215,15 @@ def _verdict(row: Row) -> str:
 
 
 COLUMNS: tuple[tuple[str, Callable[[Row], str]], ...] = (
-    ("concealed", lambda row: _names(row.concealed)),
+    ("hidden", lambda row: _names(row.hidden)),
     ("found", lambda row: _names(row.found)),
     ("before", lambda row: _size(row.before_m)),
     ("after", lambda row: _size(row.after_m)),
     ("limit", lambda row: _size(row.limit_m)),
     ("above it", lambda row: _size(max(row.after_m - row.limit_m, 0.0))),
-    ("sound robot", lambda row: _size(row.possible_m)),
+    ("healthy robot", lambda row: _size(row.possible_m)),
     ("by network", lambda row: _size(row.network_after_m)),
     ("with tables", lambda row: _size(row.tables_m)),
     ("enough", _verdict),
 )
-MEASURED = ("before", "after", "limit", "above it", "sound robot", "by network", "with tables")
+MEASURED = ("before", "after", "limit", "above it", "healthy robot", "by network", "with tables")

@@ -28,8 +28,8 @@ BINARY = (".parquet", ".mat")
 
 
 def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
-    """A recording of which nothing is said: where its heading has our names behind other marks, or
-    no times are needed, that is found out and told.
+    """Read a table without a mapping: our names behind other marks, and a table that needs no
+    times, are recognised and reported.
 
     Raises RecordingError; where it looks like another machine's than the robot file's, saying so.
     """

@@ -139,7 +139,7 @@ def _through_daemon(path: Path, asked: Asked, files: FileAccess) -> JobResult:
         with dropped_when_interrupted(), waiting("planning the job", quiet):
             number = client.submit(path.resolve(), asked.record)
         if not quiet:
-            _say_what_it_believes(path, client.status(), files)
+            _say_what_it_accepts(path, client.status(), files)
         return follow(client, number, time.sleep, POLL_S, quiet)
 
 
@@ -169,7 +169,7 @@ def dropped_when_interrupted(unsure: str = "") -> Iterator[None]:
         raise
 
 
-def _say_what_it_believes(path: Path, status: Status, files: FileAccess) -> None:
+def _say_what_it_accepts(path: Path, status: Status, files: FileAccess) -> None:
     """What the daemon compensates, by its robot file."""
     if status.robot_file_changed:
         warn(f"what the daemon compensates cannot be said: {status.robot_file_changed}")

@@ -1,4 +1,4 @@
-"""The one door: does a recording belong to the robot file, and can anything be told from it?
+"""The one entry for recordings: do they belong to the robot file, and can they show anything?
 
 In: the robot and its recordings. Out: an `Admission`, with what is refused and what is doubted, and
 the plants that the pipelines take apart. Every caller of the diagnosis passes through here once.
@@ -48,11 +48,11 @@ class Lone:
 
     plant: LonePlant | ServoDelta
     others: Sequence[LonePlant | ServoDelta] = ()
-    """Of held-out recordings."""
+    """Plants of held-out recordings."""
     left_out: tuple[Refusal, ...] = ()
     """Why other held-out recordings say nothing."""
     singles: Sequence[LonePlant | ServoDelta] = ()
-    """Of each of several recordings by itself."""
+    """Plants of each of several recordings by itself."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

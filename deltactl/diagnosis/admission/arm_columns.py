@@ -49,7 +49,7 @@ def check_steps(
         low, high = arm_deg[0] - ADMISSION.beyond_deg, arm_deg[1] + ADMISSION.beyond_deg
         seen = ~np.isnan(counts)
         if len(broken := np.flatnonzero(seen & ((angle_deg < low) | (angle_deg > high)))):
-            where = f"the arm would stand at {angle_deg[broken[0]]:.4g} deg, and its limits are"
+            where = f"the arm would be at {angle_deg[broken[0]]:.4g} deg, and its limits are"
             limit = f"{arm_deg[0]:g} to {arm_deg[1]:g} deg; is the drive of the robot file right?"
             raise _at(recording, name, broken, f"{where} {limit}")
 
@@ -92,7 +92,8 @@ def check_arm_angles(robot: RobotModel, recording: FlatRecording) -> None:
 def refuse_exchanged_arms(robot: RobotModel, recording: FlatRecording) -> None:
     """Refuse a delta's table in which angles fit other commands than their own far better.
 
-    A wrong home angle does not count; arms that move alike cannot be told. Raises RefusedRecording.
+    A wrong home angle does not count; arms that move alike are not distinguished. Raises
+    RefusedRecording.
     """
     columns = recording.columns
     names = [[f"{stem}_{arm + 1}" for arm in range(ARMS)] for stem in ("command", "theta")]

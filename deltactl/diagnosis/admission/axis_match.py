@@ -133,7 +133,7 @@ def check_force(plant: ForcedAxis) -> None:
     size, *_ = np.linalg.lstsq(shapes / scale, needed[rows], rcond=1e-10)
     left = needed[rows] - shapes / scale @ size
     inverse = np.linalg.pinv((shapes / scale).T @ (shapes / scale), hermitian=True)
-    # Rows stand a filter's memory apart; what is left is still correlated over several.
+    # Rows are a filter's length apart; what is left is still correlated over several.
     error = float(np.sqrt(inverse[0, 0] * np.mean(left**2) * ADMISSION.correlated)) / scale[0]
     ratio, error = float(size[0] / scale[0]) / plant.inertia, error / plant.inertia
     if abs(ratio - 1.0) < ADMISSION.sure_of_mass * error:

@@ -44,7 +44,7 @@ STANDS_IN = {
     "range": "range [m], what the sensor reported",
 }
 MAPPING = "give other names and units with --set name=column[unit]; 'deltactl inspect' says how"
-NOTHING = "nothing can be told from it"
+NOTHING = "nothing can be learned from it"
 
 
 def check_followed(robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]) -> None:
@@ -266,7 +266,7 @@ def _refuse_mostly_empty(recording: FlatRecording, name: str) -> None:
 
 
 def _refuse_still(values: FloatArray, name: str, source: str) -> None:
-    """Nothing can be told from a machine that was not moved."""
+    """Nothing can be learned from a machine that was not moved."""
     spread = float(np.nanmax(values) - np.nanmin(values))
     if not spread > 1e-12 * max(1.0, float(np.nanmax(np.abs(values)))):
         refuse(Kind.STILL, source, f"{name} never changes", NOTHING, column=name)

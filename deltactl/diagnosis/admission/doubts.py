@@ -31,8 +31,8 @@ def steps_of_degrees(robot: RobotModel, recording: FlatRecording) -> Doubt | Non
             return Doubt(
                 recording.source,
                 name,
-                f"{name} of {recording.source} was read in rad, and its readings stand {step}: it"
-                " is probably in degrees, and every size below then 57 times too large: give the"
+                f"{name} of {recording.source} was read in rad, and its readings go {step}: "
+                "it is probably in degrees, and every size below then 57 times too large: give the"
                 f' unit of it and of the command, as --set "{name}=COLUMN[deg]".',
             )
     return None
@@ -74,7 +74,7 @@ def usual_largest(recording: FlatRecording, name: str) -> float:
 
 
 def far_for_a_sensor(robot: RobotModel, recording: FlatRecording) -> Doubt | None:
-    """That most distances are farther than ranging sensors see."""
+    """That most distances are farther than distance sensors see."""
     if not isinstance(robot, RangeSensor) or "distance" not in recording.columns:
         return None
     known = recording.columns["distance"]

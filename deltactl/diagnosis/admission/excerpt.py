@@ -1,4 +1,4 @@
-"""Of a recording too long to be held: whole stretches, spread over all of it.
+"""An excerpt of a recording too long for memory: whole stretches, spread over all of it.
 
 Stretches keep what lives between one row and the next (play, lag, the memory of the noise); every
 so many rows would not. Each is the one in its part of the recording in which most moves.

@@ -12,9 +12,9 @@ class AdmissionOptions:
     # Any recording.
     fewest_valid: int = 30
     fewest_in_all: int = 90
-    """Valid readings of one channel, and of all together, below which nothing is told."""
+    """Valid readings of one channel, and of all together, below which nothing can be learned."""
     stands_still: float = 1e-4
-    """Travel [m or rad] below which nothing moves: a tenth of what a ranging sensor resolves."""
+    """Travel [m or rad] below which nothing moves: a tenth of what a distance sensor resolves."""
     unit_factor: float = 20.0
     """Times the expected readings from which on the unit is wrong: inches for metres make 39 times,
     degrees for radians 57."""
@@ -31,7 +31,7 @@ class AdmissionOptions:
     """Share of the readings of an arm's angle that must lie within its limits: single readings go
     astray, a wrong unit is wrong everywhere."""
     times_s: tuple[float, float] = (2e-5, 15.0)
-    """Between a lone machine's samples: 50 000 a second are more than any drive logs, and steps of
+    """Between a single axis' samples: 50 000 a second are more than any drive logs, and steps of
     more than 15 s are milliseconds."""
 
     most_unassembled: float = 0.02
@@ -43,9 +43,10 @@ class AdmissionOptions:
     delta_rows: int = 30_000
     """Ten minutes at 50 Hz: a search on two cores holds 1.1 GB then (`costs/diagnosis_cost.py`)."""
     fast_rows: int = 300_000
-    """Of a servo's loop or a lone machine, of which fewer rows are worked on than are read."""
+    """Rows of a servo's loop or a single axis or sensor, fewer of which are worked on than are
+    read."""
     range_rows: int = 5_000_000
-    """Of a ranging sensor alone, whose rows are gathered before anything else."""
+    """Rows of a distance sensor alone, which are gathered before anything else."""
     fewest_of_each: int = 600
     """Rows of each recording, where there are so many that each can have only a few."""
 
@@ -57,7 +58,7 @@ class AdmissionOptions:
     late_s: tuple[float, ...] = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5)
     """Delays of a drive or of the sensors; a recording that is late belongs all the same."""
     nowhere_m: float = 1.0
-    """Mismatch where the other machine cannot be assembled: more than any reading is off."""
+    """Model error where the other machine cannot be assembled: more than any reading is off."""
     soft_from: float = 3.0
     """Standard deviations of the scatter from which on a reading counts less in that fit."""
     match_evaluations: int = 40
@@ -65,7 +66,7 @@ class AdmissionOptions:
     trimmed_fits: int = 5
     """So often the samples that fit best are chosen anew, from either start."""
     far_off: float = 0.15
-    """A mismatch larger than this share needs an explanation."""
+    """A model error larger than this share needs an explanation."""
     near_scatters: float = 3.0
     """Standard deviations of the scatter within which a reading is where it should be."""
     near_share: float = 0.2
@@ -90,7 +91,7 @@ class AdmissionOptions:
     least_after: float = 0.05
     """Share of the recording that must be left after it."""
     nearly_all: float = 0.9
-    """Of the readings, before and after; the others may be wherever they like."""
+    """Share of the readings, before and after; the others may be wherever they like."""
     broken_off: float = 0.2
     """After it the readings are off by more than this share."""
     worse: float = 1.9
@@ -111,7 +112,7 @@ class AdmissionOptions:
     own: columns or motors are exchanged. Of 15 recordings of a delta whose drives are a tenth of a
     second late, those of other arms leave 1.6 to 4.4 times as much."""
 
-    # Lone machines.
+    # Single axes and sensors.
     against: float = -0.5
     """Correlation with its command below which a reading runs against it."""
     ahead: float = 0.9
@@ -127,7 +128,7 @@ class AdmissionOptions:
     moves_alike: float = 0.9
     """Correlation from which on command and reading are one motion, whatever their sizes."""
     as_far: float = 1.2
-    """A motion so much farther than another is told as a factor; less is no mistyped number."""
+    """A motion so much farther than another is reported as a factor; less is no mistyped number."""
     near_factor: float = 0.2
     """How near a ratio must be to a factor between units to be put down to it."""
     sure_of_mass: float = 8.0
@@ -135,7 +136,7 @@ class AdmissionOptions:
     known_mass: float = 0.1
     """Standard error of a mass, as a share of it, with which a unit can be blamed."""
     correlated: float = 10.0
-    """Rows that count as one in that standard error: they stand a filter's memory apart, and what
+    """Rows that count as one in that standard error: they are a filter's length apart, and what
     is left is still correlated over several."""
     brakes: float = -0.5
     """Correlation of effort and velocity below which an effort brakes all the time: a drive that

@@ -29,7 +29,7 @@ class Kind(StrEnum):
     SIGN = "sign"
     """A column has the wrong sign."""
     EXCHANGED = "exchanged"
-    """Two columns, motors or encoders stand in each other's place."""
+    """Two columns, motors or encoders are exchanged."""
     ROBOT_FILE = "robot_file"
     """The robot file lacks what these columns need."""
     ANOTHER_MACHINE = "another_machine"

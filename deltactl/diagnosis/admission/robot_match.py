@@ -130,13 +130,13 @@ def check_input(model: Model) -> None:
             Kind.EMPTY,
             "",
             f"only {int(counts.max())} valid readings in any of {', '.join(readings.names)}",
-            f"nothing can be told from fewer than {ADMISSION.fewest_valid} of one and "
+            f"nothing can be learned from fewer than {ADMISSION.fewest_valid} of one and "
             f"{ADMISSION.fewest_in_all} of all",
         )
     predicted = model.predict([n.term for n in model.nuisances])
     moved = np.ptp(predicted, axis=0)
     if moved.max() < ADMISSION.stands_still:
-        refuse(Kind.STILL, "", "nothing moves in this recording", "nothing can be told from it")
+        refuse(Kind.STILL, "", "nothing moves in this recording", "nothing can be learned from it")
     sizes = np.median(np.abs(predicted), axis=0)
     for column, name in enumerate(readings.names):
         good = readings.valid[:, column]
@@ -159,7 +159,7 @@ def check_input(model: Model) -> None:
 def _another_unit(size: float, usual: float, alike: float) -> bool:
     """Whether readings are so much larger or smaller than is usual that their unit is another.
 
-    alike: the largest of what is usually expected of channels in this unit. Of a platform that
+    alike: the largest of what is usually expected of channels in this unit. On a platform that
     only moves up and down, x and y are noise about 0: no size can be expected of them.
     """
     if size < usual / ADMISSION.unit_factor:

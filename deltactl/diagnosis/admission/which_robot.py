@@ -17,15 +17,16 @@ MAY_DIFFER = ("effects", "networks", "as_built", "recordings")
 """Sections in which two files of one machine may differ: counts mean the same by both."""
 
 
-def carried_by(recordings: Sequence[Path], believed: Path) -> RunConfiguration:
+def carried_by(recordings: Sequence[Path], robot_file: Path) -> RunConfiguration:
     """Robot and job of the last run among these, which are in order of time.
 
-    believed: of tables, which carry none. Raises RefusedRecording where runs are of several robots.
+    robot_file: for tables, which contain none. Raises RefusedRecording where runs are of several
+    robots.
     """
     runs = [recording for recording in recordings if recording.suffix == ENDING]
     carried = {one: read_run(one).configuration for one in runs}
     if not runs:
-        return RunConfiguration(believed.read_text(encoding="utf-8"), "")
+        return RunConfiguration(robot_file.read_text(encoding="utf-8"), "")
     last = runs[-1]
     for one in runs:
         if differing := _differing(carried[one].robot_text, carried[last].robot_text):

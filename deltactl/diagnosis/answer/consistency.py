@@ -41,7 +41,7 @@ def _verdict(answer: Diagnosis) -> Iterator[str]:
             if seen(answer.false_alarm_p):
                 yield f"nothing is missing, with p = {answer.false_alarm_p:.2g}"
             if answer.unexplained.share_of_mismatch > VERDICT.rounding:
-                yield "nothing is missing, and a share of the mismatch is unexplained"
+                yield "nothing is missing, and a share of the model error is unexplained"
         case "explained":
             if not named or len(named) < len(answer.findings):
                 yield "explained, and not by named effects alone"
@@ -60,9 +60,9 @@ def _left_of_explained(answer: Diagnosis) -> Iterator[str]:
     if much_goes_on(answer.fit):
         yield "explained, and much is left that is no sensor's noise"
     if grew(answer.fit):
-        yield "explained, and the held-out mismatch grew"
+        yield "explained, and the held-out model error grew"
     elif not gained(answer.findings, answer.fit):
-        yield "explained, and the held-out mismatch did not fall"
+        yield "explained, and the held-out model error did not fall"
 
 
 def _chances(answer: Diagnosis) -> Iterator[str]:

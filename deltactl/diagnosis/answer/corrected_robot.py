@@ -40,7 +40,7 @@ def corrected_text(
 
     What is found again is one entry with the size that both amount to, and says where it comes
     from. Comments outside the section are kept. One-off events (lost steps, stale readings) and
-    unknown mismatches are no property of the robot: left out. all_of_them: ties and improbable
+    unknown model errors are no property of the robot: left out. all_of_them: ties and improbable
     findings as well. tables: what has no name as well, as the table it is.
     """
     document = robot_file if isinstance(robot_file, Document) else Document.read(robot_file)
@@ -135,12 +135,12 @@ def corrected_alike(finding: Finding) -> list[Alternative]:
 def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     """Whether it is clear what to correct.
 
-    A rival that moves the robot as well as the finding does, as far as the recording goes, asks for
-    the same correction there: play that hangs on one flank and another home, a late drive and
-    viscous friction, soft joints and a load. So its probability counts for the finding, and it
-    alone does not keep it out. One in the sensors would have nothing corrected. A lone machine is
-    not moved by its file, which says what the next diagnosis takes for known: there the cause
-    itself must be sure.
+    An alternative that moves the robot as well as the finding does, as far as the recording goes,
+    asks for the same correction there: play that hangs on one flank and another home, a late drive
+    and viscous friction, soft joints and a load. So its probability counts for the finding, and it
+    alone does not keep it out. One in the sensors would have nothing corrected. A single axis or
+    sensor is not moved by its file, which says what the next diagnosis takes for known: there the
+    cause itself must be sure.
     """
     constant = has(finding.effect, Trait.CONSTANT_FORCE)
     if constant and differs_with_speed(finding, diagnosis.findings):

@@ -9,11 +9,11 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 HUGE = 1e100
-"""No machine has a size beyond this: it stands for one that does not exist."""
+"""No machine has a size beyond this: it represents one that does not exist."""
 
 
 def _existing(value: Any) -> Any:
-    """None for what is infinite or stands for it, which JSON has no number for."""
+    """None for what is infinite or represents it, which JSON has no number for."""
     if isinstance(value, int | float) and not abs(value) < HUGE and not math.isnan(value):
         return None
     return value
@@ -128,13 +128,13 @@ class Finding(Record):
     where: Where
     evidence: Evidence
     share_of_mismatch: float
-    """How much of the mismatch's power that all findings take away comes back without it, with the
-    others fitted again."""
+    """How much of the model error's power that all findings take away comes back without it, with
+    the others fitted again."""
     own_share: float | None = None
-    """Power of what it does by itself, as a share of the mismatch's; the others may be able to take
-    it over, or make up for it. None where it was not computed."""
+    """Power of what it does by itself, as a share of the model error's; the others may be able to
+    take it over, or make up for it. None where it was not computed."""
     left_without_m: float | None = None
-    """The mismatch (root mean square, in the unit of the fit) without it, with the others fitted
+    """The model error (root mean square, in the unit of the fit) without it, with the others fitted
     again; None where it was not computed."""
     probability: float | None = None
     """Posterior that this effect acts at this component (unknown: that something outside the
@@ -146,4 +146,4 @@ class Finding(Record):
     """Those of them that it may follow instead of the others."""
     has_memory: bool | None = None
     table: Table | None = None
-    """Of an unknown that follows one quantity."""
+    """For an unknown that follows one quantity."""

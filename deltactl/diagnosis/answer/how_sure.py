@@ -111,7 +111,7 @@ def exclusive(finding: Finding) -> bool:
 def alternatives_case(
     finding: Finding,
 ) -> Literal["said", "none", "settled", "open"]:
-    """What is to be said of what else it may be; `said` where that stands elsewhere."""
+    """Whether and where it is said what else it may be; `said`: elsewhere."""
     if not finding.alternatives:
         told = finding.effect == NAMELESS or finding.probability is not None
         return "said" if told else "none"
@@ -205,7 +205,7 @@ def mostly_dead(finding: Finding) -> bool:
 
 
 def minor(finding: Finding) -> bool:
-    """Whether the mismatch would hardly change without it, nor is much of it its doing."""
+    """Whether the model error would hardly change without it, nor is much of it its doing."""
     own = finding.own_share
     return own is not None and max(own, finding.share_of_mismatch) < SAYING.minor_share
 

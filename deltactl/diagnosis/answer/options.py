@@ -10,7 +10,7 @@ class VerdictOptions:
     """Levels at which the same figures lead to another verdict."""
 
     alarm: float = 0.003
-    """Chance that a sound machine is said to have something missing: one recording in three
+    """Chance that a healthy machine is said to have something missing: one recording in three
     hundred, as rare as a result beyond three standard deviations. The one level of the engine: it
     is family-wise (all that is tested counts), and holds for the first alarm, for every further
     effect, and for what is left."""
@@ -18,23 +18,23 @@ class VerdictOptions:
     """Times the noise floor up to which a residual is at the floor. The floor is an estimate: from
     50 independent readings it is known to 10 %."""
     faint_rest: float = 0.05
-    """Share of the mismatch that may be left although a test sees it: the model is said to explain
-    the recording, and the answer names what is left."""
+    """Share of the model error that may be left although a test sees it: the model is said to
+    explain the recording, and the answer names what is left."""
     too_little: float = 0.01
-    """Share of the mismatch (without a finding, of what the file's measured effects do) below which
-    what is left calls for nothing: a tenth of the size that is explained, as drives and bearings
-    differ from their models."""
+    """Share of the model error (without a finding, of what the file's measured effects do) below
+    which what is left calls for nothing: a tenth of the size that is explained, as drives and
+    bearings differ from their models."""
     grew: float = 1.01
-    """Times the held-out mismatch before, from which on it grew. Both are of the same readings, so
-    noise cancels; findings that do not come back (lost steps) move it by less than this."""
+    """Times the held-out model error before, from which on it grew. Both are of the same readings,
+    so noise cancels; findings that do not come back (lost steps) move it by less than this."""
     beyond_rest: float = 3.0
     """Times the scatter of readings at one place from which on what is left is not called their
     noise: a noise with a memory hardly changes within a stay, and shows less than its size."""
     goes_on: float = 0.7
     """Correlation of what is left from one reading to the next from which on it is not called the
-    noise of a sensor: half of its power can then be told from the reading before."""
+    noise of a sensor: half of its power can then be distinguished from the reading before."""
     most_of_rest: float = 0.7
-    """Of the size of what is left, from which on what effects of the file may leave is half of its
+    """Share of the residual's size from which on what effects of the file may leave is half of its
     power."""
     even: float = 0.5
     """Posterior of the empty set below which nobody may say that nothing is missing."""
@@ -50,7 +50,8 @@ class VerdictOptions:
     least_seen: float = 1e-9
     """Share of the residual that a test explains at least when it finds more than noise in it."""
     rounding: float = 1e-9
-    """Of shares and probabilities that are added up: far above what sixteen digits lose."""
+    """Rounding of shares and probabilities that are added up: far above what sixteen digits
+    lose."""
     least_steps: float = 1.0
     """A motor loses whole steps; less than one microstep is none."""
 
@@ -79,51 +80,54 @@ class SayingOptions:
     """Less scatter at a place than this share of the noise: over half of the noise's power is
     between places."""
     next_to_nothing: float = 0.01
-    """Of what is left: a scatter below it is not told to more digits."""
+    """Share of the residual: a scatter below it gets no more digits."""
     mostly_in_motion: float = 1.5
     """Times as much in motion as at rest: over two thirds of the power, where both last as long."""
     fewest_moved: float = 1.0 / 3.0
-    """Of the rests, in which an axis must have moved to be said to."""
+    """Share of the rests in which an axis must have moved to be said to."""
     moved_of_left: float = 2.0
     """Times what is left, by which it must have: one glide in hours is none."""
     mostly_left: float = 0.5
-    """Share of the mismatch that nothing explains, from which on the headline says so first."""
+    """Share of the model error that nothing explains, from which on the headline says so first."""
     little_left: float = 0.1
     half_left: float = 0.5
-    """Of the mismatch as it is shown (root mean square): nearly all, or most, is explained."""
+    """Shares of the model error as it is shown (root mean square): nearly all, or most, is
+    explained."""
     much_returns: float = 0.2
     """Share of what is explained: what comes back of less sounds like a minor cause, which it need
     not be."""
     hardly_returns: float = 0.01
     """The same, of what is small by itself as well."""
     mostly_noise: float = 0.5
-    """Of what is left, from which on noise would hide what a finding does: it is taken off both."""
+    """Share of the residual from which on noise would hide what a finding does: it is taken off
+    both."""
     next_to_none: float = 0.05
-    """Of the mismatch without a finding: less is left of next to nothing."""
+    """Share of the model error without a finding: less is left of next to nothing."""
     above_floor: float = 0.01
-    """Of the noise floor: a mismatch that is hardly above it has no share to speak of."""
+    """Share of the noise floor: a model error that is hardly above it has no share to speak of."""
     nearly_all_gone: float = 0.99
     """Share of a gain that is reported without a figure."""
     worth_a_table: float = 0.02
-    """Share of the mismatch below which, beside named causes, nobody is asked to enter a table."""
+    """Share of the model error below which, beside named causes, nobody is asked to enter a
+    table."""
     table_helps: float = 1.1
-    """Times the mismatch that is left, below which without a table it would be as good."""
+    """Times the model error that is left, below which without a table it would be as good."""
     minor_share: float = 0.01
-    """Of the mismatch: what does less is reported last."""
+    """Share of the model error: what does less is reported last."""
     half_known: float = 0.5
     """A part of a delay that may be smaller by more than this is not known."""
     by_the_loop: float = 2.0
     """Times the smaller part of a delay from which on the same is the larger in a drive of another
     order: of real servos fitted with one time constant and with two, none then changes sides."""
     nothing_of_time_s: float = 5e-7
-    """A second parameter below it is not told: half a microsecond."""
+    """A second parameter below it is not reported: half a microsecond."""
     unloaded_alike: float = 0.9
     """Share of friction that is there without a load, from which on nothing is said of the load."""
     second_wave: float = 0.1
-    """Of a periodic error's first harmonic, from which on the second is reported."""
+    """Share of a periodic error's first harmonic from which on the second is reported."""
     least_told_waves: float = 1.2
     most_told_waves: float = 3.1
-    """Waves over the travel of a periodic error that is told though it is not named: of fewer a
+    """Waves over the travel of a periodic error that is reported though it is not named: of fewer a
     bend looks the same, more are named."""
     wave_takes: float = 0.7
     """Share of the power from which on one wave is most of it."""
@@ -134,10 +138,10 @@ class SayingOptions:
     other_pace: float = 2.0
     """Times as fast as another part from which on it is another motion."""
     about_half: tuple[float, float] = (0.75, 1.25)
-    """Of half the play. Below, a zero set within the play is off by less; above, it is off as
-    well."""
+    """Shares of half the play. Below, a zero set within the play is off by less; above, it is off
+    as well."""
     much_of_delay: float = 0.5
-    """Of a delay, from which on a loop that rings may well be all that is late."""
+    """Share of a delay from which on a loop that rings may well be all that is late."""
     same_period: float = 0.03
     """How far a period may be from a whole fraction of another: what intervals of both amount
     to."""

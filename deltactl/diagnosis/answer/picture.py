@@ -38,7 +38,7 @@ class Channel(Record):
     unit: str
     observed: FloatArray
     before: FloatArray
-    """Prediction of the robot file as it stands."""
+    """Prediction of the robot file alone."""
     after: FloatArray
     """Prediction with all findings."""
     noise: float
@@ -53,12 +53,13 @@ class Picture(Record):
     t_s: FloatArray
     channels: list[Channel]
     covariates: dict[str, FloatArray] = Field(default_factory=dict)
-    """Interpretable quantities over time to draw the mismatch against, name (with unit) -> (n,)."""
+    """Interpretable quantities over time to draw the model error against, name (with unit) ->
+    (n,)."""
     shift_s: tuple[float, ...] = (0.0,)
     """By how much the times of each recording were shifted to follow each other in `t_s`."""
 
     rests: BoolArray | None = None
-    """Where a lone axis' command stands, shape (n,); None where its speed alone tells."""
+    """Where a single axis' command rests, shape (n,); None where its speed alone tells."""
 
     def shift_of(self, where: Where) -> float:
         """What to add to the times of a place that lies in one recording."""

@@ -42,7 +42,7 @@ class AtRest(Record):
 
 
 class Fit(Record):
-    """Mismatch in the unit of the position (m for a delta, else `unit`)."""
+    """Model error in the unit of the position (m for a delta, else `unit`)."""
 
     rms_before_m: float
     rms_after_m: float
@@ -54,16 +54,17 @@ class Fit(Record):
     """What effects that the robot file has from earlier diagnoses may leave, as no drive or bearing
     is as simple as they describe it. It is part of the noise floor where no test sees the rest."""
     done_by_known_m: float = 0.0
-    """Of a lone machine: how large what those effects do is, root mean square."""
+    """For a single axis or sensor: size of what those effects do, root mean square."""
     scatter_within_m: float | None = None
-    """Of a lone machine: what readings scatter around their mean while it stays at one place."""
+    """For a single axis or sensor: scatter of readings around their mean while it stays at one
+    place."""
     sensor_noise: bool = True
-    """Whether the noise floor is known to be that of the sensors: of a lone machine only where its
-    readings at one place scatter by as much."""
+    """Whether the noise floor is known to be that of the sensors: of a single axis or sensor only
+    where its readings at one place scatter by as much."""
     at_rest: AtRest | None = None
-    """Of an axis that follows commands, and both rests and moves."""
+    """For an axis that follows commands, and both rests and moves."""
     left_correlation: float | None = None
-    """Of what is left, from one reading that was used to the next; None where these are few."""
+    """Correlation of the residual from one used reading to the next; None where these are few."""
     left_apart_s: float | None = None
     """How far apart such readings are."""
     left_lasts_s: float | None = None
@@ -152,7 +153,8 @@ class Agreement(Record):
     sizes: list[ParameterResult]
     """In the order of the recordings."""
     chi2: float
-    """Of the sizes about their weighted mean; one degree of freedom fewer than recordings."""
+    """Chi-square of the sizes about their weighted mean; one degree of freedom fewer than
+    recordings."""
     p: float
     """Chance of a chi-square as large, were the machine the same in all recordings."""
 
@@ -220,13 +222,13 @@ class Diagnosis(Record):
     known: list[Known] = Field(default_factory=list)
     """What the robot file has from earlier diagnoses."""
     pull_said: bool = False
-    """Whether the robot file says what pulls at a lone axis, or has no entry for it."""
+    """Whether the robot file says what pulls at a single axis, or has no entry for it."""
     next_experiment: NextExperiment | None = None
     open_ties: list[OpenTie] = Field(default_factory=list)
     not_testable: list[NotTestable] = Field(default_factory=list)
     smallest_detectable: list[SmallestDetectable] = Field(default_factory=list)
     agreement: list[Agreement] = Field(default_factory=list)
-    """Of several recordings of a lone machine: every size in each of them."""
+    """For several recordings of a single axis or sensor: every size in each of them."""
     prior_sensitivity: list[PriorSensitivity] = Field(default_factory=list)
     """Effects whose probability depends on how wide the priors of sizes are."""
     says: list[str] = Field(default_factory=list)

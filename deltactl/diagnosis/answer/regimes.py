@@ -14,7 +14,7 @@ import numpy as np
 from deltactl.diagnosis.answer.picture import BoolArray, FloatArray, bare
 
 STILL_SHARE = 0.02
-"""Below this share of its usual top speed a motor counts as standing."""
+"""Below this share of its usual top speed a motor counts as resting."""
 AFTER_REVERSAL_S = 1.0
 TOP_QUANTILE = 0.95
 FEWEST_ROWS = 30
@@ -39,7 +39,7 @@ def regimes(
 ) -> Iterator[Regime]:
     """Every regime that the covariates, each of shape (n,), tell.
 
-    rests: where an axis stands, as the text has it, shape (n,); None: by its speed.
+    rests: where an axis rests, as the text has it, shape (n,); None: by its speed.
     """
     yield Regime("all", "", np.ones(len(t_s), dtype=np.bool_))
     known = {bare(name): np.nan_to_num(values) for name, values in covariates.items()}
@@ -57,7 +57,7 @@ def regimes(
 
 
 def which_of(name: str) -> str:
-    """What a covariate of speed is about: a motor, a direction; empty of a lone axis."""
+    """What a covariate of speed is about: a motor, a direction; empty of a single axis."""
     stem, _, last = name.rpartition("_")
     return last if stem and last in (*"123", *"xyz") else ""
 
@@ -79,7 +79,7 @@ def _of_speed(
 
 
 def _after_reversal(t_s: FloatArray, way: FloatArray) -> BoolArray:
-    """True within AFTER_REVERSAL_S after the direction changed, standing in between or not."""
+    """True within AFTER_REVERSAL_S after the direction changed, with a rest in between or not."""
     moving = np.flatnonzero(way != 0)
     turns = moving[1:][np.diff(way[moving]) != 0]
     if not len(turns):

@@ -1,6 +1,7 @@
 """What a mechanic reads beside the size of a finding: waves, harmonics, loads and paces.
 
-In: a finding, and the picture of the mismatch. Out: figures; None where there is nothing to tell.
+In: a finding, and the picture of the model error. Out: figures; None where there is nothing to
+tell.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ def _one_wave(at: FloatArray, channel: Channel) -> Wave | None:
 def changes_its_pace(finding: Finding, picture: Picture | None) -> bool:
     """Whether an unknown follows the time of a motion that is faster in one part than in another.
 
-    Parts in which the machine stands do not count.
+    Parts in which the machine rests do not count.
     """
     follows = [bare(name) for name in finding.depends_on[:1]]
     if finding.effect != NAMELESS or follows not in (["time"], ["t"]) or picture is None:

@@ -1,4 +1,4 @@
-"""The verdict, for every kind of machine: made from the figures that stand in the same answer."""
+"""The verdict, for every kind of machine: made from the figures of the same answer."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def goes_on(fit: Fit) -> bool:
 def too_little(fit: Fit, share: float, found: bool) -> bool:
     """Whether what is left is too little to act on.
 
-    share: of the mismatch, that nothing explains. found: whether there are findings; without any
-    all of the mismatch is left, which is held against what the file's measured effects do.
+    share: of the model error, that nothing explains. found: whether there are findings; without any
+    all of the model error is left, which is held against what the file's measured effects do.
     """
     if found:
         return share < VERDICT.too_little
@@ -60,7 +60,7 @@ def too_little(fit: Fit, share: float, found: bool) -> bool:
 
 
 def much_goes_on(fit: Fit) -> bool:
-    """Whether more than a faint rest of the mismatch is left and goes on between readings."""
+    """Whether more than a faint rest of the model error is left and goes on between readings."""
     going_on = (fit.left_correlation or 0.0) * fit.rms_after_m**2
     return goes_on(fit) and going_on > VERDICT.faint_rest * fit.rms_before_m**2
 
@@ -98,19 +98,19 @@ def claimed(finding: Finding) -> bool:
 
 
 def grew(fit: Fit) -> bool:
-    """Whether the held-out mismatch grew by what was found."""
+    """Whether the held-out model error grew by what was found."""
     return fit.holdout_rms_after_m > VERDICT.grew * fit.holdout_rms_before_m
 
 
 def fits_worse(fit: Fit) -> bool:
-    """Whether the mismatch as a whole is larger with what was found: tests that allow for noise
+    """Whether the model error as a whole is larger with what was found: tests that allow for noise
     with a memory judge by the fine course of the readings, and not by their size.
     """
     return fit.rms_after_m > VERDICT.grew * fit.rms_before_m
 
 
 def gained(findings: Sequence[Finding], fit: Fit) -> bool:
-    """Whether the held-out mismatch fell by what was found; where all of it are events, which do
+    """Whether the held-out model error fell by what was found; where all of it are events, which do
     not come back, whether it did not grow.
     """
     kinds = [VOCABULARY.get(finding.effect) for finding in findings]
@@ -120,7 +120,8 @@ def gained(findings: Sequence[Finding], fit: Fit) -> bool:
 
 
 def left_over(fit: Fit, rest: Rest) -> float:
-    """Share of the mismatch's power above the noise that nothing explains; 0 where it is noise."""
+    """Share of the model error's power above the noise that nothing explains; 0 where it is
+    noise."""
     if is_noise(fit, rest):
         return 0.0
     missing = fit.rms_before_m**2 - fit.noise_floor_m**2
@@ -147,7 +148,8 @@ def verdict(
 
 
 def differs_with_speed(finding: Finding, findings: Sequence[Finding]) -> int:
-    """Number of the unknown by which a force of a lone axis differs with the speed; 0 without one.
+    """Number of the unknown by which a force of a single axis differs with the speed; 0 without
+    one.
 
     What all speeds of a recording have in common is then no force of the machine at any of them.
     """

@@ -133,7 +133,7 @@ def held_out_gain(answer: Diagnosis) -> tuple[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class Without:
-    """The mismatch without a finding beside that with it.
+    """The model error without a finding beside that with it.
 
     part: how much of it comes back. case: what that compares to. without_m, with_m: sizes, less the
     noise where `beyond`. about: not computed by itself, but from the share.
@@ -147,7 +147,7 @@ class Without:
 
     @property
     def smaller(self) -> bool:
-        """Whether the mismatch as a whole would be no larger without it."""
+        """Whether the model error as a whole would be no larger without it."""
         return self.without_m < self.with_m
 
     @property
@@ -178,7 +178,7 @@ def without(finding: Finding, fit: Fit) -> Without:
 
 
 def part_explained(answer: Diagnosis) -> Part:
-    """How much of the mismatch is gone, as a reader reckons it from the figures of the fit."""
+    """How much of the model error is gone, as a reader reckons it from the figures of the fit."""
     left = answer.fit.rms_after_m / max(answer.fit.rms_before_m, 1e-300)
     share = answer.unexplained.share_of_mismatch
     if left < SAYING.little_left and share < VERDICT.faint_rest:
@@ -187,7 +187,7 @@ def part_explained(answer: Diagnosis) -> Part:
 
 
 def partly(answer: Diagnosis) -> tuple[Part, Literal["", "left", "other", "small"]]:
-    """How much of a mismatch is explained in part, and what is said of the rest."""
+    """How much of a model error is explained in part, and what is said of the rest."""
     part, shares = (
         part_explained(answer),
         [one.share_of_mismatch for one in answer.findings if one.effect == NAMELESS],

@@ -63,7 +63,7 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
                 NotTestable(
                     effect=entry.candidate.effect,
                     component=entry.candidate.component,
-                    why="what it would do cannot be told from what is always fitted",
+                    why="what it would do cannot be distinguished from what is always fitted",
                 )
             )
             continue
@@ -95,7 +95,7 @@ def _needed(tests: float, df: int, scatter: float, factor: float, left: float) -
 
 
 def noncentrality(threshold: float, df: int, power: float) -> float:
-    """Of a chi-square variable that exceeds a threshold with that probability.
+    """Noncentrality of a chi-square variable that exceeds a threshold with that probability.
 
     Far out its distribution is normal, with mean df + n and variance 2 df + 4 n (Johnson, Kotz and
     Balakrishnan 1995, section 29.5); the series for the exact one takes minutes there. Readings
@@ -189,7 +189,7 @@ def detection_limits(selected: Selected) -> list[SmallestDetectable]:
 def _limits(
     selected: Selected, regressor: Regressor, at_sigma: float
 ) -> Iterator[SmallestDetectable]:
-    """Of one regressor, under every name that it may go by."""
+    """Detection limits of one regressor, under every name that it may go by."""
     shown = selected.plant.shown(regressor.key)
     if not shown:
         return
@@ -246,7 +246,7 @@ def _by_secant(
 
 
 def _information(selected: Selected, regressor: Regressor, size: Size, at: float) -> float:
-    """Of a size, from what it changes by its secant, less what the chosen set would take over."""
+    """Information on a size, from its secant, less what the chosen set would take over."""
     plant, best, key = selected.plant, selected.best, regressor.key
     own = {f"{key}.{one.name}": max(one.low, 0.0) for one in regressor.sizes}
     own[f"{key}.{size.name}"] = at

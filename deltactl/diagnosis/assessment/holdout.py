@@ -57,7 +57,7 @@ def on_blocks(
 ) -> tuple[float, float]:
     """RMS before and after on whole blocks of time that a refit has not seen.
 
-    What a robot file knows from earlier diagnoses stands before as it has it (`empty`).
+    What a robot file knows from earlier diagnoses is kept as the file has it (`empty`).
     """
     t_s = fitter.model.readings.t_s
     last = ASSESSMENT.blocks - 1

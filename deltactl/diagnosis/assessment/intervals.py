@@ -20,7 +20,8 @@ NORMAL_95 = 1.959964
 
 
 def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
-    """Of all fitted numbers: the larger of the plain one and the sandwich over blocks of time.
+    """Covariance of all fitted numbers: the larger of the plain one and the sandwich over blocks of
+    time.
 
     The sandwich (bread, meat of block sums, bread) is scaled on to the plain one's shape by the
     ratio of standard deviations, so that it can only widen an interval. What no robot file can

@@ -10,11 +10,11 @@ class AssessmentOptions:
     """Held-out blocks, detection limits, significance and intervals."""
 
     blocks: int = 20
-    """Of time that a recording is cut into,"""
+    """Blocks of time that a recording is cut into,"""
     every: int = 4
     """of which each fourth is held out: five places spread over the recording."""
     folds: int = 5
-    """Blocks of a lone machine's rows, each held out in turn."""
+    """Blocks of a single axis' rows, each held out in turn."""
     moves: float = 2.5
     """Times the variance of its noise from which on a size moves with the block: five blocks tell a
     variance to a factor of two."""
@@ -28,14 +28,14 @@ class AssessmentOptions:
     """Chance of a gain by luck up to which an effect is claimed where the evidence, too, leaves
     'nothing is missing' less than the alarm's level: by itself a level for a single question."""
     foretold: float = 0.5
-    """Of the mismatch of blocks left out: less than this share left says more than the test, where
-    the evidence, too, is that sure."""
+    """Share of the model error of blocks left out: less than this left says more than the test,
+    where the evidence, too, is that sure."""
     bent: float = 0.15
     """Standard deviation of a logarithm from which on its interval follows the likelihood."""
     share_of_axis: float = 0.2
     """Share of a finding's power that a channel must show to be named with it."""
     carried_pieces: int = 6
-    """Of the spline by which an unknown of one run is carried to another."""
+    """Pieces of the spline by which an unknown of one run is carried to another."""
     places_to_begin: int = 9
     """Places in a play at which a held-out run may begin: an eighth of it is next to nothing."""
     found_at_sigma: float = 4.2
@@ -59,18 +59,18 @@ class AssessmentOptions:
     matters: float = 0.1
     """Change of a probability under other prior spreads from which on the answer says so."""
     clearly_off: float = 3.0
-    """Standard deviations from which on the size of a build tolerance is told: of the twenty that
-    are fitted, one is two off by chance."""
+    """Standard deviations from which on the size of a build tolerance is reported: of the twenty
+    that are fitted, one is two off by chance."""
     profile_tries: int = 4
     """Refits by which each end of an interval that follows the likelihood is looked for."""
     profile_close: float = 0.1
-    """Of the loss wanted: an end this near to it is near enough."""
+    """Share of the loss wanted: an end this near to it is near enough."""
     profile_furthest: float = 6.0
     """Standard deviations of the straight interval beyond which no end is looked for."""
     profile_steps: int = 3
-    """Of each refit along the profile, which begins next to its solution."""
+    """Steps of each refit along the profile, which begins next to its solution."""
     fewest_readings: int = 50
-    """Of a channel, below which the correlation of neighbours is not told: 50 know it to 0.14."""
+    """Readings of a channel below which no correlation is reported: 50 show it to 0.14."""
     apart_periods: float = 5.0
     """Readings further apart than so many periods are no neighbours."""
 

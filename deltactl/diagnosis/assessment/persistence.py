@@ -16,7 +16,7 @@ from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 
 class Persistence(NamedTuple):
-    """Of what is left: its correlation from one reading to the next, and for how long it lasts."""
+    """Correlation of the residual from one reading to the next, and for how long it lasts."""
 
     correlation: float
     apart_s: float
@@ -26,7 +26,8 @@ class Persistence(NamedTuple):
 
 
 def persistence(picture: Picture) -> Persistence | None:
-    """Of the channel in which it is strongest; None where readings are too few to tell."""
+    """Persistence of the channel in which it is strongest; None where readings are too few to
+    tell."""
     found = [one for channel in picture.channels if (one := _of(channel, picture.t_s)) is not None]
     return max(found, default=None)
 
@@ -53,7 +54,7 @@ def _of(channel: Channel, t_s: FloatArray) -> Persistence | None:
 
 
 def _correlation(left: FloatArray, stretch: IntArray, lag: int) -> float | None:
-    """Of readings `lag` apart in one stretch; None where such pairs are too few."""
+    """Correlation of readings `lag` apart in one stretch; None where such pairs are too few."""
     near = stretch[lag:] == stretch[:-lag]
     if int(near.sum()) < ASSESSMENT.fewest_readings // 2:
         return None
@@ -63,7 +64,8 @@ def _correlation(left: FloatArray, stretch: IntArray, lag: int) -> float | None:
 def at_rest(
     left: FloatArray, stays: IntArray, resolution: float, load_known: bool
 ) -> AtRest | None:
-    """Of a residual (m,) in rests of which stays (m,) has the number, -1 in motion.
+    """Whether a residual (m,) repeats at rests; stays (m,) has the number of the rest, -1 in
+    motion.
 
     resolution: smallest step of the reading. None where either kind has too few rows to tell.
     """

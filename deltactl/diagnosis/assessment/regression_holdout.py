@@ -1,4 +1,4 @@
-"""Mismatch on data that the sizes were not found on: other recordings, or blocks left out in turn.
+"""Model error on data that were not fitted: other recordings, or blocks left out in turn.
 
 Blocks take no part in the sizes that are held against them; which effects there are was chosen
 with all of the recording, and the answer says so.
@@ -34,7 +34,7 @@ class Blocks:
 def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tuple[float, float]:
     """RMS before and after over all rows of other recordings, nothing refitted but what is free.
 
-    Where in its play a machine stands at first is a matter of each recording: that is read off it.
+    Where in its play a machine is at first differs between recordings: that is read off each.
     """
     before, after = [], []
     for other in others:

@@ -73,7 +73,7 @@ def tests(selected: Selected) -> float:
 
 
 def prior_sensitivity(selected: Selected) -> list[PriorSensitivity]:
-    """Of each regressor whose probability hangs on the spread of the priors."""
+    """Each regressor whose probability depends on the spread of the priors."""
     found = []
     by_key = {r.key: r for r in selected.plant.regressors}
     narrower = probabilities(selected, 1.0 / SIZE_PRIORS.known_to)
@@ -140,7 +140,7 @@ def _change(explanation: Explanation, by_key: dict[str, Regressor], factor: floa
 
 
 def _log_evidence(shapes: FloatArray, target: FloatArray) -> float:
-    """Of a linear model whose sizes have unit spread, but for a constant."""
+    """Log evidence of a linear model whose sizes have unit spread, but for a constant."""
     gram = np.eye(shapes.shape[1]) + shapes.T @ shapes
     along = shapes.T @ target
     explained = float(along @ np.linalg.solve(gram, along))

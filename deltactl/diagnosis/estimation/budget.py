@@ -40,7 +40,7 @@ class Until(Enum):
     TOLERANCES = 0.85
     """What else build tolerances need."""
     RESOLVED = 0.9
-    """A rival that turned out to be better takes the place of a finding."""
+    """An alternative that turned out to be better takes the place of a finding."""
 
 
 @dataclass(slots=True, eq=False)

@@ -14,7 +14,8 @@ from deltactl.diagnosis.plants.candidate import Term
 
 
 def told_between(t_s: FloatArray) -> tuple[float, float]:
-    """Between which times [s] an event can be told from an offset; t_s: sorted, either way."""
+    """Between which times [s] an event can be distinguished from an offset; t_s: sorted, either
+    way."""
     first_s, last_s = sorted((float(t_s[0]), float(t_s[-1])))
     edge_s = ESTIMATION.edge * (last_s - first_s)
     return first_s + edge_s, last_s - edge_s

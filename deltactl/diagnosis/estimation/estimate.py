@@ -52,7 +52,7 @@ class Solution:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Of all fitted numbers, (p, p), by the noise alone."""
+        """Covariance of all fitted numbers, (p, p), by the noise alone."""
         scaled, scale = scaled_covariance(self.tangent)
         found: FloatArray = scaled / np.outer(scale, scale)
         return found

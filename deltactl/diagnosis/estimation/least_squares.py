@@ -177,7 +177,7 @@ class Fitter:
         steps: int = ESTIMATION.fit_steps,
         known: FloatArray | None = None,
     ) -> Solution:
-        """Levenberg-Marquardt from the terms as they stand; spline terms are linear.
+        """Levenberg-Marquardt from the given terms; spline terms are linear.
 
         known: derivatives by the first coordinates (m, k) that need not be worked out again; in
         a fit that is brought to its end only for the first step.

@@ -11,8 +11,8 @@ class EstimationOptions:
 
     # Noise.
     ar_order: int = 2
-    """Of its autoregression: what a filter or a mean of neighbours remembers. More is hardly told
-    from a mismatch."""
+    """Order of its autoregression: enough for a filter or a mean of neighbours. More is hardly
+    distinct from a model error."""
     huber: float = 2.5
     """Standard deviations from which on a reading counts less: of normal noise one in eighty."""
     longest_hole: int = 5
@@ -20,8 +20,8 @@ class EstimationOptions:
     warm_up: int = 200
     """Samples after which a draw has forgotten how it began."""
     block_s: float = 1.5
-    """Of time, by which scores are compared: far longer than noise remembers, far shorter than a
-    recording."""
+    """Blocks of time by which scores are compared: far longer than noise remembers, far shorter
+    than a recording."""
     fewest_in_block: int = 30
     """Readings; blocks of slow recordings are longer."""
 
@@ -41,13 +41,13 @@ class EstimationOptions:
     collinear: float = 1e-10
     """Share of the largest eigenvalue below which columns count as one."""
     standing_out: float = 1e-6
-    """Share of a column that must stand out of the others for it to count."""
+    """Share of a column that must differ from the others for it to count."""
 
     # Splines.
     pieces: int = 4
-    """Of a spline term: a shape with a few bends, seven coefficients."""
+    """Pieces of a spline term: a shape with a few bends, seven coefficients."""
     fine_pieces: int = 28
-    """Of one in the saturated fit, which must follow whatever is wrong."""
+    """Pieces of one in the saturated fit, which must follow whatever is wrong."""
     least_travel: float = 0.005
     """Share of its size by which a covariate must vary; less is a ripple."""
     least_move: float = 0.02
@@ -59,7 +59,7 @@ class EstimationOptions:
     """
 
     edge: float = 0.02
-    """Share of the recording at each end in which a loss cannot be told from an offset."""
+    """Share of the recording at each end in which a loss cannot be distinguished from an offset."""
 
     # The limit of work: the unit is one prediction of a recording of 12 000 rows.
     predictions: float = 1000.0

@@ -1,4 +1,4 @@
-"""Spline terms: a spline of one covariate that enters at one place, rival of every named effect."""
+"""Spline terms: a spline of one covariate at one place, an alternative to every named effect."""
 
 from __future__ import annotations
 

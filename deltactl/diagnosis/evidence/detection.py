@@ -37,7 +37,7 @@ class Detection:
     rad_per_step: float
     progress: Progress = lambda _: None
     known: Calibration | None = None
-    """Of the same library under nearly the same noise, where there is one."""
+    """Calibration of the same library under nearly the same noise, where there is one."""
     calibration: Calibration = field(init=False)
     empty: Solution = field(init=False)
     left_by_measured: LeftByMeasured = field(init=False)
@@ -56,7 +56,7 @@ class Detection:
         self.scores_of_empty = self.scores(self.empty)
 
     def _calibrated(self) -> Calibration:
-        """Of the library, while the fine shapes are scored that are asked for first."""
+        """Calibration of the library, while the fine shapes are scored that are asked for first."""
         tasks: list[Callable[[], Any]] = [
             partial(calibrate, self.prepared.scorer, self.empty.basis),
             partial(self._score_fine, self.empty),

@@ -1,11 +1,11 @@
 """How many independent readings a recording holds: a saturated residual, counted by its memory.
 
-558 filtered readings of one joint told as much as 20. What a rich model leaves is correlated,
-some of it is model discrepancy that no effect explains; a likelihood that takes it for
-independent noise is sure of everything. So the likelihood is tempered: the variance is
-multiplied by the integrated
-autocorrelation time of that residual (Sokal 1997, Monte Carlo Methods in Statistical Mechanics,
-section 3), for each kind of row by itself (at rest and in motion, each joint).
+558 filtered readings of one joint carry as much information as 20. What a rich model leaves is
+correlated, some of it is model discrepancy that no effect explains; a likelihood that takes it for
+independent noise is sure of everything. So the likelihood is tempered: the variance is multiplied
+by the integrated autocorrelation time of that residual (Sokal 1997, Monte Carlo Methods in
+Statistical Mechanics, section 3), for each kind of row by itself (at rest and in motion, each
+joint).
 """
 
 from __future__ import annotations
@@ -65,9 +65,9 @@ def tempered(
 ) -> TemperedNoise:  # fmt: skip
     """Noise of a saturated residual (n,).
 
-    kinds: (n,) among which single readings stand out. noises: (n,) which have the noise of the
+    kinds: (n,) among which single readings are outliers. noises: (n,) which have the noise of the
     noisiest kind among them. least: standard deviation of rounding, below which no noise is
-    believed. fitted: numbers the saturated model took. once: (m,) number of the run of equal values
+    accepted. fitted: numbers the saturated model took. once: (m,) number of the run of equal values
     each row lies in. took: (m, p) the model's shapes in standard deviations of the noise and of
     their sizes, where what they took of noise with a memory is to be given back.
     """
@@ -106,8 +106,8 @@ def runs_of_one_value(
 ) -> IntArray:
     """Number (m,) of the run of equal rounded values that each row lies in; a run tells once.
 
-    While a machine stands, rounding is off by the same amount each time: nothing new is told. Where
-    what is expected (n,) leaps, a machine that still stands says how late it is.
+    While a machine rests, rounding is off by the same amount each time: nothing new is learned.
+    Where what is expected (n,) leaps, a machine that still rests shows how late it is.
     """
     chosen, group, moved = values[rows], groups[rows], np.abs(np.diff(expected[rows]))
     leap = moved > max(EVIDENCE.leap * float(np.ptp(expected[rows])), 1e-300)

@@ -28,7 +28,8 @@ class GivenBack:
 
 
 def given_back(shapes: FloatArray, groups: IntArray, memory: float) -> GivenBack:
-    """Of a fit of shapes (m, p), in standard deviations of the noise and of their prior spreads.
+    """Correction of a fit of shapes (m, p), in standard deviations of the noise and of their prior
+    spreads.
 
     groups: (m,) stretches, each with a noise of its own. memory: integrated autocorrelation time
     that the residual has, in rows.
@@ -65,7 +66,8 @@ def _correlated(white: FloatArray, rho: float, groups: IntArray) -> FloatArray:
 
 
 def autocorrelation_times(values: FloatArray, groups: IntArray) -> FloatArray:
-    """Of columns (m, d): 1 + 2 sum of the autocorrelation up to where it vanishes, (d,).
+    """Autocorrelation times of columns (m, d): 1 + 2 sum of the autocorrelation up to where it
+    vanishes, (d,).
 
     No pair across groups (m,).
     """

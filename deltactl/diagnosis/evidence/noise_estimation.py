@@ -1,6 +1,6 @@
 """From a model to a fitter with a noise model: the noise comes from a saturated fit.
 
-The residual of the whole library at once (every effect, every spline) holds hardly any mismatch,
+The residual of the whole library at once (every effect, every spline) holds hardly any model error,
 whatever is wrong with the machine: its autocorrelation, spread and outliers are those of the
 readings.
 """
@@ -40,7 +40,7 @@ class Prepared:
     floor: FloatArray
     """Residual that the saturated fit leaves, (n, channels): the noise."""
     small: FloatArray | None = None
-    """Whitened changes by what no robot file can promise, (m, k); None for lone axes."""
+    """Whitened changes by what no robot file can promise, (m, k); None for single axes."""
 
     @property
     def shapes(self) -> list[SplineTerm]:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class EvidenceOptions:
-    """Of the saturated fit, of what it takes from the noise, and of the effective sample size."""
+    """For the saturated fit, what it takes from the noise, and the effective sample size."""
 
     # The noise of a machine whose effects are fitted together.
     noise_rounds: int = 2
-    """The first is whitened by a noise that still has the whole mismatch in it."""
+    """The first is whitened by a noise that still has the whole model error in it."""
     ridge: float = 1e-5
-    """Of the library's scaled normal equations, whose columns are nearly collinear: small beside
-    the part of a column that is its own."""
+    """Ridge of the library's scaled normal equations, whose columns are nearly collinear: small
+    beside the part of a column that is its own."""
     readings_a_column: int = 4
     """Fewest readings for each direction that is fitted, so that three in four are left to see the
     noise by."""
@@ -28,27 +28,28 @@ class EvidenceOptions:
     settled: float = 0.01
     """Change of the memory's coefficients below which a further round is not needed."""
     alternates: float = 3.0
-    """Standard errors by which a negative memory has to stand out."""
+    """Standard errors by which a negative autocorrelation has to differ from zero."""
     longest_memory: float = 0.9
-    """Sum of the coefficients up to which memory is given back: what remembers more than ten
-    readings is rather a mismatch that no column follows."""
+    """Sum of the coefficients up to which autocorrelation is corrected: what remembers more than
+    ten readings is rather a model error that no column follows."""
 
-    # The noise of a machine whose mismatch is a sum of known columns.
+    # The noise of a machine whose model error is a sum of known columns.
     tempering_rounds: int = 3
-    """The first fit takes the whole mismatch for noise, each further one what the last fit left."""
+    """The first fit takes the whole model error for noise, each further one what the last fit
+    left."""
     least_noise_share: float = 1e-6
-    """No likelihood is believed to this share of the mismatch or less."""
+    """No likelihood is trusted to this share of the model error or less."""
     spike_limit: float = 4.0
     """Robust standard deviations off its neighbours from which on a reading counts less. Higher
     than usual for Huber's weights: what a saturated model leaves is not quite noise."""
     median_over: int = 7
-    """Readings of which the median is a reading's neighbourhood: up to three in a row stand out."""
+    """Readings of which the median is a reading's neighbourhood: up to three outliers in a row."""
     spike_share: float = 0.2
     spike_quantile: float = 0.9
-    """Of this quantile of all such distances a robust standard deviation is this share at least:
+    """A robust standard deviation is at least this share of this quantile of all such distances:
     rounded readings that hardly move have none otherwise."""
     leap: float = 0.1
-    """Share of the travel in one sample that is a leap: what stands through it is late."""
+    """Share of the travel in one sample that is a leap: what rests through it is late."""
     spike_weight: float = 0.75
     """A reading whose weight is larger keeps all of it."""
     clipped_at: float = 4.0
@@ -65,7 +66,7 @@ class EvidenceOptions:
 
     # What spline terms take out of noise with a memory.
     correlations: tuple[float, ...] = (0.0, 0.3, 0.5, 0.7, 0.8, 0.87, 0.92, 0.95, 0.97)
-    """Of neighbours, for which the fit is tried; beyond the last the last is taken."""
+    """Correlations of neighbours for which the fit is tried; beyond the last the last is taken."""
     simulated_noises: int = 12
     """Draws for each of them."""
     uncorrelated: float = 0.05
@@ -75,14 +76,14 @@ class EvidenceOptions:
     fewest_repeated: int = 200
     """Readings below which a map in detail has too few to a cell."""
     coarsest_cells: int = 24
-    """Of the travel; twice as many as long as readings are left for them. Coarser ones are what
-    spline terms have anyway."""
+    """Cells of the travel; twice as many as long as readings are left for them. Coarser ones are
+    what spline terms have anyway."""
     rows_a_cell: float = 3.0
     """Readings to each of the finest cells."""
     fewest_visits: int = 2
     """To a cell, at different times,"""
     share_visited: float = 0.7
-    """of at least this share of the cells."""
+    """in at least this share of the cells."""
     repeat_shifts: int = 200
     """In time against the places, by which it is seen what chance comes to."""
     repeats_at_sigma: float = 6.0
@@ -91,7 +92,7 @@ class EvidenceOptions:
     least_repeated: float = 0.05
     """Share of the residual's variance below which a map would not change the fit."""
     most_of_repeats: float = 0.95
-    """Of the largest size: the coarsest cells that show as much are fine enough."""
+    """Share of the largest size: the coarsest cells that show as much are fine enough."""
 
     # The fit of one set of regressors.
     starts_kept: int = 4

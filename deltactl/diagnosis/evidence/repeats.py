@@ -27,7 +27,8 @@ class Repeats:
 
 
 def repeats(left: FloatArray, at: FloatArray, groups: IntArray, finest: float) -> Repeats | None:
-    """Of what is left (m,) at places (m,) in the order of time; None where it does not repeat.
+    """Repeats in the residual (m,) at places (m,) in the order of time; None where it does not
+    repeat.
 
     groups: (m,) stretches. finest: cells of the travel beyond which the readings are too few.
     """

@@ -109,9 +109,9 @@ class _Errors:
     """Standard errors of one channel's noise."""
 
     memory: float
-    """Of the sum of its coefficients."""
+    """Spread of the sum of its coefficients."""
     sigma: float
-    """Of the innovations' standard deviation, relative."""
+    """Spread of the innovations' standard deviation, relative."""
 
 
 def _cautious(noise: ChannelNoise, errors: _Errors, little_read: bool) -> ChannelNoise:

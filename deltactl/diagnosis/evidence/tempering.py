@@ -18,8 +18,8 @@ from deltactl.diagnosis.plants.regression import RegressionPlant
 def saturated_noise(plant: RegressionPlant) -> TemperedNoise:
     """From the saturated set at its optimum, beginning with what changes from row to row.
 
-    Beginning with the whole mismatch as noise, priors hold the sizes back, and what they hold back
-    stays noise.
+    Beginning with the whole model error as noise, priors hold the sizes back, and what they hold
+    back stays noise.
     """
     keys = frozenset(r.key for r in plant.regressors if r.saturated and not r.left_over)
     noise = _of_residual(plant, _fast_part(plant))
@@ -41,7 +41,7 @@ def noise_beyond(
 
 
 def _fast_part(plant: RegressionPlant) -> FloatArray:
-    """Second differences (n,) of the mismatch from row to row, as large as white noise in it."""
+    """Second differences (n,) of the model error from row to row, as large as white noise in it."""
     mismatch = plant.observed - plant.base(frozenset(), {})
     fast = np.zeros(len(mismatch))
     inner = plant.rows[1:-1]
@@ -50,9 +50,10 @@ def _fast_part(plant: RegressionPlant) -> FloatArray:
 
 
 def _of(plant: RegressionPlant, fit: Explanation, left_over: bool = False) -> TemperedNoise:
-    """Of what a fit leaves. What it took of noise with a memory is given back where that is seen:
-    under spline terms, which follow anything slow, and of sensors that average their readings. What
-    a chain of nonlinear parts leaves of an encoder's reading is discrepancy, which no fit takes.
+    """Noise of what a fit leaves. What it took of noise with a memory is given back where that is
+    seen: under spline terms, which follow anything slow, and of sensors that average their
+    readings. What a chain of nonlinear parts leaves of an encoder's reading is discrepancy, which
+    no fit takes.
     """
     took = fit.tangent if left_over or plant.averages else None
     return _of_residual(plant, fit.residual, fit.tangent.shape[1], took)

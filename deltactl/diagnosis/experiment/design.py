@@ -113,7 +113,8 @@ def _noise(designed: Readings, recorded: Readings, noise: Whitener, period_s: fl
 def expected(
     run: Run, truth: Explanation, rival: Explanation, repeats: float = 1.0, steps: int = 1
 ) -> float:
-    """Chi-square that separates rival from truth after the run, all of the rival refitted.
+    """Chi-square that separates alternative from truth after the run, all of the alternative
+    refitted.
 
     steps: refits after the first linear one that are checked against the chain itself.
     """
@@ -167,7 +168,8 @@ def both_ways(run: Run, tie: Tie, repeats: float = 1.0, steps: int = 1) -> tuple
 
 
 def contains(rival: Sequence[Term], truth: Sequence[Term], traits: Traits) -> bool:
-    """Whether a rival can be the truth exactly, on every motion, on a machine of these traits."""
+    """Whether an alternative can be the truth exactly, on every motion, on a machine of these
+    traits."""
     effects = [t.candidate.effect for t in rival for _ in t.candidate.members or (0,)]
     able = {(traits.exactly.get(t.candidate.effect, ""), t.candidate.component) for t in rival}
     for effect, (count, other, component) in traits.exactly_together.items():

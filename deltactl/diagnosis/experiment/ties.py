@@ -65,7 +65,7 @@ class Tie:
 
     @classmethod
     def of(cls, first: Solution, second: Solution) -> Tie:
-        """Of two solutions of the same recording."""
+        """Tie of two solutions of the same recording."""
         return cls(Explanation(first), Explanation(second), second.cost - first.cost)
 
     @cached_property

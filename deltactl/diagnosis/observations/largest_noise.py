@@ -95,7 +95,8 @@ def remembering(angle: FloatArray) -> FloatArray:
 def spectrum(
     values: FloatArray, groups: IntArray, segment: int, counts: BoolArray | None = None
 ) -> Spectrum | None:
-    """Of values (n,) by half-overlapping segments within each group (n,); None: too few of them.
+    """Spectrum of values (n,) by half-overlapping segments within each group (n,); None: too few of
+    them.
 
     counts: (n,) which values are known. Halves the segments until there are enough.
     """

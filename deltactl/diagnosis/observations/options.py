@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class ObservationOptions:
-    """Of readings, motions and inputs; what is refused later stands in `admission.options`."""
+    """For readings, motions and inputs; limits of what is refused are in `admission.options`."""
 
     # Rows and their times.
     fewest_samples: int = 30
-    """Rows below which nothing is told of a recording: a dozen sizes with their noise."""
+    """Rows below which nothing is learned from a recording: a dozen sizes with their noise."""
     between_recordings_s: float = 60.0
     """Put between recordings that are laid end to end. How long the machine really paused is not
     known; nothing but its warmth lasts as long."""
@@ -27,20 +27,20 @@ class ObservationOptions:
 
     # Readings that are none.
     hampel_rows: int = 11
-    """Readings of which the median is a reading's neighbourhood: up to five in a row stand out."""
+    """Readings of which the median is a reading's neighbourhood: up to five outliers in a row."""
     hampel_limit: float = 6.0
     """Robust standard deviations from it beyond which a reading does not count: noise goes there
     once in five hundred million readings, and the median itself scatters little."""
     most_outliers: float = 0.05
-    """Where more readings of a channel than this stand out, that is the mismatch and not what a
+    """If more readings of a channel than this are outliers, that is the model error and not what a
     sensor does: a delta that rests between moves had 15 to 45 % of them, all while it moved. Of
     readings with noise alone it is 0.2 %."""
     gross_rows: int = 7
-    """The same before anything is known of the machine: up to three in a row stand out."""
+    """The same before anything is known of the machine: up to three outliers in a row."""
     gross_factor: float = 30.0
     """Times the usual distance from its neighbours at which a reading is grossly off."""
     gross_quantile: float = 0.9
-    """Of all such distances, the one that counts as usual: motion makes the largest of them."""
+    """Quantile of all such distances that counts as usual: motion makes the largest of them."""
     gross_share: float = 0.25
     """A reading is not gross that lies nearer to its neighbours than this share of the travel."""
     most_gross_share: float = 0.05
@@ -51,7 +51,7 @@ class ObservationOptions:
     """From its beginning until a drive is where its commands have it: three lags of a tenth of a
     second, which is a hobby servo's."""
     begins_moving: float = 0.05
-    """Of the top speed, above which the first step of a stretch is motion."""
+    """Share of the top speed above which the first step of a stretch is motion."""
     most_begun: float = 0.3
     """Share of a recording that is not left out for that: a log of short stretches has no more."""
 
@@ -60,7 +60,7 @@ class ObservationOptions:
     spike_factor: float = 8.0
     """by so many times as the next one is: turning points are many, and alike,"""
     spike_of_travel: float = 0.01
-    """and by this share of the travel at least: below, rounding makes one reading stand out."""
+    """and by this share of the travel at least: below, rounding makes one reading an outlier."""
 
     # Inputs.
     least_known: float = 0.5
@@ -75,19 +75,19 @@ class ObservationOptions:
     onto an even grid to be filtered: left as they are, samples 10 and 12 ms apart in turn made the
     acceleration of a robot's joint thirteen times as large."""
     low_pass_order: int = 4
-    """Of the Butterworth filter, run both ways so that nothing is delayed."""
+    """Order of the Butterworth filter, run both ways so that nothing is delayed."""
     above_noise: float = 10.0
-    """Times its noise floor that a spectrum stands above where it still tells of motion. Noise with
+    """Times its noise floor that a spectrum exceeds where it still shows motion. Noise with
     memory (0.7 from sample to sample) has slow parts 6 times its fast ones."""
     spectrum_band_hz: float = 0.3
-    """Over which the spectrum is averaged, so that no single line of noise stands above."""
+    """Over which the spectrum is averaged, so that no single line of noise exceeds it."""
     cut_off_hz: tuple[float, float] = (0.5, 15.0)
     """Lowest and highest end of the low-pass: moves of a joint last less than two seconds, and
     above 15 Hz its structure rings, which no rigid body does."""
     cut_off_of_rate: float = 0.2
     """Highest end as a share of the sampling rate: five samples a period tell an acceleration."""
     highest_of_nyquist: float = 0.9
-    """Of half the sampling rate, beyond which the filter cannot be built soundly."""
+    """Share of half the sampling rate beyond which the filter cannot be built soundly."""
     edge_periods: float = 1.0
     """Periods of the low-pass at each end of a stretch in which it still remembers that end,"""
     edge_rows: int = 5
@@ -97,7 +97,7 @@ class ObservationOptions:
     edges_in_stretch: int = 3
     """Nor does one that is not so many times as long as what is left out at its end."""
     top_speed_quantile: float = 0.98
-    """Of all speeds, the one that counts as the highest: noise makes the largest."""
+    """Quantile of all speeds that counts as the highest: noise makes the largest."""
 
     # The largest noise that spectra allow.
     noise_memories: tuple[float, ...] = (0.0, 0.5, 0.8, 0.9)
@@ -123,22 +123,22 @@ class ObservationOptions:
     beyond_band: float = 4.0
     """and up to which the raw readings are: a drive filters what it records further up."""
     angles_summed: int = 2000
-    """Of a spectrum, for the variance under it."""
+    """Angles of a spectrum, for the variance under it."""
 
     # A servo delta, read at the rate of its drives.
     servo_period_s: tuple[float, float] = (1e-4, 0.1)
     """Between samples: drives close their loops no faster, and slower rows show no acceleration."""
     least_turn_rad: float = 1e-3
-    """Travel below which the joints stand still: one count of a coarse encoder."""
+    """Travel below which the joints rest: one count of a coarse encoder."""
     means_s: float = 0.01
     """Over which disturbances are averaged: an observer's estimate at full rate carries each step
     of the encoder."""
     smoothing_s: float = 0.04
     """Length of the polynomials that give speed and acceleration."""
     smoothing_degree: int = 3
-    """Of these polynomials: the acceleration may change within one."""
+    """Degree of these polynomials: the acceleration may change within one."""
     at_rest: float = 6.0
-    """Standard deviations of the speed within which a joint may stand: friction may then be
+    """Standard deviations of the speed within which a joint may rest: friction may then be
     anything up to its size, and the sample says nothing."""
     slowest_joint: float = 0.01
     """The same as a share of the highest speed."""

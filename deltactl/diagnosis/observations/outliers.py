@@ -33,7 +33,7 @@ def without_gross(recording: FlatRecording, names: Sequence[str]) -> FlatRecordi
 
 
 def gross_outliers(values: FloatArray) -> BoolArray:
-    """Which readings (n,) stand out of their neighbours by more than any motion does."""
+    """Which readings (n,) differ from their neighbours by more than any motion does."""
     gross = np.zeros(len(values), dtype=bool)
     known = np.flatnonzero(np.isfinite(values))
     if len(known) < 2 * OBSERVATIONS.gross_rows:

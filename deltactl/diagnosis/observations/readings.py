@@ -165,10 +165,10 @@ def _repeats(values: FloatArray) -> BoolArray:
 
 
 def without_outliers(residual: FloatArray, valid: BoolArray) -> BoolArray:
-    """The valid mask less single readings that stand out of their neighbourhood (Hampel).
+    """The valid mask without single outliers in their neighbourhood (Hampel).
 
-    Of a machine that rests between short moves the mismatch itself stands out while it moves: where
-    that is more than a few readings of a channel, none of them is an outlier.
+    If a machine rests between short moves, the model error itself looks like outliers while it
+    moves: if that is more than a few readings of a channel, none of them is an outlier.
     """
     kept = valid.copy()
     for column in range(residual.shape[1]):

@@ -72,7 +72,7 @@ def estimates_disturbance(recording: FlatRecording) -> bool:
 
 
 def signals_of(recording: FlatRecording, chain: ServoChain) -> Signals:
-    """Of columns that `admission` has found complete."""
+    """Signals from columns that `admission` has found complete."""
     angle = _three(recording, "theta")
     fresh = starts_of(recording)
     step_s = float(np.median(np.diff(recording.t_s)))
@@ -157,7 +157,7 @@ def sensor_rounds(recording: FlatRecording) -> FlatRecording | None:
     """Rounds of the sensors, with measured angles in place of commands.
 
     Between two readings of a sensor come many samples of the loop, and each sensor's readings
-    stand in rows of their own: they are brought to the rows of the one that was read most.
+    are in rows of their own: they are brought to the rows of the one that was read most.
     """
     columns = recording.columns
     seen = {name: np.flatnonzero(np.isfinite(columns[name])) for name in OUTSIDE if name in columns}

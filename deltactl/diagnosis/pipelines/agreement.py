@@ -28,7 +28,7 @@ NOT_COMPARED = frozenset({"phase", "amplitude_2", "phase_2", "time_constant"})
 
 
 def agreement(selected: Selected, singles: Sequence[RegressionPlant]) -> list[Agreement]:
-    """Of every size of the named effects that each recording by itself can show, from one plant a
+    """The sizes of the named effects that each recording by itself can show, from one plant a
     recording; empty for one recording.
     """
     keys = frozenset(

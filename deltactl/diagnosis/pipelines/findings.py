@@ -63,7 +63,8 @@ def left_without(fitter: Fitter, solution: Solution, number: int) -> float:
 def share_and_left(
     fitter: Fitter, nominal: Solution, solution: Solution, number: int, whole: FloatArray
 ) -> tuple[float, float] | None:
-    """Share of the mismatch, and what is left without it (root mean square); number: of the term.
+    """Share of the model error, and what is left without it (root mean square); number: of the
+    term.
 
     None of an effect of which the robot file holds nothing. nominal: as the file foretells. whole:
     prediction by all nuisances and terms.
@@ -103,7 +104,7 @@ class Outcome:
 
     @property
     def stands(self) -> list[Standing]:
-        """How each named effect stands against its rivals, in the order of the terms."""
+        """How each named effect compares with its alternatives, in the order of the terms."""
         return self.explained.stands
 
 

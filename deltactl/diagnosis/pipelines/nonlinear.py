@@ -108,7 +108,7 @@ def diagnose_model(
 def _settled(
     prepared: Prepared, rad_per_step: float, progress: Progress
 ) -> tuple[Explained, Fitter, Solution]:
-    """The explanation to believe, without what no machine can have."""
+    """The accepted explanation, without what no machine can have."""
     explained = explain(prepared, rad_per_step, progress)
     fitter, solution = final_fit(explained, prepared.valid)
     while (number := first_impossible(solution)) is not None:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class RegressionOptions:
-    """Of lone machines and of the joints of a servo delta."""
+    """For single axes and sensors and for the joints of a servo delta."""
 
     posterior_draws: int = 2000
-    """Of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
+    """Draws of the sizes: the ends of a 95 % interval are then known to a few per cent."""
     least_probability: float = 0.02
     """Alternatives less probable than this get no line."""
     of_a_row: float = 0.25
@@ -19,27 +19,28 @@ class RegressionOptions:
     """Standard deviation below which no time constant is known: a drive has one, and its model and
     the clock are off by as much."""
     fewest_places: int = 5
-    """Places at which a sensor was read, before their scatter is told from what is alike at one."""
+    """Places at which a sensor was read, before their scatter is separated from what is alike at
+    one."""
     fewest_stays: int = 20
     """Readings in all rests of an axis beyond their means: they tell the scatter to a sixth."""
     fewest_in_a_stay: int = 5
     """Readings in one rest,"""
     shown_at_rest: float = 0.7
-    """Of the noise floor, by which readings at one place scatter at least where the floor is called
-    their noise: half of its power."""
+    """Share of the noise floor by which readings at one place scatter at least where the floor is
+    called their noise: half of its power."""
     same_load: float = 0.01
-    """Of the load's range, by which it may change from row to row and be one load."""
+    """Share of the load's range by which it may change from row to row and be one load."""
     memories_a_stay: float = 3.0
     """and autocorrelation times that a rest lasts at least: noise hardly changes within one."""
 
 
 @dataclass(frozen=True, slots=True)
 class UnknownOptions:
-    """Of a finding without a name."""
+    """For a finding without a name."""
 
     places_in_table: int = 64
-    """Of the quantity that it follows: sixteen to each piece of a delta's spline, ten of an axis';
-    a map in detail has one to each piece."""
+    """Places of the quantity that it follows: sixteen to each piece of a delta's spline, ten of an
+    axis'; a map in detail has one to each piece."""
 
 
 UNKNOWN = UnknownOptions()

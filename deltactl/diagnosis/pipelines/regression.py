@@ -1,4 +1,4 @@
-"""The way of a recording whose mismatch is a sum of columns: selected, settled, answered."""
+"""The way of a recording whose model error is a sum of columns: selected, settled, answered."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class SummedColumns:
         return nothing if found else calibrated(nothing, self._rest.p)
 
     def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:
-        """See Settled. Of what has no name there is no usual size to speak of."""
+        """See Settled. An unknown effect has no prior size."""
         named = [one for one in found if one.effect != NAMELESS]
         return as_found(prior_sensitivity(self.searched), named)
 
@@ -170,7 +170,7 @@ def _claimed(selected: Selected, first_p: float, blocks: Blocks) -> bool:
 
     Of a coarse encoder's few hundred readings eight may be independent; a test that estimates the
     noise from those few and counts all that was tried sees nothing in a lag of half the motion.
-    Where sizes that were fitted elsewhere take most of the mismatch of every block away, no such
+    Where sizes that were fitted elsewhere take most of the model error of every block away, no such
     test is needed.
     """
     likely = first_p <= ASSESSMENT.unlikely and blocks.after < blocks.before

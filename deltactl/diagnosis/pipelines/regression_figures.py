@@ -1,4 +1,4 @@
-"""Figures of a selection of regressors: mismatch, what is left, drawings."""
+"""Figures of a selection of regressors: model error, what is left, drawings."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def _within(selected: Selected) -> float | None:
     """Scatter of readings around their mean at one place; None where they stay too little to tell.
 
     Of an axis, only rests that last: noise with a memory hardly changes within a short one. What
-    stands still to a step has no noise that could.
+    rests to a step has no noise that could.
     """
     plant, rows = selected.plant, selected.noise.rows
     stay, left = _under_one_load(plant)[rows], selected.best.residual[rows]

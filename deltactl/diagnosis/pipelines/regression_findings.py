@@ -47,7 +47,7 @@ def _likely(finding: Finding) -> bool:
 
 
 def _first(finding: Finding) -> tuple[bool, float, float]:
-    """What has a name comes first, and of those what most of the mismatch hangs on."""
+    """What has a name comes first, and of those what most of the model error hangs on."""
     by_chi2 = finding.evidence.delta_chi2
     return finding.effect == "unknown", -finding.share_of_mismatch, -by_chi2
 
@@ -92,9 +92,10 @@ def _finding(
 
 
 def _share(selected: Selected, without: Explanation) -> float:
-    """How much of the power that the set takes off the mismatch comes back without one of it.
+    """How much of the power that the set takes off the model error comes back without one of it.
 
-    Of the mismatch as it is read: under noise with a memory a constant counts for next to nothing.
+    Of the model error as it is read: under noise with a memory a constant counts for next to
+    nothing.
     """
     rows = selected.noise.rows
     before, after, left = (
@@ -104,7 +105,7 @@ def _share(selected: Selected, without: Explanation) -> float:
 
 
 def _own_share(selected: Selected, regressor: Regressor) -> float:
-    """Of the mismatch's power what one effect of the set does by itself."""
+    """Share of the model error's power that one effect of the set makes by itself."""
     plant, best, key = selected.plant, selected.best, regressor.key
     base = plant.base(best.keys, best.sizes)
     own = base - plant.base(best.keys - {key}, best.sizes)
@@ -127,7 +128,8 @@ def _table(selected: Selected, regressor: Regressor) -> Table | None:
 
 
 def probability_of(selected: Selected, regressor: Regressor) -> float:
-    """Of an effect at a component, in whichever of its forms (friction by load or not)."""
+    """Probability of an effect at a component, in whichever of its forms (friction by load or
+    not)."""
     forms = _forms(selected, regressor)
     own = selected.probability[regressor.key]
     if regressor.unknown or len(forms) == 1:
@@ -157,7 +159,7 @@ def _apart(selected: Selected, regressor: Regressor, same: Equivalent) -> float:
 
 
 def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
-    """Other regressors that stand in sets without this one, with their posterior."""
+    """Other regressors that are in sets without this one, with their posterior."""
     posterior, best = selected.posterior, selected.best
     by_key = {r.key: r for r in selected.plant.regressors}
     own = {regressor.key} if regressor.unknown else _forms(selected, regressor)

@@ -1,7 +1,7 @@
 """The one way from what a search settled to the answer, the same for every kind of machine.
 
-In: a `Settled`, from `nonlinear` (effects fitted together: deltas) or `regression` (a mismatch that
-is a sum of columns: axes, servo joints, range sensors). Out: a `Diagnosis`.
+In: a `Settled`, from `nonlinear` (effects fitted together: deltas) or `regression` (a model error
+that is a sum of columns: axes, servo joints, range sensors). Out: a `Diagnosis`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Limits(NamedTuple):
 
 
 class Settled(Protocol):
-    """The explanation that is believed of a recording, and all that an answer says of it."""
+    """The accepted explanation of a recording, and all that an answer says of it."""
 
     def figures(self) -> Figures:
         """Sizes, held-out fit and what is left, of the explanation and of no other."""

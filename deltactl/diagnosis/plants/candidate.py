@@ -24,7 +24,7 @@ class Candidate:
     shapes: tuple[Shape, ...]
     fixed: Mapping[str, Any]
     free: bool = False
-    """A spline term: stands for 'unknown'."""
+    """A spline term: represents 'unknown'."""
     depends_on: tuple[str, ...] = ()
     members: tuple[str, ...] = ()
     """Components that act together, for a group (`groups.py`)."""

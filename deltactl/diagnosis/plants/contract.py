@@ -34,7 +34,7 @@ class Model(Protocol):
         ...
 
     def covariates(self) -> dict[str, FloatArray]:
-        """Interpretable quantities over time that a mismatch may follow; name -> (n,)."""
+        """Interpretable quantities over time that a model error may follow; name -> (n,)."""
         ...
 
     def inputs(self) -> dict[str, FloatArray]:

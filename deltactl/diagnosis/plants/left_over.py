@@ -22,7 +22,7 @@ class LeftOver(KeepsBeside):
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
-        """What a mismatch may follow, name -> (n,)."""
+        """What a model error may follow, name -> (n,)."""
         raise NotImplementedError
 
     def spanned(self, name: str) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class SplineTermOptions:
-    """Of shapes over one covariate, for mismatch that matches nothing in the vocabulary."""
+    """For shapes over one covariate, for model error that no named effect explains."""
 
     spline_degree: int = 3
     """Cubic: bends without corners, as speeds and forces have no jumps."""
@@ -15,10 +15,11 @@ class SplineTermOptions:
     """Quantiles of a covariate between which the pieces lie: single wild values would stretch
     them over a range in which nothing was read."""
     vanishing: float = 3e-3
-    """Of the largest direction: one that is smaller is what the named shapes already span, or
-    stands on no row; made as large as the others it would be a spike at one of them."""
+    """Share of the largest direction: one that is smaller is what the named shapes already span, or
+    occurs in no row; made as large as the others it would be a spike at one of them."""
     unknown_log_odds: float = -5.0
-    """Of a mismatch that no named effect makes: one machine in 150 has it, for each covariate."""
+    """Log odds of a model error that no named effect makes: one machine in 150 has it, for each
+    covariate."""
 
 
 SPLINE_TERMS = SplineTermOptions()

@@ -1,7 +1,7 @@
-"""What the engine needs of a machine whose mismatch is a sum of known shapes of unknown size.
+"""What the engine needs of a machine whose model error is a sum of known shapes of unknown size.
 
-A lone axis, a range sensor or a joint of a servo robot says what it observed, which regressors may
-explain it, and how sizes that are not linear (a lag, a width of play, a period) change its
+A single axis, a range sensor or a joint of a servo robot says what it observed, which regressors
+may explain it, and how sizes that are not linear (a lag, a width of play, a period) change its
 prediction. The engine (`evidence.laplace`, `selection.model_posterior`) is written on this alone.
 """
 
@@ -47,7 +47,7 @@ class Equivalent:
     effect: str
     log_odds: float
     only_if_zero: str = ""
-    """The equivalent stands in only while this size of the regressor is (nearly) zero."""
+    """The equivalent applies only while this size of the regressor is (nearly) zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +67,8 @@ class Regressor:
     beside: tuple[str, ...] = ()
     follows: tuple[str, ...] = ()
     apart_from: tuple[str, ...] = ()
-    """Regressors that it must be told from to be seen as what it is: of a ratio the offset, which
-    shows as the same over a short stroke far from zero."""
+    """Regressors that it must be distinguished from to be seen as what it is: of a ratio the
+    offset, which shows as the same over a short stroke far from zero."""
     alone: bool = True
     """Whether it is tried with any other as a pair from the start."""
     saturated: bool = True
@@ -78,7 +78,7 @@ class Regressor:
     positive: tuple[str, ...] = ()
     """Linear sizes that no machine has below zero."""
     mapped: bool = False
-    """A map of the position in detail has it as well: beside one it must stand out."""
+    """A map of the position in detail has it as well: beside one it must be distinct."""
     left_over: bool = False
     """A spline term that is only looked for in what the named effects leave."""
     places: float | None = None
@@ -162,8 +162,8 @@ class RegressionPlant(Protocol):
     averages: bool
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
     left_by_known: Sequence[tuple[float, FloatArray]]
-    """Of each effect that the robot file has from an earlier diagnosis the share of its power that
-    it may leave, and what it does (n,)."""
+    """For each effect that the robot file has from an earlier diagnosis, the share of its power
+    that it may leave, and what it does (n,)."""
     done_by_known: FloatArray | None
     """What all of them do (n,); None where the file has none."""
     drawn_on: FloatArray
@@ -189,7 +189,7 @@ class RegressionPlant(Protocol):
 
     @property
     def covariates(self) -> dict[str, FloatArray]:
-        """What a mismatch may follow, name -> (n,)."""
+        """What a model error may follow, name -> (n,)."""
         ...
 
     def shown(self, key: str) -> Sequence[Shown]:

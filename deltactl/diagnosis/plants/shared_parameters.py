@@ -2,7 +2,7 @@
 
 Such a group is what a single other cause is often mistaken for: three equal homes for an offset
 of the z sensor, three equal lags for late sensors, longer upper arms for a payload's sag. In
-JSON a group stands as its members, each marked `together`.
+JSON a group is given as its members, each marked `together`.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ class KeepsBeside:
 
     @property
     def stays(self) -> IntArray:
-        """Of what is not known to stand anywhere, none."""
+        """Numbers of rests: none, as none is known."""
         return np.full(len(self.groups), -1, dtype=np.intp)
 
     @property
@@ -98,7 +98,7 @@ class KeepsBeside:
         return []
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
-        """Of the noise in a residual (n,), where every row is read like its neighbours."""
+        """Bounds of the noise in a residual (n,), where every row is read like its neighbours."""
         read = np.flatnonzero(self.readings.valid[:, 0])  # also rows that are thinned out
         seen = spectrum(left[read], self.groups[read], segment_for(len(read)))
         if seen is None:

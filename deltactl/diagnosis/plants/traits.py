@@ -24,7 +24,7 @@ class Traits:
     own_place: Mapping[str, str] = field(default_factory=dict)
     """Input location -> covariate of its own place; an error may depend on the way it came."""
     sensible: Callable[[str, str, bool], bool] = _always
-    """Whether a mismatch at an input location may follow a covariate; coarse: with few knots."""
+    """Whether a model error at an input location may follow a covariate; coarse: with few knots."""
     units: Mapping[str, str] = field(default_factory=dict)
     """Input location -> unit of what enters there."""
     build_effects: frozenset[str] = frozenset()

@@ -1,10 +1,10 @@
 """The numbers of the search: what a set must earn, by how much it must beat another, how many are
 looked at.
 
-What belongs to one effect stands with the effect (`EffectKind`). Every other room whose numbers
+What belongs to one effect is with the effect (`EffectKind`). Every other room whose numbers
 decide has such a table (`options.py` in `observations`, `admission`, `plants`, `plants.delta`,
 `plants.lone`, `estimation`, `evidence`, `score_tests`, `selection`, `assessment`, `experiment`,
-`pipelines` and `answer`). How long the search may go on stands in `estimation.options`.
+`pipelines` and `answer`). How long the search may go on is in `estimation.options`.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ class SearchOptions:
     tied: float = 11.0
     """Within which two explanations count as tied: one in a thousand by chance."""
     preferred: float = 10.0
-    """How many times more probable a rival must be to take the place of a finding: strong evidence
-    (Jeffreys 1961, Theory of Probability, appendix B). Below that the one that fits better stays:
-    at three times, priors known to a factor of three would decide."""
+    """How many times more probable an alternative must be to take the place of a finding: strong
+    evidence (Jeffreys 1961, Theory of Probability, appendix B). Below that the one that fits better
+    stays: at three times, priors known to a factor of three would decide."""
     spare: float = 0.1
     """What any effect may still do beside a shape that explains it all, of what that does more."""
     calmer: float = 0.99
-    """Noise that shrinks by more than this once an explanation is found had mismatch in it."""
+    """Noise that shrinks by more than this once an explanation is found had model error in it."""
     most_terms: int = 5
-    """Effects in one set: more were never told apart in one recording."""
+    """Effects in one set: more were never distinguished in one recording."""
     pile: int = 3
-    """So many effects may be a pile that stands for one cause in no list."""
+    """So many effects may be a pile that represents one cause in no list."""
     most_shapes: int = 2
     """Spline terms in one set."""
 
@@ -59,26 +59,26 @@ class SearchOptions:
     """and, where those miss it, of what build tolerances are least able to explain: an arm that is
     a little off makes six lengths and homes promise more than friction of that arm does."""
     tried_share: float = 0.4
-    """Of the best candidate's linearised gain, with which another is fitted."""
+    """Share of the best candidate's linearised gain with which another is fitted."""
     tried_of_rivals: int = 2
     """The same where another explanation is known, beside what that has."""
     tried_instead: int = 2
     """Candidates fitted in the place of a term."""
     instead_share: float = 0.8
-    """Of what is lost without a term, that another must promise to be fitted in its place."""
+    """Share of what is lost without a term that another must promise to be fitted in its place."""
     tried_pairs: int = 3
     """Pairs fitted in the place of the newest two."""
     least_more: float = 5.0
     """What two others must promise beyond the newest two for a refit."""
     group_share: float = 0.3
-    """Of what a set explains, that a group alone must promise."""
+    """Share of what a set explains that a group alone must promise."""
     groups: int = 2
     """Groups that a set is grown from."""
     ties_refitted: int = 6
-    """Rivals fitted in the place of each finding."""
+    """Alternatives fitted in the place of each finding."""
     tie_share: float = 0.75
     tie_reach: float = 60.0
-    """A rival that promises less than this share, or so much less, is not fitted."""
+    """An alternative that promises less than this share, or so much less, is not fitted."""
     rival_shapes: int = 2
     """Spline terms fitted beside or instead of a set."""
     optimism: float = 1.5
@@ -96,18 +96,19 @@ class SearchOptions:
     its end."""
     reach: float = 300.0
     reach_share: float = 0.05
-    """Chi-square, and share of what a term explains, that a rival may still catch up after a try.
+    """Chi-square, and share of what a term explains, that an alternative may still catch up after a
+    try.
     """
 
     # Ends of loops that hardly ever come to them.
     most_turns: int = 8
-    """Of adding, exchanging and leaving out."""
+    """Turns of adding, exchanging and leaving out."""
     most_swaps_of_ties: int = 2
-    """How often a finding is exchanged for a rival that is far more probable."""
+    """How often a finding is exchanged for an alternative that is far more probable."""
     most_noise_rounds: int = 3
     """How often the noise is estimated anew beside what was found."""
     most_final_fits: int = 6
-    """Of the chosen set, each from where the last one ended."""
+    """Fits of the chosen set, each from where the last one ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +151,7 @@ class SizePriorOptions:
     points: int = 41
     """and points of that quadrature."""
     directions: int = 48
-    """Of a size with several components, over which is averaged."""
+    """Directions of a size with several components, over which is averaged."""
     shows: float = 3.0
     """Standard deviations of the readings' noise below which a size does not show."""
 

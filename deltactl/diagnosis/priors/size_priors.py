@@ -132,7 +132,7 @@ def score_log_odds(
 ) -> float:
     """Log posterior odds of an effect against nothing, from its score at one starting point.
 
-    linear: the coordinates of the score; none: the effect as it stands at the starting point.
+    linear: the coordinates of the score; none: the effect at the starting point.
     step: (k,) with `information` (k, k) of the noise that counts. Sizes that would change the
     readings by less than a few standard deviations do not count: the recording cannot speak of
     them, and "nothing is missing" is said of what it could show.

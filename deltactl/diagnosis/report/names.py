@@ -43,7 +43,7 @@ def parts(components: Sequence[str]) -> str:
 
 
 def effect(name: str, *components: str) -> str:
-    """What is wrong and where, as a noun phrase: 'free play in the gear or coupling of motor 2'."""
+    """What is wrong and where, as a noun phrase: 'backlash in the gear or coupling of motor 2'."""
     return _phrase(name, components, _where(name, components))
 
 

@@ -1,4 +1,4 @@
-"""Whether a mismatch depends on more than the present value of what it follows.
+"""Whether a model error depends on more than the present value of what it follows.
 
 Play, friction and filters remember: the same place or speed gives another error when it was come
 to another way. The test adds, beside the shape over the covariate's present value, shapes over its

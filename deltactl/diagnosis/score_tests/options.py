@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class ScoreTestOptions:
-    """What may come about by chance, and what cannot be told from something else."""
+    """What may come about by chance, and what cannot be distinguished from something else."""
 
     chance: float = 1e-5
     """Below which repeated readings are stale and the past of a covariate counts. Readings
@@ -25,9 +25,9 @@ class ScoreTestOptions:
     """What the past must explain of what the present does; less is a shape that is not quite right.
     """
     fewest_turns: float = 6.0
-    """Of a sinusoid in a recording; slower ones are seen by the splines over time."""
+    """Turns of a sinusoid in a recording; slower ones are covered by the splines over time."""
     draws: int = 1000
-    """Of pure noise, by which the smallest p of all tests is calibrated."""
+    """Draws of pure noise, by which the smallest p of all tests is calibrated."""
     seed: int = 20260101
     """The same draws each time, so that the same recording has the same answer."""
     least_change: float = 1e-9

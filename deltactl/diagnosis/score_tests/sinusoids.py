@@ -70,7 +70,7 @@ def _strongest(
 
 
 def _fullest(at: IntArray) -> slice | BoolArray:
-    """Of sample numbers the stretch with most rows in it; all where they are not too many."""
+    """The stretch of sample numbers with most rows in it; all where they are not too many."""
     if at.max() - at.min() < SCORE_TESTS.most_transformed:
         return slice(None)
     ordered = np.sort(at)

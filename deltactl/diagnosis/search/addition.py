@@ -60,7 +60,7 @@ def is_pile(search: SearchState, solution: Solution) -> bool:
 
 
 def falls_short(search: SearchState, rival: Solution, more: int, cost: float) -> bool:
-    """Whether a rival stays behind even with all that so many more effects may add to it."""
+    """Whether an alternative stays behind even with all that so many more effects may add to it."""
     gains = sorted((trial.gain for trial in search.tests.trials(rival)), reverse=True)
     least = search.criterion.penalised(rival) - search.options.optimism * sum(gains[:more])
     return least > cost + search.options.hope

@@ -23,7 +23,8 @@ class Tried:
     cost: float
 
     def within_reach(self, solution: Solution, gain: float, options: SearchOptions) -> bool:
-        """Whether it may yet do what a solution does that is so much better without the rival."""
+        """Whether it may yet do what a solution does that is so much better without the
+        alternative."""
         return self.cost - solution.cost < max(options.reach, options.reach_share * gain)
 
 

@@ -1,4 +1,4 @@
-"""By what one set of effects is better than another, and what an effect must gain to be in one."""
+"""The criterion that compares sets of effects, and what an effect must gain to be in one."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Search(SearchState):
         return self.collected(self.tests.empty)
 
     def finished(self, solution: Solution) -> Solution:
-        """The same, less what only came before others did."""
+        """The set without terms that were only needed before others came in."""
         return best_of(self, solution, self.fitter.side_by_side(pairs_for_one(self, solution)))
 
     def resumed(self, terms: Sequence[Term], nuisances: Sequence[Term]) -> Solution:
@@ -70,6 +70,6 @@ class Search(SearchState):
         return drop(self, grown if better is None else better, before)
 
     def one_more(self, solution: Solution, other: Solution) -> Solution:
-        """A rival of another solution with a further effect, where one earns its place."""
+        """An alternative of another solution with a further effect, where one earns its place."""
         grown = add(self, solution, other)
         return solution if grown is None else drop(self, swapped(self, grown))

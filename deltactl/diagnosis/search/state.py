@@ -37,7 +37,7 @@ class SearchState:
     rad_per_step: float
     progress: Progress = lambda _: None
     known: Calibration | None = None
-    """Of the same candidate library under nearly the same noise, where there is one."""
+    """Calibration of the same candidate library under nearly the same noise, where there is one."""
     options: SearchOptions = OPTIONS
     tests: Detection = field(init=False)
     criterion: Criterion = field(init=False)

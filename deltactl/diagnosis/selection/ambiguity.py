@@ -1,4 +1,4 @@
-"""What this recording cannot tell from a finding: every rival is refitted and compared."""
+"""What this recording cannot tell from a finding: every alternative is refitted and compared."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from deltactl.diagnosis.selection.equivalents import equivalents_of
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Standing:
-    """How a finding stands: what is lost without it, its p, and its rivals."""
+    """The leave-one-out result of a finding: loss, p and alternatives."""
 
     gain: float
     p: float
@@ -29,12 +29,13 @@ class Standing:
     rivals: list[Solution]
     """What was fitted with each alternative in its place, the closest first.
 
-    A group (`together`) is one rival and several alternatives.
+    A group (`together`) is one alternative and several alternatives.
     """
 
 
 def resolved(search: Search, solution: Solution) -> tuple[Solution, list[Standing]]:
-    """How each term stands; a rival with a lower penalised cost becomes the finding."""
+    """Leave-one-out result of each term; an alternative with a lower penalised cost becomes the
+    finding."""
     cost = search.criterion.penalised
     for _ in range(search.options.most_swaps_of_ties):
         stands = stands_of(search, solution)
@@ -48,7 +49,8 @@ def resolved(search: Search, solution: Solution) -> tuple[Solution, list[Standin
 
 
 def with_changes(search: Search, solution: Solution, rival: Solution) -> Solution:
-    """A rival beside the measured effects in whose place it is, where they have changed all the
+    """An alternative beside the measured effects in whose place it is, where they have changed all
+    the
     same: what fits better in all explains no change of what is known.
     """
     there = {term.candidate.key for term in rival.terms}
@@ -71,7 +73,7 @@ def in_parts(search: Search, solution: Solution) -> Solution:
 
 
 def stands_of(search: Search, solution: Solution) -> list[Standing]:
-    """How each term stands, in their order; members of a whole group also as one."""
+    """Leave-one-out results of the terms, in their order; members of a whole group also as one."""
     count, groups = len(solution.terms), whole_groups(solution.terms)
     each = _standing(search, solution, [*((i,) for i in range(count)), *groups])
     stands = each[:count]
@@ -142,7 +144,7 @@ def _stands(
     rivals: list[tuple[Alternative, Candidate, Solution]] = []
     for other in others:
         worse = other.cost - solution.cost
-        # A rival with fewer coordinates is forgiven what the others' freedom gains.
+        # An alternative with fewer coordinates is forgiven what the others' freedom gains.
         if min(worse, cost(other) - cost(solution)) < search.options.tied:
             one = other.terms[-1].candidate
             entry = Alternative(
@@ -159,7 +161,8 @@ def _stands(
 def _starts(
     search: Search, solution: Solution, bare: Solution, numbers: Sequence[int], gain: float
 ) -> list[Term]:
-    """Where to start each rival: equivalents_of of what was left out, then what scores best."""
+    """Where to start each alternative: equivalents_of of what was left out, then what scores
+    best."""
     left_out = [solution.terms[i] for i in numbers]
     model = search.prepared.model
     known = equivalents_of(left_out, [*model.candidates, *model.groups])

@@ -1,8 +1,10 @@
-"""How probable each finding is, each of its rivals, unknown physics, and that nothing is missing.
+"""Probabilities of each finding, of its alternatives, of unknown physics, and of nothing missing.
+missing.
 
-The sets that were compared around the chosen one (a finding left out, a rival in its place) are
-weighed by their evidence: Occam's window (Madigan and Raftery 1994, J. Am. Stat. Assoc. 89,
-1535-1546). Where nothing was found it is the chosen set, and every test of the library is a rival.
+The sets that were compared around the chosen one (a finding left out, an alternative in its place)
+are weighed by their evidence: Occam's window (Madigan and Raftery 1994, J. Am. Stat. Assoc. 89,
+1535-1546). Where nothing was found it is the chosen set, and every test of the library is an
+alternative.
 """
 
 from __future__ import annotations
@@ -38,20 +40,22 @@ class Credible:
     """Probabilities of one settled explanation."""
 
     terms: list[float]
-    """Of each term of the solution, in their order."""
+    """Probability of each term of the solution, in their order."""
     rivals: list[dict[Name, float]]
     """For each term: of what may act in its place."""
     shapes: list[float]
-    """Of each spline term: that something outside the vocabulary acts."""
+    """Probability of each spline term: that something outside the vocabulary acts."""
     nothing: float
     beside: list[Beside]
-    """Of each term: whether it may only imitate something unknown."""
+    """For each term: whether it may only imitate something unknown."""
     under: list[tuple[float, float]]
-    """Of each term, with all priors of size narrower and wider by as much as they are known to."""
+    """Probabilities of each term, with all priors of size narrower and wider by as much as they are
+    known to."""
 
 
 def preferred(search: Search, solution: Solution, stands: Sequence[Standing]) -> Solution | None:
-    """The rival that is far more probable than the finding in whose place it stands, if any."""
+    """The alternative that is far more probable than the finding that it replaces, if
+    any."""
     weights = _weigh(search, solution, stands)
     pairs = [
         pair
@@ -100,18 +104,19 @@ def credible(
 
 @dataclass(frozen=True, slots=True)
 class _Weights:
-    """Of what was compared around a solution, relative to it, by its terms."""
+    """Weights of what was compared around a solution, relative to it, by its terms."""
 
     costs: list[float]
     """-2 log of each term's prior odds and Occam factor."""
     rivals: list[list[float]]
-    """Of everything that may stand in a term's place."""
+    """Weights of everything that may be in a term's place."""
     none: list[float]
-    """Of nothing in its place."""
+    """Weights of nothing in its place."""
 
     @property
     def totals(self) -> list[float]:
-        """Of a term, whose own weight is 1, its rivals and nothing in its place."""
+        """Total weight of a term, whose own weight is 1, its alternatives and nothing in its
+        place."""
         pairs = zip(self.rivals, self.none, strict=True)
         return [1.0 + none + sum(rivals) for rivals, none in pairs]
 
@@ -121,7 +126,7 @@ class _Weights:
         return [one * (1.0 - CREDIBLE.lapse) / total for one, total in pairs]
 
     def absent(self) -> list[float]:
-        """Probability of each term that nothing stands in its place."""
+        """Probability of each term that nothing is in its place."""
         return [none / total for none, total in zip(self.none, self.totals, strict=True)]
 
 
@@ -140,7 +145,7 @@ def _weigh(
     own = [term.candidate.key for term in solution.terms]
 
     def behind(rival: Solution, share: float) -> float:
-        """By how much the -2 log evidence of a rival is larger."""
+        """By how much the -2 log evidence of an alternative is larger."""
         others = [term.candidate.key for term in rival.terms]
         more = sum(cost(rival, k, share) for k, key in enumerate(others) if key not in own)
         less = sum(c for key, c in zip(own, costs, strict=True) if key not in others)
@@ -155,7 +160,7 @@ def _weigh(
 
 
 def _shares(solution: Solution, stands: Sequence[Standing]) -> list[float]:
-    """Of what measured effects may leave, the share that each term has to exceed.
+    """The share of what measured effects may leave that each term has to exceed.
 
     They leave it once: of joints that err alike, found together, each bears what it explains.
     """
@@ -170,12 +175,13 @@ def _shares(solution: Solution, stands: Sequence[Standing]) -> list[float]:
 
 
 def _weight(behind: float) -> float:
-    """Of an explanation whose -2 log evidence is so much larger than the chosen one's."""
+    """Weight of an explanation whose -2 log evidence is so much larger than the chosen one's."""
     return math.exp(min(max(-0.5 * behind, -MOST), MOST))
 
 
 def _by_name(solution: Solution, weighed: Sequence[tuple[Solution, float]]) -> dict[Name, float]:
-    """Probability of each effect and component that stands in rivals and not in the solution."""
+    """Probability of each effect and component that is in alternatives and not in the
+    solution."""
     own = {term.candidate.key for term in solution.terms}
     found: dict[Name, float] = {}
     for rival, weight in weighed:
@@ -189,7 +195,7 @@ def _by_name(solution: Solution, weighed: Sequence[tuple[Solution, float]]) -> d
 
 
 def _of_shape(search: Search, solution: Solution, free: SplineTerm, instead: InPlace) -> float:
-    """Of a spline term: against nothing, and against the best named effect in its place."""
+    """Weight of a spline term: against nothing, and against the best named effect in its place."""
     weights = [_weight(instead.bare.cost - solution.cost - spline_penalty(free))]
     if instead.named is not None:
         cost = search.criterion.fully_penalised

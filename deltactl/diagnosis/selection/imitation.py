@@ -1,9 +1,9 @@
 """How probable it is that a name beside unknown physics is more than an imitation of a part of it.
 
-Two pictures are weighed. What is unknown stays where its spline term stands: then a name elsewhere
+Two hypotheses are weighed. The unknown acts only where its spline term is: then a name elsewhere
 is a cause of its own. Or it acts on the whole machine, which a spline at one place can only follow
-in part: then names imitate the rest, and the more of them stand there, the likelier this is. A name
-that acts where the unknown does is told from a part of it by nothing but the name's form.
+in part: then names imitate the rest, and the more of them there are, the likelier this is. A name
+that acts where the unknown does differs from a part of it in nothing but the name's form.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from deltactl.diagnosis.selection.options import CREDIBLE
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """How a term stands beside what is unknown."""
+    """How a term compares with what is unknown."""
 
     own: float = 1.0
     """Probability that it is a cause of its own."""
     place: str = ""
-    """Of the unknown that it imitates otherwise; empty where nothing is unknown."""
+    """Place of the unknown that it imitates otherwise; empty where nothing is unknown."""
 
 
 def beside_unknown(fitter: Fitter, solution: Solution) -> list[Beside]:
@@ -53,8 +53,8 @@ def chances(shares: Sequence[float]) -> list[float]:
 
 
 def _nearest(change: FloatArray, places: Mapping[str, FloatArray]) -> tuple[float, str]:
-    """Of the square of a term's change, the largest share that one of the spline terms could take
-    up if it were free at every sample; and where that stands.
+    """The largest share of the square of a term's change that one of the spline terms could take
+    up if it were free at every sample; and the place of that term.
 
     Both in standard deviations of the noise, (n, channels); places: what a unit there changes.
     """

@@ -1,4 +1,4 @@
-"""Which explanation to believe: few effects, these beside build tolerances, or unknown physics."""
+"""Which explanation to accept: few effects, these beside build tolerances, or unknown physics."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Explained:
     nominal: Solution
     """The machine of the robot file, without even the tolerances."""
     stands: list[Standing]
-    """How each term of the solution stands against its rivals, in their order."""
+    """How each term of the solution compares with its alternatives, in their order."""
     credible: Credible
     """How probable all that is."""
 
@@ -103,7 +103,7 @@ def _reviewed(tolerances: ToleranceRival, solution: Solution) -> tuple[Solution,
 
 
 def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
-    """Search on where the noise had mismatch in it: what rings or sticks looks like noise with a
+    """Search on where the noise had model error in it: what rings or sticks looks like noise with a
     memory, and whitening by that takes it, and much beside it, away.
     """
     for _ in range(search.options.most_noise_rounds):

@@ -94,7 +94,7 @@ class HillClimb:
         return [e for e in self.evidence.evaluated if self.kept <= e.keys <= self._all.keys()]
 
     def allowed(self, keys: frozenset[str]) -> bool:
-        """Whether a set makes sense: what stands beside others has one of them."""
+        """Whether a set makes sense: what acts beside others has one of them."""
         for key in keys:
             one = self._all[key]
             if one.beside and not keys & set(one.beside):
@@ -104,7 +104,7 @@ class HillClimb:
     def _smaller(self, here: Explanation) -> list[Explanation]:
         """Sets that are nearly as good, less one regressor each: one exchanged makes another spare.
 
-        Friction that grows with the load stands for friction and an offset.
+        Friction that grows with the load represents friction and an offset.
         """
         close = [
             e for e in self._mine() if here.log_evidence - e.log_evidence < SELECTION.nearly_best

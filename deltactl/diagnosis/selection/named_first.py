@@ -32,11 +32,11 @@ class Selected:
     evidence: Laplace
     posterior: Posterior
     probability: dict[str, float]
-    """Of every regressor that was tried."""
+    """Probability of every regressor that was tried."""
     nothing: float
     """Probability that nothing is missing."""
     empty: Explanation
-    """Of the robot file as it stands, under the same noise."""
+    """Explanation by the robot file alone, under the same noise."""
     named: Explanation
     """The named regressors alone: what spline terms are orthogonal to."""
     shift: dict[str, float]

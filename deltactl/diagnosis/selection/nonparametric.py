@@ -71,7 +71,7 @@ def named_instead(search: Search, solution: Solution) -> tuple[Solution, dict[Sp
     what was fitted in the place of each that stays.
 
     A spline term competes with the effects that the search had chosen; this one it may never have
-    been compared with. Not where effects stand beside it: several that bend together imitate what
+    been compared with. Not where effects are beside it: several that bend together imitate what
     acts outside the vocabulary, and it is the better for being named so.
     """
     fitted: dict[SplineTerm, InPlace] = {}
@@ -85,7 +85,8 @@ def named_instead(search: Search, solution: Solution) -> tuple[Solution, dict[Sp
 
 
 def shape_promises(search: Search, solution: Solution, penalised: float) -> bool:
-    """Whether a spline term, instead of a solution or beside it, does better than a rival."""
+    """Whether a spline term, instead of a solution or beside it, does better than an
+    alternative."""
     return any(
         one.cost - gain + spline_penalty(free) < penalised
         for one in (search.tests.empty, solution)
@@ -134,7 +135,7 @@ def challenge(search: Search, solution: Solution) -> Solution:
 def _best_grown(
     search: Search, rivals: Sequence[Solution], solution: Solution, best: Solution
 ) -> Solution:
-    """The best so far, or a rival of a solution that is the better explanation."""
+    """The best so far, or an alternative of a solution that is the better explanation."""
     grown = search.fitter.side_by_side(
         [partial(_grown, search, rival, solution, best) for rival in rivals],
         [free for rival in rivals for free in rival.frees],
@@ -155,13 +156,13 @@ def seen_apart(search: Search, solution: Solution, rival: Solution) -> bool:
 
 
 def _least_penalised(rival: Solution) -> float:
-    """The least penalised cost of a rival if none of its effects were needed."""
+    """The least penalised cost of an alternative if none of its effects were needed."""
     return rival.cost + sum(spline_penalty(free) for free in rival.frees)
 
 
 def _grown(search: Search, rival: Solution, solution: Solution, best: Solution) -> Solution | None:
-    """A rival that has a spline term, less what it does not need or with what else it needs; None
-    for one that stays behind the best so far.
+    """An alternative that has a spline term, less what it does not need or with what else it needs;
+    None for one that stays behind the best so far.
     """
     if rival.terms:
         return (

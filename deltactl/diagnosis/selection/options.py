@@ -1,4 +1,4 @@
-"""The numbers by which sets of regressors are believed."""
+"""The numbers by which sets of regressors are accepted."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class SelectionOptions:
-    """Of the posterior over sets (lone machines); a delta's search is limited by
+    """For the posterior over sets (single axes and sensors); a delta's search is limited by
     `priors.options.SearchOptions`.
     """
 
     window: float = 12.0
     """Sets whose log evidence is further below the best's than this are not counted (e^-12)."""
     most_regressors: int = 7
-    """In one set: more were never told apart in one recording."""
+    """In one set: more were never distinguished in one recording."""
     pairs_up_to: int = 1
     """Regressors in a set up to which two more are added at once, as some show only together."""
     naming_rounds: int = 3
@@ -26,9 +26,9 @@ class SelectionOptions:
     nearly: float = 0.2
     """Above which one that was not chosen is asked for again beside an unknown, though all that
     were chosen are settled: a row more or less would have it chosen. Not one that was searched for
-    at many places: a little less noise, and one of them stands out."""
+    at many places: a little less noise, and one of them is distinct."""
     likely: float = 0.5
-    """and above which it is believed."""
+    """and above which it is accepted."""
     most_of_map: float = 0.5
     """Share of what repeats with the position that a wave must make up to be named beside a map:
     of a rough surface the largest wave has a tenth to a third, of a gear nearly all."""
@@ -40,7 +40,7 @@ class SelectionOptions:
 
 @dataclass(frozen=True, slots=True)
 class CredibleOptions:
-    """Of what the search for a delta's effects compared around the set it chose."""
+    """For what the search for a delta's effects compared around the set it chose."""
 
     lapse: float = 0.02
     """Chance that the search ended at a wrong set and nothing it compared around that shows it. Of

@@ -133,7 +133,7 @@ class ToleranceRival:
         return both if solution.cost - both.cost < most else solution
 
     def _small(self, solution: Solution) -> bool:
-        """Whether an error no larger than every machine may have stands beside something else.
+        """Whether an error no larger than every machine may have is beside something else.
 
         By itself it is a finding; beside a fault it says how the machine was built.
         """

@@ -32,7 +32,7 @@ class Design:
     rate_hz: float
     mess: Mess
     noise: Noise
-    """Of the position or the range."""
+    """Noise of the position or the range."""
     effort_noise: Noise
     linear: bool
     counted: bool
@@ -102,7 +102,7 @@ def design(
 
 
 def _microstep(stroke: float, rng: np.random.Generator) -> float:
-    """Of a usual motor and a gear whose microsteps are fine for the stroke."""
+    """Step of a usual motor and a gear whose microsteps are fine for the stroke."""
     gear = max(round(10.0 * np.pi / stroke), 5)
     return 2.0 * np.pi / (3200.0 * gear * float(rng.choice([1, 2, 5])))
 
@@ -210,7 +210,7 @@ def observer_of(run: Run) -> Observer:
 
 
 def force_noise(plan: Design, every: int) -> Noise:
-    """Of a force from an average effort and the curvature of as many positions.
+    """Noise of a force from an average effort and the curvature of as many positions.
 
     A parabola through m positions of scatter s, h apart, has a second derivative of variance
     720 s^2 / (h^4 m (m^2 - 1)(m^2 - 4)); a correlation rho makes slow noise (1 + rho) / (1 - rho)

@@ -290,7 +290,7 @@ def _also(
     if not any(cause.kind.unknown for cause in hidden):
         words = observer.signal(sizes, ideal=True)
         richer = observer.chi2(observer.signal(sizes) - words) > RICHER
-        # Of a faint effect that is seen, it is no false statement that something is there.
+        # A faint effect that is seen may be reported without a name.
         faint = any(RICHER < cause.chi2 < SEEN for cause in hidden)
         names |= {"unknown"} if richer or faint else set()
     return sorted(names - {cause.kind.effect for cause in hidden if cause.culprit})

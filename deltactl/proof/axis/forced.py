@@ -51,7 +51,7 @@ class ForcedAxis:
     load: FloatArray = field(default_factory=lambda: np.zeros(1))
     neighbour: FloatArray = field(default_factory=lambda: np.zeros(1))
     bandwidth: float = 1.0
-    """Of the speed loop, rad/s."""
+    """Bandwidth of the speed loop, rad/s."""
     moved: Moved | None = None
 
     def run(self, sizes: Sizes) -> ForcedAxis:

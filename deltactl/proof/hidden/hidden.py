@@ -1,4 +1,4 @@
-"""One concealed cause: what it is, where it sits, how large it is; the form of answers.json."""
+"""One hidden cause: what it is, where it sits, how large it is; the form of answers.json."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Kind:
     effect: str
     components: tuple[str, ...]
     units: dict[str, str]
-    """Of the parameters that the contract defines, the main one first."""
+    """Values of the parameters in the contract, the main one first."""
     draw: Draw
     apply: Apply
     order: int = 0

@@ -259,7 +259,7 @@ def wear(machine: Machine, rng: np.random.Generator, strength: float) -> Hidden:
 
 
 def motor_heat(machine: Machine, rng: np.random.Generator, strength: float) -> Hidden:
-    """A motor warms its mount while it turns and lets it cool while it stands: the arm sinks."""
+    """A motor warms its mount while it turns and lets it cool while it rests: the arm sinks."""
     d = drawn_at(rng, 0.040, 0.060, strength)
     tau_s = float(rng.uniform(15.0, 30.0))
 

@@ -146,7 +146,7 @@ def dented_tooth(machine: Machine, rng: np.random.Generator, strength: float) ->
 
 
 def slip_with_speed(machine: Machine, rng: np.random.Generator, strength: float) -> Hidden:
-    """An arm stands lower while its motor turns, whichever way."""
+    """An arm is lower while its motor turns, whichever way."""
     d = drawn_at(rng, 0.006, 0.012, strength)
 
     def slip(q: FloatArray, t_s: FloatArray) -> FloatArray:

@@ -212,7 +212,7 @@ GROWTH, RINGING = {"strain": "1", "time_constant": "s"}, {"frequency": "Hz", "da
 LAG, STALE = {"time": "s", "dead_time": "s"}, {"duration": "s", "time": "s"}
 DRIFT, ANGLE, SCALE = {"offset": "m", "time_constant": "s"}, {"angle": "rad"}, {"scale": "1"}
 _HEIGHT = _then(_even("depth", 0.02, 0.04), "height")
-"""How far into the motion's lowest reach the table stands; its height follows from that."""
+"""How far the table reaches into the motion's lowest part; its height follows from that."""
 _BOWED = _signed("curvature", 0.02, 0.04)
 _HELD = _then(_even("duration", 2.0, 5.0), "time")
 ALL = (

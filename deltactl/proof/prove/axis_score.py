@@ -60,7 +60,7 @@ class AxisScore:
     """All within, and nothing needless."""
     needless: list[str] = field(default_factory=list)
     tie_reported: bool = False
-    """Of a tie: both sides are offered, or neither is claimed as if it were known."""
+    """In a tie both sides are offered, or neither is claimed as if it were known."""
     flagged: bool = False
     """Something unknown is found, or the verdict says that not all is explained."""
     misnamed: bool = False
@@ -179,7 +179,7 @@ def _contradicted(marks: AxisScore, truth: Json, answer: Json) -> list[str]:
     ]
     high = max(truth["noise_rms_high"], truth.get("noise_rms_short", 0.0))
     left = answer["fit"]["rms_after_m"]
-    # Of a healthy machine noise is all that can be left, whatever smoothing the answer has.
+    # On a healthy machine only noise can be left, whatever smoothing the answer has.
     if hidden and answer["verdict"] in LIKE_TRUE and left > LEFT * high:
         wrong.append(f"{answer['verdict']} with {left / high:.1f} times the noise left")
     if marks.tier == "ambiguous":

@@ -61,7 +61,7 @@ class Bin:
 
 
 def claims_of(answer: Diagnosis, truth: Sequence[tuple[str, str]]) -> list[Claim]:
-    """What an answer claims, against the concealed effects and components."""
+    """What an answer claims, against the hidden effects and components."""
     names, found = set(truth), list[Claim]()
     unknown = any(effect == "unknown" for effect, _ in truth)
     if answer.probability_nothing_missing is not None:

@@ -35,7 +35,7 @@ class Score:
     first_right: bool = False
     """The first finding is the (first) truth, with its component."""
     offered: bool = False
-    """Every truth stands among the findings or their alternatives."""
+    """Every truth is among the findings or their alternatives."""
     exact: bool = False
     """The findings are the truth, no more and no less."""
     flagged: bool = False
@@ -47,9 +47,9 @@ class Score:
     misnamed: bool = False
     """Unknown physics explained by named effects alone, none of which is left open."""
     named: bool = False
-    """Every named effect that was concealed stands among the findings."""
+    """Every named effect that was hidden is among the findings."""
     needless: bool = False
-    """A named effect stands among the findings that was not concealed."""
+    """A named effect that was not hidden is among the findings."""
     clarity: float = float("nan")
     """Distance from nothing in standard deviations of the noise; below 5 nobody could be sure."""
     covered: list[bool] = field(default_factory=list)
@@ -179,7 +179,7 @@ Matrix = dict[tuple[str, str], int]
 
 
 def confusion(scores: Sequence[Score]) -> Matrix:
-    """(concealed, said first) -> cases. An unknown kind is a row of its own."""
+    """(hidden, named first) -> cases. An unknown kind is a row of its own."""
     cells: Counter[tuple[str, str]] = Counter()
     for marks in scores:
         if marks.group not in GROUPS:
@@ -220,7 +220,7 @@ def picture(cells: Matrix, title: str) -> str:
         'font-family="sans-serif" font-size="12">',
         f'<rect width="{width}" height="{height}" fill="#ffffff"/>',
         f'<text x="10" y="20" font-size="13">{escape(title)}</text>',
-        f'<text x="10" y="{TOP - 10}" fill="#555555">concealed, down; said first, across</text>',
+        f'<text x="10" y="{TOP - 10}" fill="#555555">hidden, down; named first, across</text>',
     ]
     for j, name in enumerate(columns):
         x = LEFT + CELL * j + CELL // 2 + 4

@@ -50,7 +50,7 @@ def table(scores: Sequence[Score]) -> list[Row]:
 
     both = of("single") + of("faint")
     sized = [s for g in ("single", "faint", "two", "three", "tolerance") for s in of(g)]
-    # Build tolerances leave a mismatch that is no cause: only clean machines reach the floor.
+    # Build tolerances leave an error that is no cause: only clean machines reach the floor.
     clean = [s for g in ("nothing", "single", "faint", "two", "three") for s in of(g)]
     return [
         share("false alarms, nothing missing", of("nothing"), lambda s: s.alarmed, 0.01, "most"),

@@ -36,7 +36,7 @@ class Tie:
     name: str
     motion: str
     build: Callable[[np.random.Generator, int, bool], tuple[Parts, list[Name]]]
-    """(rng, arm, first or second) -> what is built in, and the names of the rival."""
+    """(rng, arm, first or second) -> what is built in, and the names of the alternative."""
     settleable: bool = True
     """Whether a motion can tell them apart at all."""
 
@@ -113,7 +113,7 @@ T_PWM_S, SECONDS = 0.002, 90.0
 
 
 def draw_tie(seed: int, number: int) -> tuple[Case, Tie, list[tuple[str, str]]]:
-    """The case, its pair, and the names of the rival explanation. Pairs and truths take turns."""
+    """The case, its pair, and the names of the alternative. Pairs and truths take turns."""
     tie = TIES[number % len(TIES)]
     rng = np.random.default_rng([seed, number, 2])
     parts, rival = tie.build(rng, int(rng.integers(3)), number // len(TIES) % 2 == 0)
@@ -127,7 +127,7 @@ def draw_tie(seed: int, number: int) -> tuple[Case, Tie, list[tuple[str, str]]]:
 
 
 def run_tie(seed: int, number: int) -> dict[str, Any]:
-    """The truth, the rival, the first answer and, when a job was proposed, the second."""
+    """The truth, the alternative, the first answer and, when a job was proposed, the second."""
     case, tie, rival = draw_tie(seed, number)
     second: dict[str, Any] | None = None
     with tempfile.TemporaryDirectory(prefix="prove-") as name:

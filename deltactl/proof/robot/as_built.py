@@ -49,7 +49,7 @@ class Body:
     growth_time_s: float = 100.0
     """Upper arms lengthen by `growth` (1 - exp(-t / growth_time_s))."""
     ringing_hz: float | None = None
-    """The sensors' targets stand on the platform on springs of this frequency, if any."""
+    """The sensors' targets are mounted on the platform by springs of this frequency, if any."""
     ringing_damping: float = 0.1
     pulls: list[Pull] = field(default_factory=list)
     """Forces on the platform that have no name; stiff joints hardly show them."""

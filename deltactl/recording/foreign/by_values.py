@@ -292,7 +292,7 @@ def _of_pairs(
             yield Guess(asked, "steps", index or "1", None, words)
             yield Guess(seen, "theta", index or "1", said[seen].unit, like)
         elif is_stepwise(table[asked]) and len(pairs) == 1 and table[asked].min() >= 0.0:
-            words = f"stands still in turns; {why.format(seen)}"
+            words = f"rests in turns; {why.format(seen)}"
             yield Guess(asked, "distance", None, said[asked].unit, words)
             yield Guess(seen, "range", None, said[seen].unit, like)
         else:
@@ -322,7 +322,7 @@ def _of_lone(
     yield Guess(place, "position", None, said[place].unit, why)
     others.remove(place)
     for name in steady[:1]:
-        yield Guess(name, "command", None, said[name].unit, "it stands still in turns")
+        yield Guess(name, "command", None, said[name].unit, "it rests in turns")
     for name in others[: 0 if steady else 1]:
         yield Guess(name, "effort", None, said[name].unit, "what is left; may be another")
 

@@ -44,7 +44,7 @@ def of_encoder(values: FloatArray) -> tuple[str, str] | None:
 
 
 def even_step(values: FloatArray) -> float | None:
-    """The step of readings (n,) that stand at places evenly apart; None where they do not.
+    """The step of readings (n,) at evenly spaced places; None where they do not.
 
     All of them must; of what the engine takes for the rounding of a reading
     (`observations.readings.step_of`) a few may not.
@@ -137,7 +137,7 @@ def doubt(name: str, column: str, unit: str, values: FloatArray) -> str:
     if name.split("_")[0] in ANGULAR and unit in ("1", "rad") and len(known):
         if (step := _other_steps(name, values, "deg")) is not None:
             return (
-                f"{name} was read in rad, and its readings stand {step}; if it is in degrees,"
+                f"{name} was read in rad, and its readings go {step}; if it is in degrees,"
                 f' --set "{name}={without_unit(column)}[deg]", and the same for the command'
             )
         farthest = float(np.max(np.abs(known)))
@@ -162,7 +162,7 @@ def of_radians(
         return ""
     if (step := _other_steps(name, values, "rad")) is not None:
         return (
-            f"{name} was read in degrees, and its readings stand {step}; if it is in rad,"
+            f"{name} was read in degrees, and its readings go {step}; if it is in rad,"
             f' --set "{name}={without_unit(column)}[rad]", and the same for the command'
         )
     farthest = float(np.max(np.abs(known)))

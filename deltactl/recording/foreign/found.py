@@ -41,10 +41,10 @@ class Inspection:
     """By the column's name in the file; columns without one are kept, and not used."""
     kind: str | None
     motion: str | None
-    """linear or rotary, of a servo axis; None where it cannot be told."""
+    """linear or rotary, of a servo axis; None where it is not known."""
     kind_why: str
     zero: str | None
-    """arbitrary where the readings stand far from the commands; None where that is not known."""
+    """arbitrary where the readings are far from the commands; None where that is not known."""
     mapping: Mapping
     warnings: list[str] = field(default_factory=list)
     counter: str | None = None
@@ -66,7 +66,7 @@ class Inspection:
     def unused(self, column: str) -> str:
         """Words for a column that is kept and not used: what it could be set to."""
         if column == self.counter:
-            return "it counts the rows; a ranging sensor needs no times"
+            return "it counts the rows; a distance sensor needs no times"
         if column == self.stumbles:
             return "its times do not increase in every row"
         if not pulls(column):

@@ -44,7 +44,7 @@ LETTERED = frozenset({"position", "command", "steps"})
 OURS = frozenset(name for name in UNITS if name.rpartition("_")[0] in ("status", "disturbance")) | {
     "t_pwm"
 }
-"""Columns of the contract in whose names words stand that mean something else elsewhere."""
+"""Columns of the contract with words in their names that mean something else elsewhere."""
 CURRENTS = frozenset(f"current_{motor}" for motor in range(1, MOTORS + 1))
 """The same where all are there; one alone is the effort of an axis."""
 _LETTER = re.compile(r"(.+[_ .-])([a-cA-C])")
@@ -194,7 +194,7 @@ def _time(
 
 
 def _numbered(found: dict[str, Guess]) -> dict[str, Guess]:
-    """Numbers 0 to 2 become 1 to 3; lone axes lose theirs; three arms are measured as theta."""
+    """Numbers 0 to 2 become 1 to 3; single axes lose theirs; three arms are measured as theta."""
     zero = any(guess.index == "0" for guess in found.values())
     for name, guess in found.items():
         index, role = guess.index, guess.role
@@ -239,7 +239,7 @@ def _calibration(found: dict[str, Guess]) -> dict[str, Guess]:
 
 
 def _unique(found: dict[str, Guess]) -> dict[str, Guess]:
-    """Of columns that would be the same, the first."""
+    """The first of columns that would be the same."""
     first: dict[str, Guess] = {}
     for guess in found.values():
         if guess.name not in {kept.name for kept in first.values()}:

@@ -58,7 +58,7 @@ def time_unit(t: FloatArray, late_rows: int = 0) -> tuple[str, str]:
 
 ANGLE_WORDS = {word: UNIT_OF[word] for unit in ("rad", "mrad", "deg", "arcmin", "arcsec")
                for word in UNIT_WORDS[unit].split() if word not in ("grad", "°")}  # fmt: skip
-"""Words that are an angle's unit wherever they stand; a turn or a grad may be something else."""
+"""Words that are an angle's unit wherever they occur; a turn or a grad may be something else."""
 _A_WORD = re.compile(r"(?<![\w.])(\d[\d.,]*[ -]?)?([A-Za-zµ]+)(?!\w)")
 
 
@@ -67,7 +67,7 @@ def unit_noted(
 ) -> tuple[dict[str, Guess], list[str]]:
     """Angles in the one unit that comment lines before a table name, and a word of that.
 
-    A word behind a number is a size (30 degrees); with a unit of length nothing can be told.
+    A word behind a number is a size (30 degrees); with a unit of length nothing is known.
     """
     notes = " ".join(line for line in lines if line.lstrip()[:1] in "#%")
     words = [word for size, word in _A_WORD.findall(notes) if not size]
@@ -102,7 +102,7 @@ def with_units(
             )
             out[name] = replace(guess, unit=unit)
             if unit != "s":
-                warnings.append(f"{name}: taken for {unit} ({why}); no unit stands in the file")
+                warnings.append(f"{name}: taken for {unit} ({why}); the file gives no unit")
     for group in of_one_unit(guesses, table):
         known, warning = unit_of_motion(group, table, turning)
         out |= {guess.source: guess for guess in known}
@@ -186,7 +186,7 @@ def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> lis
         factor = float(f"{1.0 / ratio:.4g}")
         right = as_option("velocity", without_unit(speed.source), "1", factor, 0.0)
         return [f"{words} in SI units, which is no unit known here; {right} would make it one"]
-    shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m cannot be told
+    shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m are not distinguishable
     why = f"{speed.why}, in {unit} by its size" if shown else speed.why
     guesses[speed.source] = replace(speed, unit=shown, why=why)
     return []

@@ -1,7 +1,7 @@
 """What a table of somebody else seems to be: its columns, units, rate, and kind of machine.
 
 In: a file. Out: an `Inspection`, with the mapping that reads it. Every guess says why, and what
-could not be told is said too.
+remains unknown is said too.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class _Read:
     before: Sequence[str] = ()
     """The lines above the table."""
     lines: Sequence[int] = ()
-    """Those that its rows stand on, where it has such."""
+    """The lines of its rows, where it has such."""
 
 
 def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:

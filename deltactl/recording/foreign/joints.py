@@ -18,7 +18,7 @@ _NUMBERED = re.compile(r"(.*?[^\d._\[])[._\[]?(\d+)\]?([._][^\d]+)?")
 CARTESIAN = frozenset("xyzw")
 """Labels of what is no joint."""
 NORMALISED = 100.0
-"""To which LeRobot scales the way of a joint, up and down, unless it is told to use degrees."""
+"""LeRobot scales the way of a joint to this, up and down, unless it is set to use degrees."""
 Group = Mapping[str, str]
 """Columns of one quantity by the number or name of the joint."""
 
@@ -43,7 +43,7 @@ def one_joint(
 
 
 def _first_that_moves(groups: Iterable[Group], table: Mapping[str, FloatArray]) -> str | None:
-    """The first joint of which no column stands still; None where there is none."""
+    """The first joint of which no column rests; None where there is none."""
     still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
     return next((j for group in groups for j in group if j not in still), None)
 

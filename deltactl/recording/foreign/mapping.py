@@ -14,7 +14,7 @@ A mapping says for each contract column where it comes from:
 
 On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
 `name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`). A column
-whose name holds a star, or ends like an offset, stands in quotes: `--set 'position="axis-1"'`.
+whose name holds a star, or ends like an offset, is put in quotes: `--set 'position="axis-1"'`.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ def _source(option: str) -> Source:
 
 def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
     """What `--set` takes for a column; scale: None where no factor was given."""
-    # Of s and N nothing else is thought; rad and m are told apart from deg and mm.
+    # s and N are never confused; rad and m are distinguished from deg and mm.
     told = IN_SI[unit] != 1.0 or (scale is None and unit in ("rad", "m"))
     unit = f"[{unit}]" if told else ""
     factor = "" if scale is None else f"*{scale:.12g}"

@@ -1,4 +1,4 @@
-"""What is said of a column that a table has not: what could stand for it, what was meant by it."""
+"""Messages on a missing column: what could replace it, and what was meant by it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NO_TIME = (
 MOST_MEANT = 2
 """Columns that are proposed in place of one that is not there."""
 FEW_LETTERS = 3
-"""What is shorter stands in many a name."""
+"""Shorter words occur in many names."""
 
 
 def no_column(path: Path, name: str, wanted: str, there: list[str]) -> RecordingError:
@@ -69,7 +69,7 @@ def other_separator(path: Path, said: str | None) -> str:
 
 
 def _way(name: str, wanted: str, there: list[str]) -> str:
-    """What could be meant by a column's name, or stand for it: of the columns that are there."""
+    """Columns that could be meant by a name, or replace it."""
     near = [one for one in there if len(wanted) >= FEW_LETTERS and wanted.lower() in one.lower()]
     near += difflib.get_close_matches(wanted, [without_unit(one) for one in there], n=1, cutoff=0.6)
     if near:
@@ -79,13 +79,13 @@ def _way(name: str, wanted: str, there: list[str]) -> str:
         return f"; did you mean {' or '.join(map(repr, alike[:MOST_MEANT]))}?"
     other = STANDS_IN.get(name)
     if name == "theta_1" and any(map(_of_further_motor, there)):
-        other = None  # a lone position tells nothing of three arms
+        other = None  # a single position says nothing of three arms
     if other is None:
         return ""
     column = other.split()[0].rstrip(",")
     if name != "distance" and not any(_may_be(column, one) for one in there):
         return ""
-    return f"; {other} could stand for it"
+    return f"; {other} could replace it"
 
 
 def _may_be(name: str, column: str) -> bool:

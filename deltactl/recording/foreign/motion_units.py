@@ -35,7 +35,7 @@ PAIRS = (
 )
 """What was asked for, and what came of it."""
 LONE = frozenset({"command", "position"})
-"""Of an axis by itself, which turns or slides."""
+"""Columns of a single axis, which turns or slides."""
 STRAIGHT = ("pos", "range", "distance")
 COUNTS = frozenset({"count", "counts", "cnt", "tick", "ticks", "steps", "raw", "inkremente"})
 """What headings call the counts of an encoder."""
@@ -111,7 +111,7 @@ def unit_of_motion(
 
 
 def _says_counts(heading: str, values: FloatArray) -> bool:
-    """Whether a heading says counts, and whole numbers (n,) stand below it."""
+    """Whether a heading says counts, and whole numbers (n,) are below it."""
     return whole(values) and bool(COUNTS & set(re.split(r"[^a-z]+", heading.lower())))
 
 

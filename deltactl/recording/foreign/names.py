@@ -36,7 +36,7 @@ WORDS: dict[str, str] = {
     "segment": "segment run trial stretch episode episode_index spot site",
     "temp_c": "temp temperature temp_c",
 }
-"""Column of the contract -> words that stand for it, in lower case."""
+"""Column of the contract -> words for it, in lower case."""
 ROLE_OF = {word: role for role, words in WORDS.items() for word in words.split()}
 PULLS = frozenset(
     [
@@ -57,7 +57,7 @@ PULLS = frozenset(
 )
 """Words of what pulls or drives, in names of columns that are not used."""
 _BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")
-"""What stands in brackets at the end and is no number, as that of a joint: position[0]."""
+"""Text in brackets at the end that is no number, unlike that of a joint: position[0]."""
 _MILLI = re.compile(r"(?<![A-Za-z])(mA|mN|mNm)$")
 """Units in which a capital begins no word."""
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
@@ -73,7 +73,7 @@ MEASURED = frozenset(
 TORQUES = frozenset(
     ["torque", "force", "effort", "tau", "moment", "drehmoment", "kraft", "couple", "nm"]
 )
-"""Words of an effort in the unit that moves a mass; a current or a voltage stands for one."""
+"""Words of an effort in the unit that moves a mass; a current or a voltage counts as one."""
 QUALIFIES = frozenset(["control"])
 """Words that are an effort alone, and beside a quantity say that it was asked for."""
 SUPPLY = frozenset(["bus", "supply", "dc", "battery", "versorgung"])
@@ -86,7 +86,7 @@ OF_NO_USE = frozenset(
         "fehler", "schleppfehler", "deviation", "abweichung", "duration", "direction",
     ]
 )  # fmt: skip
-"""Words of what is neither asked for nor read, whatever else stands in the name: accel_x."""
+"""Words of what is neither asked for nor read, whatever else is in the name: accel_x."""
 OF_JOINTS = frozenset(
     [
         "shoulder",
@@ -109,7 +109,7 @@ OF_JOINTS = frozenset(
 )
 """Words of what turns."""
 _OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
-"""How LeRobot calls what a joint did and what it was told; where all joints stand together, below
+"""How LeRobot calls what a joint did and its command; where all joints are together, below
 `action`, their values say more."""
 IS_PRESENT = "current"
 """Also says that something is as it is now, before another word: current_position."""
@@ -123,7 +123,7 @@ OUTSIDE = frozenset(
 OF_A_PART = frozenset(
     ["wert", "motor", "achs", "achse", "axis", "ax", "gelenk", "joint", "arm", "servo", "mess"]
 )
-"""Words that say nothing by themselves, and stand in compounds: Sollwert, motorangle."""
+"""Words that say nothing by themselves, and occur in compounds: Sollwert, motorangle."""
 PHASES = frozenset(["i", "iq", "id", "u", "v", "w"])
 """Letters that say, with a number and `act`, that a current or a voltage was measured."""
 _SHORTEST = 3
@@ -311,7 +311,7 @@ def in_words(name: str) -> list[str]:
 
 
 def _qualified(words: list[str]) -> bool:
-    """Whether a word stands beside a quantity of its own: control_position, control_torque."""
+    """Whether a word is beside a quantity of its own: control_position, control_torque."""
     other = {ROLE_OF.get(word) for word in words if word not in QUALIFIES}
     return bool(QUALIFIES.intersection(words) and other & {"position", "velocity", "effort"})
 

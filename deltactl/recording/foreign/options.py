@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class GuessOptions:
-    """Of a table that says neither what its columns are nor their units; `inspect` shows each
+    """For a table that says neither what its columns are nor their units; `inspect` shows each
     guess and the command that says otherwise."""
 
     # Which column is what.
@@ -16,7 +16,7 @@ class GuessOptions:
     least_filled: float = 0.5
     """Share of its rows that a column must hold to be anything."""
     seldom_empty: float = 0.1
-    """Share of empty cells that is a log's habit, each sensor at its pace, and told no more."""
+    """Share of empty cells that is a log's habit, each sensor at its pace, and not reported."""
     fewest_in_common: int = 10
     """Rows that two columns must both hold to be compared."""
     alike: float = 0.8
@@ -34,7 +34,7 @@ class GuessOptions:
     large_count: float = 200.0
     """Travel beyond which whole numbers are step counts rather than labels or states."""
     mostly_still: float = 0.1
-    """Share of its rows in which a column that stands still in turns changes at most."""
+    """Share of its rows in which a column that rests in turns changes at most."""
     most_runs: float = 0.02
     """Times that a clock may start again, as a share of the rows: runs shorter than fifty rows are
     none."""
@@ -56,11 +56,12 @@ class GuessOptions:
     """Share of its variance by which acceleration and speed together must explain more of an effort
     than either alone."""
     same_difference: float = 0.1
-    """Of its own spread, within which a column is the difference of two others, all rounded."""
+    """Share of its own spread within which a column is the difference of two others, all
+    rounded."""
     fast_of_top: float = 0.5
-    """Of the top speed, from which an axis moves fast: a drive gives a torque then."""
+    """Share of the top speed from which an axis moves fast: a drive gives a torque then."""
     no_torque: float = 0.02
-    """Of the largest torque, up to which there is none."""
+    """Share of the largest torque up to which there is none."""
     pulled_at: float = 0.1
     """Share of the rows in which something must pull to be a load."""
     asked_alike: float = 0.9
@@ -68,7 +69,7 @@ class GuessOptions:
     asked_as_far: float = 1.5
     """where the travel of neither is more than so many times that of the other."""
     few_columns: int = 8
-    """Of so many at most it is looked for: all triples are compared."""
+    """Columns up to which it is looked for: all triples are compared."""
 
     # Units.
     ticks_ns: tuple[float, float] = (1e5, 2e5)
@@ -96,34 +97,36 @@ class GuessOptions:
     count_rad: float = 0.001534
     """One of 4096 counts a turn, as hobby servos have: the one that is most often met."""
     one_turn_rad: float = 6.2832
-    """Of an axis without a unit: more is degrees or mm more often than rad or m."""
+    """Travel of an axis without a unit: more is degrees or mm more often than rad or m."""
     encoder_bits: tuple[int, int] = (8, 24)
     """Steps of a turn as powers of two: from the coarsest magnetic encoders to the finest glass."""
     near_unit_step: tuple[float, float] = (0.001, 0.01)
-    """Of such a step, by which the step of a reading may differ, at least (a turn is parted into
-    4095 too) and at most: decimal steps (0.1 mm, 0.001 rad) are 4 % and more from all of them."""
+    """Share of such a step by which the step of a reading may differ, at least (a turn is parted
+    into 4095 too) and at most: decimal steps (0.1 mm, 0.001 rad) are 4 % and more from all of
+    them."""
     slip: float = 0.5
-    """Of a step, by which a grid may slip over all that was read: 2 pi/16384 behind a gear of 9 is
-    within 0.8 % of 360/2^23 degrees, and slips a step in 140."""
+    """Share of a step by which a grid may slip over all that was read: 2 pi/16384 behind a gear of
+    9 is within 0.8 % of 360/2^23 degrees, and slips a step in 140."""
     places_for_a_step: int = 8
     """At which readings must have stood before they have a step."""
     same_reading: float = 1e-9
-    """Of the whole travel, within which two readings are the same but for their last digit."""
+    """Share of the whole travel within which two readings are the same but for their last digit."""
     off_place: float = 0.15
-    """Of the step, by which readings rounded to few decimals may stand beside their places."""
+    """Share of the step by which readings with few decimals may differ from their places."""
     few_turns_deg: float = 1440.0
-    """Of an axis without a unit: more is seconds of arc or counts rather than degrees or mm."""
+    """Travel of an axis without a unit: more is seconds of arc or counts rather than degrees or
+    mm."""
     longest_m: float = 15.0
-    """More is millimetres: no ranging sensor of this kind sees so far, and no axis is so long."""
+    """More is millimetres: no distance sensor of this kind sees so far, and no axis is so long."""
 
     # What the times and zeros are like.
     clockwork: float = 1e-6
-    """Of the step by which a first column increases, by which the steps differ where it is a time
+    """Share of the step of a first column by which its steps differ where it is a time
     though its name says something else."""
     rate_hz: float = 100.0
     """Rows a second that are written for a table without times, to be put right by hand."""
     large_jitter: float = 0.2
-    """Of the usual step of time: a step that differs by more is uneven,"""
+    """Share of the usual step of time: a step that differs by more is uneven,"""
     most_uneven: float = 0.1
     """and so are the times where more than this share of the steps is: then the stamps are those of
     whoever logged. A missing row or a pause now and then is none."""

@@ -35,7 +35,7 @@ def read_mapped(
 
     tell: takes a sentence for whatever was found in the file and nobody said: a separator other
     than the comma, a unit in a heading. Raises RecordingError that says which column is missing
-    and what could stand for it.
+    and what could replace it.
     """
     lines: list[int] = []
     table = _table(path, mapping, tell, lines)
@@ -96,18 +96,18 @@ def _tell_gaps(
 def _without_times(
     path: Path, named: set[str], there: list[str], tell: Callable[[str], None]
 ) -> float:
-    """Rows per second of a table that says none: one, of a ranging sensor beside a ruler.
+    """Rows per second of a table that says none: one, for a distance sensor beside a ruler.
 
     Raises RecordingError where times are needed.
     """
     if not needs_no_times(named):
         raise no_time(path, there)
-    tell(f"{path.name}: has no times, and a ranging sensor needs none: rows count as one a second")
+    tell(f"{path.name}: has no times, and a distance sensor needs none: rows count as one a second")
     return 1.0
 
 
 def needs_no_times(named: Collection[str]) -> bool:
-    """Whether columns are those of a ranging sensor alone, of which every row stands for itself."""
+    """Whether columns are those of a distance sensor alone, whose rows are independent."""
     return {"distance", "range"} <= set(named) and not MOVING & set(named)
 
 
@@ -198,7 +198,7 @@ def unit_of(path: Path, column: str, name: str, source: Source) -> str:
     """The unit that was given; else the one that the heading says.
 
     Raises RecordingError where both are said and are not the same. A factor that was given, 1 too,
-    is taken as it stands.
+    is taken as it is.
     """
     heading = unit_said(column, name)
     if "scale" in source.model_fields_set:

@@ -137,7 +137,7 @@ def difference(table: Mapping[str, FloatArray], names: list[str]) -> str | None:
 
 
 def is_stepwise(values: FloatArray) -> bool:
-    """Whether it mostly stands still and jumps between."""
+    """Whether it mostly rests and jumps between."""
     changes = np.diff(values[np.isfinite(values)]) != 0.0
     return 0.0 < float(changes.mean()) < GUESSES.mostly_still
 

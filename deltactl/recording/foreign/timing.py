@@ -50,7 +50,7 @@ def rows_and_times(
     if rate_hz is not None:
         return [("rows", f"{rows}, {rate_hz:g} a second, as you say")], []
     if time is None and kind == "range_sensor":
-        return [("rows", f"{rows}, without times, which a ranging sensor does not need")], []
+        return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
     if time is None:
         return [("rows", str(rows))], [NO_COLUMN]
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
@@ -177,7 +177,7 @@ def stumbling(
 
 
 def _named_only(table: Mapping[str, FloatArray], lines: Sequence[int]) -> Stumbling | None:
-    """A column that is called a time and cannot be one as it stands."""
+    """A column that is called a time and cannot be one as it is."""
     for name, values in table.items():
         named = read_name(name)
         if named.role != "t" or not np.isfinite(values).all() or len(values) < FEWEST:

@@ -146,7 +146,7 @@ STEPS: tuple[tuple[str, Kind, str], ...] = (
 TARGET = Channel(
     "/target",
     "Target",
-    "A point the platform was asked to be at, and the counts it was turned into.",
+    "A commanded position of the platform, and the counts calculated for it.",
     _fields(
         TIME,
         ("index", "integer", "number of the target in the job, from 0"),
@@ -224,18 +224,18 @@ SERVO = Channel(
     "Means over a stretch of a servo's loop, t_ns its middle; absent on a stepper robot.",
     _fields(
         TIME,
-        ("reference_1_rad", "number", "where arm 1 was asked to be [rad]"),
-        ("reference_2_rad", "number", "where arm 2 was asked to be [rad]"),
-        ("reference_3_rad", "number", "where arm 3 was asked to be [rad]"),
+        ("reference_1_rad", "number", "commanded angle of arm 1 [rad]"),
+        ("reference_2_rad", "number", "commanded angle of arm 2 [rad]"),
+        ("reference_3_rad", "number", "commanded angle of arm 3 [rad]"),
         ("theta_1_rad", "number", "angle of arm 1 by its encoder [rad]"),
         ("theta_2_rad", "number", "angle of arm 2 by its encoder [rad]"),
         ("theta_3_rad", "number", "angle of arm 3 by its encoder [rad]"),
         ("current_1_a", "number", "commanded current of motor 1, positive = arm down [A]"),
         ("current_2_a", "number", "commanded current of motor 2 [A]"),
         ("current_3_a", "number", "commanded current of motor 3 [A]"),
-        ("disturbance_1_a", "number", "of it what acceleration does not explain, as estimated [A]"),
-        ("disturbance_2_a", "number", "the same of motor 2 [A]"),
-        ("disturbance_3_a", "number", "the same of motor 3 [A]"),
+        ("disturbance_1_a", "number", "current added by the disturbance observer of motor 1 [A]"),
+        ("disturbance_2_a", "number", "current added by the disturbance observer of motor 2 [A]"),
+        ("disturbance_3_a", "number", "current added by the disturbance observer of motor 3 [A]"),
     ),
 )
 SETTINGS = Channel(

@@ -102,7 +102,7 @@ _MONTHS = 12
 _MIDNIGHT = "00:00:00"
 
 NEAR_USUAL = 0.5
-"""Of the usual step of time, by which a step may differ and be one between two rows."""
+"""Part of the usual time step by which a step may differ and be one between two rows."""
 
 
 def is_moment(cell: str) -> bool:
@@ -127,7 +127,7 @@ def seconds(cells: Sequence[str]) -> FloatArray:
     """Times in cells as seconds since the first, shape (n,); NaN where a cell holds none.
 
     A time of day that falls by half a day and more is on the next day. Dates with slashes have the
-    month first where their clock has AM and PM, or where no month could stand second.
+    month first where their clock has AM and PM, or where no month could be second.
     """
     month_first = _month_first(cells)
     moments = [_moment(cell, month_first) if is_moment(cell) else None for cell in cells]

@@ -206,7 +206,7 @@ def _heading(path: Path, head: str) -> list[str]:
         raise RecordingError(f"{path}:1: has {len(names)} columns, at most {MOST_COLUMNS} are read")
     twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
-        raise RecordingError(f"{path}:1: column '{twice[0]}' stands here twice")
+        raise RecordingError(f"{path}:1: column '{twice[0]}' occurs here twice")
     return names
 
 

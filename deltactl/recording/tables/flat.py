@@ -149,7 +149,7 @@ def from_columns(
 ) -> FlatRecording:
     """Check a table and sort its columns into contract and extra.
 
-    `lines` are those of the file on which the rows stand, for messages; without them rows are
+    `lines` are the lines of the file with the rows, for messages; without them rows are
     counted from 1. Raises RecordingError, naming the line or the row.
     """
     if "t" not in named:
@@ -162,7 +162,7 @@ def from_columns(
     if len(known) == 1:
         raise RecordingError(
             f"{source}: none of its columns {_listed(name for name in named if name != 't')} "
-            "is one that the program knows (steps_1, range_x, position, ...; all of them stand in"
+            "is one that the program knows (steps_1, range_x, position, ...; all of them are in"
             " docs/reference/columns.md)"
         ).with_typed(f"; type: deltactl inspect {source}")
     t_s = known.pop("t")

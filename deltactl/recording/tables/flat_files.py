@@ -25,7 +25,7 @@ from deltactl.recording.tables.rounds import flatten
 
 Progress = Callable[[str], None]
 MOST_BYTES = 2**26
-"""Messages of a recorded run that are read for its table: half an hour. Of a longer one,
+"""Messages of a recorded run that are read for its table: half an hour. For a longer one,
 stretches spread over all of it."""
 
 
@@ -68,7 +68,7 @@ def is_own_run(path: Path) -> bool:
             if not begins_as_mcap(stream):
                 return False
             return str(make_reader(stream).get_header().library).startswith(WRITTEN_BY)
-    except (OSError, McapError, struct.error):  # of no file, another one, or one cut short
+    except (OSError, McapError, struct.error):  # no file, another one, or one cut short
         return False
 
 

@@ -28,7 +28,7 @@ def servo_rows(
 ) -> tuple[Int64Array, dict[str, FloatArray], dict[str, AnyArray]]:
     """Times [ns], columns of the contract, and columns beside it.
 
-    `fresh` are the readings of each sensor without stale ones. A range stands in the row whose
+    `fresh` are the readings of each sensor without stale ones. A range is in the row whose
     time is nearest to the reading's own, which is kept as `t_x, t_y, t_z`; other rows are empty.
     """
     rising = np.concatenate([[True], np.diff(run.servo.t_ns) > 0])
@@ -97,7 +97,7 @@ def gather(run: Run) -> Rounds:
     x, y, z = (_fresh(run.readings[axis]) for axis in AXES)
     sensors = (x, y, z)
     if not any(len(samples.t_ns) for samples in sensors):
-        raise RecordingError(f"{run.path}: holds no readings of the ranging sensors")
+        raise RecordingError(f"{run.path}: holds no readings of the distance sensors")
     chosen = _choose(list(sensors), run.path)
     t_s = np.nanmean(Rounds(sensors, chosen, np.zeros(0)).pick("t_ns"), axis=1) * _NS
     rising = np.concatenate([[True], np.diff(t_s) > 0.0])
@@ -271,7 +271,7 @@ OF_SENSORS = frozenset(f"{stem}_{axis}" for stem in ("range", "status", "t") for
 
 
 def has_readings(run: Run) -> bool:
-    """Whether a ranging sensor gave anything."""
+    """Whether a distance sensor gave anything."""
     return any(len(samples.t_ns) for samples in run.readings.values())
 
 

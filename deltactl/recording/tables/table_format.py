@@ -16,12 +16,12 @@ from deltactl.recording.tables.cells import is_date, is_moment, is_number, is_ti
 from deltactl.recording.tables.csv_table import read_text
 
 WIDE = "  "
-"""Stands for two spaces or more: one alone is part of a cell, as in a date with its time."""
+"""Two spaces or more: one alone is part of a cell, as in a date with its time."""
 SEPARATORS = {
     ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces",
     WIDE: "several spaces",
 }  # fmt: skip
-"""Sought in this order; a space stands for any run of spaces and tabs."""
+"""Sought in this order; a space means any run of spaces and tabs."""
 IN_OPTIONS = {"\t": "tab", " ": "space", WIDE: "spaces", ",": "comma", ";": "semicolon"}
 """What a shell or an eye would lose, as it is typed after `separator=`."""
 MANY_LINES = 400
@@ -41,7 +41,7 @@ _WIDE_GAP = re.compile(r" {2,}|[ \t]*\t[ \t]*")
 
 @dataclass(frozen=True, slots=True)
 class TableFormat:
-    """Where the numbers stand, and what their columns are called.
+    """The lines of the numbers, and the names of their columns.
 
     names: as the file has them, or column_1, column_2, ... where it has none (`named` is False).
     units: of a line of units under the heading, empty texts without one. heading_line: of the
@@ -58,7 +58,7 @@ class TableFormat:
     mark: str
     """How the file's characters are written, as `UTF-8`."""
     before: tuple[str, ...]
-    """The lines that stand before all this."""
+    """The lines before all this."""
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -154,7 +154,7 @@ class _Suits(NamedTuple):
     headed: bool
     """Whether the line above has as many words; of one column any line would."""
     whole: bool
-    """Whether no day stands apart from its time, as where the blank between them separates."""
+    """Whether no day is separate from its time, as where the blank between them separates."""
     width: int
 
 
@@ -206,7 +206,7 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
         heading = above[-1]
         names = tuple(_words(lines[heading], separator))
         if heading + 1 != first or lines[heading].lstrip()[:1] in "#%":
-            heading = None  # something stands between: whoever reads must be told the names
+            heading = None  # something is between: the reader must be given the names
     plain = "cp1252" if not _is_utf8(path) else "UTF-8"
     before = tuple(line for line in lines[: above[-1] if above else first] if line.strip())
     return TableFormat(

@@ -99,7 +99,7 @@ class Container:
         self._chunks = 0
         self._first_ns = 2**63
         self._last_ns = 0
-        # Schemas and channels stand outside the chunks too: a reader needs no chunk to know them.
+        # Schemas and channels are outside the chunks too: a reader needs no chunk to know them.
         head = [MAGIC, record_bytes(records.Header(profile="", library=library))]
         file.append(b"".join([*head, *_schemas(), *_channels()]))
 

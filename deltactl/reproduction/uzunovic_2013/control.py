@@ -42,7 +42,7 @@ from deltactl.reproduction.uzunovic_2013.control_variants import (
 )
 
 Progress = Callable[[int, int, str], None]
-"""Told how many runs are done, of how many, and which comes next."""
+"""Called with the number of runs that are done, of how many, and the next one."""
 TITLE = "Section 5: the micro delta under acceleration control"
 QUICK_TROUBLES = (NOTHING,)
 LEAD = (
@@ -50,7 +50,7 @@ LEAD = (
     "control with disturbance observer (equations 5 and 6) at 10 kHz, on a robot made "
     "independently in MuJoCo: bodies, gears, friction, gravity, encoders of 0.01 degrees. Masses, "
     "friction, gear and motor constants are not published; proof/micro/as_built.py says what was "
-    "taken. Until t = 1 s the arms stand at 30 degrees."
+    "taken. Until t = 1 s the arms rest at 30 degrees."
 )
 
 

@@ -1,9 +1,9 @@
-"""Is a concealed cause named from the disturbance estimate? Blind: the diagnosis sees two files.
+"""Is a hidden cause named from the disturbance estimate? Blind: the diagnosis sees two files.
 
     python -m deltactl.reproduction.uzunovic_2013.control_blind --out DIR [--cases 24] [--seed N]
 
-Each case conceals one thing (or nothing) in a MuJoCo micro delta, moves it at random, and writes
-its recording and the shipped robot file into a folder of their own; what was concealed is written
+Each case hides one thing (or nothing) in a MuJoCo micro delta, moves it at random, and writes
+its recording and the shipped robot file into a folder of their own; the hidden cause is written
 elsewhere, after the answer.
 """
 
@@ -53,7 +53,7 @@ class Outcome:
 
     @property
     def right(self) -> bool:
-        """Exactly the concealed cause at its place, and nothing else."""
+        """Exactly the hidden cause at its place, and nothing else."""
         truth = () if self.effect == NOTHING else ((self.effect, self.component),)
         return self.said == truth
 
@@ -68,7 +68,7 @@ class Outcome:
 def run_case(
     seed: int, number: int, out: Path, run_s: float = RUN_S, holdout_s: float = HOLDOUT_S
 ) -> Outcome:
-    """Conceal, record, diagnose. Raises what the diagnosis raises: that is no answer at all."""
+    """Hide, record, diagnose. Raises what the diagnosis raises: that is no answer at all."""
     from deltactl.diagnosis.api import diagnose
 
     hidden, rng = case(seed, number)
@@ -105,11 +105,11 @@ def _ends(
 
 
 def confusion(outcomes: Sequence[Outcome]) -> tuple[list[str], list[tuple[str, ...]]]:
-    """Rows: what was concealed. Columns: what was said first, at the right joint or elsewhere."""
+    """Rows: the hidden cause. Columns: the first finding, at the right joint or elsewhere."""
     names = list(dict.fromkeys([NOTHING, *(outcome.effect for outcome in outcomes)]))
     said = [outcome.said[0][0] if outcome.said else NOTHING for outcome in outcomes]
     columns = [*names, *(name for name in dict.fromkeys(said) if name not in names)]
-    head = ["concealed", *columns, "at its joint", "exactly this", "interval holds"]
+    head = ["hidden", *columns, "at its joint", "exactly this", "interval holds"]
     rows: list[tuple[str, ...]] = []
     for name in names:
         own = [outcome for outcome in outcomes if outcome.effect == name]
@@ -169,9 +169,9 @@ def main() -> None:
     console.print(f"seed {seed}")
     outcomes = prove(given.cases, seed, given.out, lambda outcome: console.print(line(outcome)))
     head, rows = confusion(outcomes)
-    table = Table(title=f"{len(outcomes)} cases of seed {seed}: concealed (rows), said (columns)")
+    table = Table(title=f"{len(outcomes)} cases of seed {seed}: hidden (rows), found (columns)")
     for name in head:
-        table.add_column(name, justify="left" if name == "concealed" else "right")
+        table.add_column(name, justify="left" if name == "hidden" else "right")
     for row in rows:
         table.add_row(*row)
     console.print(table)

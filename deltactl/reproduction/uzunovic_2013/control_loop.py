@@ -73,7 +73,7 @@ class References:
 
     @property
     def peak_to_peak_rad(self) -> FloatArray:
-        """Of each joint's reference, (3,)."""
+        """Peak to peak of each joint's reference, (3,)."""
         ranges: FloatArray = np.ptp(self.angle_rad, axis=0)
         return ranges
 
@@ -147,7 +147,7 @@ def run(
 ) -> Run:
     """Hold the arms until `on_s`, then control them along the references (n, 3).
 
-    Before that the arms stand: held by brakes (friction alone would let them sink).
+    Before that the arms rest: held by brakes (friction alone would let them sink).
     ahead_a: currents (n, 3) that are given beside the law's, which knows nothing of them.
     Raises UnreachablePoint for a robot that cannot be put together, ValueError when the law's
     period is not the simulation's.

@@ -257,7 +257,7 @@ def _mean(values: FloatArray) -> FloatArray:
 
 
 def _worst(values: FloatArray) -> FloatArray:
-    """Of EVERY rows each the value that is furthest from 0; (n, 3) to as many as `[::EVERY]`."""
+    """For EVERY rows each, the value furthest from 0; (n, 3) to as many as `[::EVERY]`."""
     padded = np.pad(values, ((0, -len(values) % EVERY), (0, 0)), mode="edge")
     blocks = padded.reshape(-1, EVERY, values.shape[1])
     at = np.abs(blocks).argmax(axis=1)[:, None, :]

@@ -99,7 +99,7 @@ def _inertia(scale: float) -> Callable[[LawSettings], LawSettings]:
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """What is other than the law believes."""
+    """What differs from the parameters of the law."""
 
     name: str
     robot: Callable[[MicroDelta], MicroDelta] = lambda robot: robot
@@ -125,7 +125,7 @@ class Tracking:
     """Largest |measured - reference| as per cent of the reference's peak to peak."""
     rms_percent: FloatArray
     overshoot_percent: FloatArray
-    """Of the way from the start to the reference, how far beyond it went."""
+    """Overshoot beyond the reference, as a part of the way from the start."""
     current_rms_a: FloatArray
 
 

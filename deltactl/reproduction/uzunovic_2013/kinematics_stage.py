@@ -4,7 +4,7 @@ The robot's body is the MuJoCo robot of the proof, not our linkage. The stage is
 every sample is a pose at rest: platform where the stage is, arms where the forearms put them. The
 encoders sit on the motors: gears with play and tooth errors are in between.
 
-Every figure of the robot that stands in for Uzunovic's has its source beside it. Nobody published
+Every figure of the robot that replaces Uzunovic's has its source beside it. Nobody published
 what was wrong with the robot. What no source gives is CHOSEN, so that the errors of the geometric
 model come out at the size the paper prints. That takes far more than a workshop's tolerances: x and
 y errors of 1 mm at the borders of a 10 mm cube are a scale that is 16 % wrong.
@@ -164,7 +164,7 @@ def _read(true_rad: FloatArray, first_rad: FloatArray, built: StageRobot) -> Flo
 
 
 def _played(driven_deg: FloatArray, play_deg: FloatArray) -> FloatArray:
-    """Behind play: stands still until a flank takes it along."""
+    """Behind play: it rests until a flank takes it along."""
     follows_deg = np.empty_like(driven_deg)
     here = driven_deg[0]
     for row, driven in enumerate(driven_deg):

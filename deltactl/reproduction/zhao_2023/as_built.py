@@ -52,7 +52,7 @@ class JointErrors(StrictModel):
 
 
 class SensorErrors(StrictModel):
-    """Three ranging sensors."""
+    """Three distance sensors."""
 
     offset_mm: Three
     scale: Three
@@ -93,7 +93,7 @@ def load_as_built(path: Path, robot: DeltaRobot) -> AsBuiltFile:
         or not np.allclose(robot.sensors.axes, np.eye(3))
     ):
         raise ConfigError(
-            f"{path}: the simulated sensors stand at {list(NOMINAL_OFFSET_M)} m along x, y, z; "
+            f"{path}: the simulated sensors are at {list(NOMINAL_OFFSET_M)} m along x, y, z; "
             "the robot file's sensors must too"
         )
     return built

@@ -65,11 +65,11 @@ def corrected_robot(
         rng = np.random.default_rng([SEED, 1])
         recording = folder / f"survey-{mark}.csv.gz"
         write_flat(record(machine, survey(rng, seconds, SURVEY_T_PWM_S), rng), recording)
-        believed = find(robot_name)
-        answer = diagnose([recording], believed)
-        everything = corrected_text(believed, answer, all_of_them=True)
+        accepted = find(robot_name)
+        answer = diagnose([recording], accepted)
+        everything = corrected_text(accepted, answer, all_of_them=True)
         write_whole(file_of_all(kept), everything)
-        write_whole(kept, corrected_text(believed, answer))
+        write_whole(kept, corrected_text(accepted, answer))
     return load_robot(kept), load_robot(file_of_all(kept))
 
 

@@ -1,7 +1,7 @@
 """The MuJoCo robot moved from rest to rest, without the seconds in between.
 
 A survey of 20 000 poses takes this robot four days; step by step in time that is many hours here.
-Of a move only its end is read, at rest. So the arms are carried through the move at a few poses
+Only the end of a move is read, at rest. So the arms are carried through the move at a few poses
 by the balance of forces on each of them, and what friction and play keep is kept:
 
 - MuJoCo puts the linkage together at the arms' angles and says what gravity asks of each arm;
@@ -91,7 +91,7 @@ class SettlingRobot:
 
         Counts need not be whole.
 
-        After UnreachablePoint the robot stands where it stood before.
+        After UnreachablePoint the robot is where it was before.
         """
         before = self.state()
         for stride_steps in STRIDES_STEPS:

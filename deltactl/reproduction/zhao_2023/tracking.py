@@ -175,7 +175,7 @@ def slow_m(error_m: FloatArray) -> FloatArray:
 def collect_on_curve(
     folder: Path, robot: RobotFile, built: AsBuiltFile, curve: str, track: Track
 ) -> DataSet:
-    """Single readings at 50 Hz in motion: there is no time to stand still. Writes it anew."""
+    """Single readings at 50 Hz in motion: there is no time to rest. Writes it anew."""
     settings = settings_of(
         robot, "as-built", 0, built.mark, f"{curve}, once round", TRAINED_T_PWM_S
     )

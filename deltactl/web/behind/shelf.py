@@ -65,7 +65,7 @@ class Listed:
 
     @property
     def job(self) -> str:
-        """Of a run: the job's name, as its recording has it; else empty."""
+        """Name of the job of a run, as its recording has it; else empty."""
         found = RUN.fullmatch(self.path.stem)
         return found.group("job") if found and not self.own else ""
 

@@ -25,7 +25,7 @@ from deltactl.foundation.plain_file import write_whole
 from deltactl.models.effects import CARDS, EffectCard
 from deltactl.models.effects.card import Defect
 from deltactl.models.robot import per_arm
-from deltactl.web.behind.belief import Belief, Beliefs
+from deltactl.web.behind.known_robots import KnownRobot, KnownRobots
 from deltactl.web.behind.link import DaemonLink, Seen
 from deltactl.web.behind.own_recordings import OwnRecordings
 from deltactl.web.behind.shelf import Listed, Shelf
@@ -108,7 +108,7 @@ def _entry(card: EffectCard, defect: Defect, robot: RobotFile) -> Entry:
     return {"effect": card.name, "component": defect.component, "parameters": parameters}
 
 
-class Concealment:
+class HiddenFault:
     """One choice, for everybody who looks at the page."""
 
     def __init__(self, path: Path):
@@ -124,7 +124,7 @@ class Concealment:
         """What can be chosen."""
         return [NOTHING, SURPRISE, *defects()]
 
-    def conceal(self, choice: str, robot: RobotFile) -> None:
+    def hide(self, choice: str, robot: RobotFile) -> None:
         """Write the file anew. Raises KeyError for what is no choice."""
         drawn = secrets.choice(list(defects())) if choice == SURPRISE else choice
         if drawn == NOTHING:
@@ -144,12 +144,12 @@ class Site:
     """Everything behind the pages."""
 
     link: DaemonLink
-    beliefs: Beliefs
+    known_robots: KnownRobots
     recordings: Path
     work: Path
     """A folder of the page's own: reports, answers, texts on their way to a check."""
-    concealment: Concealment | None = None
-    """Of a simulated robot whose daemon this page has started."""
+    hidden_fault: HiddenFault | None = None
+    """Hidden fault of a simulated robot whose daemon this page has started."""
     tasks: Tasks = field(default_factory=Tasks)
     numbers: itertools.count[int] = field(default_factory=itertools.count)
     own: OwnRecordings = field(init=False)
@@ -166,13 +166,13 @@ class Site:
         self.shelf = Shelf(self.recordings, self.own, self.work / "made")
 
     def robot_file(self) -> Path | None:
-        """Of the robot that runs, or that the page was given: for recordings that carry none."""
-        belief = self.belief(self.link.seen)
-        return self.beliefs.given if belief is None else self.files().get(belief.file)
+        """Robot file that runs, or that the page was given: for recordings that contain none."""
+        known = self.known(self.link.seen)
+        return self.known_robots.given if known is None else self.files().get(known.file)
 
-    def belief(self, seen: Seen) -> Belief | None:
+    def known(self, seen: Seen) -> KnownRobot | None:
         """The robot file of the robot that runs."""
-        return None if seen.status is None else self.beliefs.of(seen.status.robot)
+        return None if seen.status is None else self.known_robots.of(seen.status.robot)
 
     def listed(self) -> list[Listed]:
         """What the tab of recordings lists, newest first."""
@@ -187,7 +187,7 @@ class Site:
     def files(self) -> dict[str, Path]:
         """Files by name: the robot that the page was given, its jobs beside it, the project's."""
         project = {path.name: path for path in sorted(CONFIG_FOLDER.glob("*.yaml"))}
-        given = self.beliefs.given
+        given = self.known_robots.given
         own = {} if given is None else {path.name: path for path in [*jobs_of(given), given]}
         return own | {name: path for name, path in project.items() if name not in own}
 
@@ -195,7 +195,7 @@ class Site:
     def first_file(self) -> str:
         """The file that a new page shows: the heart, or the first job of a robot of one's own."""
         files = self.files()
-        given = self.beliefs.given
+        given = self.known_robots.given
         whose = jobs_of(given) if given is not None else []
         return FIRST if files[FIRST] in whose or not whose else whose[0].name
 
@@ -216,7 +216,7 @@ class Site:
         """A text from a browser as a file, under a name of ours."""
         folder = self.work / "drafts" / str(next(self.numbers))
         folder.mkdir(parents=True, exist_ok=True)
-        given = self.beliefs.given
+        given = self.known_robots.given
         if given is not None and given.parent != CONFIG_FOLDER:  # a job finds its robot beside it
             write_whole(folder / given.name, given.read_bytes())
         path = folder / f"draft-for-{given.name if given else 'page.yaml'}"

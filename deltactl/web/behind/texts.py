@@ -8,7 +8,7 @@ from typing import Any
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.strict_yaml import Document
 from deltactl.foundation.yaml_tree import Location
-from deltactl.web.behind.belief import Belief
+from deltactl.web.behind.known_robots import KnownRobot
 from deltactl.web.behind.site import Site
 
 MAX_CHARACTERS = 60_000
@@ -51,25 +51,25 @@ def of_another_robot(site: Site, name: str, text: str) -> str:
     name: of the job, as it is shown. Raises ConfigError for a text that is no YAML.
     """
     status = site.link.seen.status
-    belief = site.belief(site.link.seen)
+    known = site.known(site.link.seen)
     wanted = Document(Path(name), text.replace("\r\n", "\n")).data.get("robot")
-    if status is None or belief is None or not isinstance(wanted, str) or wanted == belief.file:
+    if status is None or known is None or not isinstance(wanted, str) or wanted == known.file:
         return ""
     theirs = site.files().get(wanted)
-    if theirs is not None and same_machine(belief, theirs):
+    if theirs is not None and same_machine(known, theirs):
         return ""
     page = "deltactl web --simulate --robot" if status.simulated else "the daemon with"
     there = "" if theirs is not None else ", a file that is not here"
     return (
-        f"{name} is a job for another robot: {wanted}{there}. This one is {belief.file}. To run"
-        f" the job on it, write 'robot: {belief.file}' in the job; to run it on the robot it is"
+        f"{name} is a job for another robot: {wanted}{there}. This one is {known.file}. To run"
+        f" the job on it, write 'robot: {known.file}' in the job; to run it on the robot it is"
         f" for, start {page} {wanted}."
     )
 
 
-def same_machine(belief: Belief, theirs: Path) -> bool:
+def same_machine(known: KnownRobot, theirs: Path) -> bool:
     """Whether a robot file describes the machine that runs here."""
     try:
-        return belief.robot.is_machine_of(Belief.of(theirs).robot)
+        return known.robot.is_machine_of(KnownRobot.of(theirs).robot)
     except DeltactlError:
         return False

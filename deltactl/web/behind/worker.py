@@ -45,10 +45,10 @@ def run_report(recording: Path, out: Path) -> dict[str, Any]:
     return {}
 
 
-def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
+def diagnose(folder: Path, robot_file: Path, *recordings: Path) -> dict[str, Any]:
     """Diagnose recordings of one robot together, by the robot file that the newest run carries.
 
-    `folder` takes all that comes of it. believed: the robot file of tables, which carry none.
+    `folder` receives all results. robot_file: the robot file for tables, which contain none.
     """
     from deltactl.diagnosis.admission.which_robot import carried_by
     from deltactl.diagnosis.answer.corrected_robot import save_corrected
@@ -65,7 +65,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     for name in ("corrected.yaml", "next.yaml", "job.yaml"):
         (folder / name).unlink(missing_ok=True)
     robot = folder / "robot.yaml"
-    carried = carried_by(recordings, believed)
+    carried = carried_by(recordings, robot_file)
     write_whole(robot, carried.robot_text)
     if carried.job_text:
         write_whole(folder / "job.yaml", carried.job_text)

@@ -32,7 +32,7 @@ Inputs = Mapping[str, Callable[[], bool]]
 
 
 class Waiting:
-    """One wait. Its time stands still while the job is paused."""
+    """One wait. Its time stops while the job is paused."""
 
     def __init__(self, leaf: Wait | WaitFor, now_ns: int, inputs: Inputs):
         timed = isinstance(leaf, Wait)
@@ -55,7 +55,7 @@ class Waiting:
         return isinstance(self._leaf, WaitFor) and now_ns >= self._until_ns
 
     def pause(self, now_ns: int) -> None:
-        """The time stands still."""
+        """The time stops."""
         self._paused_ns = now_ns
 
     def resume(self, now_ns: int) -> None:
@@ -165,7 +165,7 @@ class ActiveJob:
             self._go_on(now_ns)
 
     def pause(self, now_ns: int) -> None:
-        """Decelerate on the path; where the arms stand, stop the time of the wait."""
+        """Decelerate on the path; where the arms rest, stop the time of the wait."""
         self._paused = True
         if self._moving is not None:
             self._moving.feeder.pause(now_ns)
@@ -289,7 +289,7 @@ class ActiveJob:
         return self._queued.job.on_blind == "stop"
 
     def goes_on_blind(self, why: str) -> None:
-        """The sensors do not show the arms; told once for each time."""
+        """The sensors do not show the arms; reported once for each time."""
         if not self.blind:
             self.blind, self.warning = True, why
             self._journal.event(self._machine.clock.now_ns(), "blind", why)

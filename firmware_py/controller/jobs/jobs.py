@@ -80,7 +80,7 @@ class Jobs:
         """`on_error` hears of what a recording's end raises."""
         self.running: ActiveJob | None = None
         self.planned: list[Claim] = []
-        """Of jobs that are being read, checked and planned."""
+        """Claims of jobs that are being read, checked and planned."""
         self.queue: deque[QueuedJob] = deque()
         self.held = False
         """Whether somebody paused: nothing begins until it is resumed."""
@@ -148,7 +148,7 @@ class Jobs:
         return any(one.number == job_id for one in self.claims())
 
     def claims(self) -> list[Claim]:
-        """Of all jobs that have not ended, in the order in which they run."""
+        """Claims of all jobs that have not ended, in the order in which they run."""
         running = [self.running.claim] if self.running is not None else []
         return [*running, *(one.claim for one in self.queue), *self.planned]
 

@@ -77,7 +77,7 @@ class Journal:
             self._recorder.edges(ticks.due_ns, ticks.steps)
 
     def commanded(self, t_ns: int, counts: Counts) -> None:
-        """Where the motors were told to be."""
+        """Record commanded counts of the motors."""
         if self._recorder is not None:
             self._recorder.commanded(t_ns, counts)
             if (view := self._view) is not None:
@@ -98,7 +98,7 @@ class Journal:
             self._recorder.pace(t_ns, rate, goal, ramp_s)
 
     def reading(self, reading: Reading) -> None:
-        """A sample of a ranging sensor."""
+        """A sample of a distance sensor."""
         if self._recorder is not None:
             self._recorder.reading(reading)
             if (view := self._view) is not None:

@@ -62,7 +62,7 @@ class View:
         self._ranges: dict[str, tuple[int, float]] = {}
 
     def begin(self, t_ns: int, counts: Sequence[int]) -> None:
-        """The scene, where the sensors are, and where the robot stands."""
+        """The scene, where the sensors are, and where the robot is."""
         entities = [self._entity(t_ns, BASE, [self._plate(self._skeleton.base_radius_m, DARK)])]
         entities.append(
             self._entity(t_ns, "platform", [self._plate(self._skeleton.platform_radius_m, BLUE)])
@@ -179,7 +179,7 @@ def _frame(link: Placed) -> tuple[Point, Point]:
 
 
 def _rod(length_m: float, width_m: float, colour: Point, aside_m: float) -> Message:
-    """A cylinder along y: Foxglove's stand along z."""
+    """A cylinder along y: Foxglove's are along z."""
     half = math.sqrt(0.5)
     return _cylinder((aside_m, 0.0, 0.0), (half, 0.0, 0.0, half), (width_m, width_m, length_m),
                      colour)  # fmt: skip

@@ -1,4 +1,4 @@
-"""What the ranging sensors say of the arms: are they seen, at home, where the counts put them?
+"""What the distance sensors show of the arms: are they seen, at home, where the counts say?
 
 In: readings, counts and the robot file. Out: blindness, lost steps, how sure a home is.
 """

@@ -24,7 +24,7 @@ READINGS_NEEDED = 6
 PERIODS = 8
 """Sensors that range slowly are heard for so many periods."""
 SCATTER_M = 0.0006
-"""Of a median of the readings of `NOW_S`: 1.5 mm of noise in 14 readings."""
+"""Scatter of a median of the readings of `NOW_S`: 1.5 mm of noise in 14 readings."""
 
 
 class Off(NamedTuple):
@@ -75,7 +75,7 @@ def _larger(change_m: FloatArray, limit_m: float) -> bool:
 
 
 def _medians(rows: Residuals, since_ns: int) -> Off | None:
-    """Of each axis; None where one has too few readings."""
+    """Median of each axis; None where one has too few readings."""
     excess_m, slopes_m = np.empty(3), np.empty((3, 3))
     for axis in range(3):
         mine = (rows.axis == axis) & (rows.t_ns >= since_ns)

@@ -43,7 +43,7 @@ class Cause:
 
     kind: Literal["motor", "sensor", "power", "unknown"]
     place: int
-    """Of the motor or the sensor, from 0; of the power, the arm that moved most."""
+    """Number of the motor or sensor, from 0; for the power, the arm that moved most."""
     angles_rad: FloatArray
     """How far the arms would be from their counts, (3,)."""
     range_m: float

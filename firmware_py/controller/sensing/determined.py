@@ -51,7 +51,7 @@ def unseen_rad(robot: RobotFile, good: BoolArray, agree_m: float) -> float:
 
 
 def unseen_deg(robot: RobotFile, good: BoolArray) -> int:
-    """The same in whole degrees, rounded up, as `--accept-unseen` is told it."""
+    """The same in whole degrees, rounded up, as `--accept-unseen` takes it."""
     return math.ceil(math.degrees(unseen_rad(robot, good, robot.homing.tolerance_m)) - 1e-6)
 
 

@@ -1,4 +1,4 @@
-"""Whether the sensors believe that the arms are at home, and how far they could be off unseen."""
+"""Whether the sensors show that the arms are at home, and how far they could be off unseen."""
 
 from __future__ import annotations
 

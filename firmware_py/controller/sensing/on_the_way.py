@@ -24,7 +24,7 @@ LEAST_READINGS, LEAST_LOOKS = 5, 8
 """A sensor that refuses most of its samples is not trusted for the rest."""
 EVERY_S = 0.2
 SCATTER_M = 0.001
-"""Of a median of the readings of `LOOK_S`, generously."""
+"""Scatter of a median of the readings of `LOOK_S`, generously."""
 
 
 def listen(robot: RobotFile, ranging: RangingLoop, clock: Clock) -> FloatArray:

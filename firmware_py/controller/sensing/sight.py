@@ -41,7 +41,7 @@ class Blindness:
 
 
 class Sight:
-    """Told of every reading, from any thread; asked by the control loop."""
+    """Receives every reading, from any thread; asked by the control loop."""
 
     def __init__(self, robot: RobotFile):
         self._sensors = robot.sensors

@@ -4,7 +4,7 @@ The range expected from the edges really sent is taken off every good one. What 
 the model's error, which changes slowly, the sensors' noise, and steps that were lost. So the
 median over the last `NOW_S` is compared with the median over some seconds before, and the
 difference, through the linkage's derivatives, becomes steps of each motor. A jump shows at
-once, a motor that stands still as soon as its counter has gone on far enough.
+once, a motor that rests as soon as its counter has gone on far enough.
 
 A difference is a loss when it is larger than noise makes it in a week (`LEAST_M`), and twice
 as large as anything in the last minutes: play, wrong lengths, a sensor's scale and latency
@@ -70,7 +70,7 @@ LOOK_S = 0.08
 READINGS_NEEDED = 6
 LOOKS_IN_A_ROW = 2
 LEAST_M, FIRST_M = 0.0042, 0.008
-"""Of an elbow's way. With 1.5 mm of noise a difference scatters by 0.5 to 0.7 mm."""
+"""Way of an elbow. With 1.5 mm of noise a difference scatters by 0.5 to 0.7 mm."""
 NOISE_TIMES = 6.0
 """A loss is so many times the scatter of what is made of the noise in this pose: where the arms
 lie level, the sensors see an arm turn ten times worse than elsewhere."""
@@ -135,7 +135,7 @@ class StepLoss:
         )
 
     def _or_else(self, of_motor: str) -> str:
-        """A motor, and what its loss cannot be told from."""
+        """A motor, and what its loss is not distinguishable from."""
         wrong = [reads_wrong(*one) for one in self.sensors]
         if not wrong:
             return of_motor
@@ -169,7 +169,7 @@ class Moved:
     scatter_rad: FloatArray
     """Standard deviation of that by the readings' noise, (3,): that of a median, in this pose."""
     change_m: FloatArray
-    """Of each range beyond the edges, (3,), which `angles_rad` would make."""
+    """Change of each range beyond the edges, (3,), which `angles_rad` would make."""
     range_scatter_m: FloatArray
     """Standard deviation of that, (3,)."""
     slopes_m: FloatArray
@@ -250,7 +250,7 @@ class StepWatch:
             self._readings.append(reading)
 
     def look(self, now_ns: int) -> StepLoss | None:
-        """What is found, at most every `LOOK_S`; all edges up to `now_ns` must have been told."""
+        """What is found, at most every `LOOK_S`; all edges up to `now_ns` must have been given."""
         if self._blind or now_ns - self._looked_ns < ns(LOOK_S):
             return None
         self._looked_ns = now_ns

@@ -23,12 +23,12 @@ from deltactl.models.effects.kind import EXACT, EffectKind
 from deltactl.models.robot import DeltaRobot, EffectEntry
 
 NARROWEST = 1e-3
-"""Of the step of a derivative: what is known more exactly is no more exact in a fit."""
+"""Share of the step of a derivative: what is known more exactly is no more exact in a fit."""
 BESIDE_MEASURED = 2.0
 """Times its usual spread that a small error has beside effects simpler than the machine: a drive of
 second order that became slower looks like half a percent of its ratio as well."""
 WIDTH = 2.0 * 1.96
-"""Of an interval of 95 %, in standard deviations."""
+"""Width of an interval of 95 %, in standard deviations."""
 
 
 def measured_before(
@@ -123,7 +123,7 @@ def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance 
 
 
 def _alike(kind: EffectKind, moved: Sequence[Coordinate], at: FloatArray) -> FloatArray:
-    """Of each coordinate how large all of its unit are together, (k,); none of a logarithm.
+    """For each coordinate, the size of all of its unit together, (k,); none of a logarithm.
 
     What an operator leaves moves sizes with the motion: a drive of second order is late by another
     dead time and another time constant in each, whose sum hardly changes.

@@ -47,7 +47,7 @@ class DeltaModel:
         seen = self.channels(robot, recordings)
         self.readings = gather(recordings, seen, UNITS, status=STATUS)
         self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
-        if any(name in ANGLES for name in seen):  # of drives that may be behind at the beginning
+        if any(name in ANGLES for name in seen):  # drives may be behind at the beginning
             begun = begun_in_motion(self.readings.t_s, self.commanded_rad, self.readings.fresh)
             self.readings.valid[begun] = False
         self._own_times = [OwnTimes(recording) for recording in recordings]

@@ -99,7 +99,7 @@ def _circle(way: tuple[int, ...], heights: tuple[float, ...] = NEXT_RUNS.heights
 
 
 def _both_sides(motors: Sequence[int]) -> Maker:
-    """Each motor comes to the same angles from below and from above, the others standing."""
+    """Each motor comes to the same angles from below and from above, the others resting."""
 
     def make(space: Space, size: float) -> Path:
         rest = np.full(3, space.angle(0.4))
@@ -117,7 +117,7 @@ def _both_sides(motors: Sequence[int]) -> Maker:
 
 
 def _sweep(motors: Sequence[int]) -> Maker:
-    """Each motor sweeps its span with reversals of growing size, the others standing."""
+    """Each motor sweeps its span with reversals of growing size, the others resting."""
 
     def make(space: Space, size: float) -> Path:
         rest = np.full(3, space.angle(0.4))

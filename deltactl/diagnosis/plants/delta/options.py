@@ -18,14 +18,14 @@ class DeltaFitOptions:
     soonest_warm_s: float = 8.0
     """No arm and no sensor is warm sooner: less would be a wrong length from the start."""
     soonest_warm_share: float = 0.25
-    """Of a recording, up to which a short one still may show warming."""
+    """Share of a recording up to which a short one still may show warming."""
     most_warm_ups: float = 40.0
     """Time constants in a long recording: what is warm sooner is seen in too few of its readings,
     """
     slowest_warm_times: float = 4.0
     """and what takes so many times as long drifts straight on."""
     shortest_period_rad: float = 1e-2
-    """Of a periodic error where the arms hardly move."""
+    """Shortest period of a periodic error where the arms hardly move."""
     # Poses that a machine a little off its file may not reach.
     length_off: float = 0.02
     """Share of the forearm,"""
@@ -37,7 +37,8 @@ class DeltaFitOptions:
 
 @dataclass(frozen=True, slots=True)
 class NextRunOptions:
-    """Of the motions that are proposed: safe first, then telling. Shares are of the angles used."""
+    """For the motions that are proposed: safe first, then telling. Shares are of the angles
+    used."""
 
     # Where motions go.
     lowest_deg: float = 0.0
@@ -51,9 +52,9 @@ class NextRunOptions:
     """How much further from singular a proposal keeps than the robot file asks for: the machine is
     not quite the file's, or nothing would be asked."""
     sizes: tuple[float, ...] = (1.0, 0.8, 0.6, 0.4, 0.25)
-    """Of a motion, of which the largest safe one is taken: a smaller one tells less."""
+    """Sizes of a motion; the largest safe one is taken: a smaller one tells less."""
     corners: int = 40
-    """Corners of the polygon that stands for a circle: it keeps within 0.3 % of the radius."""
+    """Corners of the polygon that represents a circle: it keeps within 0.3 % of the radius."""
     heights: tuple[float, ...] = (0.3, 0.6)
     """At which circles are drawn: high and low."""
     circle_share: float = 0.2

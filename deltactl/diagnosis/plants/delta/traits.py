@@ -13,7 +13,7 @@ MOTOR, SENSOR = "motor", "range_"
 
 
 def delta_traits(inputs: Iterable[str], channels: Iterable[str]) -> Traits:
-    """Of a delta with these input locations and channels."""
+    """Traits of a delta with these input locations and channels."""
     inputs = list(inputs)
     motors = [location for location in inputs if location.startswith(MOTOR)]
     return Traits(

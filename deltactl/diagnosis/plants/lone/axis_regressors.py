@@ -99,7 +99,7 @@ def is_said_to_be_free(axis: RecordedAxis) -> bool:
 
 
 def why_none_yields(axis: RecordedAxis) -> str:
-    """Why nothing can be told of what yields, of an axis on which no load changes."""
+    """Why nothing can be learned about compliance, on an axis with a constant load."""
     if is_said_to_be_free(axis):
         return NOTHING_PULLS
     if axis.pull.any():
@@ -119,7 +119,7 @@ def _play(axis: RecordedAxis) -> Size:
 def _grip(axis: RecordedAxis, width: Size) -> Size:
     """How much wider friction holds per unit of load: bearings and teeth rub by what they carry
     (Duclusaud et al. 2024, Extended Friction Models for the Physics Simulation of Servo Actuators).
-    It shows by the spring that it winds up, so it stands beside one.
+    It shows by the spring that it winds up, so it is fitted beside one.
     """
     per_load = 1.0 / max(usual_load(axis), 1e-300)
     return Size("grip", "half", width.spread * per_load, 0.0, width.high * per_load,

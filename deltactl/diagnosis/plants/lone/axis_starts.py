@@ -106,7 +106,7 @@ def _peaks(waves: FloatArray, power: FloatArray) -> list[float]:
 
 
 def _likely_jump(axis: RecordedAxis, residual: FloatArray) -> float:
-    """Moment from which on the residual stands elsewhere, by the largest likelihood ratio."""
+    """Moment from which on the residual has another mean, by the largest likelihood ratio."""
     left = residual[axis.rows]
     left = left - left.mean()
     sums = np.cumsum(left)[:-1]

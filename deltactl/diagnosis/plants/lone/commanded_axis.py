@@ -1,7 +1,7 @@
 """An axis that follows commands, stepper or servo, as a `RegressionPlant`.
 
 prediction = gear(play(lag(command))) + sum of shapes: a constant, a ratio, a droop under known
-load, errors that repeat with the angle, slow drifts. What was read stands in `recorded_axis`, what
+load, errors that repeat with the angle, slow drifts. What was read is in `recorded_axis`, what
 may differ in `axis_regressors`, what the drive does in `drive_chain`.
 """
 
@@ -50,7 +50,7 @@ class FineMap:
 
 
 class CommandedAxis(RecordedAxis, LeftOver):
-    """A lone axis by its commands."""
+    """A single axis by its commands."""
 
     def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
         super().__init__(robot, recordings)
@@ -86,7 +86,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
-        """What a mismatch may follow, name -> (n,)."""
+        """What a model error may follow, name -> (n,)."""
         found = {"position": self.commanded, "time": self.t_s}
         if not self.arrived:
             found["velocity"] = np.gradient(self.commanded, self.t_s)
@@ -99,7 +99,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         return found
 
     def unknown(self, key: str) -> Columns:
-        """Of the direction: a difference between both ways, which may change over the travel."""
+        """Shapes by direction: a difference between both ways, which may change over the travel."""
         return self._by_direction if key == UNKNOWN + "direction" else super().unknown(key)
 
     @property
@@ -144,18 +144,19 @@ class CommandedAxis(RecordedAxis, LeftOver):
         return True
 
     def detail(self, key: str) -> int:
-        """Of a map in detail, see `RegressionPlant`."""
+        """Detail of a map, see `RegressionPlant`."""
         mapped = self._map is not None and key == UNKNOWN + "position"
         return self.pieces("position") if mapped else 0
 
     def along(self, name: str) -> FloatArray:
-        """Of a map in detail, the place that the axis comes to rather than the one commanded."""
+        """For a map in detail, the place that the axis reaches rather than the one commanded."""
         if name != "position" or self._map is None:
             return super().along(name)
         return self.base(self._map.keys, self._map.sizes)
 
     def spread_of(self, name: str, shapes: int) -> float:
-        """Of a map in detail, by the part that repeats: it is shared out over all its shapes."""
+        """Spread of a map in detail, by the part that repeats: it is shared among all its
+        shapes."""
         if name != "position" or self._map is None:
             return super().spread_of(name, shapes)
         share = COMMANDED_AXIS.uneven_map / math.sqrt(max(shapes, 1))
@@ -249,7 +250,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         return impossible(self, keys, sizes, linear)
 
     def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
-        """Of waves that are smaller than a step of the reading."""
+        """Odds of waves that are smaller than a step of the reading."""
         small = [
             key
             for key in keys & {"gear", "teeth"}
@@ -263,6 +264,6 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
 
 def _share(part: FloatArray, rest: FloatArray) -> FloatArray:
-    """Of a part in it and the rest."""
+    """Shares of a part in it and the rest."""
     share: FloatArray = part / np.maximum(part + rest, 1e-300)
     return share

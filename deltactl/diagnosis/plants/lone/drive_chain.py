@@ -59,7 +59,7 @@ class DriveChain:
 
     @cached_property
     def _slopes(self) -> FloatArray:
-        """Of the motion that comes to a lag, which is the first of the stages."""
+        """Slopes of the motion that comes to a lag, which is the first of the stages."""
         axis = self._axis
         return slopes_of(axis.nominal, axis.t_s, axis.step_s)
 

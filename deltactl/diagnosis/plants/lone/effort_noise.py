@@ -31,7 +31,8 @@ class EffortNoise:
     def bounds(
         self, left: FloatArray, force: FloatArray, position: FloatArray, counts: BoolArray
     ) -> NoiseBounds | None:
-        """Of a residual force (n,), all and where it counts, and of raw force and position."""
+        """Bounds for a residual force (n,), all and where it counts, and of raw force and
+        position."""
         within, beyond = (
             OBSERVATIONS.within_band * self._edge,
             OBSERVATIONS.beyond_band * self._edge,

@@ -56,7 +56,7 @@ def prepared(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
 
 
 class ForcedAxis(LeftOver):
-    """A lone axis by its effort; `observed` is effort that the robot file does not explain."""
+    """A single axis by its effort; `observed` is effort that the robot file does not explain."""
 
     def __init__(
         self, robot: ServoAxis, recordings: Sequence[FlatRecording], narrower: float = 1.0
@@ -106,7 +106,7 @@ class ForcedAxis(LeftOver):
         return motion_of(self.t_s, self.readings.fresh, self.position, velocity, narrower)
 
     def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
-        """Effort less what inertia, gravity, load and believed effects need, low-passed, (n,)."""
+        """Effort less what inertia, gravity, load and accepted effects need, low-passed, (n,)."""
         motion, robot = self.motion, self.robot
         load = np.concatenate(
             [bridged(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
@@ -137,13 +137,13 @@ class ForcedAxis(LeftOver):
 
     @property
     def _slow(self) -> float:
-        """Speed below which the axis may stand."""
+        """Speed below which the axis may rest."""
         slowest = FORCED_AXIS.slowest_share * self.motion.top_speed
         return max(FORCED_AXIS.resolved * self.motion.velocity_noise, slowest)
 
     @cached_property
     def _rests(self) -> BoolArray:
-        """Samples (n,) at which the axis stands.
+        """Samples (n,) at which the axis rests.
 
         A turning point is no rest: friction changes its sign there, and passes the low-pass too.
         """
@@ -154,7 +154,7 @@ class ForcedAxis(LeftOver):
 
     @property
     def _period(self) -> float:
-        """Of the samples, in periods of the low-pass."""
+        """Time between samples, in periods of the low-pass."""
         return self.motion.cut_off_hz * self.readings.period_s
 
     def _rows(self) -> IntArray:
@@ -289,7 +289,7 @@ class ForcedAxis(LeftOver):
         return FORCED_AXIS.force_pieces
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
-        """By what passed the low-pass, and by effort and position beyond it."""
+        """Noise by what passed the low-pass, and by effort and position beyond it."""
         noise = EffortNoise(self.motion, self.inertia, self.readings.period_s, self.groups)
         return noise.bounds(left, self.force, self.position, self._counts)
 

@@ -1,4 +1,4 @@
-"""What a robot file knows of a lone axis from earlier diagnoses, as one recording shows it.
+"""What a robot file knows of a single axis from earlier diagnoses, as one recording shows it.
 
 A file says how wide play is, not on which flank the teeth last touched: that is another one each
 time. Left at the middle it would be off by half the play until the first reversal, which the next
@@ -90,7 +90,7 @@ def may_leave(
     stretches: IntArray,
     constant: bool,
 ) -> list[tuple[float, FloatArray]]:
-    """Of each effect that was measured, what it does (n,), and which share of its power it may
+    """For each effect that was measured, what it does (n,), and which share of its power it may
     leave (`EffectKind.discrepancy`).
 
     chosen: of each stretch. whole: readings (n,) by all of them.

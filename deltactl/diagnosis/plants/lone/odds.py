@@ -30,7 +30,7 @@ class FileSpreadOptions:
     servo_ratio_share: float = 0.01
     """A servo closes its loop over what is read: only another encoder sees another ratio."""
     range_scale_share: float = 0.02
-    """A ranging sensor's clock is off by parts in a thousand, its optics by a percent or two."""
+    """A distance sensor's clock is off by parts in a thousand, its optics by a percent or two."""
 
 
 ODDS = LoneOddsOptions()

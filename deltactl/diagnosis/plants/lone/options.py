@@ -1,7 +1,7 @@
 """The numbers of a machine by itself: an axis, a range sensor, the joints of a servo delta.
 
-Spreads are standard deviations of a prior; odds stand in `odds`. The step of a size's numerical
-derivative stands with its regressor.
+Spreads are standard deviations of a prior; odds are in `odds`. The step of a size's numerical
+derivative is with its regressor.
 """
 
 from __future__ import annotations
@@ -25,38 +25,39 @@ class CommandedAxisOptions:
 
     # Rows.
     fewest_followed_rows: int = 40
-    """Below which lag, play and a ratio share too few readings to be told apart."""
+    """Below which lag, play and a ratio share too few readings to be distinguished."""
     most_followed_rows: int = 2000
     """Rows beyond which an axis tells no more: readings are correlated over many samples."""
     most_followed_samples: int = 4000
     """Longer recordings are thinned: an axis hardly moves between their samples."""
     moving_share: float = 0.05
-    """Of the top speed, above which a row counts as in motion."""
+    """Share of the top speed above which a row counts as in motion."""
     settling_lags: float = 3.0
     """Usual lags after a move until a drive has arrived: 5 % of a first-order lag are left."""
     of_each_kind: tuple[float, float] = (0.1, 0.9)
     """Shares of rows in motion between which both kinds have enough to show a noise of their own.
     """
     came_from_elsewhere: float = 0.05
-    """Of the travel: nearer to where it stands a moment later an axis may just settle, as in any
+    """Share of the travel: nearer to where it is a moment later an axis may just settle, as in any
     rest."""
     arrived_share: float = 0.05
-    """Of that way, when it has come: the rest is how it settles."""
+    """Share of that way after which it has arrived: the rest is how it settles."""
     fewest_rests: int = 12
     """At a place, under a load, to show a noise of their own: within one an axis is off by the same
     amount, and as many sizes as there are rests fit them all."""
     another_load: float = 0.1
     """Share of the load's range by which it has to change to make another rest."""
     steady_correlation: float = 0.999
-    """Of command and time, above which an axis turns steadily and they are one."""
+    """Correlation of command and time above which an axis turns steadily and they are one."""
     least_move_share: float = 1e-6
-    """Of the travel: a command that changes by less stands still."""
+    """Share of the travel: a command that changes by less rests."""
     cells_of_travel: int = 200
     """Commands within one are one place."""
     clipped_quantile: float = 0.99
-    """Of the squared mismatch: single wild readings do not set the scale of what may differ."""
+    """Quantile of the squared model error: single wild readings do not set the scale of what may
+    differ."""
     full_steps_per_turn: float = 200.0
-    """Of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
+    """Full steps of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
 
     # What may differ, and by how much.
     lag_spread_s: float = 0.1
@@ -65,21 +66,21 @@ class CommandedAxisOptions:
     longest_lag_s: float = 2.0
     """Longest lag, and longest dead time, that a drive is looked for: beyond, it has arrived."""
     gap_of_a_lag: float = 0.02
-    """Share of the gap between both directions that a delay makes, below which nothing else is told
-    from it: no drive is quite one dead time and one time constant."""
+    """Share of the gap between both directions that a delay makes, below which nothing else is
+    learned from it: no drive is quite one dead time and one time constant."""
     together_of_longest: float = 0.95
     """Lag and dead time that are longer together sit at that bound."""
     free_constant_spread: float = 1e3
-    """Times the mismatch, of the constant of an arbitrary zero: as good as any."""
+    """Times the model error, of the constant of an arbitrary zero: as good as any."""
     widest_play_share: float = 0.6
-    """Of the travel: with more play an axis would hardly move."""
+    """Share of the travel: with more play an axis would hardly move."""
     play_of_mismatch: float = 2.0
-    """Usual play, in times the mismatch that it makes: half of it lies on either side,"""
+    """Usual play, in times the model error that it makes: half of it lies on either side,"""
     play_of_travel: float = 0.02
-    """and at least this share of the travel, so that a small mismatch does not forbid it."""
+    """and at least this share of the travel, so that a small model error does not forbid it."""
     yielding_of_mismatch: float = 2.0
-    """Usual droop under the load's standard deviation, in times the mismatch: it may be all of it,
-    and be hidden by a lag."""
+    """Usual droop under the load's standard deviation, in times the model error: it may be all of
+    it, and be hidden by a lag."""
     grip_of_yielding: float = 2.0
     """Friction winds a spring up both ways by no more than the load that makes it."""
     second_harmonic: float = 0.5
@@ -94,7 +95,7 @@ class CommandedAxisOptions:
     more_than_waves: float = 1.2
     """Times that number of waves that a recording resolves at least for finer ones to be sought."""
     cells_of_waves: int = 8192
-    """Of the travel, in which places are told apart: eight in the shortest wave."""
+    """Cells of the travel in which places are distinguished: eight in the shortest wave."""
     places_a_wave: float = 4.0
     """As many as a wave with its second harmonic has sizes."""
     places_alike: float = 0.7
@@ -127,9 +128,9 @@ class CommandedAxisOptions:
     axis_pieces: int = 6
     """Over position, speed or load; twice as many over time, in which anything comes and goes."""
     fewest_pieces: int = 2
-    """Of a short table: one bend."""
+    """Pieces of a short table: one bend."""
     rows_a_piece: int = 15
-    """Readings that a piece stands on at least."""
+    """Readings in a piece, at least."""
 
     uneven_map: float = 3.0
     """Times the even share of what repeats that a shape of a map in detail usually has."""
@@ -156,7 +157,7 @@ class CommandedAxisOptions:
     waves_apart: float = 0.6
     """and how far they are apart: nearer is the same peak. In waves over the travel."""
     steps_a_wave: int = 6
-    """Of the scan: a peak is one wave wide."""
+    """Steps of the scan for each wave: a peak is one wave wide."""
     ringing_starts: int = 7
     """Frequencies, evenly by ratio,"""
     ringing_from_hz: float = 0.6
@@ -166,7 +167,7 @@ class CommandedAxisOptions:
     damping_start: float = 0.1
     """with the damping of a bolted frame."""
     jump_edge_rows: int = 4
-    """Rows at either end at which no jump starts: each side must show where it stands,"""
+    """Rows at either end at which no jump starts: each side must show its mean,"""
     jump_edge_share: int = 200
     """and one row in so many of a long recording."""
 
@@ -183,10 +184,10 @@ class ForcedAxisOptions:
     wider: tuple[float, ...] = (1.0, 2.0, 4.0, 8.0)
     """Times the usual low-pass, the first that leaves as many samples."""
     fewest_forced_rows: int = 60
-    """Of a recording; half as many must be in clear motion: inertia and friction need a few
+    """Rows of a recording; half as many must be in clear motion: inertia and friction need a few
     reversals between them."""
     resolved: float = 2.0
-    """Times the noise of the velocity below which an axis may stand: friction is then anything."""
+    """Times the noise of the velocity below which an axis may rest: friction is then anything."""
     slowest_share: float = 0.01
     """The same as a share of the top speed."""
     smeared_periods: float = 0.3
@@ -199,7 +200,8 @@ class ForcedAxisOptions:
     """Times the low-pass's edge, of the second preparation: narrow enough to move a size that
     hangs on the filter, wide enough to keep the motion."""
     turning_share: float = 1e-3
-    """Of the top speed, within which friction changes sides even where the velocity has no noise.
+    """Share of the top speed within which friction changes sides even where the velocity has no
+    noise.
     """
 
     # What may differ.
@@ -208,7 +210,7 @@ class ForcedAxisOptions:
     clocks_periods: float = 0.5
     """and at least so much of a sampling period, for which effort is held."""
     dead_time_spread_s: float = 0.05
-    """Of a lag beyond that: a slow bus, or a drive's own filter."""
+    """Spread of a lag beyond that: a slow bus, or a drive's own filter."""
     weighed_rad: float = 1.0
     """Travel over which a weight's pull is no straight line."""
     unknown_of_size: float = 0.3
@@ -222,7 +224,7 @@ class ForcedAxisOptions:
     speed_starts: tuple[float, ...] = (0.02, 0.06, 0.2)
     """Stribeck speeds to start from, as shares of the top speed, apart by a factor of three."""
     force_pieces: int = 10
-    """Of a spline term: forces by position have more bends than positions by command."""
+    """Pieces of a spline term: forces by position have more bends than positions by command."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,14 +240,14 @@ class RangeSensorOptions:
     most_gross_ranges: float = 0.2
     """Share of the readings: where more are so far off, that is how the sensor reads."""
     moving_target: float = 0.3
-    """Share of rows with a new distance above which the target moves rather than stands at places.
+    """Share of rows with a new distance above which the target moves rather than rests at places.
     """
     least_travel_m: float = 1e-6
     """Distances nearer together are one."""
     size_of_mismatch: float = 2.0
-    """Usual offset and crosstalk, in times the mismatch: two that cancel are each larger."""
+    """Usual offset and crosstalk, in times the model error: two that cancel are each larger."""
     late_range_spread_s: float = 0.1
-    """A ranging sensor measures for tens of milliseconds, and a bus may hold it for as long."""
+    """A distance sensor measures for tens of milliseconds, and a bus may hold it for as long."""
     warm_up_starts_s: tuple[float, ...] = (20.0, 100.0, 500.0, 2500.0)
     """Time constants to start from: a chip's to a housing's, five times apart,"""
     warm_up_of_span: float = 2.0
@@ -259,11 +261,11 @@ class RangeSensorOptions:
     warm_up_spans: float = 3.0
     """and lengths of the recording of the slowest."""
     range_pieces: int = 8
-    """Of a spline term: ranging errors wave over the distance."""
+    """Pieces of a spline term: ranging errors wave over the distance."""
     fewest_pieces: int = 2
-    """Of a spline term over few places: one bend."""
+    """Pieces of a spline term over few places: one bend."""
     places_a_piece: int = 4
-    """Places that a piece stands on at least: over distance and time together half as many shapes
+    """Places in a piece, at least: over distance and time together half as many shapes
     as places, so that how places differ by themselves still shows."""
 
 
@@ -276,9 +278,10 @@ class ServoJointOptions:
     joints_of_samples: int = 3
     """Times the fewest samples of a recording: each joint needs its own."""
     observer_late_spread_s: float = 0.001
-    """Of the observer's lag beyond the file's, and of the clocks: a period or two of a drive."""
+    """Spread of the observer's lag beyond the file's, and of the clocks: a period or two of a
+    drive."""
     joint_pieces: int = 8
-    """Of a spline term over one joint's travel or speed, or time."""
+    """Pieces of a spline term over one joint's travel or speed, or time."""
     inertia_of_rotor: float = 3.0
     """Times the file's spread of the rotor: arms and loads reflected on it make it larger."""
 

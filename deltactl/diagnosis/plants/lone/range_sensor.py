@@ -84,7 +84,7 @@ class RangeSensorPlant(LeftOver):
 
     @cached_property
     def moves_all_the_time(self) -> bool:
-        """Whether the target moves rather than standing at places."""
+        """Whether the target moves rather than rests at places."""
         return float(self._new_distance[self.rows].mean()) > RANGE_SENSOR.moving_target
 
     @cached_property
@@ -94,7 +94,7 @@ class RangeSensorPlant(LeftOver):
 
     @cached_property
     def in_time(self) -> bool:
-        """Whether the rows stand in an order of time: a table sorted by distance has none."""
+        """Whether the rows are in order of time: a table sorted by distance has none."""
         steps = np.diff(self.distance[self.rows])
         return not self.moves or not ((steps >= 0.0).all() or (steps <= 0.0).all())
 

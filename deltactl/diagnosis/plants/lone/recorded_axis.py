@@ -1,4 +1,4 @@
-"""A recording of an axis that follows commands: what it read, was told, and what pulled on it."""
+"""A recording of an axis that follows commands: its readings, its commands, and its load."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class RecordedAxis:
         self.pull = self._pull(recordings)
         self._foretell()
         self.resolution = step_of(self.readings.values[:, 0])
-        """Smallest step of the reading: no play below it can be told from rounding."""
+        """Smallest step of the reading: no play below it can be distinguished from rounding."""
         self.rounding = self.resolution / float(np.sqrt(12.0))
         self.rows = self._rows()
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
@@ -224,7 +224,7 @@ class RecordedAxis:
 
     @cached_property
     def usual_speed(self) -> float:
-        """Of the command, root mean square over the rows that count."""
+        """Speed of the command, root mean square over the rows that count."""
         speed = np.gradient(self.commanded, self.t_s)[self.rows]
         return float(np.sqrt(np.mean(speed**2)))
 

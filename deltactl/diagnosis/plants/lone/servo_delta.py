@@ -1,6 +1,6 @@
 """A servo delta by its disturbance estimates: what the observers say beyond the robot file.
 
-The three joints' disturbances stand end to end in one channel, joint after joint, so that what
+The three joints' disturbances are end to end in one channel, joint after joint, so that what
 they share (a payload) is one regressor. All sizes but that of a gain are linear in the torques.
 """
 

@@ -9,7 +9,7 @@ from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 
 
 def count_places(commanded: FloatArray) -> int:
-    """How many places a command visits: the travel in cells, and how many of them it stands in."""
+    """How many places a command visits: the travel in cells, and in how many of them it rests."""
     low, span = float(np.min(commanded)), float(np.ptp(commanded))
     if not span > 0.0:
         return 1
@@ -17,7 +17,7 @@ def count_places(commanded: FloatArray) -> int:
 
 
 def direction_of(commanded: FloatArray, fresh: BoolArray, hair: float) -> FloatArray:
-    """Way of the last move, (n,): 1 up, -1 down, kept while it stands; 0 until the first move.
+    """Way of the last move, (n,): 1 up, -1 down, kept while it rests; 0 until the first move.
 
     fresh (n,): rows that begin a stretch. hair: how far a command must turn back to have turned.
     """
@@ -56,7 +56,7 @@ def ends_earlier_move(
 ) -> BoolArray:
     """Rows (n,) at the beginning of a stretch in which the axis ends a move that no row commands.
 
-    The command stands from the first row of the stretch on, and the axis comes in from elsewhere
+    The command rests from the first row of the stretch on, and the axis comes in from elsewhere
     within the time that a drive takes. observed (n,): NaN where nothing was read. hair: how far a
     command or a reading differs at least to have moved.
     """
@@ -84,7 +84,7 @@ def turns(direction: FloatArray, fresh: BoolArray) -> bool:
 
 
 def rests_under_loads(stays: IntArray, load: FloatArray) -> int:
-    """How many rests there are, each counted once for every load that it stands under.
+    """How many rests there are, each counted once for every load on it.
 
     stays (m,): number of the rest a row lies in, -1 in motion. load (m,): known load on the axis.
     """

@@ -1,4 +1,4 @@
-"""Waves over the travel of an axis: how fine ones a recording resolves, and which stand out."""
+"""Waves over the travel of an axis: how fine ones a recording resolves, and which are distinct."""
 
 from __future__ import annotations
 

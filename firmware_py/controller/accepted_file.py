@@ -1,4 +1,4 @@
-"""Which robot file a controller believes, and when it may take another without a restart.
+"""The robot file that a controller uses, and when it may take another without a restart.
 
 Taking another is for a robot that is off, or that is about to be homed: counts mean nothing then.
 """
@@ -14,33 +14,33 @@ BUILT_IN = ("name", "drive", "steps", "inputs", "outputs", "ranging", "recording
 """Sections from which pins, sensors, clocks and the keeper of recordings were built."""
 
 
-def needs_restart(believed: RobotFile, new: RobotFile) -> str:
+def needs_restart(accepted: RobotFile, new: RobotFile) -> str:
     """The section for which the process must start anew; empty where it can go on."""
     for section in BUILT_IN:
-        if getattr(believed, section) != getattr(new, section):
+        if getattr(accepted, section) != getattr(new, section):
             return section
-    if (believed.sensors is None) != (new.sensors is None):
+    if (accepted.sensors is None) != (new.sensors is None):
         return "sensors"
     switches = [(one.homing.method, one.homing.switch_pins, one.homing.switch_active_high)
-                for one in (believed, new)]  # fmt: skip
+                for one in (accepted, new)]  # fmt: skip
     if switches[0] != switches[1]:
         return "homing"
-    built = [(one.as_built.noise, one.as_built.servo) for one in (believed, new)]
-    if built[0] != built[1] or (believed.drive.kind == "servo" and believed != new):
+    built = [(one.as_built.noise, one.as_built.servo) for one in (accepted, new)]
+    if built[0] != built[1] or (accepted.drive.kind == "servo" and accepted != new):
         return "as_built"
     return ""
 
 
-def other_belief(believed: RobotFile, new: RobotFile, path: Path) -> RobotFile:
-    """Another file of the same machine, to believe instead; what a simulated robot is stays.
+def other_accepted(accepted: RobotFile, new: RobotFile, path: Path) -> RobotFile:
+    """Another file of the same machine, to use instead; the simulated robot stays as it is.
 
     Raises ConfigError.
     """
-    if not believed.is_machine_of(new):
+    if not accepted.is_machine_of(new):
         raise ConfigError(
             f"{path}: describes another machine than the one that runs (only effects, networks,"
             " as_built and recordings may differ); restart the daemon with it"
         )
-    truth = believed.as_built.model_copy(update={"effects": believed.effects_as_built})
-    update = {"as_built": truth, "recordings": believed.recordings}
+    truth = accepted.as_built.model_copy(update={"effects": accepted.effects_as_built})
+    update = {"as_built": truth, "recordings": accepted.recordings}
     return new.model_copy(update=update)

@@ -14,9 +14,9 @@ from deltactl.firmware_py.controller.contract import SensorStatus
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.models.linkage import forward
 from deltactl.models.linkage.skeleton import Skeleton
-from deltactl.web.behind.belief import Belief
+from deltactl.web.behind.known_robots import KnownRobot
 
-BELIEF = Belief.of(CONFIG_FOLDER / "zhao-2023.yaml")
+ZHAO = KnownRobot.of(CONFIG_FOLDER / "zhao-2023.yaml")
 HOME = (0.0, 0.0, -0.45)
 angle = st.floats(math.radians(-15), math.radians(100))
 
@@ -26,8 +26,8 @@ angle = st.floats(math.radians(-15), math.radians(100))
 def test_forearms_as_drawn_have_their_length_and_end_at_the_platform(
     angles: tuple[float, float, float],
 ) -> None:
-    place = forward(BELIEF.linkage, np.array(angles)).position_m
-    frame = Skeleton.of(BELIEF.robot.geometry)
+    place = forward(ZHAO.linkage, np.array(angles)).position_m
+    frame = Skeleton.of(ZHAO.robot.geometry)
     wrists = place + frame.platform_radius_m * frame.outward
     lengths = np.linalg.norm(wrists - frame.elbows_m(angles), axis=1)
     assert lengths == pytest.approx(frame.forearm_m, abs=1e-9)
@@ -42,9 +42,9 @@ def test_forearms_as_drawn_have_their_length_and_end_at_the_platform(
     x_m=st.floats(-1.0, 1.0), y_m=st.floats(-1.0, 1.0), z_m=st.floats(-1.2, 0.2)
 )  # fmt: skip
 def test_a_move_is_held_to_the_limits(x_m: float, y_m: float, z_m: float) -> None:
-    held = BELIEF.held(HOME, (x_m, y_m, z_m))
-    assert BELIEF.allows(held)
-    if BELIEF.allows((x_m, y_m, z_m)):
+    held = ZHAO.held(HOME, (x_m, y_m, z_m))
+    assert ZHAO.allows(held)
+    if ZHAO.allows((x_m, y_m, z_m)):
         assert held == (x_m, y_m, z_m)
 
 
@@ -54,16 +54,16 @@ def test_a_move_is_held_to_the_limits(x_m: float, y_m: float, z_m: float) -> Non
      ((0.4, 0.0, -0.35), "arm 1 may turn from -20 to 110 degrees")],
 )  # fmt: skip
 def test_a_refused_point_says_which_limit(point_m: tuple[float, float, float], says: str) -> None:
-    assert re.search(says, BELIEF.limit_at(point_m))
+    assert re.search(says, ZHAO.limit_at(point_m))
 
 
 @pytest.mark.parametrize("name", ["zhao-2023.yaml", "uzunovic-2013.yaml", "gripper-delta.yaml"])
 def test_the_point_that_the_page_suggests_is_within_reach(name: str) -> None:
     """Home, as the fields show it: in mm, to a hundredth."""
-    belief = Belief.of(CONFIG_FOLDER / name)
-    assert belief.home_m is not None
-    x_m, y_m, z_m = (round(1e3 * value, 2) * 1e-3 for value in belief.home_m)
-    assert belief.allows((x_m, y_m, z_m))
+    known = KnownRobot.of(CONFIG_FOLDER / name)
+    assert known.home_m is not None
+    x_m, y_m, z_m = (round(1e3 * value, 2) * 1e-3 for value in known.home_m)
+    assert known.allows((x_m, y_m, z_m))
 
 
 @settings(deadline=None)
@@ -74,6 +74,6 @@ def test_ranges_put_the_platform_where_it_is(point: tuple[float, float, float]) 
         SensorStatus(axis, distance, 0.0, "good", 9.0, "ok")
         for axis, distance in zip("xyz", ranges, strict=True)
     ]
-    assert BELIEF.measured(tuple(sensors)) == pytest.approx(point, abs=1e-12)
+    assert ZHAO.measured(tuple(sensors)) == pytest.approx(point, abs=1e-12)
     bad = SensorStatus("z", 0.9, 0.0, "jump", 9.0, "ok")
-    assert BELIEF.measured((*sensors[:2], bad)) is None
+    assert ZHAO.measured((*sensors[:2], bad)) is None

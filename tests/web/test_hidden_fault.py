@@ -1,4 +1,4 @@
-"""A defect that the simulated robot conceals: a run of the heart, and its diagnosis names it."""
+"""A defect that the simulated robot hides: a run of the heart, and its diagnosis names it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.clock import sleep_s
 from deltactl.foundation.errors import ConfigError
 from deltactl.recording.reading.reader import read_run
-from deltactl.web.behind.site import NOTHING, SURPRISE, Concealment, defects
+from deltactl.web.behind.site import NOTHING, SURPRISE, HiddenFault, defects
 from tests.web.conftest import CIRCLE, Browser, WebPage, at_home, switch_off
 
 Open = Callable[..., Browser]
@@ -38,11 +38,11 @@ def simulated_robot(folder: Path) -> Controller:
 
 def off_target_m(controller: Controller) -> float:
     """How far the simulated platform is from where the counts put it."""
-    world, believed = controller.machine.world, controller.status().position_m
+    world, counted_m = controller.machine.world, controller.status().position_m
     assert world is not None
-    assert believed is not None
+    assert counted_m is not None
     true = world.truth(controller.clock.now_ns()).position_m
-    return max(abs(one - other) for one, other in zip(true, believed, strict=True))
+    return max(abs(one - other) for one, other in zip(true, counted_m, strict=True))
 
 
 def run_job(controller: Controller, job: Path = HEART) -> Path:
@@ -57,10 +57,10 @@ def run_job(controller: Controller, job: Path = HEART) -> Path:
 
 
 @pytest.mark.parametrize("defect", defects())
-def test_a_heart_is_enough_to_name_what_is_concealed(defect: str, tmp_path: Path) -> None:
+def test_a_heart_is_enough_to_name_what_is_hidden(defect: str, tmp_path: Path) -> None:
     """By what the page starts; neither recording nor robot file tells it."""
-    hidden = Concealment(tmp_path / "built.yaml")
-    hidden.conceal(defect, load_robot(ROBOT))
+    hidden = HiddenFault(tmp_path / "built.yaml")
+    hidden.hide(defect, load_robot(ROBOT))
     controller = simulated_robot(tmp_path)
     recording = run_job(controller)
     controller.close()
@@ -79,18 +79,18 @@ def test_a_heart_is_enough_to_name_what_is_concealed(defect: str, tmp_path: Path
 
 
 def test_a_choice_is_in_force_from_the_next_homing_and_can_be_taken_back(tmp_path: Path) -> None:
-    hidden, robot = Concealment(tmp_path / "built.yaml"), load_robot(ROBOT)
+    hidden, robot = HiddenFault(tmp_path / "built.yaml"), load_robot(ROBOT)
     controller = simulated_robot(tmp_path)
     controller.power_on()
     controller.home()
     assert off_target_m(controller) < 1e-4
     controller.power_off()
     controller.power_on()
-    hidden.conceal("motor 2 stands off its home", robot)
+    hidden.hide("the home of motor 2 is off", robot)
     controller.home()
     assert off_target_m(controller) > 1e-3
     controller.power_off()
-    hidden.conceal(NOTHING, robot)
+    hidden.hide(NOTHING, robot)
     controller.power_on()
     controller.home()
     assert off_target_m(controller) < 1e-4
@@ -98,12 +98,12 @@ def test_a_choice_is_in_force_from_the_next_homing_and_can_be_taken_back(tmp_pat
 
 
 def test_a_surprise_is_one_of_them(tmp_path: Path) -> None:
-    hidden = Concealment(tmp_path / "built.yaml")
-    hidden.conceal(SURPRISE, load_robot(ROBOT))
+    hidden = HiddenFault(tmp_path / "built.yaml")
+    hidden.hide(SURPRISE, load_robot(ROBOT))
     assert hidden.chosen == SURPRISE
     assert hidden.really in defects()
     with pytest.raises(KeyError):
-        hidden.conceal("../../etc/passwd", load_robot(ROBOT))
+        hidden.hide("../../etc/passwd", load_robot(ROBOT))
 
 
 def test_a_servo_robot_has_its_own_place_for_that(tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_a_servo_robot_has_its_own_place_for_that(tmp_path: Path) -> None:
 
 def choose(browser: Browser, choice: str) -> None:
     browser.tab("Robot")  # where another test may have left it
-    field = browser.find("conceal").find_element(By.XPATH, "ancestor::label")
+    field = browser.find("hidden-fault").find_element(By.XPATH, "ancestor::label")
     browser.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
     field.click()
     place = f'//*[contains(@class, "q-menu")]//*[contains(@class, "q-item")][.="{choice}"]'
@@ -134,7 +134,7 @@ def test_the_corrected_file_is_tried_on_the_page_and_brings_the_robot_nearer(
     """
     switch_off(simulated)
     browser.says("state", "off")
-    choose(browser, "motor 2 stands off its home")
+    choose(browser, "the home of motor 2 is off")
     home_by(simulated, simulated.recordings.parent / "zhao-2023.yaml")
     job = CIRCLE.format(name="trial", robot="zhao-2023.yaml", turns=1)
     # Small and slow: on a busy machine pulses come late, and late is elsewhere.
@@ -143,7 +143,7 @@ def test_the_corrected_file_is_tried_on_the_page_and_brings_the_robot_nearer(
     robot = read_run(before).configuration.robot_text
     its = simulated.recordings / "web" / "made" / before.stem
     its.mkdir(parents=True)
-    entry = defects()["motor 2 stands off its home"](load_robot(ROBOT))
+    entry = defects()["the home of motor 2 is off"](load_robot(ROBOT))
     (its / "corrected.yaml").write_text(f"{robot}\n{yaml.safe_dump({'effects': [entry]})}")
     (its / "robot.yaml").write_text(robot)
     (its / "job.yaml").write_text(job)
@@ -195,20 +195,20 @@ def run_through(page: WebPage, job: str) -> Path:
         return Path(result.recording)
 
 
-def test_the_page_conceals_while_the_robot_is_at_rest(
+def test_the_page_hides_it_while_the_robot_is_at_rest(
     simulated: WebPage, browser: Browser, chromium: Open
 ) -> None:
     switch_off(simulated)
     browser.tab("Robot")
     browser.says("state", "off")
     choose(browser, SURPRISE)
-    browser.says("conceal-why", "press diagnose on the tab recordings")
-    assert browser.find("conceal-tell").is_displayed()
+    browser.says("hidden-fault-why", "press diagnose on the tab recordings")
+    assert browser.find("hidden-fault-tell").is_displayed()
     other = chromium(simulated.url)
-    other.says("conceal-why", "press diagnose on the tab recordings")
+    other.says("hidden-fault-why", "press diagnose on the tab recordings")
     at_home(simulated)
-    browser.says("conceal-why", "not now, the robot is ready")
+    browser.says("hidden-fault-why", "not now, the robot is ready")
     switch_off(simulated)
     browser.says("state", "off")
     choose(browser, NOTHING)
-    browser.wait(lambda: not browser.text("conceal-why"), "the choice is not taken back")
+    browser.wait(lambda: not browser.text("hidden-fault-why"), "the choice is not taken back")

@@ -22,7 +22,7 @@ HALVINGS = 12
 
 
 @dataclass(frozen=True)
-class Belief:
+class KnownRobot:
     """A robot file that the page knows, by which name jobs ask for it, and its linkage."""
 
     file: str
@@ -30,7 +30,7 @@ class Belief:
     linkage: Linkage
 
     @classmethod
-    def of(cls, path: Path) -> Belief:
+    def of(cls, path: Path) -> KnownRobot:
         """Read a robot file. Raises MissingFile or ConfigError."""
         robot = load_robot(path)
         return cls(path.name, robot, Linkage.of(robot.geometry))
@@ -107,31 +107,31 @@ def _between(start: Vector, end: Vector, part: float) -> Vector:
     return x, y, z
 
 
-class Beliefs:
+class KnownRobots:
     """Finds the robot file of the robot that the daemon names."""
 
     def __init__(self, given: Path | None = None):
         self._given = given
-        self._known: dict[str, Belief | None] = {}
+        self._known: dict[str, KnownRobot | None] = {}
 
     @property
     def given(self) -> Path | None:
         """The robot file that the page was started with."""
         return self._given
 
-    def of(self, name: str) -> Belief | None:
+    def of(self, name: str) -> KnownRobot | None:
         """The robot file whose `name` this is; None when the page has none."""
         if name not in self._known:
             self._known[name] = self._sought(name)
         return self._known[name]
 
-    def _sought(self, name: str) -> Belief | None:
+    def _sought(self, name: str) -> KnownRobot | None:
         given = [self._given] if self._given is not None else []
         for path in (*given, *sorted(CONFIG_FOLDER.glob("*.yaml"))):
             try:
-                belief = Belief.of(path)
+                known = KnownRobot.of(path)
             except (ConfigError, MissingFile, DeltactlError):
                 continue  # a job, or a robot that cannot be run
-            if belief.robot.name == name:
-                return belief
+            if known.robot.name == name:
+                return known
         return None
