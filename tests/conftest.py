@@ -28,7 +28,7 @@ drawn on request."""
 
 REAL_TIME = (
     "tests/daemon/test_daemon_end_to_end.py",
-    "tests/faults/",
+    "tests/faults/test_fault_campaign.py",
     "tests/foundation/test_real_clock.py",
     "tests/hil/",
     "tests/steps/test_pulse_process.py",

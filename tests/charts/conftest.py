@@ -55,9 +55,9 @@ def report_file(tmp_path: Path) -> Path:
     return file
 
 
-@pytest.fixture
-def open_report() -> Iterator[Open]:
-    """Opens a report and waits until it is drawn; skips where there is no Chromium."""
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[webdriver.Chrome]:
+    """One browser for a file of tests; skips where there is no Chromium."""
     binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if binary is None or driver is None:
         pytest.skip("needs Debian's packages chromium and chromium-driver")
@@ -68,12 +68,23 @@ def open_report() -> Iterator[Open]:
         options.add_argument(word)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     browser = webdriver.Chrome(options=options, service=Service(driver))
+    yield browser
+    browser.quit()
+
+
+@pytest.fixture
+def open_report(chromium: webdriver.Chrome) -> Iterator[Open]:
+    """Opens a report and waits until it is drawn; the browser is as it was started."""
 
     def drawn(file: Path) -> webdriver.Chrome:
-        browser.get(file.as_uri())
+        chromium.get(file.as_uri())
         done = "return document.documentElement.dataset.drawn"
-        wait(lambda: browser.execute_script(done) == "true", "the charts are not drawn")
-        return browser
+        wait(lambda: chromium.execute_script(done) == "true", "the charts are not drawn")
+        return chromium
 
+    for kind in ("browser", "performance"):
+        chromium.get_log(kind)  # of tests before
     yield drawn
-    browser.quit()
+    chromium.get("about:blank")
+    chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+    chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -13,7 +13,6 @@ from selenium.webdriver.common.by import By
 
 from tests.charts.conftest import Open, wait
 
-pytestmark = pytest.mark.realtime
 COLOURED = """
 const plots = [...document.querySelectorAll(".plot")];
 return plots.map((plot) => [...plot.querySelectorAll("*")].filter((one) => one.shadowRoot).length

@@ -16,7 +16,6 @@ from selenium import webdriver
 
 from tests.charts.conftest import Open
 
-pytestmark = pytest.mark.realtime
 PHONES_PX = (360, 390)
 SMALLEST_PX = 12.0
 READABLE_PT = 8.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -16,16 +17,21 @@ from deltactl.firmware_py.controller.switch_search import MARGIN_RAD
 from deltactl.foundation.clock import sleep_s
 from deltactl.foundation.errors import NotReady
 from tests.rigs.switch_homing import (
+    SIGHTS,
+    TROUBLES,
     Highest,
     arms_deg,
     begin_at,
     draw,
     home_and_judge,
+    home_with,
     switch_of,
     switch_robot,
 )
 
 MARGIN_DEG = float(np.degrees(MARGIN_RAD))
+TWO_AT_ONCE = (1, 3)
+"""Draws of two troubles; benchmarks/endurance/home_switches.py makes thousands."""
 
 
 @contextmanager
@@ -36,9 +42,17 @@ def switched_on(robot: Path) -> Iterator[Controller]:
         yield made
 
 
-@pytest.mark.parametrize("number", range(8))
-def test_home_is_right_or_refused_with_the_culprit_named(number: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", TROUBLES)
+def test_home_is_right_or_refused_with_the_culprit_named(name: str, tmp_path: Path) -> None:
+    chance = Random(name)
+    drawn, outcome = home_with([name], chance.choice(SIGHTS), chance, tmp_path)
+    assert outcome.problems == [], drawn
+
+
+@pytest.mark.parametrize("number", TWO_AT_ONCE)
+def test_two_troubles_are_no_worse(number: int, tmp_path: Path) -> None:
     drawn, outcome = draw(number, tmp_path)
+    assert " and " in drawn
     assert outcome.problems == [], drawn
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from benchmarks.costs.fleet_throughput import make_fleet
-from tests.charts.conftest import open_report
+from tests.charts.conftest import chromium, open_report
 
-__all__ = ["open_report"]
+__all__ = ["chromium", "open_report"]
 
 
 @pytest.fixture(scope="session")

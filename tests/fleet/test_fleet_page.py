@@ -48,7 +48,6 @@ def test_what_comes_first_is_at_the_top_and_the_rest_opens_on_a_click(fleet: lis
     assert "delta-39" in text
 
 
-@pytest.mark.realtime
 def test_on_a_phone_the_page_is_a_few_screens_long(
     fleet: list[Row], open_report: Open, tmp_path: Any
 ) -> None:

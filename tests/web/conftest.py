@@ -194,8 +194,11 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
     end_page(page)
 
 
-def a_chromium(size: tuple[int, int] = DESK) -> webdriver.Chrome:
-    """Debian's Chromium, without a window. Skips where there is none."""
+def a_chromium(size: tuple[int, int] = DESK, drawn: bool = True) -> webdriver.Chrome:
+    """Debian's Chromium, without a window. Skips where there is none.
+
+    drawn: whether it draws in 3D, which takes a core as long as it is open.
+    """
     binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if binary is None or driver is None:
         pytest.skip("needs Debian's packages chromium and chromium-driver")
@@ -205,6 +208,8 @@ def a_chromium(size: tuple[int, int] = DESK) -> webdriver.Chrome:
                  "--enable-unsafe-swiftshader", "--use-angle=swiftshader",
                  f"--window-size={size[0]},{size[1]}"):  # fmt: skip
         options.add_argument(word)
+    if not drawn:
+        options.add_argument("--disable-3d-apis")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     # Its software rendering must not take the processor from the daemon's pulses.
     low = {"preexec_fn": lambda: os.nice(NICE)}
@@ -213,15 +218,15 @@ def a_chromium(size: tuple[int, int] = DESK) -> webdriver.Chrome:
 
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Open]:
-    """Opens pages: `chromium(url, size)`. Skips where there is no Chromium.
+    """Opens pages: `chromium(url, size, drawn)`, of which few tests look at the robot in 3D.
 
-    All are closed at the end of a file of tests: each draws the robot all the while, and a dozen
-    of them leave no time for its pulses.
+    All are closed at the end of a file of tests: a dozen of them leave no time for the pulses.
+    Skips where there is no Chromium.
     """
     opened: list[webdriver.Chrome] = []
 
-    def make(url: str, size: tuple[int, int] = DESK) -> Browser:
-        one = a_chromium(size)
+    def make(url: str, size: tuple[int, int] = DESK, drawn: bool = False) -> Browser:
+        one = a_chromium(size, drawn)
         opened.append(one)
         one.set_page_load_timeout(60.0)
         one.get(url)

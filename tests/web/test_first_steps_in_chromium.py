@@ -120,7 +120,7 @@ def test_a_tab_begins_at_its_top_and_a_stop_stays_in_sight(
     simulated: WebPage, chromium: Open
 ) -> None:
     at_home(simulated)
-    phone = chromium(simulated.url, PHONE)
+    phone = chromium(simulated.url, PHONE, drawn=True)
     phone.says("state", "ready")
     press_three_times(phone, "jog-z-1")
     press_three_times(phone, "jog-z-1")
