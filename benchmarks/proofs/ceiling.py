@@ -123,7 +123,7 @@ def _compared(search: Search, truth: Solution, said: Sequence[Name]) -> Ceiling:
     if least < 0.5:
         number = chances.terms.index(least)
         name = " ".join(_name(truth.terms[number].candidate))
-        rival = max(chances.rivals[number].items(), key=lambda item: item[1], default=None)
+        rival = max(chances.alternatives[number].items(), key=lambda item: item[1], default=None)
         if rival is not None and rival[1] > 1.0 - least - rival[1]:
             return Ceiling(f"{name} is like {' '.join(rival[0])}", least)
         return Ceiling(f"{name} is too faint", least)

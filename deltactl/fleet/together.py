@@ -322,13 +322,22 @@ def _sharper(known: Sisters, robot: str, size: Row) -> Row:
     if alone is None:
         return size
     its = _kind(size)
-    rivals = [rival for rival in size.get("alternatives", ()) if rival["probability"] is not None]
+    alternatives = [
+        alternative
+        for alternative in size.get("alternatives", ())
+        if alternative["probability"] is not None
+    ]
     weights = [alone * known.ratio(robot, its)]
-    weights += [rival["probability"] * known.ratio(robot, _kind(rival)) for rival in rivals]
-    neither = max(0.0, 1.0 - alone - sum(rival["probability"] for rival in rivals))
+    weights += [
+        alternative["probability"] * known.ratio(robot, _kind(alternative))
+        for alternative in alternatives
+    ]
+    neither = max(
+        0.0, 1.0 - alone - sum(alternative["probability"] for alternative in alternatives)
+    )
     total = sum(weights) + neither
     best = max(range(len(weights)), key=weights.__getitem__)
-    rather = rivals[best - 1] if best else None
+    rather = alternatives[best - 1] if best else None
     having, sisters = known.having(robot, its)
     return size | {
         "alone": alone,

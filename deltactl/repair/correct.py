@@ -125,10 +125,14 @@ def held_back(
         elif not lasts(finding):
             held.append((finding, "it happened once: home the robot, and look why"))
         elif not all_of_them and not sure(finding, answer):
-            rivals = ", ".join(
+            alternatives = ", ".join(
                 f"{other.effect} on {other.component}" for other in finding.alternatives
             )
-            why = f"it could as well be {rivals}" if rivals else "it is not probable enough"
+            why = (
+                f"it could as well be {alternatives}"
+                if alternatives
+                else "it is not probable enough"
+            )
             held.append((finding, f"{why} (--all writes it all the same)"))
     return held
 

@@ -18,7 +18,7 @@ from deltactl.diagnosis.selection.nonparametric import (
     shape_promises,
     with_spline_terms,
 )
-from deltactl.diagnosis.selection.tolerance_rival import ToleranceRival
+from deltactl.diagnosis.selection.tolerance_or_cause import ToleranceOrCause
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -27,7 +27,7 @@ SIZE_M = 0.03
 
 
 @pytest.fixture(scope="module")
-def loosely(delta: DeltaRobot, record: Record) -> ToleranceRival:
+def loosely(delta: DeltaRobot, record: Record) -> ToleranceOrCause:
     """A sensor that is wrong by a wave of its own reading."""
     recording = record(seconds=60.0)
     seen = recording.columns["range_y"]
@@ -36,10 +36,10 @@ def loosely(delta: DeltaRobot, record: Record) -> ToleranceRival:
     model = DeltaModel(delta, [recording])
     assert delta.drive is not None
     prepared = prepare(model, model.readings.valid.copy())
-    return ToleranceRival(Search(prepared, delta.drive.rad_per_step))
+    return ToleranceOrCause(Search(prepared, delta.drive.rad_per_step))
 
 
-def test_a_shape_that_takes_over_lets_tolerances_spring_back(loosely: ToleranceRival) -> None:
+def test_a_shape_that_takes_over_lets_tolerances_spring_back(loosely: ToleranceOrCause) -> None:
     other = loosely.other
     free, gain, _ = max(other.tests.fine_scores(other.tests.empty), key=lambda one: one[1])
     found = other.fitter.solve((), (free,), other.tests.empty.nuisances)
@@ -49,7 +49,7 @@ def test_a_shape_that_takes_over_lets_tolerances_spring_back(loosely: ToleranceR
 
 
 def test_a_shape_that_explains_it_all_needs_no_loosely_built_machine(
-    loosely: ToleranceRival,
+    loosely: ToleranceOrCause,
 ) -> None:
     search = loosely.search
     solution = search.run()
@@ -79,7 +79,7 @@ def test_a_named_effect_that_explains_better_takes_the_place_of_a_shape(
     assert named.frees == ()
 
 
-def test_a_shape_that_explains_better_than_any_name_stays(loosely: ToleranceRival) -> None:
+def test_a_shape_that_explains_better_than_any_name_stays(loosely: ToleranceOrCause) -> None:
     search = loosely.search
     shaped = with_spline_terms(search, search.run())
     stays, in_place = named_instead(search, shaped)

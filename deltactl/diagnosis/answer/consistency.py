@@ -67,8 +67,8 @@ def _left_of_explained(answer: Diagnosis) -> Iterator[str]:
 
 def _chances(answer: Diagnosis) -> Iterator[str]:
     for finding in answer.findings:
-        rivals = sum(other.probability or 0.0 for other in finding.alternatives)
-        if finding.probability is not None and finding.probability + rivals < VERDICT.even:
+        alternatives = sum(other.probability or 0.0 for other in finding.alternatives)
+        if finding.probability is not None and finding.probability + alternatives < VERDICT.even:
             where = f"{finding.effect} on {finding.component}"
             yield f"{where} is named, and more probably nothing is there"
 

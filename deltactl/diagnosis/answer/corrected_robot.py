@@ -145,14 +145,14 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     constant = has(finding.effect, Trait.CONSTANT_FORCE)
     if constant and differs_with_speed(finding, diagnosis.findings):
         return False
-    rivals = [
+    others = [
         alternative for alternative in finding.alternatives if alternative.effect != "unknown"
     ]
-    alike = [rival for rival in rivals if _corrected_alike(finding, rival)]
-    if len(alike) == len(rivals) and _stands_beside_unknowns(finding, diagnosis):
+    alike = [other for other in others if _corrected_alike(finding, other)]
+    if len(alike) == len(others) and _stands_beside_unknowns(finding, diagnosis):
         return True
     if finding.probability is None:
-        return len(alike) == len(rivals)
+        return len(alike) == len(others)
     return sure_of_correction(finding) >= VERDICT.sure_enough
 
 

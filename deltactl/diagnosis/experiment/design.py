@@ -111,32 +111,32 @@ def _noise(designed: Readings, recorded: Readings, noise: Whitener, period_s: fl
 
 
 def expected(
-    run: Run, truth: Explanation, rival: Explanation, repeats: float = 1.0, steps: int = 1
+    run: Run, truth: Explanation, alternative: Explanation, repeats: float = 1.0, steps: int = 1
 ) -> float:
     """Chi-square that separates alternative from truth after the run, all of the alternative
     refitted.
 
     steps: refits after the first linear one that are checked against the chain itself.
     """
-    own = {t.candidate.key for t in rival.solution.terms} - {
+    own = {t.candidate.key for t in alternative.solution.terms} - {
         t.candidate.key for t in truth.solution.terms
     }
     target, weight = run.of(truth)[0], float(np.sqrt(repeats))
-    at = best_at = rival.at
-    terms, here = rival.everything, run.of(rival)[0]
+    at = best_at = alternative.at
+    terms, here = alternative.everything, run.of(alternative)[0]
     left = weight * (target - here)
     best = float(left @ left)
     for _ in range(steps):
         if at is best_at:
-            jac = np.concatenate([weight * run.tangent(terms, here, own), rival.root])
-            held = rival.root @ (rival.at - at)
+            jac = np.concatenate([weight * run.tangent(terms, here, own), alternative.root])
+            held = alternative.root @ (alternative.at - at)
             at = at + _least_squares(jac, np.concatenate([left, held]))
         else:
             at = 0.5 * (at + best_at)
-        terms = rival.moved_to(at)
+        terms = alternative.moved_to(at)
         at = np.array([t.at[i] for t in terms for i in t.candidate.moved])
         here = run.seen(terms)
-        rest, off = weight * (target - here), rival.root @ (at - rival.at)
+        rest, off = weight * (target - here), alternative.root @ (at - alternative.at)
         cost = float(rest @ rest + off @ off)
         if cost < best:
             best, best_at, left = cost, at, rest
@@ -167,11 +167,13 @@ def both_ways(run: Run, tie: Tie, repeats: float = 1.0, steps: int = 1) -> tuple
     )
 
 
-def contains(rival: Sequence[Term], truth: Sequence[Term], traits: Traits) -> bool:
+def contains(alternative: Sequence[Term], truth: Sequence[Term], traits: Traits) -> bool:
     """Whether an alternative can be the truth exactly, on every motion, on a machine of these
     traits."""
-    effects = [t.candidate.effect for t in rival for _ in t.candidate.members or (0,)]
-    able = {(traits.exactly.get(t.candidate.effect, ""), t.candidate.component) for t in rival}
+    effects = [t.candidate.effect for t in alternative for _ in t.candidate.members or (0,)]
+    able = {
+        (traits.exactly.get(t.candidate.effect, ""), t.candidate.component) for t in alternative
+    }
     for effect, (count, other, component) in traits.exactly_together.items():
         if effects.count(effect) == count:
             able.add((other, component))

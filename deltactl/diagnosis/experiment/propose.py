@@ -90,7 +90,7 @@ def propose(
     """
     if next_runs is None:
         return Proposal(None)
-    ties = [Tie.of(solution, rival) for stand in stands for rival in stand.rivals]
+    ties = [Tie.of(solution, alternative) for stand in stands for alternative in stand.refits]
     return next_experiment(recorded, noise, ties, next_runs)
 
 

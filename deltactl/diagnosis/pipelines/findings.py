@@ -170,7 +170,7 @@ def _named(
         probability=chances.terms[number],
         alternatives=[
             *_imitated(chances.beside[number], stand.gain),
-            *_with_chances(stand.alternatives, chances.rivals[number]),
+            *_with_chances(stand.alternatives, chances.alternatives[number]),
         ],
     )
 

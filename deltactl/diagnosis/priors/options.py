@@ -60,7 +60,7 @@ class SearchOptions:
     a little off makes six lengths and homes promise more than friction of that arm does."""
     tried_share: float = 0.4
     """Share of the best candidate's linearised gain with which another is fitted."""
-    tried_of_rivals: int = 2
+    tried_of_alternatives: int = 2
     """The same where another explanation is known, beside what that has."""
     tried_instead: int = 2
     """Candidates fitted in the place of a term."""
@@ -79,7 +79,7 @@ class SearchOptions:
     tie_share: float = 0.75
     tie_reach: float = 60.0
     """An alternative that promises less than this share, or so much less, is not fitted."""
-    rival_shapes: int = 2
+    alternative_shapes: int = 2
     """Spline terms fitted beside or instead of a set."""
     optimism: float = 1.5
     """How much more than its linearised gain an effect may bring."""

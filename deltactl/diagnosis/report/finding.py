@@ -285,14 +285,14 @@ def alternatives_line(finding: Finding) -> str:
     """What this recording cannot distinguish from the finding; empty where that is said already."""
     case = alternatives_case(finding)
     if case == "settled":
-        worse = _rivals_of_settled(finding)
+        worse = _alternatives_of_settled(finding)
         head = say("alternatives.far_less_head")
         rest = say("alternatives.far_less", head=head, names=worse) if worse else ""
         return " ".join(filter(None, (as_well_line(finding), rest)))
     return say(f"alternatives.{case}", names=rivals(finding))
 
 
-def _rivals_of_settled(finding: Finding) -> str:
+def _alternatives_of_settled(finding: Finding) -> str:
     """Each that fits worse with its probability, and once for all of those that have next to none;
     empty where none does.
     """

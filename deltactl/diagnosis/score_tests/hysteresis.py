@@ -61,15 +61,15 @@ def tied_drivers(
     if free.kind == "sinusoid":
         return []
     limit = 2.0 * _explained(fitter, bare, free)[1] + OPTIONS.tied
-    rivals = [
+    alternatives = [
         shape
         for shape in shapes
         if (shape.location, shape.kind) == (free.location, free.kind)
         and shape.covariate != free.covariate
     ]
-    tasks = [partial(_explained, fitter, bare, shape) for shape in rivals]
+    tasks = [partial(_explained, fitter, bare, shape) for shape in alternatives]
     found: dict[str, float] = {}
-    for shape, (_, log_p) in zip(rivals, side_by_side(tasks), strict=True):
+    for shape, (_, log_p) in zip(alternatives, side_by_side(tasks), strict=True):
         found[shape.covariate] = min(2.0 * log_p, found.get(shape.covariate, 0.0))
     return sorted((name for name, x in found.items() if x < limit), key=lambda name: found[name])
 

@@ -27,7 +27,7 @@ def add(search: SearchState, solution: Solution, other: Solution | None = None) 
     worthy = likely(trials, options)
     if other is not None:
         told = {term.candidate.key for term in other.terms}
-        first = worthy[: options.tried_of_rivals]
+        first = worthy[: options.tried_of_alternatives]
         worthy = [t for t in worthy if t in first or t.start.candidate.key in told]
     search.progress(f"trying {len(worthy)} explanations")
     starts = [((*solution.terms, t.start), solution) for t in worthy]
@@ -59,8 +59,8 @@ def is_pile(search: SearchState, solution: Solution) -> bool:
     return search.tests.empty.cost - best < search.criterion.penalised(solution)
 
 
-def falls_short(search: SearchState, rival: Solution, more: int, cost: float) -> bool:
+def falls_short(search: SearchState, alternative: Solution, more: int, cost: float) -> bool:
     """Whether an alternative stays behind even with all that so many more effects may add to it."""
-    gains = sorted((trial.gain for trial in search.tests.trials(rival)), reverse=True)
-    least = search.criterion.penalised(rival) - search.options.optimism * sum(gains[:more])
+    gains = sorted((trial.gain for trial in search.tests.trials(alternative)), reverse=True)
+    least = search.criterion.penalised(alternative) - search.options.optimism * sum(gains[:more])
     return least > cost + search.options.hope

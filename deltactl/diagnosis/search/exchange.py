@@ -88,8 +88,8 @@ def with_pair(search: SearchState, base: Solution, best: Solution, most: int) ->
             break
         if taken | {start.candidate.key for start in pair.starts} == known:
             continue
-        rival = search.fitter.solve((*base.terms, *pair.starts), base.frees, base.nuisances)
-        best = min(best, rival, key=cost)
+        alternative = search.fitter.solve((*base.terms, *pair.starts), base.frees, base.nuisances)
+        best = min(best, alternative, key=cost)
     return best
 
 
@@ -101,21 +101,21 @@ def group_instead(search: SearchState, solution: Solution) -> Solution | None:
     trials = search.tests.trials(empty, groups=True)
     least = options.group_share * (empty.cost - solution.cost)
     starts = [t.start for t in trials if t.start.candidate.members and t.gain > least]
-    rivals = search.fitter.side_by_side(
+    alternatives = search.fitter.side_by_side(
         [partial(_grown_from, search, start, solution) for start in starts[: options.groups]]
     )
-    best = min([solution, *rivals], key=cost)
+    best = min([solution, *alternatives], key=cost)
     return None if best is solution else best
 
 
 def _grown_from(search: SearchState, start: Term, solution: Solution) -> Solution:
     """A group with what else earns its place, as long as it may yet beat a solution."""
-    rival = search.fitter.solve((start,), (), search.tests.empty.nuisances)
+    alternative = search.fitter.solve((start,), (), search.tests.empty.nuisances)
     for left in range(max(len(solution.terms) - 2, 1), 0, -1):
-        if falls_short(search, rival, left, search.criterion.penalised(solution)):
+        if falls_short(search, alternative, left, search.criterion.penalised(solution)):
             break
-        grown = add(search, rival, solution)
+        grown = add(search, alternative, solution)
         if grown is None:
             break
-        rival = drop(search, grown)
-    return rival
+        alternative = drop(search, grown)
+    return alternative

@@ -26,7 +26,7 @@ class Standing:
     gain: float
     p: float
     alternatives: list[Alternative]
-    rivals: list[Solution]
+    refits: list[Solution]
     """What was fitted with each alternative in its place, the closest first.
 
     A group (`together`) is one alternative and several alternatives.
@@ -39,8 +39,8 @@ def resolved(search: Search, solution: Solution) -> tuple[Solution, list[Standin
     cost = search.criterion.penalised
     for _ in range(search.options.most_swaps_of_ties):
         stands = stands_of(search, solution)
-        rivals = [rival for stand in stands for rival in stand.rivals]
-        best = min(rivals, key=cost, default=solution)
+        refits = [refit for stand in stands for refit in stand.refits]
+        best = min(refits, key=cost, default=solution)
         stays = cost(best) > cost(solution) - search.options.better
         if stays or not search.budget.lasts(Until.RESOLVED):
             return solution, stands
@@ -48,20 +48,20 @@ def resolved(search: Search, solution: Solution) -> tuple[Solution, list[Standin
     return solution, stands_of(search, solution)
 
 
-def with_changes(search: Search, solution: Solution, rival: Solution) -> Solution:
+def with_changes(search: Search, solution: Solution, refit: Solution) -> Solution:
     """An alternative beside the measured effects in whose place it is, where they have changed all
     the
     same: what fits better in all explains no change of what is known.
     """
-    there = {term.candidate.key for term in rival.terms}
+    there = {term.candidate.key for term in refit.terms}
     changed = tuple(
         term
         for term in solution.terms
-        if term.candidate.key not in there and search.tests.changed(rival, term.candidate.key)
+        if term.candidate.key not in there and search.tests.changed(refit, term.candidate.key)
     )
     if not changed:
-        return rival
-    return search.fitter.solve((*rival.terms, *changed), rival.frees, rival.nuisances)
+        return refit
+    return search.fitter.solve((*refit.terms, *changed), refit.frees, refit.nuisances)
 
 
 def in_parts(search: Search, solution: Solution) -> Solution:
@@ -81,9 +81,9 @@ def stands_of(search: Search, solution: Solution) -> list[Standing]:
         offered = [replace_together(one) for one in whole.alternatives]
         for place, number in enumerate(numbers):
             own = stands[number]
-            rivals = [*own.rivals, *whole.rivals] if place == 0 else own.rivals
+            refits = [*own.refits, *whole.refits] if place == 0 else own.refits
             stands[number] = replace(
-                own, alternatives=_unique([*own.alternatives, *offered]), rivals=rivals
+                own, alternatives=_unique([*own.alternatives, *offered]), refits=refits
             )
     return stands
 
@@ -109,8 +109,8 @@ def _standing(search: Search, solution: Solution, each: Sequence[Sequence[int]])
     cuts = search.fitter.side_by_side(
         [partial(_left_out, search, solution, numbers) for numbers in each]
     )
-    rivals = [((*cut.bare.terms, start), cut.bare) for cut in cuts for start in cut.starts]
-    begun_fits = iter(tried(search.fitter, rivals, search.options))
+    refits = [((*cut.bare.terms, start), cut.bare) for cut in cuts for start in cut.starts]
+    begun_fits = iter(tried(search.fitter, refits, search.options))
     begun = [
         promising(cut.bare, [next(begun_fits) for _ in cut.starts], search.options) for cut in cuts
     ]
@@ -141,7 +141,7 @@ def _stands(
 ) -> Standing:
     cost = search.criterion.penalised
     log_p = log_sf(cut.gain, sum(len(one.moved) for one in cut.own))
-    rivals: list[tuple[Alternative, Candidate, Solution]] = []
+    refits: list[tuple[Alternative, Candidate, Solution]] = []
     for other in others:
         worse = other.cost - solution.cost
         # An alternative with fewer coordinates is forgiven what the others' freedom gains.
@@ -150,11 +150,11 @@ def _stands(
             entry = Alternative(
                 effect=one.effect, component=one.component, delta_chi2=max(worse, 0.0)
             )
-            rivals.append((entry, one, other))
-    rivals.sort(key=lambda found: found[2].cost)
-    alternatives = [line for entry, one, _ in rivals for line in _members(entry, one)]
+            refits.append((entry, one, other))
+    refits.sort(key=lambda found: found[2].cost)
+    alternatives = [line for entry, one, _ in refits for line in _members(entry, one)]
     return Standing(
-        cut.gain, search.tests.p(log_p), _unique(alternatives), [found[2] for found in rivals]
+        cut.gain, search.tests.p(log_p), _unique(alternatives), [found[2] for found in refits]
     )
 
 

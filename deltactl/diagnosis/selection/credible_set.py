@@ -41,7 +41,7 @@ class Credible:
 
     terms: list[float]
     """Probability of each term of the solution, in their order."""
-    rivals: list[dict[Name, float]]
+    alternatives: list[dict[Name, float]]
     """For each term: of what may act in its place."""
     shapes: list[float]
     """Probability of each spline term: that something outside the vocabulary acts."""
@@ -59,11 +59,11 @@ def preferred(search: Search, solution: Solution, stands: Sequence[Standing]) ->
     weights = _weigh(search, solution, stands)
     pairs = [
         pair
-        for stand, each in zip(stands, weights.rivals, strict=True)
-        for pair in zip(each, stand.rivals, strict=True)
+        for stand, each in zip(stands, weights.alternatives, strict=True)
+        for pair in zip(each, stand.refits, strict=True)
     ]
-    weight, rival = max(pairs, key=lambda pair: pair[0], default=(0.0, solution))
-    return rival if weight > search.options.preferred else None
+    weight, alternative = max(pairs, key=lambda pair: pair[0], default=(0.0, solution))
+    return alternative if weight > search.options.preferred else None
 
 
 def credible(
@@ -79,12 +79,14 @@ def credible(
     weights = _weigh(search, solution, stands)
     narrower = _weigh(search, solution, stands, 1.0 / SIZE_PRIORS.known_to)
     wider = _weigh(search, solution, stands, SIZE_PRIORS.known_to)
-    rivals = []
+    alternatives = []
     beside = beside_unknown(search.fitter, solution)
     own = [one.own for one in beside]
-    for stand, each, total, one in zip(stands, weights.rivals, weights.totals, own, strict=True):
+    for stand, each, total, one in zip(
+        stands, weights.alternatives, weights.totals, own, strict=True
+    ):
         chances = [one * weight / total for weight in each]
-        rivals.append(_by_name(solution, list(zip(stand.rivals, chances, strict=True))))
+        alternatives.append(_by_name(solution, list(zip(stand.refits, chances, strict=True))))
     known = in_place or {}
     instead = [known.get(free) or in_place_of(search, solution, free) for free in solution.frees]
     shapes = [
@@ -93,7 +95,7 @@ def credible(
     nothing = _nothing(search.tests, solution, sum(weights.costs))
     return Credible(
         terms=weights.of_terms(own),
-        rivals=rivals,
+        alternatives=alternatives,
         shapes=shapes,
         # Where nothing is missing, no term is there: three arms that err alike are one cause.
         nothing=min([nothing, *weights.absent(), *(1.0 - p for p in shapes)]),
@@ -108,7 +110,7 @@ class _Weights:
 
     costs: list[float]
     """-2 log of each term's prior odds and Occam factor."""
-    rivals: list[list[float]]
+    alternatives: list[list[float]]
     """Weights of everything that may be in a term's place."""
     none: list[float]
     """Weights of nothing in its place."""
@@ -117,8 +119,8 @@ class _Weights:
     def totals(self) -> list[float]:
         """Total weight of a term, whose own weight is 1, its alternatives and nothing in its
         place."""
-        pairs = zip(self.rivals, self.none, strict=True)
-        return [1.0 + none + sum(rivals) for rivals, none in pairs]
+        pairs = zip(self.alternatives, self.none, strict=True)
+        return [1.0 + none + sum(alternatives) for alternatives, none in pairs]
 
     def of_terms(self, own: Sequence[float]) -> list[float]:
         """Probability of each term. own: that it is no imitation of something unknown."""
@@ -144,19 +146,19 @@ def _weigh(
     costs = [cost(solution, number, share) for number, share in enumerate(shares)]
     own = [term.candidate.key for term in solution.terms]
 
-    def behind(rival: Solution, share: float) -> float:
+    def behind(alternative: Solution, share: float) -> float:
         """By how much the -2 log evidence of an alternative is larger."""
-        others = [term.candidate.key for term in rival.terms]
-        more = sum(cost(rival, k, share) for k, key in enumerate(others) if key not in own)
+        others = [term.candidate.key for term in alternative.terms]
+        more = sum(cost(alternative, k, share) for k, key in enumerate(others) if key not in own)
         less = sum(c for key, c in zip(own, costs, strict=True) if key not in others)
-        return rival.cost - solution.cost + more - less
+        return alternative.cost - solution.cost + more - less
 
-    rivals = [
-        [_weight(behind(rival, share)) for rival in stand.rivals]
+    alternatives = [
+        [_weight(behind(alternative, share)) for alternative in stand.refits]
         for stand, share in zip(stands, shares, strict=True)
     ]
     none = [_weight(stand.gain - c) for stand, c in zip(stands, costs, strict=True)]
-    return _Weights(costs, rivals, none)
+    return _Weights(costs, alternatives, none)
 
 
 def _shares(solution: Solution, stands: Sequence[Standing]) -> list[float]:
@@ -184,8 +186,8 @@ def _by_name(solution: Solution, weighed: Sequence[tuple[Solution, float]]) -> d
     solution."""
     own = {term.candidate.key for term in solution.terms}
     found: dict[Name, float] = {}
-    for rival, weight in weighed:
-        for term in rival.terms:
+    for alternative, weight in weighed:
+        for term in alternative.terms:
             if term.candidate.key in own:
                 continue
             for component in term.candidate.members or (term.candidate.component,):

@@ -23,7 +23,7 @@ from deltactl.diagnosis.selection.nonparametric import (
     shape_promises,
     with_spline_terms,
 )
-from deltactl.diagnosis.selection.tolerance_rival import Needed, ToleranceRival
+from deltactl.diagnosis.selection.tolerance_or_cause import Needed, ToleranceOrCause
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,21 +51,21 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     search, solution = calmed(search, search.run())
     search.prepared.library.forget_raw()
     nominal = as_the_file_says(search.fitter, search.tests.empty)
-    tolerances = ToleranceRival(search)
+    tolerances = ToleranceOrCause(search)
     told, solution = _told(tolerances, *_reviewed(tolerances, solution))
     solution, in_place = named_instead(told, solution)
     progress("what else it could be")
     settled, stands = resolved(told, in_parts(told, solution))
-    rival = preferred(told, settled, stands)
-    if rival is not None:
-        settled = in_parts(told, rival)
+    alternative = preferred(told, settled, stands)
+    if alternative is not None:
+        settled = in_parts(told, alternative)
         stands = stands_of(told, settled)
     chances = credible(told, settled, stands, in_place if settled is solution else None)
     return Explained(told, settled, first_p, told is not search, nominal, stands, chances)
 
 
 def _told(
-    tolerances: ToleranceRival, solution: Solution, needed: Needed | None
+    tolerances: ToleranceOrCause, solution: Solution, needed: Needed | None
 ) -> tuple[Search, Solution]:
     """The better explanation, few effects or these beside build tolerances, with its spline terms.
 
@@ -86,7 +86,7 @@ def _told(
     return search, with_spline_terms(search, solution) if shaped is None else shaped
 
 
-def _reviewed(tolerances: ToleranceRival, solution: Solution) -> tuple[Solution, Needed | None]:
+def _reviewed(tolerances: ToleranceOrCause, solution: Solution) -> tuple[Solution, Needed | None]:
     """A solution or what is better as two causes for one or as a group; and what of it is needed
     beside build tolerances, where these may be better still.
     """

@@ -31,7 +31,7 @@ def with_spline_terms(search: Search, solution: Solution) -> Solution:
         if not solution.terms and not solution.frees and search.tests.first_p() > ALARM:
             return solution
         taken = {free.location for free in solution.frees}
-        if taken and all(free.location in taken for free in free_rivals(search, solution)):
+        if taken and all(free.location in taken for free in free_alternatives(search, solution)):
             return solution
         challenged = challenge(search, solution)
         if len(challenged.frees) == len(solution.frees):
@@ -112,13 +112,16 @@ def explains_it_all(search: Search, shaped: Solution, penalised: float) -> bool:
 
 def challenge(search: Search, solution: Solution) -> Solution:
     """The solution, or the better explanation with a spline term in it."""
-    beside = free_rivals(search, solution)
+    beside = free_alternatives(search, solution)
     starts = [(solution.terms, (*solution.frees, free)) for free in beside]
     named = solution.terms
     as_free = any(penalty_of(term) > penalty(term.candidate) for term in named)
     if len(named) > 1 or (named and starts) or as_free:
         # Far-off effects may hold each other up: what a shape does instead of all is asked, too.
-        alone = [*free_rivals(search, search.tests.empty), *(beside if not solution.frees else ())]
+        alone = [
+            *free_alternatives(search, search.tests.empty),
+            *(beside if not solution.frees else ()),
+        ]
         starts += [((), (free,)) for free in dict.fromkeys(alone)]
     begun = search.fitter.side_by_side(
         [partial(search.fitter.solve, *start, solution.nuisances) for start in starts],
@@ -133,49 +136,51 @@ def challenge(search: Search, solution: Solution) -> Solution:
 
 
 def _best_grown(
-    search: Search, rivals: Sequence[Solution], solution: Solution, best: Solution
+    search: Search, alternatives: Sequence[Solution], solution: Solution, best: Solution
 ) -> Solution:
     """The best so far, or an alternative of a solution that is the better explanation."""
     grown = search.fitter.side_by_side(
-        [partial(_grown, search, rival, solution, best) for rival in rivals],
-        [free for rival in rivals for free in rival.frees],
+        [partial(_grown, search, alternative, solution, best) for alternative in alternatives],
+        [free for alternative in alternatives for free in alternative.frees],
     )
     fit = [one for one in grown if one is not None and seen_apart(search, solution, one)]
     return min([best, *fit], key=search.criterion.fully_penalised)
 
 
-def seen_apart(search: Search, solution: Solution, rival: Solution) -> bool:
+def seen_apart(search: Search, solution: Solution, alternative: Solution) -> bool:
     """Whether a shape beside what acts only now and then also shows where that does not act.
 
     How a table yields under the platform follows the place as well, and is no second cause.
     """
-    if not local_terms(rival.terms) or len(rival.frees) <= len(solution.frees):
+    if not local_terms(alternative.terms) or len(alternative.frees) <= len(solution.frees):
         return True
-    gained = gain_elsewhere(search.fitter, solution, rival)
-    return gained > spline_penalty(rival.frees[-1])
+    gained = gain_elsewhere(search.fitter, solution, alternative)
+    return gained > spline_penalty(alternative.frees[-1])
 
 
-def _least_penalised(rival: Solution) -> float:
+def _least_penalised(alternative: Solution) -> float:
     """The least penalised cost of an alternative if none of its effects were needed."""
-    return rival.cost + sum(spline_penalty(free) for free in rival.frees)
+    return alternative.cost + sum(spline_penalty(free) for free in alternative.frees)
 
 
-def _grown(search: Search, rival: Solution, solution: Solution, best: Solution) -> Solution | None:
+def _grown(
+    search: Search, alternative: Solution, solution: Solution, best: Solution
+) -> Solution | None:
     """An alternative that has a spline term, less what it does not need or with what else it needs;
     None for one that stays behind the best so far.
     """
-    if rival.terms:
+    if alternative.terms:
         return (
-            drop(search, rival)
-            if _least_penalised(rival) < search.criterion.fully_penalised(best)
+            drop(search, alternative)
+            if _least_penalised(alternative) < search.criterion.fully_penalised(best)
             else None
         )
-    if falls_short(search, rival, 1, search.criterion.penalised(best)):
+    if falls_short(search, alternative, 1, search.criterion.penalised(best)):
         return None
-    return search.one_more(drop(search, rival), solution)
+    return search.one_more(drop(search, alternative), solution)
 
 
-def free_rivals(search: Search, solution: Solution) -> list[SplineTerm]:
+def free_alternatives(search: Search, solution: Solution) -> list[SplineTerm]:
     """Spline terms that explain most of what a solution leaves."""
     scores = search.tests.scores(solution)
     ranked = [
@@ -188,6 +193,6 @@ def free_rivals(search: Search, solution: Solution) -> list[SplineTerm]:
     least = max(PENALTIES.spline, PENALTIES.spline_factor * search.criterion.least_gain(solution))
     return [
         free
-        for free, gain, log_p in ranked[: search.options.rival_shapes]
+        for free, gain, log_p in ranked[: search.options.alternative_shapes]
         if gain > least and search.tests.p(log_p) < ALARM
     ]

@@ -116,19 +116,19 @@ def draw_tie(seed: int, number: int) -> tuple[Case, Tie, list[tuple[str, str]]]:
     """The case, its pair, and the names of the alternative. Pairs and truths take turns."""
     tie = TIES[number % len(TIES)]
     rng = np.random.default_rng([seed, number, 2])
-    parts, rival = tie.build(rng, int(rng.integers(3)), number // len(TIES) % 2 == 0)
+    parts, alternative = tie.build(rng, int(rng.integers(3)), number // len(TIES) % 2 == 0)
     noise = Noise(float(rng.uniform(0.0015, 0.003)), float(rng.choice([0.0, 0.3, 0.6])))
     machine = Machine(noise=noise)
     construct(machine, parts, with_events=False)
     trains = [move(rng, tie.motion, SECONDS, T_PWM_S) for _ in range(2)]
     answers = [hidden(part) for part in parts]
     case = Case(number, "tie", tie.motion, machine, machine, trains[0], trains[1], answers, parts)
-    return case, tie, rival
+    return case, tie, alternative
 
 
 def run_tie(seed: int, number: int) -> dict[str, Any]:
     """The truth, the alternative, the first answer and, when a job was proposed, the second."""
-    case, tie, rival = draw_tie(seed, number)
+    case, tie, alternative = draw_tie(seed, number)
     second: dict[str, Any] | None = None
     with tempfile.TemporaryDirectory(prefix="prove-") as name:
         folder = Path(name)
@@ -139,7 +139,7 @@ def run_tie(seed: int, number: int) -> dict[str, Any]:
             second, failure = _second(case, proposal["job"], folder, seed)
     return {
         "seed": seed, "truth": case.truth(), "pair": tie.name, "settleable": tie.settleable,
-        "rival": [list(name) for name in rival], "first": first, "second": second,
+        "rival": [list(name) for name in alternative], "first": first, "second": second,
         "proposed": None if proposal is None else proposal["job"], "failure": failure,
     }  # fmt: skip
 
@@ -177,16 +177,16 @@ def score_tie(result: dict[str, Any]) -> TieScore:
     Where no motion can settle a pair, to admit the tie is all that can be right.
     """
     truth = {(line["effect"], line["where"]) for line in result["truth"]["answers"]}
-    rival = {(effect, where) for effect, where in result["rival"]}
+    alternative = {(effect, where) for effect, where in result["rival"]}
     named, offered = _names(result["first"])
-    admitted = bool(truth & offered) and bool(rival & offered)
+    admitted = bool(truth & offered) and bool(alternative & offered)
     proposed = result["proposed"] is not None
     told = any(_open(result[n]) for n in ("first", "second"))
     if not result["settleable"]:
         return TieScore(result["pair"], False, proposed, admitted, admitted, told)
     if proposed:
         named, offered = _names(result["second"])
-    settled = truth <= named and not rival & offered
+    settled = truth <= named and not alternative & offered
     return TieScore(result["pair"], True, proposed, admitted, settled, told)
 
 

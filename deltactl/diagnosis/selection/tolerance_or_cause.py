@@ -31,7 +31,7 @@ class Needed:
     """Their cost with all penalties."""
 
 
-class ToleranceRival:
+class ToleranceOrCause:
     """The other explanation to that of a search: the same machine with build tolerances."""
 
     def __init__(self, search: Search):
@@ -94,20 +94,20 @@ class ToleranceRival:
             found = other.resumed(begun, other.tests.empty.nuisances)
         if other.budget.lasts(Until.PAIRED):
             found = other.finished(found)
-        rival = self._promoted(found)
-        return rival if rival.terms and self._better(solution, rival) else None
+        alternative = self._promoted(found)
+        return alternative if alternative.terms and self._better(solution, alternative) else None
 
-    def _better(self, solution: Solution, rival: Solution) -> bool:
+    def _better(self, solution: Solution, alternative: Solution) -> bool:
         """Whether build tolerances explain better, judged where nothing local misleads.
 
         Not when it is one by an effect that would make the first as good, and was left out of it
         for what the others may leave.
         """
-        clear = clear_rows(self.search.fitter, solution, rival)
-        many = left_near_contact(rival, clear)
+        clear = clear_rows(self.search.fitter, solution, alternative)
+        many = left_near_contact(alternative, clear)
         evidence, penalised = (
-            _evidence(self.other, rival) - many,
-            self.other.criterion.fully_penalised(rival) - many,
+            _evidence(self.other, alternative) - many,
+            self.other.criterion.fully_penalised(alternative) - many,
         )
 
         def beats(one: Solution) -> bool:
@@ -119,13 +119,13 @@ class ToleranceRival:
 
         if not beats(solution):
             return False
-        fairer = self._with_those_of(solution, rival)
+        fairer = self._with_those_of(solution, alternative)
         return fairer is solution or beats(fairer)
 
-    def _with_those_of(self, solution: Solution, rival: Solution) -> Solution:
+    def _with_those_of(self, solution: Solution, alternative: Solution) -> Solution:
         """A solution with what another has beside it, where discrepancy kept that out."""
         search, own = self.search, {term.candidate.key for term in solution.terms}
-        more = [term for term in rival.terms if term.candidate.key not in own]
+        more = [term for term in alternative.terms if term.candidate.key not in own]
         if not more:
             return solution
         both = search.fitter.solve((*solution.terms, *more), solution.frees, solution.nuisances)
