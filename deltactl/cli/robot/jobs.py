@@ -221,8 +221,8 @@ def export(
 ) -> None:
     """Turn a recorded run into a flat table, or a run or a robot into files of other programs.
 
-    A table has one row every 20 ms. An .mcap has JointState, TF and the robot's URDF, which
-    Foxglove and rviz show. MuJoCo reads the .xml, in which the loops of the delta are closed.
+    A table has one row every 20 ms. An .mcap has JointState, TF and the robot's URDF, for
+    Foxglove and rviz. MuJoCo reads the .xml, in which the loops of the delta are closed.
 
     ```
     deltactl export recordings/heart.mcap heart.csv
