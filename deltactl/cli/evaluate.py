@@ -47,7 +47,7 @@ def evaluate(
 
     ```
     deltactl network evaluate zhao.tflite --data data
-    deltactl network evaluate zhao.tflite --data data --save-robot calibrated.yaml
+    deltactl network evaluate zhao.tflite --data data --save-robot mine.yaml
     deltactl network evaluate zhao.tflite --data data --as-built zhao-2023
     ```
     """

@@ -177,9 +177,17 @@ def print_wrapped(lines: Iterable[str]) -> None:
             console.print(part, soft_wrap=True)
 
 
-def broken(lines: Iterable[str]) -> list[str]:
-    """Plain lines, each broken in the same way."""
-    return [part.plain for line in lines for part in wrapped(Text(line), console.width)]
+def lines_of(texts: Iterable[str], width: int) -> int:
+    """Lines in a window of what `say` prints, unbroken so that it can be copied."""
+    return sum(max(-(-len(text) // width), 1) for text in texts)
+
+
+NARROWEST_SCREEN, WIDEST_SCREEN = 60, 100
+
+
+def screen_width() -> int:
+    """Columns of an answer, whatever the window has."""
+    return min(max(console.width, NARROWEST_SCREEN), WIDEST_SCREEN)
 
 
 def wrapped(text: Text, width: int) -> list[Text]:

@@ -13,8 +13,9 @@ from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.estimation.side_by_side import only_here
 from deltactl.diagnosis.pipelines.by_machine import diagnosed
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
+from deltactl.diagnosis.report.in_words import in_words
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.diagnosis.report.sizes import with_units
-from deltactl.diagnosis.report.summary import left_out_line, told
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.process import one_thread, rarely_collected
@@ -62,13 +63,13 @@ def diagnose(
         "robot": belief.name,
         "recordings": [str(path) for path, _ in used],
         "left_out": left_out,
-        "says": [*answer.says, *map(left_out_line, left_out)],
     }
     if (plan := answer.next_experiment) is not None:
         # The robot's name is that of no file: the job has to run as it stands.
         job = plan.job | {"robot": str(document.path.resolve())}
         update["next_experiment"] = plan.model_copy(update={"job": job})
     answer = answer.model_copy(update=update)
+    answer = answer.model_copy(update={"says": sentences(answer, belief)})
     if json_out is not None:
         write_whole(json_out, json.dumps(answer.to_json(), indent=1) + "\n")
     return answer
@@ -106,8 +107,8 @@ def diagnose_recordings(
     admission = admit(belief, recordings, holdout, motion_limits, progress)
     answer = diagnosed(admission, progress, motion_limits, thorough)
     doubts = [doubt.says for doubt in admission.doubts]
-    says = [*doubts, *answer.says] if answer.says else []
     known = known_of(belief, [Path(recording.source) for recording in admission.recordings])
     cut = thinned(admission.recordings)
-    update = {"thinned": cut, "doubts": doubts, "says": says, "known": known}
-    return told(with_units(answer.model_copy(update=update), belief))
+    update = {"thinned": cut, "doubts": doubts, "known": known}
+    answer = in_words(with_units(answer.model_copy(update=update), belief))
+    return answer.model_copy(update={"says": sentences(answer, belief)})

@@ -17,6 +17,7 @@ from typing import Any
 
 from deltactl.fleet.task import Book, Row, diagnose_one, stamp_of
 from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.one_screen import Part
 from deltactl.foundation.plain_file import write_whole
 from deltactl.recording.writing.retention import ENDING
 
@@ -51,7 +52,30 @@ class Announcement:
     def told(self, date: str = "%Y-%m-%d %H:%M") -> str:
         """In words; date: how the beginning of the first run is written."""
         since = datetime.fromtimestamp(self.since_s)
-        return f"{self.says}, since {since:{date}} (probability {self.probability:.2f})"
+        return f"{self.says}, since {since:{date}} ({_sure(self.probability)} sure)"
+
+
+def _sure(probability: float) -> str:
+    """As the report has it, without what the report needs to be installed."""
+    shown = f"{100.0 * probability:.0f}"
+    return "above 99 %" if shown == "100" else f"{shown} %"
+
+
+def shown(rows: Sequence[Row], announced: Sequence[Announcement]) -> list[Part]:
+    """What was checked, as parts of one screen: what is announced, then the newest runs first."""
+    new = Part(
+        [f"- {one.told()}" for one in announced], f"Announced ({len(announced)})",
+        more="and {number} more, on the page", turns=2,
+    )  # fmt: skip
+    runs = [f"{Path(row['recording']).name}: {outcome(row)}" for row in reversed(rows)]
+    return [new, Part(runs, f"Checked ({len(runs)})", more="and {number} earlier runs")]
+
+
+def outcome(row: Row) -> str:
+    """What came of one run, in a sentence."""
+    if "verdict" in row:
+        return str(row.get("says") or row["verdict"].replace("_", " "))
+    return f"left out ({row['skipped']})" if "skipped" in row else str(row["error"])
 
 
 class RunChecks:
@@ -152,8 +176,7 @@ def _standing(rows: list[Row], key: tuple[str, str]) -> Announcement | None:
             holds, first = True, seen[0]
     if not holds:
         return None
-    size_text = f"{newest['value']:.3g} {newest['unit']}"
-    says = f"{key[0].replace('_', ' ')} at {key[1]}: {newest['parameter']} {size_text}"
+    says = _in_words(newest, key)
     sure = newest.get("probability")
     return Announcement(
         rows[-1]["robot"],
@@ -163,6 +186,16 @@ def _standing(rows: list[Row], key: tuple[str, str]) -> Announcement | None:
         1.0 if sure is None else float(sure),
         newest["recording"],
     )
+
+
+def _in_words(size: Row, key: tuple[str, str]) -> str:
+    """A finding as the report calls it, with its size."""
+    from deltactl.diagnosis.report.names import effect
+    from deltactl.diagnosis.report.sizes import quantity
+
+    name = effect(size.get("named", key[0]), key[1])
+    shown = quantity(size["value"], size["unit"], size["parameter"].partition("[")[0], digits=3)
+    return f"{name} ({shown})"
 
 
 def _found(row: Row) -> dict[tuple[str, str], Row]:

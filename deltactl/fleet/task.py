@@ -153,6 +153,7 @@ def diagnose_one(recording: str, robot: str) -> Row:
     """
     from deltactl.diagnosis.api import diagnose
     from deltactl.diagnosis.estimation.side_by_side import alone
+    from deltactl.diagnosis.report.headline import headline
 
     started_s = time.monotonic()
     try:
@@ -166,6 +167,7 @@ def diagnose_one(recording: str, robot: str) -> Row:
     fit = answer.fit
     return {
         "verdict": answer.verdict,
+        "says": headline(answer, brief=True),
         "false_alarm_p": answer.false_alarm_p,
         "rms_before": fit.rms_before_m,
         "rms_after": fit.rms_after_m,

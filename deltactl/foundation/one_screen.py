@@ -36,6 +36,9 @@ class Part:
     """How many more entries it gets in each round; with none, what the others leave."""
     gap: bool = True
     """Whether an empty line goes before it where there is room."""
+    rank: int = 0
+    """Left out where there is no room for the first entry of every part: the highest first; 0 is
+    never left out."""
     shown: int = 1
 
     @property
@@ -55,28 +58,54 @@ class Part:
 
 
 def fitted(parts: Sequence[Part], width: int, most: int) -> tuple[list[Part], int]:
-    """The parts with as many entries as there are lines for, and how many lines one may have."""
+    """The parts with as many entries as there are lines for, and how many lines one may have.
+
+    Where the first entries alone are too many, they are cut shorter, then parts are left out.
+    """
     whole = [replace(part, shown=len(part.entries)) for part in parts]
-    if sum(len(part.lines(width)) for part in whole) <= most:
+    if _lines(whole, width, WHOLE) <= most:
         return whole, WHOLE
     filled = list(parts)
-    rounds = [k for turn in (1, 2) for k, part in enumerate(parts) if part.turns >= turn]
-    for order in (rounds, range(len(parts))):
-        filled = _grown(filled, width, most, order)
-    return filled, SHORT
+    longest = next((n for n in (SHORT, SHORT - 1) if _lines(parts, width, n) <= most), 1)
+    if longest == 1:
+        filled, longest = _without_the_least(filled, width, most)
+    rounds = [k for turn in (1, 2) for k, part in enumerate(filled) if part.turns >= turn]
+    for order in (rounds, range(len(filled))):
+        filled = _grown(filled, width, most, order, longest)
+    return filled, longest
 
 
-def _grown(parts: list[Part], width: int, most: int, order: Sequence[int]) -> list[Part]:
+def _lines(parts: Sequence[Part], width: int, longest: int) -> int:
+    return sum(len(part.lines(width, longest)) for part in parts)
+
+
+def _without_the_least(parts: list[Part], width: int, most: int) -> tuple[list[Part], int]:
+    """The parts without those of the highest rank, as many as have to go; lines of an entry."""
+    for rank in sorted({part.rank for part in parts if part.rank}, reverse=True):
+        parts = [replace(one, entries=()) if one.rank == rank else one for one in parts]
+        if _lines(parts, width, SHORT - 1) <= most:
+            return parts, SHORT - 1
+    return parts, 1
+
+
+def _grown(
+    parts: list[Part], width: int, most: int, order: Sequence[int], longest: int
+) -> list[Part]:
     """One more entry of each in turn, until no other fits."""
     grown = True
     while grown:
         grown = False
         for k in order:
             more = [*parts[:k], replace(parts[k], shown=parts[k].shown + 1), *parts[k + 1 :]]
-            lines = sum(len(part.lines(width, SHORT)) for part in more)
-            if parts[k].left and lines <= most:
+            if parts[k].left and _lines(more, width, longest) <= most:
                 parts, grown = more, True
     return parts
+
+
+def laid_out(parts: Sequence[Part], width: int, most: int) -> list[str]:
+    """The parts as lines of a screen."""
+    shown, longest = fitted(parts, width, most)
+    return list(spaced(shown, width, longest, most))
 
 
 def spaced(parts: Sequence[Part], width: int, longest: int, most: int) -> Iterator[str]:

@@ -104,11 +104,11 @@ class Diagnosis:
         return self.answer.next_experiment
 
     def summary(self) -> str:
-        """Everything that the report says, as plain text; `str` is what one screen has room for."""
-        from deltactl.diagnosis.report.summary import plain_lines
+        """All sentences of the answer as plain text; `str` is what one screen has room for."""
+        from deltactl.diagnosis.report.screen import sentences
         from deltactl.diagnosis.report.templates import PYTHON
 
-        return "\n".join(plain_lines(self.answer, self.robot.model, PYTHON))
+        return "\n".join(sentences(self.answer, self.robot.model, PYTHON))
 
     def plot(self) -> Figure:
         """Draw the model error over time, before and after the findings, a panel for each reading.

@@ -20,14 +20,13 @@ from deltactl.firmware_py.planner.plan import Plan, home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.program.coverage import Coverage, coverage
 from deltactl.firmware_py.program.instructions import Leaf, Move, Program, visit
+from deltactl.firmware_py.run_report.tracking import SAMPLE_S, acting, reached_m
 from deltactl.foundation.clock import NS_PER_S
-from deltactl.models.chain import Chain, Commands
-from deltactl.models.effects import Compensated, card_of, effect_kind
+from deltactl.models.effects import effect_kind
 from deltactl.models.linkage import Linkage, jacobian
 from deltactl.models.robot import AXES, DeltaRobot, EffectEntry, FloatArray
 from deltactl.repair.played import Played, played
 
-SAMPLE_S = 0.005
 MOST_S = 60.0
 """Part of a job that represents the whole of it."""
 INTERVAL = 2.0 * 1.96
@@ -41,7 +40,8 @@ class Limit:
     steps_m: what whole microsteps and their moments leave, with all that is compensated
     compensated. sizes_m: what the intervals of the sizes in the robot file leave open. left_m:
     what is known and not compensated. rms_m: all together, where rotors turn evenly from step to
-    step. counted_m: all together as the table after a run counts, which knows whole steps only.
+    step. counted_m: what the row 'commanded' of a run shows, which is all but `sizes_m`; of a robot
+    without effects whole steps.
     """
 
     rms_m: float
@@ -66,16 +66,12 @@ def limit_of(
     if plan.first.lap.space is Space.JOINT:
         return None
     path, robot = played(plan, most_s, from_counts), plan.robot
-    accepted = tuple(
-        entry
-        for entry in robot.effects
-        if card_of(entry.effect).compensated is not Compensated.IN_READINGS
-    )
+    accepted = acting(robot)
     left = {(effect.effect, effect.component) for effect in covered.left}
     met = tuple(effect for effect in accepted if (effect.effect, effect.component) not in left)
     at_best_m, reached_m = (_reached_m(robot, effects, path) for effects in (met, accepted))
     known_m = _rms_m(reached_m - path.target_m)
-    counted_m = _rms_m(_reached_m(robot, accepted, path, whole=True) - path.target_m)
+    whole_m = _rms_m(_reached_m(robot, (), path, whole=True) - path.target_m)
     opened_m = [
         _rms_m(_reached_m(robot, moved, path) - reached_m) for moved in _moved_by_sigma(accepted)
     ]
@@ -85,7 +81,7 @@ def limit_of(
         steps_m=_rms_m(at_best_m - path.target_m),
         sizes_m=sizes_m,
         left_m=_rms_m(reached_m - at_best_m),
-        counted_m=float(np.hypot(counted_m, sizes_m)),
+        counted_m=known_m if accepted else whole_m,
     )
 
 
@@ -96,15 +92,10 @@ def _reached_m(
 
     whole: of the whole steps that were sent until then, not of rotors that turn evenly.
     """
-    assert robot.drive is not None
     t_s = np.arange(0.0, path.target_s[-1] + SAMPLE_S, SAMPLE_S)
     t_s = np.union1d(t_s, path.target_s) if whole else t_s
     counts = path.at(t_s).astype(np.float64) if whole else path.smooth(t_s)
-    commands = Commands.of_counts(t_s, counts, robot.drive)
-    plain = robot.model_copy(update={"effects": ()})
-    position_m = Chain(plain).simulate(commands, effects).position
-    columns = [np.interp(path.target_s, t_s, column) for column in position_m.T]
-    return np.stack(columns, axis=1)
+    return reached_m(robot, effects, t_s, counts, path.target_s)
 
 
 def _moved_by_sigma(effects: tuple[EffectEntry, ...]) -> list[tuple[EffectEntry, ...]]:

@@ -78,7 +78,6 @@ class BeforeAndAfter:
             ui.label(SAME_FILE).classes("text-sm text-gray-600")
 
 
-REASONS = "Why, how surely, and what to do next"
 CORRECTED = (
     "The corrected robot file compensates what was found. To try it, the robot is homed with it,"
     "  and uses it until it is homed with another file or its daemon ends."
@@ -128,12 +127,7 @@ class AnswerView:
         badge = attribute(ui.badge(text), "color", colour)
         badge.classes("text-sm").props("data-testid=answer")
         lines, heads = answer["lines"], answer.get("heads", ())
-        at_once = answer.get("at_once", len(lines))
-        _write(lines[:at_once], heads)
-        if at_once < len(lines):
-            with ui.expansion(REASONS).classes("w-full").props("dense") as reasons:
-                _write(lines[at_once + 1 :], heads)
-            reasons.props("data-testid=reasons header-class=text-weight-bold")
+        _write(lines, heads)
         corrected = (self._made / "corrected.yaml").is_file()
         with ui.row().classes("gap-2"):
             self._follow("The whole report", "article", self._report)
@@ -199,10 +193,9 @@ class AnswerView:
 
 
 def _write(lines: list[str], heads: Collection[str]) -> None:
-    """Titles bold, and what belongs to one set in."""
-    for line in lines:
-        label = ui.label(line.strip()).classes("text-sm")
-        if line in heads:
-            label.classes("font-bold")
-        elif line.startswith(" "):
-            label.classes("pl-4")
+    """A screen of text, its titles bold; a table in it keeps its columns."""
+    with ui.column().classes("gap-0 w-full overflow-x-auto").props("data-testid=screen"):
+        for line in lines:
+            label = ui.label(line or "\u00a0").classes("text-xs font-mono whitespace-pre")
+            if line in heads:
+                label.classes("font-bold")

@@ -20,8 +20,9 @@ from deltactl.firmware_py.run_report.reference import (
 )
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.chain import Chain, Commands
 from deltactl.models.effects import Compensated, card_of
-from deltactl.models.robot import AXES, FloatArray
+from deltactl.models.robot import AXES, DeltaRobot, EffectEntry, FloatArray
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.recording.reading.run import Run, Targets
 from deltactl.recording.tables.rounds import gather
@@ -78,8 +79,8 @@ class RunTracking:
     """Tracking while the path was followed; None where the run holds nothing to compare with.
 
     `measured` is not corrected for the sensors' noise: it contains it.
-    `commanded` is what the counts of each target mean by the robot file's linkage: the error
-    of the inverse kinematics and of rounding to whole steps.
+    `commanded` is where the robot of the robot file would be, with all of its effects: the error
+    of the inverse kinematics, of rounding to whole steps, and of what is not compensated.
     """
 
     windows_ns: tuple[tuple[int, int], ...]
@@ -146,7 +147,7 @@ def track(run: Run, robot: RobotFile) -> RunTracking:
         measured = _against(run, windows_ns, "measured", *measured_errors(run, robot))
     if len(run.targets.t_ns) and not in_joint_space:
         there, targets = arrivals(run), run.targets
-        error_m = positions_of_counts(robot, targets.steps[there]) - targets.position_m[there]
+        error_m = _commanded_m(run, robot)[there] - targets.position_m[there]
         t_s = seconds(targets.t_ns[there])
         commanded = _against(run, windows_ns, "commanded", t_s, error_m)
     return RunTracking(windows_ns, truth, measured, commanded, ran_to_its_end(run))
@@ -182,6 +183,54 @@ def positions_of_counts(robot: RobotFile, counts: Any) -> FloatArray:
     """
     angles_rad = np.asarray(counts, dtype=np.float64) * robot.drive.rad_per_step
     return CalibratedInverse(robot).position_m(angles_rad)
+
+
+def _commanded_m(run: Run, robot: RobotFile) -> FloatArray:
+    """Where the counts put the accepted model when each target is due, (k, 3) [m].
+
+    Play and drives that follow late depend on what was commanded before: with effects the whole
+    course of the commands is simulated, as `check` does. Without, counts are whole steps.
+    """
+    targets, effects = run.targets, acting(robot)
+    if not effects or isinstance(robot.drive, ServoDrive):
+        return positions_of_counts(robot, targets.steps)
+    known_s = np.concatenate([seconds(run.commanded.t_ns), seconds(targets.t_ns)])
+    known_s, rows = np.unique(known_s, return_index=True)
+    counts = np.vstack([run.commanded.steps, targets.steps])[rows]
+    t_s = np.union1d(np.arange(known_s[0], known_s[-1] + SAMPLE_S, SAMPLE_S), known_s)
+    course = np.stack([np.interp(t_s, known_s, column) for column in counts.T], axis=1)
+    return reached_m(robot, effects, t_s, course, seconds(targets.t_ns))
+
+
+def acting(robot: DeltaRobot) -> tuple[EffectEntry, ...]:
+    """The effects of a robot that move it, and are not in its readings alone."""
+    return tuple(
+        one
+        for one in robot.effects
+        if card_of(one.effect).compensated is not Compensated.IN_READINGS
+    )
+
+
+SAMPLE_S = 0.005
+"""Steps of time in which a model follows commands."""
+
+
+def reached_m(
+    robot: DeltaRobot,
+    effects: tuple[EffectEntry, ...],
+    t_s: FloatArray,
+    counts: FloatArray,
+    at_s: FloatArray,
+) -> FloatArray:
+    """Where the platform of a robot with these effects is at given times, (k, 3) [m].
+
+    t_s, counts: the course of its commands, (n,) and (n, 3).
+    """
+    assert robot.drive is not None
+    commands = Commands.of_counts(t_s, counts, robot.drive)
+    plain = robot.model_copy(update={"effects": ()})
+    position_m = Chain(plain).simulate(commands, effects).position
+    return np.stack([np.interp(at_s, t_s, column) for column in position_m.T], axis=1)
 
 
 def _against(
@@ -223,26 +272,6 @@ def said_of_home(run: Run, robot: RobotFile, tracking: RunTracking) -> str:
         return ""
     most = max(told, key=lambda axis: abs(mean_m[AXES.index(axis)]))
     return ROUNDED.format(1e3 * float(np.abs(moved_m[:, AXES.index(most)]).max()), most)
-
-
-AHEAD_OF_MOTION = frozenset(
-    {Compensated.AHEAD, Compensated.AT_REVERSALS, Compensated.WARMING, Compensated.SHAPED}
-)
-"""Corrections that depend on what was before: commands hold them, and their places do not."""
-CORRECTED = (
-    "The row 'commanded' holds the corrections for {}: it is off the targets by as much as the"
-    " motors go further or earlier to make up for them, which is no error of the robot."
-)
-
-
-def said_of_corrections(robot: RobotFile) -> str:
-    """One line where commands are off their targets on purpose; empty where they are not."""
-    names = [
-        f"{entry.effect.replace('_', ' ')} of {entry.component}"
-        for entry in robot.effects
-        if card_of(entry.effect).compensated in AHEAD_OF_MOTION
-    ]
-    return CORRECTED.format(", ".join(names)) if names else ""
 
 
 def moved_by_home_m(run: Run, robot: RobotFile) -> FloatArray:

@@ -11,7 +11,8 @@ import pytest
 from deltactl.diagnosis.answer.corrected_robot import save_corrected
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
-from deltactl.diagnosis.report.summary import plain_lines, told
+from deltactl.diagnosis.report.in_words import in_words
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.models.robot import DeltaRobot, EffectEntry, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat import FlatRecording
@@ -72,7 +73,7 @@ def test_the_second_harmonic_of_a_gear_is_saved_with_the_first(
     answer = diagnose_recordings(belief, [recording])
     (wave,) = answer.findings
     assert wave.parameters["amplitude_2"].value == pytest.approx(0.002, rel=0.1)
-    assert "amplitude_2" not in " ".join(plain_lines(told(answer)))
+    assert "amplitude_2" not in " ".join(sentences(in_words(answer)))
     save_corrected(path, answer, out, all_of_them=True)
     robot = load_robot_model(out)
     assert isinstance(robot, ServoAxis)
@@ -130,7 +131,7 @@ def test_what_a_measured_effect_may_leave_is_no_second_effect(
     robot, before = corrected(FOLLOWS, uneven, tmp_path)
     again = diagnose_recordings(robot, [uneven])
     assert again.verdict == "nothing_missing"
-    assert "usually leave beyond their simple models" in "\n".join(plain_lines(told(again)))
+    assert "usually leave beyond their simple models" in "\n".join(sentences(in_words(again)))
     assert again.fit.rms_before_m < 0.1 * before
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.report.summary import plain_lines
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import RangeSensor, ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
@@ -54,7 +54,7 @@ def test_millimetres_read_as_metres_are_doubted_of_a_sensor() -> None:
             "t": np.arange(len(distance)) * 0.1, "distance": unit * distance, "range": unit * seen
         }  # fmt: skip
         answer = diagnose_recordings(sensor, [from_columns(columns, "tag.csv")])
-        assert plain_lines(answer)[0].startswith("Settle the unit first: distance") == doubted
+        assert sentences(answer)[0].startswith("Settle the unit first: distance") == doubted
 
 
 def test_of_held_out_data_that_tell_nothing_it_is_said_why() -> None:
@@ -62,6 +62,6 @@ def test_of_held_out_data_that_tell_nothing_it_is_said_why() -> None:
     answer = diagnose_recordings(AXIS, [follows()], [still])
     (why,) = answer.not_held_out
     assert "the command never changes" in why
-    assert any(line.startswith("Held-out data left out: still.csv") for line in plain_lines(answer))
+    assert any(line.startswith("Held-out data left out: still.csv") for line in sentences(answer))
     answer = diagnose_recordings(AXIS, [follows()], [follows()])
-    assert any(line.startswith("On another run: error") for line in plain_lines(answer))
+    assert any("On another run: error" in line for line in sentences(answer))

@@ -17,8 +17,8 @@ from deltactl.diagnosis.evidence.memory_given_back import autocorrelation_times,
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.regression import Columns, Regressor
 from deltactl.diagnosis.plants.spline_terms import spline_basis, spline_terms
+from deltactl.diagnosis.report.in_words import in_words
 from deltactl.diagnosis.report.next_run import hint
-from deltactl.diagnosis.report.summary import told
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import AxisGravity, RangeSensor, ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
@@ -208,7 +208,7 @@ def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
 
 
 def test_where_no_weight_is_given_a_servo_s_ratio_may_as_well_be_a_droop() -> None:
-    answer = told(diagnose_recordings(FOLLOWS, [drooping()]))
+    answer = in_words(diagnose_recordings(FOLLOWS, [drooping()]))
     (ratio,) = [f for f in answer.findings if f.effect == "gear_ratio"]
     (droop,) = [one for one in ratio.alternatives if one.effect == "joint_compliance"]
     assert ratio.probability == pytest.approx(droop.probability)
@@ -307,7 +307,9 @@ def test_an_axis_that_turns_at_one_speed_has_no_lag_and_no_play() -> None:
 @pytest.mark.parametrize("rho", [0.0, 0.9, 0.97])
 def test_how_long_the_rest_goes_on_is_told(rigs: ModuleType, rho: float) -> None:
     """An autoregression of first order at 50 Hz forgets within 20 ms / -ln(rho)."""
-    answer = told(diagnose_recordings(FOLLOWS, [rigs.FollowingRig(lag_s=0.1, rho=rho).record(4)]))
+    answer = in_words(
+        diagnose_recordings(FOLLOWS, [rigs.FollowingRig(lag_s=0.1, rho=rho).record(4)])
+    )
     fit = answer.fit
     apart_s = fit.left_apart_s
     assert apart_s is not None

@@ -15,8 +15,8 @@ from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.repeats import repeats
 from deltactl.diagnosis.plants.lone.waves import resolved_waves
+from deltactl.diagnosis.report.in_words import in_words
 from deltactl.diagnosis.report.remedies import remedies
-from deltactl.diagnosis.report.summary import told
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
@@ -61,7 +61,7 @@ class ScaleRig:
 @pytest.fixture(scope="module")
 def rough() -> Diagnosis:
     rig = ScaleRig()
-    return told(diagnose_recordings(SLIDE, [rig.record(1)], [rig.record(2, passes=4)]))
+    return in_words(diagnose_recordings(SLIDE, [rig.record(1)], [rig.record(2, passes=4)]))
 
 
 def test_a_rough_scale_is_mapped_in_the_detail_that_repeats(rough: Diagnosis) -> None:
@@ -101,7 +101,7 @@ def test_what_is_more_than_readings_at_rest_scatter_by_is_not_called_their_noise
     wobble = 2e-5 * np.random.default_rng(4).standard_normal(len(recording)) * moving
     columns = {"t": recording.t_s, **recording.columns}
     columns["position"] = columns["position"] + wobble
-    answer = told(diagnose_recordings(SLIDE, [from_columns(columns, "rig")]))
+    answer = in_words(diagnose_recordings(SLIDE, [from_columns(columns, "rig")]))
     assert answer.fit.scatter_within_m == pytest.approx(5e-7, rel=0.5)
     assert "so most of it comes with motion (0.0" in answer.unexplained.says
     assert "consistent with measurement noise" not in answer.unexplained.says

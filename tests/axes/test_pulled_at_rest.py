@@ -14,7 +14,8 @@ from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.assessment.persistence import at_rest
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.travel import ends_earlier_move
-from deltactl.diagnosis.report.summary import plain_lines, told
+from deltactl.diagnosis.report.in_words import in_words
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
@@ -73,7 +74,7 @@ def without_load(recording: FlatRecording) -> FlatRecording:
 @pytest.fixture(scope="module")
 def unsaid() -> Diagnosis:
     """The answer where the recording does not say what pulls."""
-    return told(diagnose_recordings(ROBOT, [without_load(stand())]))
+    return in_words(diagnose_recordings(ROBOT, [without_load(stand())]))
 
 
 def test_what_pulls_at_rest_and_is_not_recorded_is_not_called_noise(unsaid: Diagnosis) -> None:
@@ -82,7 +83,7 @@ def test_what_pulls_at_rest_and_is_not_recorded_is_not_called_noise(unsaid: Diag
     assert not found.load_known
     assert found.moved >= 0.5 * found.rests
     assert found.moved_by_m > PLAY_RAD
-    text = " ".join(plain_lines(unsaid, ROBOT))
+    text = " ".join(sentences(unsaid, ROBOT))
     assert "while its command is constant, the axis moves by up to" in text
     assert "Find out what moves the axis while its command is constant." in text
     assert "consistent with measurement noise" not in text
@@ -91,11 +92,11 @@ def test_what_pulls_at_rest_and_is_not_recorded_is_not_called_noise(unsaid: Diag
 
 
 def test_the_same_with_its_load_shows_the_play_behind_it() -> None:
-    answer = told(diagnose_recordings(ROBOT, [stand()]))
+    answer = in_words(diagnose_recordings(ROBOT, [stand()]))
     found = {one.effect: one for one in answer.findings}
     assert found["gear_backlash"].parameters["width"].value == pytest.approx(PLAY_RAD, rel=0.25)
     assert "joint_compliance" in found
-    text = " ".join(plain_lines(answer, ROBOT))
+    text = " ".join(sentences(answer, ROBOT))
     assert "while its command is constant" not in text
     # Under one load every reading of a rest is the same count: what is left is no noise of theirs.
     assert answer.fit.scatter_within_m == pytest.approx(COUNT_RAD / math.sqrt(12.0), rel=0.2)

@@ -38,3 +38,32 @@ def test_targets_and_largest_errors(deltactl: Deltactl, tmp_path: Path) -> None:
     for axis, moved_m in zip("xyz", said["microstep_m"], strict=True):
         above_m = truth[axis]["max_m"] - said["limit"]["rms_m"]
         assert 0.3 * moved_m < above_m < 1.2 * moved_m
+
+
+EFFECTS = """
+effects:
+  - effect: gear_backlash
+    component: motor2
+    parameters: {width: 0.006}
+    found: {recordings: [a.mcap], on: '2026-11-22', ci95: {width: [0.0058, 0.0062]}}
+  - effect: home_offset
+    component: motor1
+    parameters: {angle: 0.006}
+    found: {recordings: [a.mcap], on: '2026-11-22', ci95: {angle: [0.0058, 0.0062]}}
+"""
+
+
+def test_a_row_of_a_corrected_robot_is_what_check_promises(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    """Commands that make up for play are no error: the row was several times what was promised."""
+    (tmp_path / "mine.yaml").write_text(ROBOT.read_text() + EFFECTS)
+    (tmp_path / "rings.yaml").write_text(JOB.replace("repeats: 3", "repeats: 1"))
+    options = ("rings.yaml", "--robot", "mine.yaml", "--json")
+    limit = json.loads(deltactl("check", *options).stdout)["limit"]
+    run = json.loads(deltactl("run", *options, "--simulate", "--record", "rings.mcap").stdout)
+    shown = run["tracking"]["commanded"]
+    commanded_m = math.hypot(*(shown[axis]["rms_m"] for axis in "xyz"))
+    assert limit["counted_m"] == pytest.approx(commanded_m, rel=0.25)
+    assert limit["counted_m"] < 2e-4, "corrected but for whole steps"
+    assert math.hypot(limit["counted_m"], limit["sizes_m"]) == pytest.approx(limit["rms_m"])

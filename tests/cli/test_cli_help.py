@@ -51,6 +51,17 @@ def test_the_first_screen_has_few_options_and_an_example_and_whole_words(name: s
         assert [word for word in _words(shown(name, option)) if word not in known] == []
 
 
+@pytest.mark.parametrize("name", COMMANDS)
+def test_examples_are_not_broken_in_a_narrow_window(name: str) -> None:
+    narrow, wide = (_examples(shown(name, "--help", columns)) for columns in (NARROW, WIDE))
+    assert narrow == wide
+
+
+def _examples(text: str) -> list[str]:
+    lines = [line.strip() for line in text.splitlines()]
+    return [line for line in lines if re.match(r"(sudo \S+/)?deltactl ", line)]
+
+
 def _words(text: str) -> list[str]:
     return [word for word in re.sub("[╭╮╰╯│─]", " ", text).split() if word]
 

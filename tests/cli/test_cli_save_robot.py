@@ -41,9 +41,8 @@ def test_a_slides_file_says_offset_and_leaves_an_even_tie_out(
     said = " ".join(deltactl(*words).stdout.split())
     assert "robot file: new.yaml, with 2 of 3 findings" in said
     assert "once more with --save-robot" not in said, "it was just given"
-    assert "well supported (above 99 %): a wrong home position of the axis" in said
-    assert "left out (--all writes it too): only" in said
-    assert "to check, repeat the motion with a weight" in said
+    assert "In the robot file: 1 and 2 (88 % sure)" in said
+    assert "Left out, as not certain (--all writes it too): 3 (5" in said
     assert said.endswith("check it: deltactl diagnose slide.csv --robot new.yaml")
 
     text = (tmp_path / "new.yaml").read_text(encoding="utf-8")

@@ -19,7 +19,7 @@ from deltactl.diagnosis.admission.excerpt import excerpt, excerpts, thinned
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.api import diagnose, diagnose_recordings
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
-from deltactl.diagnosis.report.summary import plain_lines
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import DeltaRobot
 from deltactl.recording.tables.flat import FlatRecording
@@ -147,7 +147,7 @@ def test_the_answer_says_what_was_left_out(
     (left,) = answer.to_json()["thinned"]
     assert (left["recording"], left["rows"]) == (1, len(read_flat(path)))
     assert left["rows_used"] <= 900
-    assert any("rows were used, in 10 stretches" in line for line in plain_lines(answer))
+    assert any("rows were used, in 10 stretches" in line for line in sentences(answer))
 
 
 @pytest.mark.parametrize(

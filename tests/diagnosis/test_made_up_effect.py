@@ -13,7 +13,7 @@ from deltactl.diagnosis.answer.corrected_robot import save_corrected
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.machines import marks_of
-from deltactl.diagnosis.report.summary import plain_lines
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.firmware_py.program.coverage import robot_coverage
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.effects import CARDS, VOCABULARY, register
@@ -91,7 +91,7 @@ def test_it_is_worded_and_drawn(answer: Diagnosis, delta: DeltaRobot) -> None:
     finding = answer.findings[0]
     assert finding.says.startswith("a cable pulls motor 2 by 0.0")
     assert finding.where.regime == "where motor 2 is far down"
-    text = "\n".join(plain_lines(answer, delta))
+    text = "\n".join(sentences(answer, delta))
     assert "a cable that pulls at motor 2" in text
     assert "Give the cable of motor 2 more slack" in text
     assert next(iter(marks_of(answer.findings, lone=False))) == "gear2"

@@ -15,7 +15,8 @@ from deltactl.diagnosis.answer.records import (
 )
 from deltactl.diagnosis.answer.verdict import Rest, verdict
 from deltactl.diagnosis.report.headline import headline
-from deltactl.diagnosis.report.summary import told
+from deltactl.diagnosis.report.in_words import in_words
+from deltactl.diagnosis.report.screen import sentences
 
 FIT = Fit(
     rms_before_m=2e-3, rms_after_m=1.5e-3, noise_floor_m=1.5e-3,
@@ -39,7 +40,7 @@ def answer(own: float) -> Diagnosis:
         effect="unknown", component="motor1", delta_chi2=150.0, probability=0.98 - own
     )
     found = [finding("unknown", 0.98), finding("gear_backlash", own, other)]
-    return told(
+    return in_words(
         Diagnosis(
             robot="r", recordings=["a.csv"], fit=FIT, findings=found, false_alarm_p=1e-9,
             probability_nothing_missing=0.0, unexplained=Unexplained(share_of_mismatch=0.0),
@@ -52,8 +53,8 @@ def test_an_improbable_name_is_in_no_headline_and_asks_for_no_work() -> None:
     said = answer(0.05)
     assert said.verdict == "unexplained"
     assert "backlash" not in headline(said)
-    assert not any("take up the play" in line.lower() for line in said.says)
-    assert any("Probably only a part of what is unknown" in line for line in said.says)
+    assert not any("take up the play" in line.lower() for line in sentences(said))
+    assert any("Probably only a part of what is unknown" in line for line in sentences(said))
     assert contradictions(said) == []
 
 
@@ -61,5 +62,5 @@ def test_a_probable_one_is_named_as_before() -> None:
     said = answer(0.6)
     assert said.verdict == "partly_explained"
     assert "backlash" in headline(said)
-    assert any("take up the play" in line.lower() for line in said.says)
+    assert any("take up the play" in line.lower() for line in sentences(said))
     assert contradictions(said) == []

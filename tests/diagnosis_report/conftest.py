@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import math
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -24,7 +26,10 @@ from deltactl.diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from deltactl.models.robot import DeltaRobot, RangeSensor, ServoAxis, StepperAxis
+from deltactl.diagnosis.report.finding import UNKNOWN_SPAN
+from deltactl.diagnosis.report.page import finding_cards, report_html
+from deltactl.diagnosis.report.templates import say
+from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis, StepperAxis
 from tests.rigs.charts import nothing_drawn
 
 Make = Callable[..., Any]
@@ -37,6 +42,22 @@ def charts_left_out(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPa
     """Charts take a twentieth of a second each; most tests here look at what is around them."""
     if request.node.name not in DRAWN:
         monkeypatch.setattr("deltactl.charts.document.document", nothing_drawn)
+
+
+def card_text(finding: Finding, answer: Diagnosis) -> str:
+    """What the report's card says of a finding."""
+    (card,) = finding_cards(answer.model_copy(update={"findings": [finding]}), UNKNOWN_SPAN)
+    return _text(card)
+
+
+def report_text(answer: Diagnosis, robot: RobotModel | None = None) -> str:
+    """What the report says, without the tables of all figures."""
+    return _text(report_html(answer, robot or delta_robot()).partition(say("page.all_figures"))[0])
+
+
+def _text(page: str) -> str:
+    plain = re.sub(r"<(style|script)\b.*?</\1>|<[^>]+>", " ", page, flags=re.DOTALL)
+    return re.sub(r" (?=[.,:;)])", "", " ".join(html.unescape(plain).split()))
 
 
 def delta_robot(name: str = "practice-robot") -> DeltaRobot:

@@ -17,13 +17,15 @@ from deltactl.diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from deltactl.diagnosis.report.finding import finding_lines, in_chi_square
+from deltactl.diagnosis.report.finding import in_chi_square
 from deltactl.diagnosis.report.fit import fit_lines
 from deltactl.diagnosis.report.headline import headline
+from deltactl.diagnosis.report.in_words import in_words
 from deltactl.diagnosis.report.remedies import remedies
-from deltactl.diagnosis.report.summary import plain_lines, spoken, told
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, said
 from deltactl.models.robot import EffectEntry, ServoAxis
+from tests.diagnosis_report.conftest import card_text, report_text
 
 DEG = np.pi / 180.0
 
@@ -49,7 +51,7 @@ def regime(make: Any, position: Any, t_s: Any) -> str:
     )
     picture = Picture(t_s=t_s, channels=[channel], covariates={"position": position})
     answer = make("explained", findings=[periodic()], picture=picture)
-    (finding,) = spoken(answer, command_effects("rotary")).findings
+    (finding,) = in_words(answer, command_effects("rotary")).findings
     return str(finding.where.regime)
 
 
@@ -103,7 +105,7 @@ def test_a_harmonic_of_what_the_robot_file_knows_is_called_that(make: Any) -> No
             parameters={"amplitude": 1e-4, "period": known_deg * DEG},
         )
         answer = make("explained", findings=[periodic()])
-        return str(spoken(answer, command_effects("rotary"), known=[known]).findings[0].says)
+        return str(in_words(answer, command_effects("rotary"), known=[known]).findings[0].says)
 
     assert "the second harmonic of the error with a period of 3.21 degrees" in says(3.21)
     assert "what remains of the error" in says(1.61)
@@ -121,8 +123,9 @@ def lag(dead: tuple[float, float, float], time: tuple[float, float, float]) -> F
 
 def test_of_a_delay_whose_parts_are_not_known_the_sum_is_told(make: Any) -> None:
     def text(finding: Finding) -> str:
-        answer = spoken(make("explained", findings=[finding]), command_effects("rotary"))
-        return " ".join([*finding_lines(finding, answer), *remedies(answer), *answer.says])
+        answer = in_words(make("explained", findings=[finding]), command_effects("rotary"))
+        (finding,) = answer.findings
+        return " ".join([card_text(finding, answer), *remedies(answer)])
 
     open_one = text(lag((0.0019, 0.0, 0.129), (0.065, 0.0, 0.184)))
     assert "Only the sum of 66.9 ms is known, not how it divides" in open_one
@@ -132,7 +135,7 @@ def test_of_a_delay_whose_parts_are_not_known_the_sum_is_told(make: Any) -> None
     known = text(lag((0.25, 0.24, 0.26), (0.09, 0.08, 0.1)))
     assert "Command the axis earlier, or look for what delays it" in known
     assert "higher gains shorten no dead time" in known
-    assert "The axis follows late, by 66.9 ms in all" in open_one
+    assert "The axis follows its command late, by 66.9 ms in all" in open_one
     assert "by 63.3 ms in all" in text(lag((0.0515, 0.026, 0.078), (0.0118, 0.0, 0.037)))
     # Two time constants of half the size, and a shorter dead time, would fit nearly as well.
     assert "by 116 ms in all" in text(lag((0.0622, 0.0575, 0.0682), (0.0542, 0.0476, 0.0597)))
@@ -178,14 +181,14 @@ def test_a_direction_beside_friction_is_a_gap_that_changes_along_the_travel(
         holdout_rms_after_m=0.0021,
     )
     answer = make("partly_explained", findings=found, fit=fit, next_experiment=None)
-    told = spoken(answer, command_effects("rotary"))
+    told = in_words(answer, command_effects("rotary"))
     assert ("not the same all along its travel" in told.findings[-1].says) == beside
     advice = remedies(told)[-1]
     assert ("to and fro by a little at several places" in advice) == beside
     assert ("(by about 0.13 degrees)" in advice) == beside
     # Against a corrected file the friction is no finding any more, and the words stay.
     file = EffectEntry(effect="joint_friction", component="axis", parameters={"width": 0.02})
-    later = spoken(answer, command_effects("rotary"), known=[file])
+    later = in_words(answer, command_effects("rotary"), known=[file])
     assert "not the same all along its travel" in later.findings[-1].says
     axis = ServoAxis(kind="servo_axis", name="a", motion="rotary", effects=(file,))
     assert "to and fro by a little at several places" in remedies(later, axis)[-1]
@@ -196,9 +199,7 @@ def test_how_to_read_a_chi_square_is_said_once_and_where_it_shows_as_one_speaks(
     told = [in_chi_square(one, number == 0) for number, one in enumerate(answer.findings)]
     assert all("in chi-square" in one for one in told)
     assert sum("where noise alone makes up to about 10" in one for one in told) == 1
-    text = "\n".join(plain_lines(answer))
-    assert "for statisticians" not in text
-    assert text.count("It shows in the position") == 2
+    assert report_text(answer).count("It shows in the position") == 2
 
 
 def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None:
@@ -209,7 +210,7 @@ def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None
     )  # fmt: skip
     rest = Unexplained(share_of_mismatch=0.0, p=1.0)
     answer = make("partly_explained", findings=[friction()], fit=fit, unexplained=rest)
-    text = "\n".join(plain_lines(told(answer)))
+    text = "\n".join(sentences(in_words(answer)))
     assert text.count("Readings at one place scatter") == 1
     assert text.count("More places make the answer surer") == 1
     assert "this noise" not in text
@@ -249,7 +250,7 @@ def test_friction_that_a_load_makes_larger_says_how_much_is_there_without_one(
         finding = following().model_copy(
             update={"effect": "joint_friction", "parameters": parameters}
         )
-        return " ".join(finding_lines(finding, make()))
+        return card_text(finding, make())
 
     assert "It grows with the load" in told_of(0.3)
     assert "without one it is 1.5 degrees" in told_of(0.3)

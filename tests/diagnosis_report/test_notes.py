@@ -17,9 +17,10 @@ from deltactl.diagnosis.answer.records import (
     PriorSensitivity,
     Where,
 )
-from deltactl.diagnosis.report.finding import finding_lines, notes
+from deltactl.diagnosis.report.finding import notes
 from deltactl.diagnosis.report.page import finding_cards
 from deltactl.diagnosis.report.remedies import remedies
+from tests.diagnosis_report.conftest import card_text
 
 
 def found(effect: str, follows: str = "", unit: str = "rad", **sizes: float) -> Finding:
@@ -92,7 +93,7 @@ def test_what_hangs_on_a_prior_is_said_in_the_report_as_well(make: Any) -> None:
         effect="joint_compliance", component="axis", probability=0.99, narrower=0.999, wider=0.18
     )
     answer = make("explained", findings=[one], prior_sensitivity=[hangs])
-    assert "Take it for a guess" in " ".join(finding_lines(one, answer))
+    assert "Take it for a guess" in card_text(one, answer)
     assert "Take it for a guess" in finding_cards(answer, (0.0, 1.0))[0]
 
 
@@ -113,7 +114,7 @@ def test_an_unknown_that_is_one_wave_of_two_periods_says_so(make: Any) -> None:
         )
         picture = Picture(t_s=t_s, channels=[channel], covariates={"position": place, "time": t_s})
         answer = make("unexplained", findings=[unknown]).model_copy(update={"picture": picture})
-        said = " ".join(finding_lines(unknown, answer))
+        said = card_text(unknown, answer)
         assert ("of which this recording holds 1.9" in said) == told
         assert ("nothing that this recording can name is the cause" in said) == told
         assert ("over at least three periods" in " ".join(remedies(answer))) == told

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -253,6 +254,23 @@ def test_a_map_of_nothing_but_noise_is_not_red() -> None:
     assert np.mean(grid.before[left] > grid.noise[left]) < 0.02
     assert np.all(grid.before[:, CELLS // 2 + 1 :] > grid.noise[:, CELLS // 2 + 1 :])
     assert "no more than noise" in place_maps({"range_x": x, "range_y": y}, channels)
+
+
+def test_an_error_that_is_large_everywhere_still_shows_where_it_is_larger() -> None:
+    """From zero on, all cells between 4 and 6 mm had the two darkest colours."""
+    rng = np.random.default_rng(5)
+    x, y = rng.uniform(-0.1, 0.1, (2, 20_000))
+    miss = 0.005 + 0.01 * x
+    t_s = np.arange(len(x)) * 0.02
+    channels = mismatches(Picture(t_s=t_s, channels=[channel(miss, 0 * x, miss)]))
+    drawn = place_maps({"range_x": x, "range_y": y}, channels).partition("<svg")[2]
+    cells = {
+        level: path.count("M")
+        for level, path in re.findall(r'<path class="level(\d)" d="([^"]*)"', drawn)
+    }
+    assert min(cells.values()) > 0.05 * sum(cells.values())
+    assert len(cells) > 3
+    assert "4.0 mm and less" in drawn
 
 
 def test_a_map_draws_all_of_a_path_that_was_passed_once() -> None:

@@ -15,11 +15,10 @@ from deltactl.diagnosis.answer.records import (
     ParameterResult,
     Where,
 )
-from deltactl.diagnosis.report.next_run import support, written
+from deltactl.diagnosis.report.next_run import saved_lines, written
 from deltactl.diagnosis.report.remedies import remedies
-from deltactl.diagnosis.report.summary import plain_lines, spoken
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.diagnosis.report.templates import PAGE, PYTHON, TERMINAL, Ways, say
-from deltactl.models.effects.lone_axis import command_effects
 from tests.diagnosis_report.conftest import delta_robot
 
 
@@ -48,28 +47,11 @@ def test_what_is_taken_over_says_how_sure_it_is(make: Any) -> None:
     open_one = found("home_offset", "motor2", "angle", 0.55, ("gear_backlash", 0.45))
     answer = make("explained", findings=[OWN, open_one], next_experiment=None)
     assert written(answer, False) == "with 2 findings"
-    well, only = support(answer, False)
-    assert well == "- well supported (above 99 %): a wrong home angle of motor 1"
-    assert only == (
-        "- the same correction, above 99 % sure to be right, whether the cause is a wrong home"
-        " angle of motor 2 (55 %) or backlash in the gear or coupling of motor 2 (45 %); to tell"
-        " which, turn the arm by hand while its motor holds: play can be felt, a wrong home cannot"
+    (line,) = saved_lines(answer, False)
+    assert line == (
+        "In the robot file: 1 and 2 (the same correction for either cause, above 99 % sure to be"
+        " right)"
     )
-
-
-def test_the_proposed_run_is_what_checks(make: Any) -> None:
-    open_one = found("home_offset", "motor2", "angle", 0.55, ("gear_backlash", 0.45))
-    plan = NextExperiment(
-        job={},
-        tells_apart=["home_offset motor2", "gear_backlash motor2"],
-        expected_delta_chi2=54.0,
-        minutes=2.5,
-    )
-    answer = make("explained", findings=[open_one], next_experiment=plan)
-    (line,) = support(answer, False)
-    assert "run the job proposed above (--next-job JOB.yaml)" in line
-    (line,) = support(answer, False, PAGE)
-    assert "run the experiment that would tell more (the button below)" in line
 
 
 @pytest.mark.parametrize("ways", [TERMINAL, PAGE, PYTHON])
@@ -81,7 +63,7 @@ def test_a_page_speaks_of_its_buttons_and_a_terminal_of_commands(make: Any, ways
     )
     for findings in (both, lone):
         answer = make("explained", findings=findings, next_experiment=plan, ended_early=True)
-        lines = [*plain_lines(answer, delta_robot(), ways), *support(answer, False, ways)]
+        lines = [*sentences(answer, delta_robot(), ways), *saved_lines(answer, False, ways)]
         assert say("do.change_nothing") not in lines
         text = "\n".join(lines).replace("in a terminal, 'deltactl diagnose --thorough'", "")
         assert ("--" in text) == (ways is TERMINAL)
@@ -91,21 +73,21 @@ def test_a_page_speaks_of_its_buttons_and_a_terminal_of_commands(make: Any, ways
 def test_what_is_not_certain_is_in_no_file_of_the_page(make: Any) -> None:
     open_one = found("gear_ratio", "axis", "scale", 0.5, ("joint_compliance", 0.5))
     answer = make("explained", findings=[open_one])
-    assert any("--save-robot" in line for line in plain_lines(answer, None))
-    assert not any("corrected robot file" in line for line in plain_lines(answer, None, PAGE))
+    assert any("--save-robot" in line for line in sentences(answer, None))
+    assert not any("corrected robot file" in line for line in sentences(answer, None, PAGE))
 
 
 def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any) -> None:
     tied = found("gear_ratio", "axis", "scale", 0.5, ("joint_compliance", 0.5))
     answer = make("explained", findings=[tied], next_experiment=None)
     assert written(answer, False) == "unchanged: nothing is certain enough"
-    (line,) = support(answer, False)
-    assert line.startswith("- left out (--all writes it too): only 50 % sure: a wrong ratio")
-    assert "to check, measure how far it moves between two places, with its load" in line
-    assert line.index("with its load and without") < line.index("`gravity`"), "what is cheap first"
+    (line,) = saved_lines(answer, False)
+    assert line.startswith("Left out, as not certain (--all writes it too): 1 (50 % sure)")
+    text = " ".join(sentences(answer))
+    assert "measure how far it moves between two places, with its load" in text
+    assert text.index("with its load and without") < text.index("`gravity`"), "what is cheap first"
     assert written(answer, True) == "with one finding"
-    (line,) = support(answer, True)
-    assert line.startswith("- only 50 % sure: a wrong ratio")
+    assert saved_lines(answer, True) == ["In the robot file: 1 (50 % sure)"]
 
 
 @pytest.mark.parametrize(("effect", "size"), [("gear_ratio", "scale"), ("home_offset", "angle")])
@@ -116,13 +98,9 @@ def test_gravity_is_asked_for_only_where_the_robot_file_lacks_it(
     answer = make("explained", findings=[tied], next_experiment=None)
     for said, asked in ((False, True), (True, False)):
         one = answer.model_copy(update={"pull_said": said})
-        for text in (
-            "\n".join(plain_lines(one)),
-            "\n".join(support(one, False)),
-            "\n".join(spoken(one, command_effects("rotary")).says),
-        ):
-            assert ("`gravity`" in text) == asked
-            assert ".." not in text
+        text = "\n".join(sentences(one))
+        assert ("`gravity`" in text) == asked
+        assert ".." not in text
 
 
 def test_a_likely_cause_of_a_lone_axis_is_not_said_to_be_corrected_whatever_it_is(
@@ -131,8 +109,8 @@ def test_a_likely_cause_of_a_lone_axis_is_not_said_to_be_corrected_whatever_it_i
     """Its file says what is known of the cause: another cause calls for another entry."""
     late = found("following_lag", "axis", "time", 0.82, ("viscous_friction", 0.18))
     answer = make("explained", findings=[late], next_experiment=None)
-    (line,) = support(answer, False)
-    assert line.startswith("- 82 % sure: a drive of the axis that follows late, which may be")
+    (line,) = saved_lines(answer, False)
+    assert line == "In the robot file: 1 (82 % sure)"
     (todo, *_) = remedies(answer)
     assert todo.startswith("Raise the gains")
     assert "right for either" not in todo
@@ -145,10 +123,11 @@ def test_what_no_robot_file_holds_is_named_with_the_reason(make: Any) -> None:
     one = found("home_offset", "axis", "angle", 0.999)
     answer = make("explained", findings=[one, lost, nameless])
     assert written(answer, True) == "with 1 of 3 findings"
-    _, steps, unknown = support(answer, True)
-    assert steps.startswith("- not written: steps lost by the axis (it happened once")
-    assert unknown.startswith("- not written: an unknown error at the axis that follows the speed")
-    assert unknown.endswith("(a robot file has entries only for what has a name)")
+    assert saved_lines(answer, True) == [
+        "In the robot file: 1",
+        "Not written, as it happened once and is no property of the machine: 2",
+        "Not written, as a robot file has entries only for what has a name: 3",
+    ]
 
 
 def test_without_a_probability_a_rival_makes_it_uncertain(make: Any) -> None:
@@ -159,9 +138,9 @@ def test_without_a_probability_a_rival_makes_it_uncertain(make: Any) -> None:
     plain = found("home_offset", "motor1", "angle", None)
     answer = make("explained", findings=[tied, plain], next_experiment=None)
     assert written(answer, False) == "with 1 of 2 findings"
-    well, left = support(answer, False)
-    assert well == "- well supported: a wrong home angle of motor 1"
-    assert "not certain: a periodic error of the gear or coupling of motor 1" in left
+    written_ones, left = saved_lines(answer, False)
+    assert written_ones == "In the robot file: 2"
+    assert left.endswith(": 1 (not certain)")
 
 
 @pytest.mark.parametrize(

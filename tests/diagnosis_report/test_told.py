@@ -9,7 +9,8 @@ import pytest
 from deltactl.diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
 from deltactl.diagnosis.assessment.significance import as_found
 from deltactl.diagnosis.report.fit import fit_lines
-from deltactl.diagnosis.report.summary import told
+from deltactl.diagnosis.report.in_words import in_words
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.diagnosis.report.templates import say
 
 
@@ -20,21 +21,21 @@ def bare(finding: Finding) -> Finding:
 
 def test_every_sentence_is_made(make: Any, parts: Any) -> None:
     findings = [bare(parts[name]()) for name in ("backlash", "lost_steps", "unknown")]
-    answer = told(make("partly_explained", findings=findings, says=[]))
+    answer = in_words(make("partly_explained", findings=findings, says=[]))
     backlash, steps, unknown = answer.findings
     assert "motor 2" in backlash.says
     assert backlash.where.regime == "after reversals and stops of motor 2"
     assert "32" in steps.says
     assert unknown.says.endswith("follows the angle of arm 3, with a size of 0.115 degrees "
                                  "(root mean square)")  # fmt: skip
-    assert answer.says[0].startswith("Part of the model error is explained by")
+    assert sentences(answer)[0].startswith("Part of the model error is explained by")
 
 
 def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
     tied = bare(parts["unknown"]()).model_copy(
         update={"depends_on": ["theta_3", "time"], "tied": ["time"]}
     )
-    (finding,) = told(make("unexplained", findings=[tied])).findings
+    (finding,) = in_words(make("unexplained", findings=[tied])).findings
     assert "(or the time since the start: this recording cannot tell which)" in finding.says
 
 
@@ -57,12 +58,12 @@ def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
     ],
 )
 def test_what_is_left_is_said_as_it_is(make: Any, rest: Unexplained, says: str) -> None:
-    assert told(make("partly_explained", unexplained=rest)).unexplained.says == says
+    assert in_words(make("partly_explained", unexplained=rest)).unexplained.says == says
 
 
 def test_noise_is_what_is_left_of_the_whole_mismatch(make: Any) -> None:
     rest = Unexplained(share_of_mismatch=0.0, p=0.4)
-    says = told(make("nothing_missing", findings=[], unexplained=rest)).unexplained.says
+    says = in_words(make("nothing_missing", findings=[], unexplained=rest)).unexplained.says
     assert says == say("left.noise", head=say("left.head"))
 
 
@@ -73,7 +74,7 @@ def test_what_goes_on_is_called_no_noise_of_a_sensor(make: Any, verdict: str) ->
     def says(correlation: float) -> str:
         figures = {"left_correlation": correlation, "left_apart_s": 0.01, "left_lasts_s": 0.11}
         fit = make("explained").fit.model_copy(update=figures)
-        answer = told(make(verdict, fit=fit, unexplained=rest))
+        answer = in_words(make(verdict, fit=fit, unexplained=rest))
         return " ".join([answer.unexplained.says, *fit_lines(answer)])
 
     slow, quick = says(0.92), says(0.5)
@@ -93,16 +94,15 @@ def test_what_known_effects_leave_is_said_in_one_piece(make: Any) -> None:
     figures = {"left_correlation": 0.98, "left_apart_s": 0.16, "left_lasts_s": 2.1}
     fit = make("explained").fit.model_copy(update={**figures, "left_by_known_m": 0.01})
     rest = Unexplained(share_of_mismatch=0.0, p=1.0)
-    answer = told(make("nothing_missing", findings=[], fit=fit, unexplained=rest))
+    answer = in_words(make("nothing_missing", findings=[], fit=fit, unexplained=rest))
     text = " ".join([answer.unexplained.says, *fit_lines(answer)])
     assert "goes on for about 2.1 s at a time. That is what the effects in the robot file" in text
     assert "noise" not in text
 
 
 def test_sentences_that_are_there_stay(make: Any) -> None:
-    answer = make("explained", says=["As the lone axis says."])
-    assert told(answer).says == answer.says
-    assert told(answer).findings == answer.findings
+    answer = make("explained")
+    assert in_words(answer).findings == answer.findings
 
 
 def test_a_probability_is_told_once_and_of_findings_only(parts: Any) -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.fleet.checks import RunChecks, read_announced, standing
+from deltactl.fleet.checks import RunChecks, read_announced, shown, standing
+from deltactl.foundation.one_screen import laid_out
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.writing.writer import RunRecorder
 
@@ -76,3 +77,17 @@ def test_the_service_checks_each_run_once_and_leaves_out_short_ones(tmp_path: Pa
     assert one.component == "motor2"
     checks.close()
     assert read_announced(tmp_path / "elsewhere") == []
+
+
+def test_many_runs_are_shown_on_one_screen_the_newest_first() -> None:
+    rows = runs(*[[PLAY]] * 60)
+    rows[0] |= {"error": "r0: " + "a torn file; " * 30}
+    rows[-1] |= {"says": "The model error is explained by backlash."}
+    lines = laid_out(shown(rows, standing(rows)), 80, 25)
+    assert len(lines) <= 25
+    assert max(map(len, lines)) <= 80
+    text = " ".join(lines)
+    assert "backlash in the gear or coupling of motor 2 (0.201 degrees)" in text
+    assert "97 % sure" in text
+    assert text.index("r59: The model error is explained by backlash.") < text.index("r58: ")
+    assert "earlier runs" in lines[-1]

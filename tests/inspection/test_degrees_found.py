@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from pathlib import Path
 
@@ -122,3 +123,33 @@ def test_the_count_of_a_geared_encoder_is_no_step_of_degrees() -> None:
 @pytest.mark.parametrize("step", [0.5, 0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0001])
 def test_decimal_steps_are_those_of_no_encoder(step: float) -> None:
     assert of_encoder(step * np.round(8.0 * ASKED / step)) is None
+
+
+def test_a_table_of_degrees_beside_our_names_is_diagnosed_as_it_is_inspected(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    """`t` and `command` are names of the contract; `theta` up to 150 is not, and in degrees."""
+    asked = 150.0 * ASKED
+    seen = 2.0 + asked + 0.02 * np.random.default_rng(2).standard_normal(len(T_S))
+    cells = np.stack([T_S, asked, seen, np.gradient(seen, T_S)], axis=1)
+    head = "t,command,theta,rate"
+    np.savetxt(tmp_path / "own.csv", cells, "%.7f", ",", header=head, comments="")
+    (tmp_path / "axis.yaml").write_text("kind: servo_axis\nname: a\nmotion: rotary\n")
+    found = deltactl("diagnose", "own.csv", "--robot", "axis.yaml")
+    assert found.returncode == 0, found.stderr
+    assert "position=theta[deg]" in found.stderr
+    assert re.search(r"\+(1\.99|2\.00)\d* degrees", found.stdout)
+    assert "Settle the unit first" not in found.stdout
+
+
+def test_columns_of_the_contract_beyond_a_joint_get_the_proposal_of_inspect(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    """A motor may turn so far, so that only the reader knows."""
+    table(tmp_path / "far.csv", "command,position", 150.0)
+    (tmp_path / "axis.yaml").write_text("kind: servo_axis\nname: a\nmotion: rotary\n")
+    heading = (tmp_path / "far.csv").read_text().replace("time,", "t,", 1)
+    (tmp_path / "far.csv").write_text(heading)
+    found = deltactl("diagnose", "far.csv", "--robot", "axis.yaml")
+    assert "--set 'position=position[deg]' --set 'command=command[deg]'" in found.stderr
+    assert found.stdout.startswith("Settle the unit first")

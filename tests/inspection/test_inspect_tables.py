@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import subprocess
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.foreign.found import Inspection
@@ -280,7 +282,7 @@ def test_what_is_said_of_a_column_is_taken_and_printed_back(
     assert other.motion == "linear"
     shown = deltactl("inspect", "log.csv", "--set", "effort=amperes_seen").stdout
     assert "deltactl init axis my-robot.yaml" in shown
-    assert "--recorded effort --inertia INERTIA --effort-gain GAIN" in shown
+    assert "--measure log.csv" in shown or "--recorded effort --inertia INERTIA" in shown
     (tmp_path / "my-robot.yaml").write_text("another machine's\n")
     again = deltactl("inspect", "log.csv", "--set", "effort=amperes_seen").stdout
     assert "deltactl init axis log-robot.yaml" in again
@@ -319,3 +321,31 @@ def test_a_drives_voltage_is_what_moves_the_axis(tmp_path: Path) -> None:
     found = inspect(path)
     assert taken(found)["effort"] == "Spannung [V]"
     assert (found.kind, found.motion) == ("servo_axis", "linear")
+
+
+@pytest.mark.parametrize("goes_with_it", [True, False])
+def test_the_command_for_a_log_of_currents_runs_and_says_what_moves(
+    deltactl: Deltactl, tmp_path: Path, goes_with_it: bool
+) -> None:
+    """As of a VESC: amperes and an angle, and nobody knows what one ampere is in N m."""
+    t_s = 0.01 * np.arange(3000)
+    angle = np.sin(2.0 * t_s) + 0.5 * np.sin(3.1 * t_s)
+    speed = np.gradient(angle, t_s)
+    noise = np.random.default_rng(4).standard_normal((2, len(t_s)))
+    effort = 0.3 * np.gradient(speed, t_s) * goes_with_it + 0.5 * np.sign(speed) + 0.02 * noise[0]
+    table = np.stack([1e3 * t_s, effort, np.degrees(angle + 1e-4 * noise[1])], axis=1)
+    head = "ms_today,current_motor,tacho_deg"
+    np.savetxt(tmp_path / "vesc.csv", table, "%.6f", ",", header=head, comments="")
+    shown = deltactl("inspect", "vesc.csv").stdout
+    (command,) = [line for line in shown.splitlines() if line.startswith("describe the machine")]
+    words = shlex.split(command.partition("deltactl ")[2])
+    assert ("INERTIA" in words) is not goes_with_it
+    if goes_with_it:
+        made = deltactl(*words)
+        assert made.returncode == 0, made.stderr
+        robot = yaml.safe_load((tmp_path / "my-robot.yaml").read_text())
+        assert robot["inertia"] == pytest.approx(0.3, rel=0.1)
+        other = deltactl(*words, "--effort-gain", "0.5", "--force")
+        assert other.returncode == 0, other.stderr
+        robot = yaml.safe_load((tmp_path / "my-robot.yaml").read_text())
+        assert robot["inertia"] == pytest.approx(0.15, rel=0.1)

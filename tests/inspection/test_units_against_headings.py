@@ -11,7 +11,7 @@ import pytest
 
 from deltactl.diagnosis.admission.doubts import far_for_a_joint
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.report.summary import plain_lines
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import ServoAxis
 from deltactl.models.robot_files import load_robot_model
@@ -195,8 +195,8 @@ def test_radians_over_many_turns_are_told_by_reading_and_by_the_answer(tmp_path:
     answer = diagnose_recordings(TURNING, [recording])
     (line,) = answer.doubts
     assert " turns. A motor may turn so far" in line
-    assert plain_lines(answer)[0] == f"Settle the unit first: {line}"
-    assert line in answer.says
+    assert sentences(answer)[0] == f"Settle the unit first: {line}"
+    assert line in answer.says[0]
 
 
 def test_steps_of_degrees_in_radians_are_told_by_reading_and_by_the_answer(tmp_path: Path) -> None:

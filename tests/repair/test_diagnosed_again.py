@@ -13,7 +13,7 @@ from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.delta.measured_before import measured_before
 from deltactl.diagnosis.report.fit import unexplained
-from deltactl.diagnosis.report.summary import plain_lines
+from deltactl.diagnosis.report.screen import sentences
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, FoundBy
 from deltactl.models.robot_files import load_delta
 from tests.rigs.picker import HERTZ, ROBOT, SLOWED, STEP_S, followed, nominal, places, recorded
@@ -66,7 +66,7 @@ def test_a_drive_that_has_become_slower_is_found(corrected: DeltaRobot) -> None:
     sizes = [one.components[0] for one in answer.findings[0].parameters.values()]
     low_s, high_s = (sum(one[end] for one in sizes) for end in (1, 2))
     assert low_s < later_s(places(2)[:, 0]) < high_s
-    assert any("on top of what the robot file has" in x for x in plain_lines(answer, corrected))
+    assert any("on top of what the robot file has" in x for x in sentences(answer, corrected))
 
 
 PARAMETERS = {
@@ -148,4 +148,4 @@ def test_small_errors_are_allowed_for_again(corrected: DeltaRobot, first: Diagno
     assert all(one is not None and one.loosely_built for one in found)
     again = diagnose_recordings(corrected, [recorded(1)], [])
     assert again.loosely_built
-    assert any("allowed for, as in the answer" in line for line in plain_lines(again))
+    assert any("allowed for, as in the answer" in line for line in sentences(again))

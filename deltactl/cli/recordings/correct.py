@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from deltactl.cli.output import console, facts, print_json, print_wrapped, say, waiting
+from deltactl.cli.output import print_json, waiting
+from deltactl.cli.recordings.diagnosing import Shown, print_answer
 from deltactl.cli.robot.jobs import JsonOption
 from deltactl.foundation.extras import needs
+from deltactl.foundation.one_screen import Part
 
 if TYPE_CHECKING:
     from deltactl.repair.correct import Corrected
@@ -59,11 +61,7 @@ def correct(
         possible = None if limit is None or isinstance(limit, str) else limit.as_json()
         print_json(_as_json(found) | {"limit": possible})
         return
-    _say(found, all_of_them)
-    if limit is not None:
-        from deltactl.cli.robot.check import limit_rows
-
-        console.print(facts(f"{job} may run with it", limit_rows(limit)))
+    _say(found, all_of_them, [] if limit is None else _expected(job, limit))
 
 
 def _limit_of(job: Path, found: Corrected) -> Limit | str:
@@ -77,31 +75,28 @@ def _limit_of(job: Path, found: Corrected) -> Limit | str:
     return limit_of_program(program, job)
 
 
-def _say(found: Corrected, all_of_them: bool) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.markup import escape
-    from rich.table import Table
+def _expected(job: str | None, limit: Limit | str) -> list[str]:
+    from deltactl.cli.robot.check import limit_rows
 
-    from deltactl.diagnosis.report.next_run import supported
+    return [f"{job} with it: {name} {says}" for name, says in limit_rows(limit)]
 
-    table = Table(box=SIMPLE_HEAD, title="What is done about it", title_justify="left")
-    table.add_column("known effect")
-    table.add_column("compensated")
-    for effect in found.coverage.effects:
-        table.add_row(effect.says, effect.how or f"no: {effect.why_not}")
-    for finding, why in found.held_back:
-        table.add_row(finding.says, f"not written: {why}")
-    if table.row_count:
-        console.print(table)
+
+def _say(found: Corrected, all_of_them: bool, expected: list[str]) -> None:
+    """One screen: what was found, what is done about it, and the files. expected: of the job."""
+    from deltactl.diagnosis.report.next_run import done_part, saved_part
+
+    effects = [(one.says, one.how, one.why_not) for one in found.coverage.effects]
+    closing = [Part(expected, rank=1), saved_part(found.diagnosis, all_of_them)]
+    after = [f"robot file: {found.robot_file}"]
     if not found.changed:
-        say("nothing to correct: the robot file is as it was")
-    say(f"robot file: {found.robot_file}")
-    print_wrapped(escape(line) for line in supported(found.diagnosis, all_of_them))
+        after[0] += " (nothing to correct: it is as it was)"
     if found.network is not None:
-        say(
+        after.append(
             f"network:    {found.network} (error {found.network_error_deg:.2g} deg RMS), taken by"
             f" jobs that name {found.instead_of}"
         )
+    done = done_part(effects, found.held_back)
+    print_answer(Shown(found.diagnosis, found.robot, done=done, closing=closing), after)
 
 
 def _as_json(found: Corrected) -> dict[str, Any]:

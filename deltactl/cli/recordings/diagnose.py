@@ -95,8 +95,8 @@ def diagnose(
 
     ```
     deltactl diagnose run.csv.gz --robot zhao-2023.yaml
-    deltactl diagnose a.mcap --robot zhao-2023.yaml --holdout b.mcap --report why.html
-    deltactl diagnose axis.csv --robot axis.yaml --set t=ms*0.001 --set "position=angle[deg]"
+    deltactl diagnose a.mcap --robot my.yaml --holdout b.mcap --report why.html
+    deltactl diagnose axis.csv --robot axis.yaml --set "position=angle[deg]"
     ```
     """
     if robot is None:

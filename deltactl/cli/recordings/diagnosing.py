@@ -4,37 +4,39 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from deltactl.cli.file_arguments import refuse_missing
 from deltactl.cli.output import (
-    broken,
-    console,
+    lines_of,
     print_json,
     print_wrapped,
     say,
+    screen_width,
     waiting,
     warn,
 )
 from deltactl.cli.recordings.notes import Notes, next_commands
 from deltactl.cli.recordings.tables import as_calibration, mapping_of, read_plain
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
-from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.extras import needs
+from deltactl.foundation.one_screen import Part
 from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_with_effects
 
 if TYPE_CHECKING:
     from deltactl.diagnosis.answer.records import Diagnosis
+    from deltactl.diagnosis.report.templates import Ways
     from deltactl.recording.tables.flat import FlatRecording
 
-NARROWEST, WIDEST = 60, 100
-"""Columns of an answer, whatever the window has."""
-FEWEST_LINES = 14
+FEWEST_LINES = 12
 """Lines of an answer beside what else was asked for."""
+MOST_REMARKS = 2
+"""Remarks on what was read that are shown beside an answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +73,9 @@ def diagnose_recordings(
         from deltactl.diagnosis.answer.corrected_robot import save_corrected
         from deltactl.diagnosis.api import diagnose
         from deltactl.diagnosis.experiment import write_job
-        from deltactl.diagnosis.report.next_run import support
+        from deltactl.diagnosis.report.next_run import saved_part
         from deltactl.diagnosis.report.next_run import written as what_is_written
         from deltactl.diagnosis.report.page import Origin, write_report
-        from deltactl.diagnosis.report.screen import LINES, screen
 
     robot_file = find(robot)
     refuse_missing([*recordings, *holdout])
@@ -85,8 +86,13 @@ def diagnose_recordings(
     read = notes.around(read_with(columns, described, notes.warn))
     with waiting("reading", quiet) as show:
         written = None if quiet else json_file
-        answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
+        try:
+            answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
+        except DeltactlError:
+            notes.print_remarks(MOST_REMARKS)
+            raise
     notes.say_of(answer)
+    remarks = notes.print_remarks(MOST_REMARKS)
     ways = notes.ways(answer, recordings)
     if save_robot is not None:
         ways = replace(ways, keep="", describe="")
@@ -96,23 +102,47 @@ def diagnose_recordings(
         save_corrected(robot_file, answer, save_robot, save_all, replace=wanted.force)
     if report is not None:
         command = shlex.join(["deltactl", *sys.argv[1:]])
-        origin = Origin(str(robot_file), [*notes.columns_used], command)
+        origin = Origin(str(robot_file), [*notes.columns_used], command, notes.remarks)
         write_report(answer, described, report, ways, origin)
     if quiet:
         print_json(answer.to_json())
         return
     files = {"report": report, "answer": json_file}
     after = [f"{name}: {path}" for name, path in files.items() if path is not None]
+    closing: list[Part] = []
     if next_job is not None:
         after.append(f"job: {_job(answer, described, next_job)}")
     if save_robot is not None:
         after.append(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
-        after += broken(support(answer, save_all, ways))
+        closing.append(saved_part(answer, save_all, ways))
         if save_robot.read_bytes() != robot_file.read_bytes():
             after += next_commands(recordings, save_robot, columns, described)
-    width = min(max(console.width, NARROWEST), WIDEST)
-    beside = sum(max(-(-len(line) // width), 1) for line in (*notes.warned, *after))
-    print_wrapped(screen(answer, described, ways, max(LINES - beside, FEWEST_LINES), width))
+    print_answer(Shown(answer, described, ways, closing=closing), after, remarks)
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What a screen shows: see `report.screen.screen_lines`."""
+
+    answer: Diagnosis
+    robot: RobotModel
+    ways: Ways | None = None
+    done: Part | None = None
+    closing: Sequence[Part] = ()
+
+
+def print_answer(shown: Shown, after: Sequence[str], before: Sequence[str] = ()) -> None:
+    """Print an answer on one screen, with what was printed before it and comes after it.
+
+    after: lines that are not broken, so that a file or a command in them can be copied.
+    """
+    from deltactl.diagnosis.report.screen import LINES, screen
+    from deltactl.diagnosis.report.templates import TERMINAL
+
+    width = screen_width()
+    most = max(LINES - lines_of((*before, *after), width), FEWEST_LINES)
+    ways = shown.ways or TERMINAL
+    print_wrapped(screen(shown.answer, shown.robot, ways, most, width, shown.done, shown.closing))
     for line in after:
         say(line)
 
@@ -144,7 +174,7 @@ def read_with(
     robot: the machine that they are said to be of. tell: gets remarks on their columns.
     """
     if not columns:
-        return lambda path: as_calibration(read_plain(path, robot), robot)
+        return lambda path: as_calibration(read_plain(path, robot, tell), robot)
     with needs("diagnosis", "--set"):
         from deltactl.recording.foreign.reading import read_mapped
     mapping = mapping_of(columns)

@@ -13,6 +13,9 @@ from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.printable import count
 
+MOST_ERRORS = 6
+"""Recordings that cannot be read of which the reason is shown beside the answer."""
+
 
 def fleet(
     recordings: Annotated[
@@ -39,17 +42,20 @@ def fleet(
 
     ```
     deltactl fleet 'runs/**/*.mcap' --robots robots/ --out fleet/
-    deltactl fleet monday/ tuesday.csv --robots robots/ --limit gear_backlash.width=0.01
+    deltactl fleet monday/ --robots robots/ --limit gear_backlash.width=0.01
     ```
     """
     known = _limits(limit or [])
     with needs("fleet", "deltactl fleet"):
         import deltactl.fleet.run as run
 
+    unreadable = 0
     with bar("looking for recordings") as draw:
 
         def progress(done: int, of: int, row: dict[str, Any]) -> None:
-            if "error" in row:
+            nonlocal unreadable
+            unreadable += "error" in row
+            if "error" in row and unreadable <= MOST_ERRORS:
                 errors.print(row["error"], soft_wrap=True)
             draw(done, of, Path(row["recording"]).name)
 
@@ -57,6 +63,8 @@ def fleet(
             recordings, robots, out, workers, scheduler, known, progress, sisters
         )
     bad = sum("error" in row for row in rows)
+    if unreadable > MOST_ERRORS:
+        warn(f"and {unreadable - MOST_ERRORS} more that cannot be read: see the table")
     missing = sum(row.get("verdict", "nothing_missing") != "nothing_missing" for row in rows)
     say(f"{count(len(rows), 'recording')}: {missing} with a model error, {bad} unreadable")
     say(f"page:  {out / run.PAGE}\ntable: {out / run.TABLE}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,6 +43,11 @@ FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN
 FORCED_SAYS = (
     "  INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is known",
     "  GAIN: N m (or N) for one unit of the effort; where a weight pulls at it, also {weight}",
+)
+MEASURED_SAYS = (
+    "  inertia {inertia:.3g} for an effort_gain of 1, as the effort goes with the acceleration:"
+    " sizes are then in the unit of the effort; where one of the two is known, add --inertia or"
+    " --effort-gain, and the other follows; where a weight pulls at it, also {{weight}}"
 )
 WEIGHT = {"rotary": "--hanging-nm", "linear": "--slope-n"}
 """The option that says what a weight does, by what the axis does."""
@@ -129,13 +134,31 @@ def _show(seen: Inspection, robot: str | None, save: Path | None) -> None:
     if robot is None:
         motion = ["--motion", seen.motion or "rotary"] if seen.kind == "servo_axis" else []
         zero = ["--zero", "arbitrary"] if seen.zero == "arbitrary" else []
-        forced = FORCED if seen.needs_inertia else []
+        weight = WEIGHT[seen.motion or "rotary"]
+        forced, says = _forced(seen) if seen.needs_inertia else ([], ())
         init = ["deltactl", *init_words(seen.kind, _new(seen)), *motion, *forced, *zero]
         _say_command("describe the machine:  ", init)
-        for line in FORCED_SAYS if seen.needs_inertia else ():
-            _say_broken(line.format(weight=WEIGHT[seen.motion or "rotary"]))
+        for line in says:
+            _say_broken(line.format(weight=weight))
     read = ["--columns", str(save)] if save is not None else seen.options
     _say_command("diagnose it:           ", seen.command(robot or _new(seen), read))
+
+
+def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
+    """What describes an axis of which an effort was recorded, and what is said of it.
+
+    Where the effort goes with the acceleration, the recording itself says what moves.
+    """
+    from deltactl.firmware_py.describing.robot_text import inertia_of
+    from deltactl.recording.foreign.reading import read_mapped
+
+    try:
+        one = inertia_of(read_mapped(seen.path, seen.mapping))
+    except RecordingError:
+        one = None
+    if one is None:
+        return FORCED, FORCED_SAYS
+    return ["--measure", str(seen.path), *seen.options], (MEASURED_SAYS.format(inertia=one),)
 
 
 def _say_broken(text: str) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from deltactl.cli.output import warn
 from deltactl.cli.recordings.tables import is_mapping_file, mapping_of
 from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.printable import count
 from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
 
 if TYPE_CHECKING:
@@ -19,13 +20,18 @@ if TYPE_CHECKING:
     from deltactl.recording.tables.flat import FlatRecording
 
 
+FILES_NAMED = 2
+"""Files that a remark names; the rest are counted."""
+
+
 class Notes:
     """What of recordings this robot file leaves without use, noted while they are read."""
 
     def __init__(self, robot: RobotModel, columns: Sequence[str]):
         """columns: as --columns and --set say them."""
         self._robot, self._columns = robot, list(columns)
-        self.warned: list[str] = []
+        self._remarks: dict[str, list[str]] = {}
+        """Each remark with the files that it is about."""
         self.columns_used: dict[str, None] = {}
         """As the report names them, in the order in which they were read."""
         self._command_unused: dict[str, str] = {}
@@ -33,30 +39,67 @@ class Notes:
 
     def around(self, read: Callable[[Path], FlatRecording]) -> Callable[[Path], FlatRecording]:
         """The same reading, which also says where an effort is left without use."""
-        from deltactl.diagnosis.admission.doubts import command_unused, effort_unused
+        from deltactl.diagnosis.admission.doubts import (
+            command_unused,
+            effort_unused,
+            far_for_a_joint,
+        )
         from deltactl.recording.column_measures import first_of
 
         def noted(path: Path) -> FlatRecording:
             recording = read(path)
             command, effort = self._source("command"), self._source("effort")
             if why := effort_unused(self._robot, recording, effort) or self._twice():
-                self.warn(f"{path.name}: {why}")
+                self.warn(why, path.name)
             sources = mapping_of(self._columns).columns
             for name in ("t", *recording.columns):
                 own = sources[name].from_ if name in sources else None
                 shown = f"{name} from '{own}'" if own and own != name else name
                 self.columns_used.setdefault(shown)
             self._effort_read |= first_of(recording, ["effort"]) is not None
+            if not self._columns and far_for_a_joint(self._robot, recording) is not None:
+                self._propose(path)
             if why := command_unused(recording, (command, effort)):
                 self._command_unused[path.name] = why
             return recording
 
         return noted
 
-    def warn(self, text: str) -> None:
-        """One line beside the answer, which then has the fewer lines."""
-        self.warned.append(text)
-        warn(text)
+    def warn(self, text: str, file: str = "") -> None:
+        """Note a remark on what was read; of several files once."""
+        files = self._remarks.setdefault(text, [])
+        if file and file not in files:
+            files.append(file)
+
+    @property
+    def remarks(self) -> list[str]:
+        """One line each, with the files that it is of."""
+        return [f"{_of(files)}{text}" for text, files in self._remarks.items()]
+
+    def print_remarks(self, most: int) -> list[str]:
+        """Print them beside the answer, which then has the fewer lines; returns those lines.
+
+        most: remarks that are shown; the rest are counted, and are in the report.
+        """
+        lines = self.remarks[:most]
+        if more := len(self.remarks) - most if len(self.remarks) > most else 0:
+            lines.append(f"{count(more, 'more remark')} on what was read: see --report FILE.html")
+        for line in lines:
+            warn(line)
+        return lines
+
+    def _propose(self, path: Path) -> None:
+        """Note the units that inspection proposes for columns beyond what a joint turns."""
+        from deltactl.recording.foreign.inspection import inspect
+
+        try:
+            seen = inspect(path)
+        except DeltactlError:
+            return
+        if seen.options and not seen.own_run:
+            why = "; ".join(seen.warnings)
+            options = shlex.join(seen.options)
+            self.warn(f"inspect proposes {options}{f' ({why})' if why else ''}", path.name)
 
     def _source(self, name: str) -> str | None:
         """What a column is called in the file, where it was given."""
@@ -86,7 +129,7 @@ class Notes:
         """That the commands were not used, of an axis that was judged by its forces."""
         if isinstance(self._robot, ServoAxis) and answer.fit.unit in ("N", "N m"):
             for name, why in self._command_unused.items():
-                self.warn(f"{name}: {why}")
+                self.warn(why, name)
 
     def ways(self, answer: Diagnosis, recordings: Sequence[Path]) -> Ways:
         """The words for what to do, where an effort would tell more: which one, and what to type.
@@ -123,6 +166,13 @@ class Notes:
             return None
         found = (without_unit(name) for name, guess in guesses.items() if guess.name == "effort")
         return next(found, None)
+
+
+def _of(files: Sequence[str]) -> str:
+    """The files that a remark is of, before it."""
+    shown, more = list(files[:FILES_NAMED]), len(files) - FILES_NAMED
+    named = ", ".join([*shown, f"{more} more"] if more > 0 else shown)
+    return f"{named}: " if named else ""
 
 
 def next_commands(

@@ -93,7 +93,7 @@ def prove(
     deltactl prove --repair --cases 40 --seed 1 --out repair-1
     deltactl prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786
     deltactl prove --machine axis --cases 200 --seed 1000 --out axes-1000
-    deltactl prove --machine axis --cases 0 --practice practice_axes --out practice
+    deltactl prove --machine axis --cases 0 --practice practice_axes --out axes
     ```
 
     Each single axis has a seed of its own, from --seed on; the table shows even and odd ones side

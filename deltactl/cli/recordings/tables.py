@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 from deltactl.cli.output import warn
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.foundation.extras import needs
-from deltactl.models.robot import DeltaRobot, ServoAxis
+from deltactl.models.robot import DeltaRobot, ServoAxis, StepperAxis
 from deltactl.recording.tables.binary_tables import is_data_set, one_joint_at_a_time
 from deltactl.recording.tables.flat_files import read_flat
 from deltactl.recording.tables.foreign_log import is_log
@@ -24,22 +25,29 @@ if TYPE_CHECKING:
 
 ASKED = {"command", "command_1", "steps_1", "effort", "distance"}
 """Without one of these there is nothing that a reading could be compared with."""
+READ = {"position", "theta_1"}
+"""Without one of these there is nothing that an axis answered."""
 BINARY = (".parquet", ".mat")
 
 
-def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
+def read_plain(
+    path: Path, robot: RobotModel | None, tell: Callable[[str], None] = warn
+) -> FlatRecording:
     """Read a table without a mapping: our names behind other marks, and a table that needs no
     times, are recognised and reported.
 
-    Raises RecordingError; where it looks like another machine's than the robot file's, saying so.
+    tell: gets what was recognised. Raises RecordingError; where it looks like another machine's
+    than the robot file's, saying so.
     """
     try:
         recording = read_flat(path)
     except RecordingError as error:
         wrong = error
     else:
-        asked = ASKED & recording.columns.keys()
-        return recording if asked else _as_inspected(path, robot) or recording
+        there = recording.columns.keys()
+        axis = isinstance(robot, ServoAxis | StepperAxis)
+        whole = bool(ASKED & there) and (not axis or bool(READ & there))
+        return recording if whole else _as_inspected(path, robot, tell) or recording
     if is_data_set(path):
         raise one_joint_at_a_time(path)
     if is_log(path) or path.suffix in BINARY:
@@ -54,17 +62,19 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
         if ours and not told:
             raise wrong
     except RecordingError as error:
-        if not ours and (seen := _as_inspected(path, robot)) is not None:
+        if (seen := _as_inspected(path, robot, tell)) is not None:
             return seen
         from deltactl.diagnosis.admission.another_kind import without_our_names
 
         raise without_our_names(path, robot, wrong, None if ours else error) from None
     for line in told:
-        warn(line)
+        tell(line)
     return recording
 
 
-def _as_inspected(path: Path, robot: RobotModel | None) -> FlatRecording | None:
+def _as_inspected(
+    path: Path, robot: RobotModel | None, tell: Callable[[str], None]
+) -> FlatRecording | None:
     """A table with names of its own, read as `--inspect` shows it; None where that leaves a number
     to be said, or is not of the robot file's kind.
     """
@@ -80,9 +90,9 @@ def _as_inspected(path: Path, robot: RobotModel | None) -> FlatRecording | None:
     wrong = isinstance(robot, ServoAxis) and other_motion(units, robot.motion)
     if robot is None or seen.kind != robot.kind or seen.mapping.rate_hz is not None or wrong:
         return None
-    warn(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")
-    for warning in seen.warnings:
-        warn(f"{path.name}: {warning}")
+    tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")
+    if seen.warnings:
+        tell(f"{path.name}: {'; '.join(seen.warnings)}")
     return read_mapped(path, seen.mapping)
 
 

@@ -65,8 +65,8 @@ def show_check(program: Program, path: Path, covered: Coverage, json_out: bool =
 def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]:
     """The error to expect of a robot as its file says, and its parts, or why it is not known.
 
-    One figure: of a robot with corrections no row of a run shows whole steps alone.
-    path_m: size of the path, which it is compared with; 0 where that is not known.
+    With what of it the row 'commanded' of a run shows. path_m: size of the path, which it is
+    compared with; 0 where that is not known.
     """
     if isinstance(limit, str):
         return [("expected error", limit)]
@@ -75,8 +75,10 @@ def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]
     said = f"{millimetres(size_m)} RMS in x, y and z together{error_judged(size_m, path_m)}"
     if corrected:
         said += f": {errors_from(limit)}"
+    if limit.sizes_m > 0.0:
+        said += f"; the row 'commanded' of a run shows {millimetres(limit.counted_m)} of it"
     else:
-        said += ", as the row 'commanded' after a simulated run shows it"
+        said += ", as the row 'commanded' of a run shows it"
     return [("expected error", said)]
 
 

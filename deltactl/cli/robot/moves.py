@@ -276,8 +276,8 @@ def convert(
     """Turn G-code or a table of points into a job, and check it.
 
     ```
-    deltactl convert part.gcode part.yaml --robot zhao-2023.yaml --origin "0 0 -450"
-    deltactl convert slice.gcode slice.yaml --robot zhao-2023.yaml --origin "0 0 -450" --skip G28
+    deltactl convert part.gcode part.yaml --robot my.yaml --origin "0 0 -450"
+    deltactl convert slice.gcode slice.yaml --robot my.yaml --skip G28
     deltactl convert points.csv path.yaml --robot zhao-2023.yaml --corner 1
     deltactl convert points.csv path.yaml --robot zhao-2023.yaml --spline
     ```

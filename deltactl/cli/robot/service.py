@@ -241,20 +241,24 @@ def check_runs(
     deltactl service check-runs --once
     ```
     """
-    from deltactl.cli.output import print_json, say
+    from rich.markup import escape
+
+    from deltactl.cli.output import print_json, print_wrapped, screen_width
     from deltactl.foundation.extras import needs
 
     with needs("diagnosis", "service check-runs"):
         import deltactl.diagnosis.api  # noqa: F401
-        from deltactl.fleet.checks import RunChecks
+        from deltactl.diagnosis.report.screen import LINES
+        from deltactl.fleet.checks import RunChecks, outcome, shown
+        from deltactl.foundation.one_screen import laid_out
     os.nice(15)
     checks = RunChecks(recordings)
+    rows = []
     try:
         while True:
-            for row in checks.look():
-                verdict = row.get("verdict") or row.get("error") or row.get("skipped")
-                if not json_out:
-                    say(f"{Path(row['recording']).name}: {verdict}")
+            rows = checks.look()
+            for row in rows if not (json_out or once) else ():
+                print_wrapped([escape(f"{Path(row['recording']).name}: {outcome(row)}")])
             if once:
                 break
             time.sleep(5.0)
@@ -266,5 +270,5 @@ def check_runs(
     if json_out:
         print_json([asdict(mismatch) for mismatch in found])
         return
-    for mismatch in found:
-        say(f"new: {mismatch.told()}")
+    parts = shown(rows if once else [], found)
+    print_wrapped(map(escape, laid_out(parts, screen_width(), LINES)))

@@ -14,7 +14,6 @@ from deltactl.firmware_py.run_report.tracking import (
     ENDED_EARLY,
     RunTracking,
     robot_of,
-    said_of_corrections,
     said_of_home,
     track,
 )
@@ -35,9 +34,8 @@ def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
             console.print(tracking_table(run.configuration.job_name, tracking))
             if not tracking.whole:
                 say(ENDED_EARLY.format(tracking.on_path_s))
-            for said in (said_of_home(run, robot, tracking), said_of_corrections(robot)):
-                if said:
-                    say(said)
+            if said := said_of_home(run, robot, tracking):
+                say(said)
         else:
             say(
                 f"{run.configuration.job_name}: no readings between the first target of the path"

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from deltactl.diagnosis.answer.corrected_robot import corrected_alike, sure_of_correction
 from deltactl.diagnosis.answer.options import SAYING, VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, PriorSensitivity
 from deltactl.diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
@@ -16,7 +15,6 @@ from deltactl.models.effects import Trait, has
 from deltactl.models.effects.lone_axis import COMPONENT
 
 Level = Literal["not_computed", "beyond_doubt", "very_sure", "sure", "likely", "weak"]
-Support = Literal["well", "alike", "sure", "only", "unknown"]
 
 LEVELS: tuple[tuple[float, Level], ...] = (
     (SAYING.beyond_doubt_p, "beyond_doubt"),
@@ -142,18 +140,6 @@ def act_on(finding: Finding, certain: bool) -> Literal["now", "whichever", "if_c
     if likelier(finding) is None and own is not None and certain:
         return "whichever" if own < VERDICT.sure_enough else "now"
     return "if_confirmed"
-
-
-def support_case(finding: Finding) -> Support:
-    """How well a finding is supported that a corrected robot file has, or leaves out."""
-    own = finding.probability
-    if settled(finding) or (own is None and not finding.alternatives):
-        return "well"
-    if own is None:
-        return "unknown"
-    if corrected_alike(finding) and sure_of_correction(finding) >= VERDICT.sure_enough:
-        return "alike"
-    return "sure" if own >= VERDICT.sure_enough else "only"
 
 
 def is_about(sensitivity: PriorSensitivity, finding: Finding) -> bool:

@@ -26,7 +26,7 @@ from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
-from deltactl.diagnosis.report.summary import kinds_of, spoken, told
+from deltactl.diagnosis.report.in_words import in_words, kinds_of
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 from deltactl.models.robot import DeltaRobot, ServoAxis
@@ -53,7 +53,7 @@ def diagnosed(
     outside = _delta(machine.outside, 0.0, progress, limits, thorough)
     if not isinstance(machine.torques, Lone):
         return _alone(outside, machine.torques.says)
-    return joined(_joints(machine.torques, progress), told(outside))
+    return joined(_joints(machine.torques, progress), in_words(outside))
 
 
 def _delta(
@@ -80,8 +80,9 @@ def _axis(admission: Admission, machine: Lone, progress: Progress) -> Diagnosis:
         check_together(plant, answer.fit, answer.findings, recording)
     # Whether nobody need be asked to enter in the robot file what pulls at it.
     pull_said = not isinstance(robot, ServoAxis) or robot.gravity is not None
-    answer = answer.model_copy(update={"pull_said": pull_said})
-    return spoken(answer, kinds_of(robot, answer), _left_out(machine), robot.effects)
+    left_out = _left_out(machine)
+    answer = answer.model_copy(update={"pull_said": pull_said, "not_held_out": left_out})
+    return in_words(answer, kinds_of(robot, answer), robot.effects)
 
 
 def _joints(machine: Lone, progress: Progress) -> Diagnosis:
@@ -94,8 +95,14 @@ def _joints(machine: Lone, progress: Progress) -> Diagnosis:
         raise too_large() from None
     first = float(plant.readings.t_s[0])
     found = [_of_joint(finding, first, plant.span_s) for finding in answer.findings]
-    pictured = answer.model_copy(update={"findings": found, "picture": joint_channels(answer)})
-    return spoken(pictured, SERVO_EFFECTS, _left_out(machine))
+    pictured = answer.model_copy(
+        update={
+            "findings": found,
+            "picture": joint_channels(answer),
+            "not_held_out": _left_out(machine),
+        }
+    )
+    return in_words(pictured, SERVO_EFFECTS)
 
 
 def _left_out(machine: Lone) -> list[str]:
@@ -168,7 +175,6 @@ def joined(torques: Diagnosis, outside: Diagnosis) -> Diagnosis:
             "loosely_built": outside.loosely_built,
             "allowed_for": outside.allowed_for,
             "next_experiment": outside.next_experiment,
-            "says": [*first.says, *second.says],
         }
     )
 

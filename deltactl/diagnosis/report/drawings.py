@@ -308,15 +308,20 @@ def _pair(pair: Pair, noise: float, top: float, unit: str, digits: int) -> str:
 
 
 def cell_map(
-    caption: str, grid: Grid, values: FloatArray, top: float, labels: tuple[str, str]
+    caption: str,
+    grid: Grid,
+    values: FloatArray,
+    ends: tuple[float, float],
+    labels: tuple[str, str],
 ) -> str:
-    """A map of a grid's values, with its key; top: where the darkest colour begins."""
+    """A map of a grid's values, with its key; ends: where the palest and the darkest colour are."""
+    least, top = ends
     quiet = values <= grid.noise
     paths = [_cells("passed", grid.passed), _cells("noise", quiet)]
     for level in range(LEVELS):
-        low, high = level / LEVELS * top, (level + 1) / LEVELS * top
-        last = level == LEVELS - 1
-        here = (values >= low) & ((values < high) | last)
+        low, high = (least + k / LEVELS * (top - least) for k in (level, level + 1))
+        first, last = level == 0, level == LEVELS - 1
+        here = ((values >= low) | first) & ((values < high) | last)
         paths.append(_cells(f"level{level}", here & ~quiet))
     width, height = LEFT_PX + SIDE_PX + 6.0, SIDE_PX + BOTTOM_PX
     frame = f'<rect class="frame" x="{LEFT_PX}" y="0" width="{SIDE_PX}" height="{SIDE_PX}"/>'
@@ -324,7 +329,7 @@ def cell_map(
         f'<figure class="map"><figcaption>{caption}</figcaption>'
         f'<svg viewBox="0 -2 {width:.0f} {height + 2:.0f}" role="img" aria-label="{caption}">'
         f"{frame}{''.join(paths)}{_axes(grid, *labels)}</svg>"
-        f"{_key(top, bool(quiet.any()), bool(grid.passed.any()))}</figure>"
+        f"{_key(ends, bool(quiet.any()), bool(grid.passed.any()))}</figure>"
     )
 
 
@@ -358,10 +363,11 @@ def _axes(grid: Grid, x: str, y: str) -> str:
     )
 
 
-def _key(top: float, quiet: bool, passed: bool) -> str:
+def _key(ends: tuple[float, float], quiet: bool, passed: bool) -> str:
     swatches = "".join(f'<i class="level{level}"></i>' for level in range(LEVELS))
-    upper = number(top, max(0, significant(top, 2)))
+    lower, upper = (number(end, max(0, significant(ends[1], 2))) for end in ends)
     noise = f' <i class="noise"></i> {say("map.quiet")}' if quiet else ""
     few = f' <i class="passed"></i> {say("map.passed")}' if passed else ""
+    least = say("map.least", least=lower) if ends[0] > 0.0 else "0"
     most = say("map.most", top=upper)
-    return f'<p class="note ramp">0 {swatches} {most}{noise}{few}</p>'
+    return f'<p class="note ramp">{least} {swatches} {most}{noise}{few}</p>'

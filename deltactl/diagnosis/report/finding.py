@@ -29,7 +29,7 @@ from deltactl.diagnosis.answer.shape_of_a_finding import (
     too_few_periods,
 )
 from deltactl.diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
-from deltactl.diagnosis.report.fit import share_line, without_unit_of
+from deltactl.diagnosis.report.fit import without_unit_of
 from deltactl.diagnosis.report.names import (
     by_noise,
     channel,
@@ -63,23 +63,6 @@ def span_s(diagnosis: Diagnosis) -> Span:
     if picture is None or not len(picture.t_s):
         return UNKNOWN_SPAN
     return float(picture.t_s[0]), float(picture.t_s[-1])
-
-
-def finding_lines(finding: Finding, diagnosis: Diagnosis, span: Span = UNKNOWN_SPAN) -> list[str]:
-    """Size, how sure, where, and what else it could be."""
-    shown = [sentence(f"{size.name}: {size.text}") for _, _, size in told_sizes(finding)]
-    share = math.isfinite(finding.share_of_mismatch)
-    lines = [
-        divided(finding),
-        *shown,
-        *notes(finding, diagnosis),
-        *how_sure(finding, diagnosis),
-        share_line(finding, diagnosis.fit) if share else "",
-        where_line(finding, span),
-        memory_line(finding),
-        alternatives_line(finding),
-    ]
-    return [line for line in lines if line]
 
 
 def divided(finding: Finding) -> str:

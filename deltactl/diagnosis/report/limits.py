@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from deltactl.diagnosis.answer.how_sure import unsure
 from deltactl.diagnosis.answer.records import (
@@ -20,18 +20,14 @@ from deltactl.diagnosis.report.names import (
     listed,
     of_effort,
     percent,
-    sentence,
     upper,
 )
 from deltactl.diagnosis.report.pairs import allowed_beside_a_delay
-from deltactl.diagnosis.report.sizes import departure, forced, quantity, scale_of, unsigned
+from deltactl.diagnosis.report.sizes import departure, quantity, scale_of, unsigned
 from deltactl.diagnosis.report.templates import say
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.effects.lone_axis import COMPONENT
 from deltactl.models.robot import RobotModel
-
-MOST_NAMED = 4
-"""Effects that a sentence names; the rest are counted."""
 
 
 def false_alarm(diagnosis: Diagnosis) -> str:
@@ -150,58 +146,6 @@ def _size(one: AllowedFor) -> str:
     return sizes[0] if len(sizes) == 1 else f"({', '.join(sizes)})"
 
 
-def untested_lines(diagnosis: Diagnosis) -> Iterator[str]:
-    """What could not have been seen, and what could be only in place of a finding."""
-    instead = {
-        (one.effect, one.component) for found in diagnosis.findings for one in found.alternatives
-    }
-    untested = diagnosis.not_testable
-    for but in (False, True):
-        these = [one for one in untested if ((one.effect, one.component) in instead) is but]
-        if these:
-            names = [effect(name, *places) for name, places in _places(these).items()]
-            reasons = {one.why for one in these}
-            yield sentence(
-                say(
-                    "limits.but_instead" if but else "limits.not_shown",
-                    names=_some(names),
-                    why=f": {reasons.pop()}" if len(reasons) == 1 else "",
-                )
-            )
-
-
-def _some(names: Sequence[str]) -> str:
-    shown, more = list(names[:MOST_NAMED]), len(names) - MOST_NAMED
-    if more > 0:
-        shown.append(say("limits.more" if more > 1 else "limits.one_more", number=more))
-    return listed(shown, "or")
-
-
-def faintest_line(diagnosis: Diagnosis, robot: RobotModel | None = None) -> str:
-    """A few of the detection limits: those of the findings first.
-
-    robot: of whose effects more is meant.
-    """
-    wanted = [finding.effect for finding in diagnosis.findings]
-    order = sorted(diagnosis.smallest_detectable, key=lambda one: one.effect not in wanted)
-    alike: dict[tuple[str, str], list[SmallestDetectable]] = {}
-    for one in order:
-        alike.setdefault((one.effect, one.parameter), []).append(one)
-    force = forced(diagnosis.fit.unit)
-    shown = [
-        _largest(same, robot, force) for same in alike.values() if not _found_below(same, diagnosis)
-    ]
-    return say("limits.faintest", names=listed(shown[:MOST_NAMED])) if shown else ""
-
-
-def _largest(same: Sequence[SmallestDetectable], robot: RobotModel | None, force: bool) -> str:
-    """One effect at all its components, with the largest of their limits."""
-    most = max(same, key=above_nothing)
-    name = limit_name(most.effect, [other.component for other in same], robot, force)
-    case = "limits.at_most" if len(same) > 1 else "limits.one"
-    return say(case, name=name, size=limit_size(most, robot))
-
-
 def limit_name(name: str, components: Sequence[str], robot: RobotModel | None, force: bool) -> str:
     """What has a detection limit; on top of what the robot file has of it.
 
@@ -239,15 +183,3 @@ def in_file(robot: RobotModel | None, name: str, component: str) -> bool:
 def above_nothing(one: SmallestDetectable) -> float:
     """How far a detection limit is from nothing."""
     return departure(one.value, one.unit, one.parameter)
-
-
-def _found_below(same: Sequence[SmallestDetectable], diagnosis: Diagnosis) -> bool:
-    """Whether less of it was found already, by several joints that err together."""
-    limits = {(one.effect, one.component, one.parameter): above_nothing(one) for one in same}
-    return any(
-        departure(result.value, result.unit, name)
-        < limits.get((finding.effect, finding.component, name), 0.0)
-        for finding in diagnosis.findings
-        for name, result in finding.parameters.items()
-        if isinstance(result.value, float)
-    )

@@ -36,7 +36,9 @@ TIME_GROUP = "time"
 LATE_S = 1e6
 """Times that begin later are those of a clock, not of the recording."""
 TOP_SHARE = 0.98
-"""The darkest colour starts at this quantile of the cells before; one wild cell does not rule."""
+"""The darkest colour starts at this quantile of the cells; one wild cell does not rule."""
+FROM_ZERO = 0.3
+"""Colours begin at zero where the least of a map is less than this share of its most."""
 QUIET_SIGMAS = 2.0
 """The darkest colour stands for at least so many standard deviations of a reading."""
 SHOWN_FIRST = 4
@@ -217,14 +219,27 @@ def place_maps(covariates: Mapping[str, FloatArray], channels: Sequence[Mismatch
         grid = grid_of(first * 1e3, second * 1e3, channels)
         if grid is None:
             continue
-        top = max(float(np.nanquantile(grid.before, TOP_SHARE)), least)
         maps = {"before": grid.before, "after": grid.after}
         for when, values in ({"": grid.before} if unchanged else maps).items():
             caption = say(f"map.{key}_{when}" if when else f"map.{key}")
-            parts.append(cell_map(caption, grid, values, top, (f"{across} [mm]", f"{up} [mm]")))
+            ends = _colours(values[values > grid.noise], least)
+            parts.append(cell_map(caption, grid, values, ends, (f"{across} [mm]", f"{up} [mm]")))
     if not parts:
         return ""
     return paragraph(say("map.about")) + f'<div class="maps">{columns(parts)}</div>'
+
+
+def _colours(shown: FloatArray, least: float) -> tuple[float, float]:
+    """From where to where the colours of a map go: over the cells that it shows, so that places
+    can be told apart; from zero where some are next to nothing.
+
+    least: what the darkest colour stands for at least.
+    """
+    if not len(shown):
+        return 0.0, least
+    low, top = (float(x) for x in np.quantile(shown, [1.0 - TOP_SHARE, TOP_SHARE]))
+    top = max(top, least)
+    return (low if low > FROM_ZERO * top else 0.0), top
 
 
 def _driver_section(title: str, charts: Sequence[LineChart], banded: bool) -> list[str]:

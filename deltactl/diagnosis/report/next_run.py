@@ -15,27 +15,23 @@ from deltactl.diagnosis.answer.corrected_robot import (
     sure,
     sure_of_correction,
 )
-from deltactl.diagnosis.answer.how_sure import support_case
+from deltactl.diagnosis.answer.how_sure import settled
+from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, OpenTie
 from deltactl.diagnosis.answer.verdict import NAMELESS
-from deltactl.diagnosis.report.finding import rivals
 from deltactl.diagnosis.report.names import (
-    called,
     count,
     effect,
     listed,
     percent,
     sentence,
     spelled,
-    unknown,
 )
-from deltactl.diagnosis.report.pairs import uneven
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
+from deltactl.foundation.one_screen import Part
 from deltactl.models.effects import VOCABULARY, card_of, confusion
 from deltactl.models.effects.card import Confusion
 from deltactl.models.effects.lone_axis import COMPONENT
-
-MOST_RIVALS = 3
 
 
 def _known(finding: Finding) -> Iterator[tuple[Alternative, Confusion | None]]:
@@ -52,17 +48,6 @@ def _on_an_axis(known: Confusion | None, ways: Ways, pull_said: bool) -> str:
     pulls = "" if pull_said else say("apart.say_what_pulls")
     text = known.axis if known is not None else ""
     return text.format(or_effort=ways.or_effort, say_what_pulls=pulls)
-
-
-def telling_apart(findings: Sequence[Finding], pull_said: bool = False) -> list[str]:
-    """A sentence for every pair of a lone axis that is tied."""
-    lines: dict[frozenset[str], str] = {}
-    for finding in findings:
-        for other, known in _known(finding):
-            way = _on_an_axis(known, TERMINAL, pull_said) or say("apart.otherwise")
-            text = say("apart.pair", one=finding.effect, other=other.effect, way=way)
-            lines.setdefault(frozenset({finding.effect, other.effect}), text)
-    return list(lines.values())
 
 
 def way_apart(finding: Finding, ways: Ways = TERMINAL, pull_said: bool = False) -> str:
@@ -169,64 +154,65 @@ def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
     return say(f"saved.{case}", kept=kept, findings=count(of, "finding"))
 
 
-def support(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:
-    """One line for each finding: how sure it is and what would check it, or why it is left out."""
-    _, left = _kept_and_left(diagnosis, all_of_them)
-    out = [f"- {ways.left_out}{_supported(one, diagnosis, ways)}" for one in left]
-    found = diagnosis.findings
-    never = [f"- {_never(one, found)}" for one in found if not lasts(one)]
-    return [*supported(diagnosis, all_of_them, ways), *out, *never]
+def saved_part(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> Part:
+    """Which findings a corrected robot file holds, which it leaves out and why."""
+    lines, more = saved_lines(diagnosis, all_of_them, ways), say("saved.more", number="{number}")
+    return Part(lines, more=more, short=2, rank=2)
 
 
-def supported(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:
-    """The same, of those in the file only."""
-    kept, _ = _kept_and_left(diagnosis, all_of_them)
-    return [f"- {_supported(one, diagnosis, ways)}" for one in kept]
+def saved_lines(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:
+    """The same as sentences, by the numbers of the findings."""
+    kept, left = _kept_and_left(diagnosis, all_of_them)
+    findings = diagnosis.findings
+    once = [one for one in findings if not lasts(one) and _event(one)]
+    nameless = [one for one in findings if one.effect == NAMELESS]
+    other = [one for one in findings if not lasts(one) and one not in (*once, *nameless)]
+    groups = (("written", kept), ("left_out", left), ("once", once), ("no_name", nameless),
+              ("no_entry", other))  # fmt: skip
+    return [
+        say(f"saved.{case}", which=listed([_in_file(one, findings) for one in group]),
+            way=ways.left_out)
+        for case, group in groups
+        if group
+    ]  # fmt: skip
+
+
+def _event(finding: Finding) -> bool:
+    kind = VOCABULARY.get(finding.effect)
+    return kind is not None and kind.event
+
+
+def _in_file(finding: Finding, findings: Sequence[Finding]) -> str:
+    """A finding by its number; of one that is not certain, how sure it is, or its correction."""
+    number = findings.index(finding) + 1
+    if finding.effect == NAMELESS or not lasts(finding) or settled(finding):
+        return f"{number}"
+    if finding.probability is None:
+        return say("saved.number_open", number=number) if finding.alternatives else f"{number}"
+    whichever = corrected_alike(finding) and sure_of_correction(finding) >= VERDICT.sure_enough
+    sure_of = sure_of_correction(finding) if whichever else finding.probability
+    case = "saved.number_whichever" if whichever else "saved.number_sure"
+    return say(case, number=number, sure=percent(sure_of))
+
+
+def done_part(
+    effects: Sequence[tuple[str, str, str]], not_written: Sequence[tuple[Finding, str]]
+) -> Part:
+    """What has been done about each effect of a corrected robot file, as a part of a screen.
+
+    effects: what each is, by what it is compensated, and why not where that is empty. not_written:
+    findings that are not in the file, and why.
+    """
+    lines = [
+        say("corrected.done" if how else "corrected.left", says=says, how=how or why_not)
+        for says, how, why_not in effects
+    ]
+    lines += [say("corrected.not_written", says=one.says, why=why) for one, why in not_written]
+    return Part(lines or [say("corrected.unchanged")], say("corrected.head"),
+                say("saved.more", number="{number}"), short=2, turns=2)  # fmt: skip
 
 
 def _kept_and_left(diagnosis: Diagnosis, all_of_them: bool) -> tuple[list[Finding], list[Finding]]:
     lasting = [one for one in diagnosis.findings if lasts(one)]
     kept = [one for one in lasting if all_of_them or sure(one, diagnosis)]
     return kept, [one for one in lasting if one not in kept]
-
-
-def _never(finding: Finding, findings: Sequence[Finding]) -> str:
-    """A finding that no robot file holds, and why; findings: all."""
-    if finding.effect == NAMELESS:
-        name = unknown(finding.component, finding.depends_on)
-        return say("saved.no_name", name=say("name.uneven") if uneven(finding, findings) else name)
-    kind = VOCABULARY.get(finding.effect)
-    once = kind is not None and kind.event
-    return say("saved.once" if once else "saved.no_entry", name=called(finding))
-
-
-def _supported(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
-    case, own = support_case(finding), finding.probability
-    likeliest = _likeliest(finding, finding.alternatives)
-    return say(
-        f"saved.{case}",
-        name=called(finding),
-        how=f" ({percent(own)})" if own is not None else "",
-        own=percent(own or 0.0),
-        together=percent(sure_of_correction(finding)),
-        alike=_likeliest(finding, corrected_alike(finding)),
-        instead=say("saved.instead", names=likeliest) if finding.alternatives else "",
-        check="" if case == "well" else _check(finding, diagnosis, ways),
-    )
-
-
-def _likeliest(finding: Finding, others: Sequence[Alternative]) -> str:
-    """The likeliest of what it may be instead; the rest are counted."""
-    first = sorted(others, key=lambda one: -(one.probability or 0.0))
-    return rivals(finding, first[:MOST_RIVALS], max(len(first) - MOST_RIVALS, 0))
-
-
-def _check(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
-    plan = diagnosis.next_experiment
-    if plan is not None and f"{finding.effect} {finding.component}" in plan.tells_apart:
-        return ways.run
-    if way := way_apart(finding, ways, diagnosis.pull_said):
-        return way
-    if finding.component == COMPONENT or not finding.alternatives:
-        return say("apart.and_diagnose_both", otherwise=say("apart.otherwise"))
-    return measurement(frozenset({finding.effect, finding.alternatives[0].effect}))

@@ -41,7 +41,7 @@ from deltactl.diagnosis.report.finding import (
 )
 from deltactl.diagnosis.report.fit import fit_lines, fit_title, share_line, unexplained_line
 from deltactl.diagnosis.report.headline import opening
-from deltactl.diagnosis.report.limits import limit_name, limit_size, of_the_file
+from deltactl.diagnosis.report.limits import limit_name, limit_size
 from deltactl.diagnosis.report.machines import machine_drawing
 from deltactl.diagnosis.report.mismatch import mismatch_sections
 from deltactl.diagnosis.report.names import (
@@ -53,10 +53,10 @@ from deltactl.diagnosis.report.names import (
     rival,
     sentence,
 )
-from deltactl.diagnosis.report.next_run import experiment_line, hint, made_to_distinguish
+from deltactl.diagnosis.report.next_run import experiment_line, hint, made_to_distinguish, tie_lines
 from deltactl.diagnosis.report.remedies import remedies
+from deltactl.diagnosis.report.screen import remarks
 from deltactl.diagnosis.report.sizes import Size, departure, forced, number, scale_of
-from deltactl.diagnosis.report.summary import remarks
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
 from deltactl.foundation.plain_file import said_of_output, write_whole
 from deltactl.models.effects import Trait, has
@@ -76,6 +76,8 @@ class Origin:
     columns: Sequence[str] = ()
     """Those that were read, with what they are called in the file."""
     command: str = ""
+    remarks: Sequence[str] = ()
+    """On what was read."""
 
 
 def write_report(
@@ -122,7 +124,7 @@ def _verdict(diagnosis: Diagnosis, robot: RobotModel, ways: Ways) -> str:
     parts = [
         *map(paragraph, opening(diagnosis)),
         f'<p><strong>{what}</strong></p><ul class="do">{do}</ul>' if do else "",
-        *map(paragraph, (*of_the_file(diagnosis), *remarks(diagnosis, ways))),
+        *map(paragraph, (*remarks(diagnosis, ways), *tie_lines(diagnosis))),
     ]
     return f'<section class="verdict {diagnosis.verdict}">{"".join(parts)}</section>'
 
@@ -219,6 +221,7 @@ def _origin(diagnosis: Diagnosis, origin: Origin) -> list[str]:
         ", ".join(diagnosis.recordings),
         ", ".join(origin.columns),
         origin.command,
+        " ".join(origin.remarks),
     )
     rows = [row for row in zip(say("page.origin").split("|"), values, strict=True) if row[1]]
     return [heading(say("page.made")), table(("", ""), rows, numbers_from=9)]

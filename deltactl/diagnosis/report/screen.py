@@ -11,11 +11,20 @@ from dataclasses import replace
 
 from rich.markup import escape
 
-from deltactl.diagnosis.answer.how_sure import late_in_all_s, tied
+from deltactl.diagnosis.answer.how_sure import is_about, late_in_all_s, tied
 from deltactl.diagnosis.answer.records import Diagnosis, Finding, SmallestDetectable
 from deltactl.diagnosis.answer.verdict import NAMELESS
-from deltactl.diagnosis.answer.what_is_left import doubtful_floor
-from deltactl.diagnosis.report.finding import as_well_line, rivals, told_sizes
+from deltactl.diagnosis.answer.what_is_left import apart, doubtful_floor
+from deltactl.diagnosis.report.finding import (
+    as_well_line,
+    by_priors,
+    divided,
+    finding_title,
+    how_sure,
+    notes,
+    rivals,
+    told_sizes,
+)
 from deltactl.diagnosis.report.fit import (
     fit_lines,
     fit_title,
@@ -24,18 +33,19 @@ from deltactl.diagnosis.report.fit import (
     without_unit_of,
 )
 from deltactl.diagnosis.report.headline import opening
-from deltactl.diagnosis.report.limits import above_nothing, known_line, limit_alone
-from deltactl.diagnosis.report.names import all_followed, count, part_of, percent
+from deltactl.diagnosis.report.limits import above_nothing, allowed_line, limit_alone, of_the_file
+from deltactl.diagnosis.report.names import all_followed, count, part_of, percent, sentence
 from deltactl.diagnosis.report.next_run import experiment_line, hint, tie_lines
 from deltactl.diagnosis.report.remedies import main_of, remedies
 from deltactl.diagnosis.report.sizes import quantity
-from deltactl.diagnosis.report.summary import search_lines
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
 from deltactl.foundation.one_screen import Part, fitted, spaced, wrapped
 from deltactl.models.robot import RobotModel
 
 LINES, WIDTH = 25, 80
 LONG_HEADLINE = 3
+SENTENCE = 100_000
+"""Columns of a line that is not broken."""
 NARROWEST_NAME = 12
 
 
@@ -45,12 +55,11 @@ def screen(
     ways: Ways = TERMINAL,
     most: int = LINES,
     width: int = WIDTH,
+    done: Part | None = None,
+    closing: Sequence[Part] = (),
 ) -> list[str]:
-    """The answer as lines of rich markup, everything that came from outside escaped.
-
-    most: lines that there are. width: columns.
-    """
-    lines = screen_lines(diagnosis, robot, ways, most, width)
+    """The same as lines of rich markup, everything that came from outside escaped."""
+    lines = screen_lines(diagnosis, robot, ways, most, width, done, closing)
     return [f"[bold]{_escaped(one)}[/bold]" if one.head else _escaped(one) for one in lines]
 
 
@@ -66,6 +75,8 @@ def screen_lines(
     ways: Ways = TERMINAL,
     most: int = LINES,
     width: int = WIDTH,
+    done: Part | None = None,
+    closing: Sequence[Part] = (),
 ) -> list[Line]:
     """The answer as lines of plain text.
 
@@ -77,16 +88,21 @@ def screen_lines(
         How a step is done: `TERMINAL` (options), `PAGE` (buttons) or `PYTHON` (methods).
     most, width : int
         Lines and columns that there are.
+    done : Part, optional
+        What has been done already, instead of the steps to take.
+    closing : sequence of Part
+        Goes before the last line, which says where everything else is.
     """
-    steps = _steps(diagnosis, robot, ways)
+    steps = _steps(diagnosis, robot, ways) if done is None else done
     parts = [
         _verdict(diagnosis, width),
         steps,
         _table(diagnosis.findings, width),
         _helps(diagnosis),
         _or_else(diagnosis, ways),
-        Part(_remarks(diagnosis, ways), short=2),
-        Part(_not_shown(diagnosis, width), gap=False),
+        Part(remarks(diagnosis, ways), short=2, rank=3),
+        *closing,
+        Part(_not_shown(diagnosis, width), gap=False, rank=4),
     ]
     parts, longest = fitted(parts, width, most - len(wrapped(_rest(ways, 0), width)))
     heads = {*parts[0].lines(width, longest), *(part.head for part in parts)}
@@ -95,6 +111,34 @@ def screen_lines(
     for line in lines:
         line.head = line in heads
     return lines
+
+
+def sentences(
+    diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
+) -> list[str]:
+    """All that a screen says, however much it is, with the findings as sentences."""
+    findings = [
+        " ".join([f"{number}. {finding_title(one)}", *_in_full(one, diagnosis)])
+        for number, one in enumerate(diagnosis.findings, 1)
+    ]
+    return [
+        *opening(diagnosis),
+        *_steps(diagnosis, robot, ways).entries,
+        *findings,
+        *_helps(diagnosis).entries,
+        *_or_else(diagnosis, ways).entries,
+        *remarks(diagnosis, ways),
+        *_not_shown(diagnosis, SENTENCE),
+    ]
+
+
+def _in_full(finding: Finding, diagnosis: Diagnosis) -> Iterator[str]:
+    """Its sizes with their intervals, what goes with them, and how sure it is."""
+    for _, _, size in told_sizes(finding):
+        yield sentence(f"{size.name}: {size.text}")
+    yield from filter(None, [divided(finding)])
+    yield from notes(finding, diagnosis)
+    yield from how_sure(finding, diagnosis)
 
 
 def _escaped(line: str) -> str:
@@ -177,7 +221,7 @@ def _helps(diagnosis: Diagnosis) -> Part:
     says = say("screen.helps", title=title, before=before, after=after, floor=noise, held=held)
     if not diagnosis.findings:
         says = " ".join(fit_lines(diagnosis))
-    return Part([line for line in (says, unexplained_line(diagnosis)) if line], turns=0)
+    return Part([line for line in (says, unexplained_line(diagnosis)) if line], turns=0, rank=1)
 
 
 def _or_else(diagnosis: Diagnosis, ways: Ways) -> Part:
@@ -186,21 +230,58 @@ def _or_else(diagnosis: Diagnosis, ways: Ways) -> Part:
     entries = [f"{following} {ways.run_it}"] if following else []
     for number, finding in enumerate(diagnosis.findings, 1):
         if tied(finding):
-            way = "" if following else hint(finding, ways, diagnosis.pull_said)
+            way = (
+                "" if following or diagnosis.open_ties else hint(finding, ways, diagnosis.pull_said)
+            )
             entries.append(say("screen.other", number=number, names=rivals(finding), way=way))
         elif text := as_well_line(finding):
             entries.append(say("screen.rarer", number=number, says=text))
     entries += tie_lines(diagnosis)
     if not entries and diagnosis.findings:
         entries = [say("alternatives.none")]
-    return Part([entry.strip() for entry in entries], say("screen.or_else"))
+    return Part([entry.strip() for entry in entries], say("screen.or_else"), rank=2)
 
 
-def _remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
-    """What was not read, not used or not compared, and what is known from the robot file."""
-    held = [say("fit.held_out_left_out", why=why) for why in diagnosis.not_held_out]
-    lines = [*search_lines(diagnosis, ways), *held, known_line(diagnosis)]
-    return [line for line in lines if line]
+def remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
+    """What was not read, not used or not compared, what is known from the robot file, and what
+    the answer as a whole hangs on.
+    """
+    by_assumption = [
+        by_priors(one)
+        for one in diagnosis.prior_sensitivity
+        if not any(is_about(one, finding) for finding in diagnosis.findings)
+    ]
+    return [
+        *([say("summary.ended_early", way=ways.all_compared)] if diagnosis.ended_early else []),
+        *(say("summary.left_out", why=why) for why in diagnosis.left_out),
+        *(
+            say("summary.thinned", hours=one.span_s / 3600, **one.model_dump())
+            for one in diagnosis.thinned
+        ),
+        *(say("summary.not_read", why=why) for why in diagnosis.not_read),
+        *(say("fit.held_out_left_out", why=why) for why in diagnosis.not_held_out),
+        *of_the_file(diagnosis),
+        *_agreement(diagnosis),
+        *filter(None, [allowed_line(diagnosis)]),
+        *by_assumption,
+    ]
+
+
+def _agreement(answer: Diagnosis) -> list[str]:
+    """Whether several recordings say the same."""
+    disagree = apart(answer)
+    if answer.agreement and not disagree:
+        return [say("several.agree", p=min(one.p for one in answer.agreement))]
+    return [
+        say(
+            "several.disagree",
+            parameter=one.parameter.replace("_", " "),
+            effect=one.effect.replace("_", " "),
+            sizes=", ".join(quantity(size.components[0][0], size.unit) for size in one.sizes),
+            p=one.p,
+        )
+        for one in disagree
+    ]
 
 
 def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:

@@ -80,7 +80,7 @@ class Ways:
     on_top: str
     """Of an effect that the robot file has already."""
     left_out: str
-    """Before a finding that the corrected robot file does not hold."""
+    """Before findings that the corrected robot file does not hold."""
     all_compared: str
     """What compares the rest where the search ended early."""
     or_effort: str

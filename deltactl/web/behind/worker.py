@@ -54,9 +54,9 @@ def diagnose(folder: Path, robot_file: Path, *recordings: Path) -> dict[str, Any
     from deltactl.diagnosis.answer.corrected_robot import save_corrected
     from deltactl.diagnosis.api import diagnose as answer_of
     from deltactl.diagnosis.experiment import write_job
-    from deltactl.diagnosis.report.next_run import support, written
+    from deltactl.diagnosis.report.next_run import saved_part
     from deltactl.diagnosis.report.page import write_report
-    from deltactl.diagnosis.report.summary import at_once, head_lines, plain_lines
+    from deltactl.diagnosis.report.screen import screen_lines
     from deltactl.diagnosis.report.templates import PAGE
     from deltactl.firmware_py.named_files import CONFIG_FOLDER
     from deltactl.models.robot_files import load_with_effects
@@ -76,19 +76,19 @@ def diagnose(folder: Path, robot_file: Path, *recordings: Path) -> dict[str, Any
     answer = answer.model_copy(update={"recordings": [name_beside(path) for path in recordings]})
     model = load_with_effects(robot)
     write_report(answer, model, folder / "report.html")
-    lines = plain_lines(answer, model, PAGE)
+    closing = []
     if answer.findings:
         save_corrected(robot, answer, folder / "corrected.yaml")
         if (folder / "corrected.yaml").read_text(encoding="utf-8") == carried.robot_text:
             (folder / "corrected.yaml").unlink()  # nothing is sure enough to be corrected
-        lines += [f"Corrected robot file, {written(answer, False)}", *support(answer, False, PAGE)]
+        closing.append(saved_part(answer, False, PAGE))
     if answer.next_experiment is not None:
         write_job(answer.next_experiment, folder / "next.yaml", robot, CONFIG_FOLDER)
+    lines = screen_lines(answer, model, PAGE, closing=closing)
     return {
         "verdict": answer.verdict,
         "lines": lines,
-        "heads": head_lines(answer),
-        "at_once": at_once(lines),
+        "heads": [line for line in lines if line.head],
         "components": [finding.component for finding in answer.findings],
     }
 
