@@ -285,9 +285,9 @@ def inertia_of(recording: FlatRecording) -> float | None:
         return rest
 
     pushed_left, gained_left = left(pushed), left(gained)
-    inertia = float(pushed_left @ gained_left / max(gained_left @ gained_left, 1e-300))
-    with_it = inertia * gained_left
-    share = float(with_it @ with_it / max(pushed_left @ pushed_left, 1e-300))
+    moved, pushed_in_all = float(np.sum(gained_left**2)), float(np.sum(pushed_left**2))
+    inertia = float(np.sum(pushed_left * gained_left)) / max(moved, 1e-300)
+    share = inertia**2 * moved / max(pushed_in_all, 1e-300)
     return inertia if inertia > 0.0 and share > SHARE else None
 
 
