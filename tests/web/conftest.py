@@ -197,22 +197,21 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
 def a_chromium(size: tuple[int, int] = DESK, drawn: bool = True) -> webdriver.Chrome:
     """Debian's Chromium, without a window. Skips where there is none.
 
-    drawn: whether it draws in 3D, which takes a core as long as it is open.
+    drawn: whether it draws the robot in 3D, in software: up to a core as long as it is open.
     """
     binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if binary is None or driver is None:
         pytest.skip("needs Debian's packages chromium and chromium-driver")
     options = webdriver.ChromeOptions()
     options.binary_location = binary
+    in_3d = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
+    without = ("--disable-gpu", "--disable-3d-apis")
     for word in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
-                 "--enable-unsafe-swiftshader", "--use-angle=swiftshader",
-                 f"--window-size={size[0]},{size[1]}"):  # fmt: skip
+                 f"--window-size={size[0]},{size[1]}", *(in_3d if drawn else without)):  # fmt: skip
         options.add_argument(word)
-    if not drawn:
-        options.add_argument("--disable-3d-apis")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     # Its software rendering must not take the processor from the daemon's pulses.
-    low = {"preexec_fn": lambda: os.nice(NICE)}
+    low = {"preexec_fn": lambda: os.nice(NICE)} if drawn else {}
     return webdriver.Chrome(options=options, service=Service(driver, popen_kw=low))
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +22,7 @@ from deltactl.foundation.clock import sleep_s
 from deltactl.foundation.errors import ConfigError
 from deltactl.recording.reading.reader import read_run
 from deltactl.web.behind.site import NOTHING, SURPRISE, HiddenFault, defects
+from deltactl.web.behind.worker import diagnose
 from tests.web.conftest import CIRCLE, Browser, WebPage, at_home, switch_off
 
 Open = Callable[..., Browser]
@@ -45,7 +44,7 @@ def off_target_m(controller: Controller) -> float:
     return max(abs(one - other) for one, other in zip(true, counted_m, strict=True))
 
 
-def run_job(controller: Controller, job: Path = HEART) -> Path:
+def run_job(controller: Controller, job: Path) -> Path:
     controller.power_on()
     controller.home()
     number = controller.submit(job)
@@ -58,11 +57,18 @@ def run_job(controller: Controller, job: Path = HEART) -> Path:
 
 @pytest.mark.parametrize("defect", defects())
 def test_a_heart_is_enough_to_name_what_is_hidden(defect: str, tmp_path: Path) -> None:
-    """By what the page starts; neither recording nor robot file tells it."""
+    """By what the page starts; neither recording nor robot file tells it.
+
+    The shipped heart in a third of its time, which shows less.
+    """
     hidden = HiddenFault(tmp_path / "built.yaml")
     hidden.hide(defect, load_robot(ROBOT))
+    job = tmp_path / "heart.yaml"
+    shipped = HEART.read_text(encoding="utf-8")
+    job.write_text(shipped.replace("t_pwm_s: 0.006", "t_pwm_s: 0.002"))
+    assert job.read_text() != shipped
     controller = simulated_robot(tmp_path)
-    recording = run_job(controller)
+    recording = run_job(controller, job)
     controller.close()
     configuration = read_run(recording).configuration
     assert configuration.robot_text == ROBOT.read_text(encoding="utf-8")
@@ -71,9 +77,7 @@ def test_a_heart_is_enough_to_name_what_is_hidden(defect: str, tmp_path: Path) -
     (tmp_path / "built.yaml").unlink()
     made = tmp_path / "made"
     made.mkdir()
-    worker = [sys.executable, "-P", "-m", "deltactl.web.behind.worker"]
-    call = [*worker, "diagnose", str(made), str(ROBOT), str(recording)]
-    subprocess.run(call, capture_output=True, check=True, timeout=120.0)
+    assert diagnose(made, ROBOT, recording)["components"][0] == entry["component"]
     first = json.loads((made / "answer.json").read_text())["findings"][0]
     assert (first["effect"], first["component"]) == (entry["effect"], entry["component"])
 

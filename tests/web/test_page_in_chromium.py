@@ -27,6 +27,12 @@ from tests.web.conftest import (
 )
 
 
+@pytest.fixture(scope="module")
+def browser(simulated: WebPage, chromium: Open) -> Browser:
+    """With the robot in 3D, whose scripts may write errors to the browser's log too."""
+    return chromium(simulated.url, drawn=True)
+
+
 def test_a_heart_from_switching_on_to_the_stop(browser: Browser, simulated: WebPage) -> None:
     """On, home, run a job, stop it, acknowledge: as a new user would, following the page."""
     switch_off(simulated)
