@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -15,7 +16,7 @@ import pytest
 from deltactl.drivers.fakes.syscall_trap import available
 from deltactl.firmware_py.controller.contract import JobResult
 from deltactl.firmware_py.daemon.client import Client
-from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import DeltactlError
 from tests.rigs import needs
@@ -29,6 +30,8 @@ timing: {{mode: together, t_pwm_s: {t_pwm_s}}}
 inverse_kinematics: {{kind: network, file: zhao-2023.tflite}}
 """
 T_PWM_S = 0.002
+SHIPPED_T_PWM_S = 0.003
+"""Of the shipped heart here: half of what its file says."""
 START_S = 30.0
 
 
@@ -54,6 +57,14 @@ class Site:
         path = self.folder / "heart.yaml"
         text = JOB.format(robot=self.robot_file, width_m=width_m, turns=turns, t_pwm_s=T_PWM_S)
         path.write_text(text)
+        return path
+
+    def shipped_heart(self) -> Path:
+        """config/heart.yaml, in half its time."""
+        text = (CONFIG_FOLDER / "heart.yaml").read_text()
+        text = re.sub("^robot: .*$", f"robot: {self.robot_file}", text, flags=re.MULTILINE)
+        path = self.folder / "shipped.yaml"
+        path.write_text(re.sub(r"t_pwm_s: [\d.]+", f"t_pwm_s: {SHIPPED_T_PWM_S}", text))
         return path
 
     def home(self, client: Client) -> None:

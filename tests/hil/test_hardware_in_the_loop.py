@@ -17,18 +17,17 @@ import pytest
 from deltactl.drivers.fakes.gpio_chip import SET_VALUES
 from deltactl.drivers.fakes.i2c_bus import I2C_RDWR
 from deltactl.firmware_py.daemon.client import Client
-from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.firmware_py.run_report.tracking import robot_of, track
 from deltactl.foundation.errors import DeltactlError
 from deltactl.recording.reading.reader import read_run
 from tests.rigs.hil.modelled_pi import ModelledPi
 
-from .conftest import T_PWM_S, Site, refused, wait_for
+from .conftest import SHIPPED_T_PWM_S, T_PWM_S, Site, refused, wait_for
 
 pytestmark = pytest.mark.hil
 SHIPPED_S = 600.0
-"""At most, for a heart of 33 s: on an emulated processor the models are slow."""
+"""At most, for a heart of 16 s: on an emulated processor the models are slow."""
 
 
 def test_it_waits_switched_off_with_idle_inputs(site: Site, client: Client) -> None:
@@ -39,7 +38,8 @@ def test_it_waits_switched_off_with_idle_inputs(site: Site, client: Client) -> N
     assert "cannot run: the robot is off" in refused(lambda: client.submit(site.job()))
 
 
-def test_a_heart_over_the_real_ioctl_path(moving_site: Site, client: Client) -> None:
+def test_the_shipped_heart_over_the_real_ioctl_path(moving_site: Site, client: Client) -> None:
+    """config/heart.yaml, 20 cm wide, in half its time."""
     site = moving_site
     site.home(client)
     before = site.pi.bench.counts() if site.pi else (0, 0, 0)
@@ -47,7 +47,7 @@ def test_a_heart_over_the_real_ioctl_path(moving_site: Site, client: Client) -> 
     if site.pi:
         site.pi.adapter.calls.clear()
         site.pi.gpio.calls.clear()
-    result = site.run(client, site.job())
+    result = site.run(client, site.shipped_heart(), SHIPPED_S)
     assert (result.outcome, result.why, result.recording_error) == ("done", "", "")
     commanded = client.status().counts
     run = read_run(Path(result.recording or ""))
@@ -56,38 +56,17 @@ def test_a_heart_over_the_real_ioctl_path(moving_site: Site, client: Client) -> 
     assert min(readings.good.sum() for readings in run.readings.values()) > 50
     measured = track(run, robot_of(run)).measured
     assert measured is not None
-    assert max(measured.rms_m) < 0.01  # noise 1.5 mm; the network's own error 3 mm
+    assert max(measured.rms_m) < 0.003  # noise of 1.5 mm
     path_ns = next(event.t_ns for event in run.events if event.kind == "path_start")
     gaps_ns = np.diff(run.edges.t_ns[run.edges.t_ns > path_ns + 50_000_000])
     least = load_robot(site.robot_file).steps.minimum_gap_fraction
-    assert gaps_ns.min() >= least * T_PWM_S * 1e9 - 1_000
+    assert gaps_ns.min() >= least * SHIPPED_T_PWM_S * 1e9 - 1_000
     if site.pi:
         moved = np.array(site.pi.bench.counts()) - before
         assert tuple(home + moved) == commanded
         assert site.pi.bench.memory.lost() == (0, 0, 0)
-        assert site.pi.adapter.calls[I2C_RDWR] > 150  # three sensors, 50 Hz
+        assert site.pi.adapter.calls[I2C_RDWR] > 3 * 2 * 50 * 15  # three sensors, 50 Hz, 15 s
         assert site.pi.gpio.calls[SET_VALUES] >= 2 * len(run.edges.t_ns) - 2
-
-
-def test_the_shipped_heart(moving_site: Site, pi: ModelledPi, client: Client) -> None:
-    """config/heart.yaml as it is: 20 cm wide, half a minute."""
-    moving_site.home(client)
-    before, home = np.array(pi.bench.counts()), np.array(client.status().counts)
-    pi.adapter.calls.clear()
-    pi.gpio.calls.clear()
-    result = moving_site.run(client, CONFIG_FOLDER / "heart.yaml", SHIPPED_S)
-    assert (result.outcome, result.why, result.recording_error) == ("done", "", "")
-    run = read_run(Path(result.recording or ""))
-    assert run.complete
-    commanded = client.status().counts
-    assert tuple(home + np.array(pi.bench.counts()) - before) == commanded
-    assert tuple(run.edges.counts[-1]) == commanded == tuple(run.targets.steps[-1])
-    assert pi.bench.memory.lost() == (0, 0, 0)
-    measured = track(run, robot_of(run)).measured
-    assert measured is not None
-    assert max(measured.rms_m) < 0.003  # noise of 1.5 mm
-    assert pi.adapter.calls[I2C_RDWR] > 3 * 2 * 50 * 30  # three sensors, 50 Hz, half a minute
-    assert pi.gpio.calls[SET_VALUES] >= 2 * len(run.edges.t_ns) - 2
 
 
 def test_a_large_job_changes_no_pulse_of_a_run(
