@@ -94,9 +94,9 @@ def test_a_sensor_that_is_gone_stops_the_robot_and_is_named(
 
 
 def test_a_step_that_takes_longer_than_a_look_is_waited_for(tmp_path: Path) -> None:
-    """At a hundredth of the usual speed a step takes 0.4 s, and 2 s in the slow approach."""
+    """At a slow speed a step takes 0.1 s, and 0.5 s in the slow approach."""
     text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
-    homing = "method: switch\n  switch_pins: [12, 16, 18]\n  speed_radps: 0.001"
+    homing = "method: switch\n  switch_pins: [12, 16, 18]\n  speed_radps: 0.004"
     robot = tmp_path / "slow.yaml"
     robot.write_text(text.replace("method: placed", homing))
     made = build_controller(robot, simulated=True, realtime=False, recordings=tmp_path)
