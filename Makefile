@@ -18,7 +18,7 @@ EXTRAS   = $(if $(WITH),[$(WITH)])
 QUIET   := $(shell test -t 2 || echo --quiet)
 INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install $(QUIET) --disable-pip-version-check -c constraints.txt
 
-.PHONY: run demo extras test check newcomer reference hil-aarch64 benchmarks clean
+.PHONY: run demo extras test check newcomer studies reference hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
@@ -84,6 +84,10 @@ reference: $(VENV)/.test
 # What a newcomer types, on a clean clone: every command of README and docs that a PC can run.
 newcomer: $(VENV)/.test
 	$(BIN)/python -m pytest -m newcomer --timeout 3600 $(AGAIN)
+
+# Studies of the papers and diagnoses of many drawn machines, which take minutes.
+studies: $(VENV)/.test
+	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 -m study --timeout 3600 $(AGAIN)
 
 clean:
 	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache

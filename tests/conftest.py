@@ -26,6 +26,11 @@ hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatabl
 """The same cases each time, so that a change is not blamed for what was always wrong; new ones are
 drawn on request."""
 
+APART = {
+    "newcomer": "takes minutes and downloads packages: make newcomer",
+    "study": "takes minutes: make studies",
+}
+"""Marks of tests that `make test` leaves out, and why."""
 REAL_TIME = (
     "tests/daemon/test_daemon_end_to_end.py",
     "tests/faults/test_fault_campaign.py",
@@ -87,11 +92,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if any(part in item.nodeid for part in REAL_TIME):
             item.add_marker(pytest.mark.realtime)
-    if "newcomer" not in config.getoption("-m"):
-        long = pytest.mark.skip(reason="takes minutes and downloads packages: make newcomer")
-        for item in items:
-            if item.get_closest_marker("newcomer"):
-                item.add_marker(long)
+    for mark, why in APART.items():
+        if mark not in config.getoption("-m"):
+            for item in items:
+                if item.get_closest_marker(mark):
+                    item.add_marker(pytest.mark.skip(reason=why))
     if config.getoption("--hardware"):
         return
     skip = pytest.mark.skip(reason="needs the robot: run pytest --hardware on its Raspberry Pi")

@@ -17,6 +17,8 @@ from deltactl.models.robot import DeltaRobot, EffectEntry, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat import FlatRecording
 
+pytestmark = pytest.mark.study
+
 FOLLOWS = "kind: servo_axis\nname: follows\nmotion: rotary\n"
 FORCED = "kind: servo_axis\nname: forced\nmotion: linear\ninertia: 2.0\n"
 RANGES = "kind: range_sensor\nname: ranges\n"

@@ -6,10 +6,13 @@ import itertools
 import math
 
 import numpy as np
+import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
+
+pytestmark = pytest.mark.study
 
 SLIDE = ServoAxis(kind="servo_axis", name="slide", motion="linear", zero="arbitrary")
 GAP_M, LATE_S = 26e-6, 0.02

@@ -12,6 +12,8 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.models.robot import StepperAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
+pytestmark = pytest.mark.study
+
 ROBOT = StepperAxis(kind="stepper_axis", name="slow")
 PLAY_RAD, UNEVEN_RAD, RATE_HZ = 5e-4, 4e-5, 20.0
 PLACES_RAD = (0.0, 4.5e-3, -2e-4, -5.5e-3, 2e-4)

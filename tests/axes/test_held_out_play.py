@@ -10,6 +10,8 @@ from deltactl.models.robot import StepperAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 from tests.axes.axis_rigs import wander
 
+pytestmark = pytest.mark.study
+
 AXIS = StepperAxis(kind="stepper_axis", name="table")
 WIDTH_RAD, NOISE_RAD = 0.004, 1e-4
 

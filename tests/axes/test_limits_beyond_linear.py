@@ -12,6 +12,8 @@ from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import ServoAxis
 from tests.axes.axis_rigs import FollowingRig
 
+pytestmark = pytest.mark.study
+
 SLIDE = ServoAxis(kind="servo_axis", name="slide", motion="linear", zero="absolute")
 AXES = 4
 

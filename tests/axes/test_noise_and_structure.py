@@ -11,6 +11,8 @@ from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
+pytestmark = pytest.mark.study
+
 pytest.importorskip("scipy", reason="the diagnosis needs the extra 'diagnosis'")
 
 ARM = ServoAxis(kind="servo_axis", name="arm", motion="rotary", inertia=0.5)

@@ -20,6 +20,8 @@ from deltactl.diagnosis.report.remedies import remedies
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
+pytestmark = pytest.mark.study
+
 SLIDE = ServoAxis(kind="servo_axis", name="slide", motion="linear")
 JOINT = ServoAxis(kind="servo_axis", name="joint", motion="rotary")
 TRAVEL_M = 0.04

@@ -19,6 +19,8 @@ from deltactl.diagnosis.report.screen import sentences
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
+pytestmark = pytest.mark.study
+
 ROBOT = ServoAxis(kind="servo_axis", name="stand", motion="rotary", zero="absolute")
 COUNT_RAD = 2.0 * math.pi / 4096.0
 PERIOD_S, HOLD_S = 0.1, 5.0

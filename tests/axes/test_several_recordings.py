@@ -20,6 +20,8 @@ from deltactl.diagnosis.plants.regression import Columns
 from deltactl.models.robot import RangeSensor, ServoAxis
 from tests.axes.axis_rigs import FollowingRig, ForcedRig, RangingRig
 
+pytestmark = pytest.mark.study
+
 RANGES = RangeSensor(kind="range_sensor", name="ranges")
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="linear", inertia=2.0)
 

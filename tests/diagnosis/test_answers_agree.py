@@ -17,6 +17,8 @@ from deltactl.diagnosis.api import diagnose, diagnose_recordings
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from tests.diagnosis.conftest import Record
 
+pytestmark = pytest.mark.study
+
 REAL = Path(
     os.environ.get("DELTACTL_RECORDINGS", Path(__file__).parents[2] / "../shared/recordings")
 )

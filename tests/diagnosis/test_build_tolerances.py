@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.candidate import Term
@@ -14,6 +15,8 @@ from deltactl.diagnosis.priors.tolerances import within_tolerance
 from deltactl.models.effects import card_of
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
+
+pytestmark = pytest.mark.study
 
 Record = Callable[..., FlatRecording]
 

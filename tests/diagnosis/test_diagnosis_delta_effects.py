@@ -11,6 +11,8 @@ from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
 
+pytestmark = pytest.mark.study
+
 Record = Callable[..., FlatRecording]
 
 

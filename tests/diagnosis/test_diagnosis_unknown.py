@@ -14,6 +14,8 @@ from deltactl.models.chain import Chain, Commands
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
 
+pytestmark = pytest.mark.study
+
 Record = Callable[..., FlatRecording]
 RATE_HZ = 0.31
 SIZE_M = 0.004

@@ -10,6 +10,8 @@ from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.observations.readings import without_outliers
 from tests.rigs.picker import nominal, recorded
 
+pytestmark = pytest.mark.study
+
 ROWS = 2000
 SPIKES = 20
 LONG_REST = 75

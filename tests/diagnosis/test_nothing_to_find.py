@@ -14,6 +14,8 @@ from deltactl.models.robot import DeltaRobot, FloatArray
 from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat import FlatRecording
 
+pytestmark = pytest.mark.study
+
 ROWS = 600
 T_S = np.arange(ROWS) * 0.02
 

@@ -11,6 +11,8 @@ from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.delta.motions import Motion
 from deltactl.models.robot import DeltaRobot, EffectEntry
 
+pytestmark = pytest.mark.study
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 

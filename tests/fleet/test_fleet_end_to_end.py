@@ -16,6 +16,7 @@ from deltactl.fleet.together import courses, trends
 from deltactl.foundation.errors import ConfigError, MissingFile
 
 
+@pytest.mark.study
 def test_a_fleet_is_diagnosed_once_and_a_bad_file_costs_one_line(
     fleet_folder: Path, tmp_path: Path
 ) -> None:

@@ -55,6 +55,7 @@ def off_m(case: Case) -> FloatArray:
     return one - other
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("name", sorted(NEW))
 def test_a_new_kind_shows_above_the_noise_and_stays_small(name: str) -> None:
     seconds = 60.0 if name in SLOW else 10.0

@@ -18,6 +18,8 @@ from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray, FoundBy
 from deltactl.models.robot_files import load_delta
 from tests.rigs.picker import HERTZ, ROBOT, SLOWED, STEP_S, followed, nominal, places, recorded
 
+pytestmark = pytest.mark.study
+
 
 @pytest.fixture(scope="module")
 def first() -> Diagnosis:

@@ -29,6 +29,7 @@ def made_at(out: Path) -> dict[str, int]:
     return {str(path.relative_to(out)): path.stat().st_mtime_ns for path in files}
 
 
+@pytest.mark.study
 def test_everything_short_and_again_from_what_is_kept(here, tmp_path: Path) -> None:
     out = tmp_path / "zhao"
     first = here("network", "reproduce", "zhao-2023", "--quick", "--out", out)

@@ -15,6 +15,7 @@ SHORT_S = 2.2
 """Control is on from 1 s and judged from 2 s; a whole experiment takes 11 s."""
 
 
+@pytest.mark.study
 def test_both_sections_are_printed_and_drawn(
     here, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
