@@ -27,11 +27,13 @@ HOMONYMS = {
     "deltactl/cli/recordings/init.py": 3,
     "deltactl/diagnosis/plants/lone/forced_axis.py": 7,
     "deltactl/reference/words.py": 2,
+    "firmware_py/exporting/urdf.py": 1,
     "firmware_py/robot_file.py": 1,
     "firmware_py/describing/questions.py": 3,
     "firmware_py/describing/robot_text.py": 5,
 }
-"""Keys of robot files, questions of `deltactl init`, and a parameter that have an effect's name."""
+"""Keys of robot files, questions of `deltactl init`, a tag of URDF, and a parameter that have an
+effect's name."""
 ALLOWED = EXPERIMENT | HOMONYMS
 
 

@@ -19,6 +19,8 @@ OTHERWISE = {
     "deltactl/diagnosis/estimation/side_by_side.py": "a pipe between processes",
     "drivers/steps/hosts.py": "memory that two processes share, and no text",
     "firmware_py/daemon/listener.py": "an empty file that is locked",
+    "deltactl/interface/recordings.py": "a table in a temporary folder of its own",
+    "deltactl/interface/simulated.py": "faults in a temporary folder of its own",
     "drivers/fakes/syscall_trap.py": "the memory of a process, and /dev/null",
 }
 METHODS = {"write_text", "write_bytes", "savetxt", "tofile", "touch", "sink_parquet", "to_csv"}

@@ -33,7 +33,7 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         'pipx install ".[web]" --pip-args="-c $PWD/constraints.txt"',
         'pip install ".[web]" -c constraints.txt',
     ),
-    "runs the tests, of which this is one": ("make test", "make newcomer"),
+    "runs the tests, of which this is one": ("make test", "make newcomer", "make studies"),
     "runs until it is stopped; started and used in tests/web": (
         "deltactl web --simulate",
         "deltactl web --host 0.0.0.0 --users users.yaml --certificate page.pem --key page.key",
