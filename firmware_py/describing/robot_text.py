@@ -32,6 +32,8 @@ def robot_text(kind: str, answers: Answers, wired: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
+MOVED, GAIN = "inertia", "effort_gain"
+"""Keys of an axis whose effort is recorded."""
 ZERO = "# absolute: at a command of 30 it reads 30; arbitrary: it may read 217, always as far off"
 NO_WIRING = [
     "",
@@ -95,7 +97,7 @@ def _stepper(answers: Answers) -> list[str]:
 
 
 def _servo(answers: Answers) -> list[str]:
-    inertia, gain = numbers(answers, "inertia")[0], numbers(answers, "effort_gain")[0]
+    inertia, gain = numbers(answers, MOVED)[0], numbers(answers, GAIN)[0]
     unit = "kg" if answers["motion"] == "linear" else "kg m2"
     lines = [f"motion: {answers['motion']}"]
     if inertia > 0.0:
@@ -300,16 +302,16 @@ def _forced(recording: FlatRecording, known: Answers) -> tuple[Answers, list[str
             " cannot be measured from it; leave --measure out, and give --inertia and --effort-gain"
         )
     gain = 1.0
-    if "inertia" in known:
-        gain = numbers(known, "inertia")[0] / one
-    elif "effort_gain" in known:
-        (gain,) = numbers(known, "effort_gain")
-    answers = {"recorded": "effort", "inertia": f"{one * gain:.3g}", "effort_gain": f"{gain:.3g}"}
+    if MOVED in known:
+        gain = numbers(known, MOVED)[0] / one
+    elif GAIN in known:
+        (gain,) = numbers(known, GAIN)
+    answers = {"recorded": "effort", MOVED: f"{one * gain:.3g}", GAIN: f"{gain:.3g}"}
     said = (
-        f"inertia {answers['inertia']}, effort_gain {answers['effort_gain']}: as the effort of this"
+        f"{MOVED} {answers[MOVED]}, {GAIN} {answers[GAIN]}: as the effort of this"
         " recording goes with its acceleration, so that a diagnosis of it cannot find them wrong"
     )
-    if not {"inertia", "effort_gain"} & known.keys():
+    if not {MOVED, GAIN} & known.keys():
         said += (
             "; every size is then in the unit of the effort. Where one of the two is known, give it"
             " (--inertia, or --effort-gain: N m or N for one unit): the other follows"
