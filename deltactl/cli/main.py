@@ -13,7 +13,7 @@ import typer
 from deltactl.cli import collect, evaluate, reproduce, train, web
 from deltactl.cli.help_screens import BY_HAND, LEARN, REPAIR, RUN, SERVICE, Command
 from deltactl.cli.mistyped import Commands, Program, typed_command, unknown_option
-from deltactl.cli.recordings import correct, demo, diagnose, fleet, init, prove
+from deltactl.cli.recordings import correct, demo, diagnose, fleet, heal, init, prove
 from deltactl.cli.robot import jobs, moves, service
 
 app = typer.Typer(
@@ -83,17 +83,18 @@ def group(
 COMMANDS: dict[str, tuple[Function | typer.Typer, ...]] = {
     RUN: (
         *(jobs.run, jobs.check, jobs.report, jobs.export, moves.convert),
-        group("job", jobs.ABOUT, jobs.follow, jobs.verify, *service.OF_JOBS),
+        group("job", jobs.ABOUT, jobs.follow, jobs.verify, *service.OF_JOBS, moves.teach),
     ),
     BY_HAND: (
-        *(service.home, moves.goto, moves.jog, moves.teach),
+        *(service.home, moves.goto, moves.jog),
         group("power", service.POWER, *service.OF_POWER),
         *(service.stop, service.acknowledge, service.status),
         group("sensors", service.sensors.__doc__, jobs.record, alone=service.sensors),
     ),
     REPAIR: (
         group("init", init.ABOUT, init.delta, init.axis, init.sensor),
-        *(diagnose.inspect, diagnose.diagnose, fleet.fleet, correct.correct, demo.demo),
+        *(diagnose.inspect, diagnose.diagnose, fleet.fleet),
+        *(correct.correct, heal.heal, demo.demo),
     ),
     LEARN: (
         group(

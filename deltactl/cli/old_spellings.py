@@ -20,6 +20,7 @@ OLD_SPELLINGS: dict[str, str] = {
     "pause": "job pause",
     "resume": "job resume",
     "cancel": "job cancel",
+    "teach": "job teach",
     "on": "power on",
     "off": "power off",
     "record": "sensors record",

@@ -46,11 +46,11 @@ def test_goto_jog_and_teach(deltactl: Deltactl, tmp_path: Path) -> None:
     table = str(tmp_path / "points.csv")
     said = deltactl("goto", "0", "10", "-300", "--speed", "200").output
     assert said.startswith("the platform is at ")
-    deltactl("teach", table, "--dwell", "0.5")
+    deltactl("job", "teach", table, "--dwell", "0.5")
     moved = json.loads(deltactl("jog", "--x", "3", "--z", "-2", "--json").output)
     assert moved["outcome"] == "done"
     assert moved["position_m"] == pytest.approx([0.003, 0.01, -0.302], abs=2 * STEP_M)
-    deltactl("teach", table)
+    deltactl("job", "teach", table)
     drawn = read_points(Path(table), (0.0, 0.0, 0.0))
     assert drawn.start_m == pytest.approx((0.0, 0.01, -0.3), abs=STEP_M)
     assert drawn.legs[0] == {"to_m": drawn.start_m, "dwell_s": 0.5}  # it waits where it begins
@@ -136,7 +136,7 @@ def test_after_a_fault_teach_says_what_happened_and_what_to_type(
     controller = robot.controller
     with controller.condition.lock:
         controller._emergency.fault("no heartbeat: the controller hung for 0.6 s")
-    refused = str(deltactl("teach", str(tmp_path / "points.csv")).exception)
+    refused = str(deltactl("job", "teach", str(tmp_path / "points.csv")).exception)
     for command in ("acknowledge", "home"):
         assert f"'deltactl {command}'" in refused
         assert deltactl(command).exception is None
@@ -145,7 +145,7 @@ def test_after_a_fault_teach_says_what_happened_and_what_to_type(
         " computer was too busy to simulate the robot in real time: end other programs, and close"
         " pages that show it); 'deltactl acknowledge',"
     )
-    assert deltactl("teach", str(tmp_path / "points.csv")).exception is None
+    assert deltactl("job", "teach", str(tmp_path / "points.csv")).exception is None
 
 
 def test_after_a_stop_the_simulated_robot_is_homed_where_its_arms_are(

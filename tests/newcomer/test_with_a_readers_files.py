@@ -43,7 +43,7 @@ SESSIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     )),
     "a simulated robot of one's own": ((MY_DELTA,), (
         DAEMON, "deltactl power on", "deltactl home", "deltactl jog --z -5",
-        "deltactl teach pick.csv",
+        "deltactl job teach pick.csv",
     )),
     "a corrected robot": ((
         "deltactl service daemon zhao-2023.yaml --simulate", "deltactl power on",

@@ -229,7 +229,7 @@ def teach(
     """Save the platform's position as the next point of a table; `convert` turns it into a job.
 
     ```
-    deltactl teach pick.csv
+    deltactl job teach pick.csv
     deltactl convert pick.csv pick.yaml --robot zhao-2023.yaml
     ```
     """

@@ -1,0 +1,186 @@
+"""`deltactl heal`: the robot repairs itself, or says why it cannot."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from deltactl.cli.help_screens import MORE
+from deltactl.cli.output import (
+    NO_ROBOT,
+    broken,
+    duration,
+    errors,
+    millimetres,
+    print_json,
+    say,
+    tell,
+    waiting,
+    warn,
+)
+from deltactl.cli.robot.jobs import JsonOption
+from deltactl.foundation.errors import ServiceError
+from deltactl.foundation.extras import needs
+
+if TYPE_CHECKING:
+    from deltactl.repair.patients import Patient
+
+MOST_LINES, MOST_NAMED = 25, 4
+NOT_HEALED = 1
+"""Exit status where a correction was found and is not in force."""
+
+
+def heal(
+    robot: Annotated[str, typer.Argument(help="Robot file; corrected in place.")],
+    job: Annotated[str, typer.Option(help="The job that is drawn before and after.")] = (
+        "demo-heart.yaml"
+    ),
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="On a simulated robot in this process, no daemon.")
+    ] = False,
+    go_on: Annotated[
+        bool,
+        typer.Option(
+            "--continue", help="After an interruption, or after the work that needed a hand."
+        ),
+    ] = False,
+    undo: Annotated[
+        bool, typer.Option("--undo", help="Put back the robot file from before the correction.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for what is recorded; else heal-NAME here.")
+    ] = None,
+    minutes: Annotated[
+        float | None,
+        typer.Option(
+            min=0.2, max=60.0, help="Length of the survey; else chosen by noise and accuracy."
+        ),
+    ] = None,
+    json_out: JsonOption = False,
+    socket: Annotated[
+        Path | None, typer.Option(help="Socket of the daemon.", rich_help_panel=MORE)
+    ] = None,
+) -> None:
+    """Survey, diagnose and correct a robot; keep the correction only if it draws better.
+
+    The robot file is replaced at the end, after a job that took no part was drawn nearer to its
+    path by more than the sensors' noise. Exit status 1: a correction was found and not kept.
+
+    ```
+    deltactl heal mine.yaml
+    deltactl heal mine.yaml --job heart.yaml --simulate
+    deltactl heal mine.yaml --continue
+    deltactl heal mine.yaml --undo
+    ```
+    """
+    with waiting("loading", json_out), needs("diagnosis,training", "heal"):
+        from deltactl.repair.heal import HEALED, NOTHING, Healer, Order
+        from deltactl.repair.healing_state import undo as put_back
+    from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
+
+    path = find(robot, key=ROBOT_KEY)
+    folder = out or Path(f"heal-{path.stem}")
+    if undo:
+        changed = put_back(folder, path)
+        if json_out:
+            print_json({"undone": changed, "robot": str(path)})
+            return
+        say(f"{path}: {'as before the correction again' if changed else 'nothing to undo'}")
+        return
+    order = Order(path, find(job, key=JOB_KEY), folder, minutes, go_on)
+    with _patient(order.robot_file, folder, simulate, socket) as patient:
+        answer = Healer(order, patient, _progress(json_out)).heal()
+    if json_out:
+        print_json(answer)
+    else:
+        for line in screen(answer, robot):
+            say(line)
+    if answer["outcome"] not in (HEALED, NOTHING):
+        raise typer.Exit(NOT_HEALED)
+
+
+@contextmanager
+def _patient(
+    robot_file: Path, folder: Path, simulate: bool, socket: Path | None
+) -> Iterator[Patient]:
+    from deltactl.firmware_py.daemon.client import Client, daemon_answers
+    from deltactl.firmware_py.machine import is_raspberry_pi
+    from deltactl.repair.patients import DaemonPatient, SimulatedPatient
+
+    if not simulate and daemon_answers(socket):
+        with Client(socket) as client:
+            yield DaemonPatient(client, robot_file)
+        return
+    if not simulate:
+        if socket is not None or is_raspberry_pi():
+            raise ServiceError("no daemon answers; start it, or use --simulate")
+        tell(NO_ROBOT.format("healing"), errors)
+    yield SimulatedPatient(folder)
+
+
+def _progress(quiet: bool) -> Callable[[str], None]:
+    """A line for each step on standard error, with the time since the first."""
+    begun_s = time.monotonic()
+
+    def show(text: str) -> None:
+        if not quiet:
+            warn(f"{duration(time.monotonic() - begun_s):>12}  {text}")
+
+    return show
+
+
+def screen(answer: dict[str, Any], robot: str) -> list[str]:
+    """The answer on one screen: at most 25 lines of the window's width."""
+    lines = [_VERDICTS[answer["outcome"]]]
+    if "why" in answer:
+        lines.append(f"  {answer['why']}")
+    if "before_rms_m" in answer:
+        times = answer["drawings"]
+        lines.append(
+            f"{Path(answer['job']).name}, RMS distance from its path by the sensors, 95 %"
+            f" intervals{f', {times} drawings each' if times > 1 else ''}:"
+        )
+        lines += [f"  {name:<7} {_size(answer, name)}" for name in ("before", "after")]
+        low, high = (1e6 * square for square in answer["gain_ci95_m2"])
+        lines.append(
+            f"  paired over the path: mean square smaller by {1e6 * answer['gain_m2']:.3g} mm2"
+            f" [{low:.3g}, {high:.3g}]"
+        )
+    lines += _named("found:", answer["found"])
+    lines += _named("corrected:", answer.get("corrected", []))
+    lines += _named("done by hand since:", answer["done_by_hand"])
+    work = [f"{one['says']}: {one['why']}" for one in answer["by_hand"]]
+    lines += _named(f"needs a hand; then deltactl heal {robot} --continue:", work)
+    lines.append(f"robot time {duration(answer['robot_s'])}, in all {duration(answer['took_s'])}")
+    if answer["outcome"] == "healed":
+        lines.append(f"back to the file before: deltactl heal {robot} --undo")
+    shown = broken(lines)
+    if len(shown) > MOST_LINES:
+        shown = [*shown[: MOST_LINES - 1], "the rest is in --json"]
+    return shown
+
+
+_VERDICTS = {
+    "healed": "Healed: the corrected robot file is in force.",
+    "nothing_to_heal": "Nothing to heal: no correction would change what the robot draws.",
+    "rolled_back": "Not healed: the sensors do not show that the correction helps; the old robot"
+    " file is in force.",
+    "refused": "Not healed: the correction is refused; the old robot file is in force.",
+}
+
+
+def _named(heading: str, items: list[str]) -> list[str]:
+    if not items:
+        return []
+    more = [f"  - and {len(items) - MOST_NAMED} more"] if len(items) > MOST_NAMED else []
+    return [heading, *(f"  - {item}" for item in items[:MOST_NAMED]), *more]
+
+
+def _size(answer: dict[str, Any], name: str) -> str:
+    low, high = answer[f"{name}_ci95_m"]
+    return f"{millimetres(answer[f'{name}_rms_m'])}  [{low * 1e3:.2f}, {high * 1e3:.2f}]"

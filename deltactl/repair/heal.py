@@ -1,0 +1,348 @@
+"""One safe sequence from a robot that draws badly to one that draws well.
+
+Survey, diagnosis, experiments that break ties, correction, and the same job before and after it by
+the sensors. Until a correction has been shown to help, the robot file is not touched.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from deltactl.diagnosis.answer.corrected_robot import corrected_text, sure
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
+from deltactl.diagnosis.answer.tables import Tables
+from deltactl.diagnosis.api import diagnose
+from deltactl.diagnosis.experiment.propose import write_job
+from deltactl.firmware_py.job_file import NetworkIk, load_job
+from deltactl.firmware_py.planner.plan import home_counts, plan_of
+from deltactl.firmware_py.program.coverage import coverage_of
+from deltactl.firmware_py.program.totals import program_of, summarise_program
+from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.foundation.errors import ConfigError, MotionError
+from deltactl.foundation.plain_file import write_whole
+from deltactl.repair.compared import Distance, Gain, Seen, distance, gain
+from deltactl.repair.correct import held_back, trained
+from deltactl.repair.healing_state import (
+    EXPERIMENT,
+    NEW,
+    OLD,
+    SURVEY,
+    Healing,
+    Recorded,
+    digest_of,
+    exchange,
+    read_healing,
+    write_healing,
+)
+from deltactl.repair.limit import limit_of
+from deltactl.repair.patients import Patient
+from deltactl.repair.played import played
+
+Say = Callable[[str], None]
+CANDIDATE = "corrected.yaml"
+MOST_EXPERIMENTS = 2
+MOST_DRAWINGS = 5
+"""So often is the job drawn before and after, while noise hides which is better."""
+SIZES = 40
+"""As many small errors of building as a survey has to tell apart."""
+READINGS_PER_S = 150.0
+SURVEY_S = (120.0, 300.0)
+LEAST_WANTED_M = 5e-5
+POSE_S = 6.6
+"""Mean time to a random pose and at it, at the speed of a survey."""
+SURVEY_RADPS, DWELL_S = 0.2, 0.4
+
+HEALED, NOTHING, ROLLED_BACK, REFUSED = "healed", "nothing_to_heal", "rolled_back", "refused"
+OLD_IN_FORCE = "the old robot file is in force"
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What is to be healed. minutes: of the survey, instead of what accuracy and noise ask for."""
+
+    robot_file: Path
+    job: Path
+    out: Path
+    minutes: float | None = None
+    go_on: bool = False
+
+
+class Healer:
+    """Carries one order out; every step is written down before the next one begins."""
+
+    def __init__(self, order: Order, patient: Patient, say: Say):
+        self._order, self._patient, self._say = order, patient, say
+        self._begun_s = time.monotonic()
+        self._earlier: list[dict[str, str]] = []
+        self._state = self._begin()
+
+    def heal(self) -> dict[str, Any]:
+        """The answer, as JSON. Raises DeltactlError; then the old robot file is in force."""
+        if self._state.answer is not None:
+            return self._state.answer
+        robot = self._checked()
+        self._record_survey(robot)
+        answer = self._diagnosed()
+        for _ in range(MOST_EXPERIMENTS - len(self._state.of(EXPERIMENT))):
+            if answer.next_experiment is None or all(sure(one, answer) for one in answer.findings):
+                break
+            self._record_experiment(answer)
+            answer = self._diagnosed()
+        return self._ended(self._treated(robot, answer))
+
+    def _begin(self) -> Healing:
+        """The state to go on from: an unfinished one of the same file, or a new one."""
+        order = self._order
+        order.out.mkdir(parents=True, exist_ok=True)
+        old, robot_file = read_healing(order.out), order.robot_file.resolve()
+        if old is not None and old.robot_file != robot_file:
+            raise ConfigError(f"{order.out}: is of {old.robot_file}; name another --out")
+        if order.go_on and old is None:
+            raise ConfigError(f"{order.out}: no healing was begun here; leave --continue out")
+        now = digest_of(robot_file)
+        if order.go_on and old is not None:
+            if old.answer is None and old.old_sha256 == now and old.job == order.job.resolve():
+                self._say(f"going on after: {old.step or 'nothing yet'}")
+                return old
+            self._earlier = (old.answer or {}).get("by_hand", [])
+        new = Healing(robot_file=robot_file, job=order.job.resolve(), old_sha256=now)
+        if old is not None and old.exchange is not None and old.exchange.new_sha256 == now:
+            new = new.model_copy(update={"exchange": old.exchange})  # it can still be undone
+        write_healing(order.out, new)
+        return new
+
+    def _checked(self) -> RobotFile:
+        """Before anything moves: the job, and a robot that is seen. Raises ConfigError."""
+        robot = load_robot(self._order.robot_file)
+        if robot.drive.kind == "servo":
+            raise ConfigError(
+                f"{self._order.robot_file}: has servo drives; only steppers can be healed"
+            )
+        if robot.sensors is None:
+            raise ConfigError(f"{self._order.robot_file}: has no sensors; nothing can be measured")
+        self._check_job(self._order.job, robot)
+        plan_of(self._order.job, robot)
+        return robot
+
+    def _check_job(self, job: Path, robot: RobotFile) -> None:
+        program = program_of(job, robot)
+        summarise_program(program, home_counts(program.robot))
+
+    def _record_survey(self, robot: RobotFile) -> None:
+        if self._state.of(SURVEY):
+            return
+        self._say("homing, and holding the sensors against each other (about 5 s)")
+        homed = self._patient.home(self._order.robot_file)
+        self._say(f"home: {homed.text}; readings scatter by {homed.noise_m * 1e3:.2f} mm")
+        seconds = self._survey_s(robot, homed.noise_m)
+        job = self._order.out / "survey.yaml"
+        poses = max(4, round(seconds / POSE_S))
+        write_whole(job, yaml.safe_dump(survey_job(robot, self._order.robot_file, poses)))
+        self._check_job(job, robot)
+        self._run(SURVEY, job, f"survey of {poses} poses ({seconds / 60.0:.0f} min)")
+
+    def _survey_s(self, robot: RobotFile, noise: float) -> float:
+        """So long that noise leaves the wanted accuracy, if it is the limit of the job."""
+        if self._order.minutes is not None:
+            return 60.0 * self._order.minutes
+        job = self._order.job
+        limit = limit_of(plan_of(job, robot), coverage_of(job, self._order.robot_file))
+        wanted_m = max(LEAST_WANTED_M, 0.0 if limit is None else limit.rms_m)
+        return min(max(SIZES * (noise / wanted_m) ** 2 / READINGS_PER_S, SURVEY_S[0]), SURVEY_S[1])
+
+    def _record_experiment(self, answer: Diagnosis) -> None:
+        experiment = answer.next_experiment
+        assert experiment is not None
+        job = self._order.out / f"experiment-{len(self._state.of(EXPERIMENT)) + 1}.yaml"
+        write_job(experiment, job, self._order.robot_file)
+        self._run(
+            EXPERIMENT,
+            job,
+            f"experiment that tells apart {', '.join(experiment.tells_apart)}"
+            f" ({experiment.minutes:.1f} min)",
+        )
+
+    def _run(self, kind: str, job: Path, what: str, robot_file: Path | None = None) -> Recorded:
+        """Run and record a job by the robot file in force, or by another, and write it down."""
+        self._say(f"{what}")
+        number = len(self._state.recordings)
+        name = self._order.out.resolve() / f"{kind}-{number}-{time.time_ns() // 1_000_000}"
+        robot_file = robot_file or self._order.robot_file
+        try:
+            ran = self._patient.run(job, robot_file, name)
+        except MotionError as error:
+            raise error.worded(f"{kind}: {error}; {OLD_IN_FORCE}") from error
+        made = Recorded(kind=kind, file=ran.recording, seconds=ran.seconds)
+        self._write(what, recordings=(*self._state.recordings, made))
+        return made
+
+    def _write(self, step: str, **changes: Any) -> None:
+        self._state = self._state.model_copy(update={"step": step, **changes})
+        write_healing(self._order.out, self._state)
+
+    def _diagnosed(self) -> Diagnosis:
+        """Of all recordings by the file in force; worked out once for each number of them."""
+        files = [one.file for one in self._state.of(SURVEY, EXPERIMENT)]
+        kept = self._order.out / f"diagnosis-{len(files)}.json"
+        step = f"diagnosis of {len(files)} recording{'s' if len(files) > 1 else ''}"
+        if kept.exists():
+            answer = Diagnosis.model_validate_json(kept.read_text(encoding="utf-8"))
+            if answer.recordings == [str(file) for file in files]:
+                return answer
+        self._say(f"{step} (about a minute on a PC)")
+        answer = diagnose(files, self._order.robot_file)
+        write_whole(kept, json.dumps(answer.to_json()) + "\n")
+        self._write(step)
+        return answer
+
+    def _treated(self, robot: RobotFile, answer: Diagnosis) -> dict[str, Any]:
+        """Correct, draw before and after, keep or leave; what came of it."""
+        path = self._order.robot_file
+        found = {"found": [finding.says for finding in answer.findings]}
+        text = corrected_text(path, answer, tables=Tables.JOINTS)
+        candidate = self._order.out.resolve() / CANDIDATE
+        write_whole(candidate, text)
+        try:
+            corrected = self._with_network(load_robot(candidate), candidate)
+            old, new = played(plan_of(self._order.job, robot)), self._plan(corrected)
+            self._check_job(self._order.job, corrected)
+        except (ConfigError, MotionError) as error:
+            by_hand = self._by_hand(answer, robot)
+            why = f"a machine cannot have or follow the correction: {error}"
+            return found | {"outcome": REFUSED, "why": why, "by_hand": by_hand}
+        if new.is_same_as(old):
+            by_hand = self._by_hand(answer, robot)
+            return found | {"outcome": NOTHING, "by_hand": by_hand}
+        before, after, better = self._drawn(candidate, corrected)
+        measured = {
+            "before_rms_m": before.rms_m,
+            "before_ci95_m": before.ci95_m,
+            "after_rms_m": after.rms_m,
+            "after_ci95_m": after.ci95_m,
+            "gain_m2": better.square_m2,
+            "gain_ci95_m2": better.ci95_m2,
+            "drawings": len(self._state.of(OLD)),
+            "by_hand": self._by_hand(answer, corrected, candidate),
+            "corrected": [
+                effect.says for effect in coverage_of(self._order.job, candidate).compensated
+            ],
+        }
+        if better.sign != 1:
+            return found | measured | {"outcome": ROLLED_BACK}
+        self._say("keeping the correction")
+        self._state = exchange(self._order.out, self._state, candidate.read_text(encoding="utf-8"))
+        self._patient.home(path)
+        return found | measured | {"outcome": HEALED}
+
+    def _plan(self, robot: RobotFile) -> Any:
+        return played(plan_of(self._order.job, robot))
+
+    def _with_network(self, robot: RobotFile, candidate: Path) -> RobotFile:
+        """The same with a network that learned the correction, where the job takes one."""
+        if not isinstance(load_job(self._order.job).inverse_kinematics, NetworkIk):
+            return robot
+        self._say("training the network of the corrected robot (about half a minute)")
+        learned = trained(robot, candidate.with_suffix(".tflite"))
+        if learned is None:
+            return robot
+        block = yaml.safe_dump({"networks": {learned[0]: str(learned[1])}}, sort_keys=False)
+        write_whole(candidate, f"{candidate.read_text(encoding='utf-8').rstrip()}\n\n{block}")
+        return load_robot(candidate)
+
+    def _drawn(self, candidate: Path, corrected: RobotFile) -> tuple[Distance, Distance, Gain]:
+        """The job before and after, again while noise hides which is nearer to its path."""
+        job, path = self._order.job, self._order.robot_file
+        while True:
+            for kind, file in ((OLD, path), (NEW, candidate)):
+                done = min(len(self._state.of(OLD)), len(self._state.of(NEW)))
+                if len(self._state.of(kind)) == done and done < MOST_DRAWINGS:
+                    words = "as it was" if kind == OLD else "corrected"
+                    self._run(kind, job, f"drawing {job.name}, the robot {words}", file)
+            drawn, redrawn = self._seen(OLD), self._seen(NEW)
+            before, after = (distance(runs, corrected) for runs in (drawn, redrawn))
+            better = gain(drawn, redrawn, corrected)
+            self._say(f"by the sensors: before {_shown(before)}, after {_shown(after)}")
+            if better.sign != 0 or len(self._state.of(NEW)) >= MOST_DRAWINGS:
+                return before, after, better
+
+    def _seen(self, kind: str) -> list[Seen]:
+        file = self._order.robot_file if kind == OLD else self._order.out.resolve() / CANDIDATE
+        return [self._patient.seen(one.file, self._order.job, file) for one in self._state.of(kind)]
+
+    def _by_hand(
+        self, answer: Diagnosis, robot: RobotFile, file: Path | None = None
+    ) -> list[dict[str, str]]:
+        """What no compensation takes away, each with why."""
+        work = [
+            _item(finding.effect, finding.component, finding.says, why.partition(" (--all")[0])
+            for finding, why in held_back(answer, robot, False, Tables.JOINTS)
+        ]
+        named = {(one["effect"], one["component"]) for one in work}
+        covered = coverage_of(self._order.job, file or self._order.robot_file)
+        work += [
+            _item(one.effect, one.component, one.says, one.why_not or "not compensated")
+            for one in covered.left
+            if (one.effect, one.component) not in named
+        ]
+        if file is None:  # nothing is written down of what only the sensors have
+            work += [_in_sensors(one) for one in answer.findings if sure(one, answer)]
+        return work
+
+    def _ended(self, answer: dict[str, Any]) -> dict[str, Any]:
+        open_now = {(one["effect"], one["component"]) for one in answer["by_hand"]}
+        answer |= {
+            "robot": str(self._order.robot_file),
+            "job": str(self._order.job),
+            "robot_s": self._state.robot_s,
+            "took_s": time.monotonic() - self._begun_s,
+            "recordings": [str(one.file) for one in self._state.recordings],
+            "done_by_hand": [
+                one["says"]
+                for one in self._earlier
+                if (one["effect"], one["component"]) not in open_now
+            ],
+        }
+        self._write("the end", answer=answer)
+        return answer
+
+
+def survey_job(robot: RobotFile, robot_file: Path, poses: int) -> dict[str, Any]:
+    """Random poses within the limits of the robot file, slowly, as a job."""
+    low, high = robot.limits.arm_deg
+    return {
+        "name": "survey",
+        "robot": str(robot_file.resolve()),
+        "path": {
+            "shape": "survey",
+            "count": poses,
+            "angle_deg": [low, high],
+            "dwell_s": DWELL_S,
+            "seed": 1,
+        },
+        "timing": {"mode": "together", "t_pwm_s": robot.drive.rad_per_step / SURVEY_RADPS},
+        "inverse_kinematics": {"kind": "geometry"},
+    }
+
+
+def _item(effect: str, component: str, says: str, why: str) -> dict[str, str]:
+    return {"effect": effect, "component": component, "says": says, "why": why}
+
+
+def _in_sensors(finding: Finding) -> dict[str, str]:
+    why = "it does not change what is drawn: mend it, or accept it with 'deltactl correct'"
+    return _item(finding.effect, finding.component, finding.says, why)
+
+
+def _shown(one: Distance) -> str:
+    if math.isnan(one.square_m2):
+        return "not seen"
+    low, high = one.ci95_m
+    return f"{one.rms_m * 1e3:.2f} mm [{low * 1e3:.2f}, {high * 1e3:.2f}]"
