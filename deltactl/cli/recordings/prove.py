@@ -61,6 +61,10 @@ def prove(
         bool,
         typer.Option("--repair", help="Correct each robot and compare what it draws instead."),
     ] = False,
+    heal: Annotated[
+        bool,
+        typer.Option("--heal", help="Let each robot heal itself and see what it truly draws."),
+    ] = False,
     networks: Annotated[
         bool,
         typer.Option(
@@ -91,6 +95,7 @@ def prove(
     deltactl prove --cases 300 --seed 7 --out proof-7
     deltactl prove --cases 300 --more 100 --seed 7 --out proof-7
     deltactl prove --repair --cases 40 --seed 1 --out repair-1
+    deltactl prove --heal --cases 48 --seed 1 --out heal-1
     deltactl prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786
     deltactl prove --machine axis --cases 200 --seed 1000 --out axes-1000
     deltactl prove --machine axis --cases 0 --practice practice_axes --out axes
@@ -100,9 +105,9 @@ def prove(
     by side.
     """
     if machine == "axis":
-        if repair or networks or more or ties:
+        if repair or heal or networks or more or ties:
             raise ConfigError(
-                "--machine axis: --repair, --networks, --more and --ties are of deltas"
+                "--machine axis: --repair, --heal, --networks, --more and --ties are of deltas"
             )
     elif half != "all" or practice is not None:
         raise ConfigError("--half and --practice need --machine axis")
@@ -112,6 +117,9 @@ def prove(
     where = partial(Means, workers, scheduler, minutes)
     if machine == "axis":
         _prove_axes(cases, seed, half, out, practice, where)
+        return
+    if heal:
+        prove_heal(cases, seed, out, where)
         return
     if repair:
         prove_repair(cases, seed, out, networks, where)
@@ -189,6 +197,24 @@ def prove_repair(
     console.print(table)
     console.print(facts("", summary(rows)))
     say(f"table: {_written(out / 'table.md', rows, summary(rows))}")
+
+
+def prove_heal(cases: int, seed: int, out: Path, where: Callable[..., Means]) -> None:
+    """Run the cases and print the table."""
+    with needs("proof", "prove"):
+        from deltactl.repair.heal_campaign import enough, figures
+        from deltactl.repair.heal_campaign import prove_heal as run
+    with bar(total=cases) as draw:
+        rows = run(cases, seed, out, where(draw, errors.print))
+    table = Table(box=SIMPLE_HEAD, title="True distance from the target, RMS", title_justify="left")
+    for heading in ("hidden", "outcome", "before", "after", "enough"):
+        table.add_column(heading)
+    for row in rows:
+        sizes = (millimetres(row[name]) for name in ("before_m", "after_m"))
+        good = "yes" if enough(row) else "no"
+        table.add_row(_names(tuple(row["hidden"])), row["outcome"], *sizes, good)
+    console.print(table)
+    console.print(facts("", figures(rows)))
 
 
 def _written(path: Path, rows: Sequence[Row], figures: Sequence[tuple[str, str]]) -> Path:

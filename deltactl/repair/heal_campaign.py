@@ -1,0 +1,175 @@
+"""The blind proof of healing: MuJoCo robots with hidden causes go through the whole sequence.
+
+What counts is where the platform truly was while it drew, which the healing never sees.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from deltactl.diagnosis.estimation.side_by_side import alone
+from deltactl.firmware_py.planner.plan import plan_of
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.errors import DeltactlError
+from deltactl.foundation.plain_file import write_whole
+from deltactl.models.robot import AXES
+from deltactl.proof.hidden.vocabulary import SINGLES
+from deltactl.proof.prove.resumable import Means, workers
+from deltactl.proof.recorded import record as recorded
+from deltactl.recording.tables.flat_files import write_flat
+from deltactl.repair.campaign import ENOUGH, ENOUGH_M, JOB, ROBOT, WORSE, WORSE_M
+from deltactl.repair.compared import Seen
+from deltactl.repair.heal import Healer, Order
+from deltactl.repair.machine import FaultyRobot, faulty_robot
+from deltactl.repair.patients import Homed, Ran
+from deltactl.repair.played import Drawn, played
+
+HEALTHY_EVERY = 6
+"""Every sixth robot has no hidden cause."""
+MOST_CAUSES = 3
+
+
+class ProofPatient:
+    """A robot of the independent simulator, as a healing sees it."""
+
+    def __init__(self, machine: FaultyRobot):
+        self._machine = machine
+        self._seen: dict[Path, Seen] = {}
+
+    def home(self, robot_file: Path) -> Homed:
+        """See Patient; it always starts from home."""
+        return Homed("simulated", self._machine.machine.noise.sigma_m)
+
+    def run(self, job: Path, robot_file: Path, record: Path) -> Ran:
+        """See Patient."""
+        motion = played(plan_of(job, load_robot(robot_file)))
+        rng = np.random.default_rng([self._machine.seed, 11, len(self._seen)])
+        table = recorded(self._machine.machine, motion, rng)
+        path = record.with_suffix(".csv.gz")
+        write_flat(table, path)
+        columns = [
+            np.interp(table.t_s, motion.target_s, column, np.nan, np.nan)
+            for column in motion.target_m.T
+        ]
+        target_m = np.stack(columns, axis=1)
+        self._seen[path] = Seen(table, np.repeat(target_m[:, None, :], len(AXES), axis=1))
+        return Ran(path, motion.seconds)
+
+    def seen(self, recording: Path, job: Path, robot_file: Path) -> Seen:
+        """See Patient."""
+        return self._seen[recording]
+
+
+def causes_of(seed: int, number: int) -> list[str]:
+    """The hidden causes of a case: none, or one to three different ones."""
+    if number % HEALTHY_EVERY == HEALTHY_EVERY - 1:
+        return []
+    rng = np.random.default_rng([seed, number, 13])
+    return [str(name) for name in rng.permutation(SINGLES)[: rng.integers(1, MOST_CAUSES + 1)]]
+
+
+def heal_case(seed: int, number: int, folder: Path) -> dict[str, Any]:
+    """One robot as JSON, distances from the target RMS [m]; a refusal is a result too."""
+    causes = causes_of(seed, number)
+    result: dict[str, Any] = {"number": number, "hidden": causes}
+    work = folder / f"heal-{seed}-{number:04d}"
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    robot_file = work / ROBOT.name
+    shutil.copyfile(ROBOT, robot_file)
+    with alone():
+        machine = faulty_robot(causes, 1000 * seed + number)
+        before = _drawn(machine, robot_file)
+        possible = _drawn(faulty_robot([], 0), robot_file)
+        try:
+            order = Order(robot_file, JOB, work / "healing")
+            answer = Healer(order, ProofPatient(machine), lambda _: None).heal()
+            kept = ("outcome", "found", "corrected", "by_hand", "robot_s", "drawings", "why")
+            result |= {name: answer[name] for name in kept if name in answer}
+        except DeltactlError as error:
+            result |= {"outcome": "failed", "why": str(error)}
+        changed = robot_file.read_bytes() != ROBOT.read_bytes()
+        after = _drawn(machine, robot_file) if changed else before
+    for recording in work.glob("healing/*.csv.gz"):
+        recording.unlink()
+    return result | {
+        "changed": changed,
+        "before_m": before.rms_m,
+        "after_m": after.rms_m,
+        "possible_m": possible.rms_m,
+    }
+
+
+def _drawn(machine: FaultyRobot, robot_file: Path) -> Drawn:
+    return machine.draw(played(plan_of(JOB, load_robot(robot_file))))
+
+
+def prove_heal(cases: int, seed: int, out: Path, means: Means) -> list[dict[str, Any]]:
+    """Run what is not in `out` yet; all results there are, in order."""
+    until = time.monotonic() + 60.0 * means.minutes
+    out.mkdir(parents=True, exist_ok=True)
+    missing = [number for number in range(cases) if not _file(out, seed, number).exists()]
+    means.progress(cases - len(missing), cases, "")
+    with workers(means.count, means.scheduler, means.say) as at_work:
+        jobs = [(partial(heal_case, folder=out.resolve()), seed, number) for number in missing]
+        for done, (place, result) in enumerate(at_work(jobs), start=1):
+            text = json.dumps(result, indent=1, default=str) + "\n"
+            write_whole(_file(out, seed, missing[place]), text)
+            means.progress(cases - len(missing) + done, cases, "")
+            if time.monotonic() > until and done < len(missing):
+                means.say("time is up; the same command again goes on")
+                break
+    return list(_read(out, seed, cases))
+
+
+def _read(out: Path, seed: int, cases: int) -> Iterator[dict[str, Any]]:
+    for number in range(cases):
+        path = _file(out, seed, number)
+        if path.exists():
+            yield json.loads(path.read_text())
+
+
+def _file(out: Path, seed: int, number: int) -> Path:
+    return out / f"heal-{seed}-{number:04d}.json"
+
+
+def enough(row: dict[str, Any]) -> bool:
+    """Whether it draws as well as can be asked."""
+    return bool(row["after_m"] <= max(ENOUGH * row["possible_m"], ENOUGH_M))
+
+
+def worse(row: dict[str, Any]) -> bool:
+    """Whether it draws worse than before."""
+    return bool(row["after_m"] > max(WORSE * row["before_m"], row["before_m"] + WORSE_M))
+
+
+def figures(rows: Sequence[dict[str, Any]]) -> list[tuple[str, str]]:
+    """The figures of all rows in words."""
+    ill = [row for row in rows if row["hidden"]]
+    healthy = [row for row in rows if not row["hidden"]]
+    times = [row["robot_s"] / 60.0 for row in rows if "robot_s" in row]
+    lasted = f"median {np.median(times):.1f}, most {max(times):.1f} minutes" if times else "-"
+    return [
+        ("as good as can be asked", _share([enough(row) for row in ill])),
+        ("made worse", _share([worse(row) for row in rows])),
+        ("healthy robots changed", _share([row["changed"] for row in healthy])),
+        ("rolled back or refused", str(_count(rows, "rolled_back", "refused"))),
+        ("failed", str(_count(rows, "failed"))),
+        ("robot time", lasted),
+    ]
+
+
+def _count(rows: Sequence[dict[str, Any]], *outcomes: str) -> int:
+    return sum(row["outcome"] in outcomes for row in rows)
+
+
+def _share(each: Sequence[bool]) -> str:
+    return f"{sum(each)} of {len(each)}"
