@@ -1,4 +1,4 @@
-"""`deltactl heal`: a robot with a hidden fault draws better afterwards, a healthy one is left alone.
+"""`deltactl heal`: a robot with a hidden fault draws better afterwards, a healthy one is not touched.
 
 Whenever the program is killed, the robot file that was in force is in force.
 """
@@ -6,6 +6,7 @@ Whenever the program is killed, the robot file that was in force is in force.
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -17,7 +18,11 @@ from typing import Any
 import pytest
 import yaml
 
+from deltactl.firmware_py.job_file import load_job
+from deltactl.firmware_py.job_targets import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.planner.plan import make_plan
+from deltactl.firmware_py.robot_file import load_robot
 
 ROBOT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
 FAULT = {"effect": "home_offset", "component": "motor2", "parameters": {"angle": 0.012}}
@@ -51,14 +56,6 @@ def started(folder: Path, *words: str) -> subprocess.Popen[str]:
     )
 
 
-def ran(folder: Path, *words: str, status: int = 0) -> dict[str, Any]:
-    process = started(folder, *words)
-    out, err = process.communicate(timeout=WAIT_S)
-    assert process.returncode == status, err
-    answer: dict[str, Any] = json.loads(out) if out else {"error": err}
-    return answer
-
-
 def killed_after(folder: Path, kinds: list[str], *words: str) -> None:
     """Begin, and kill the program as soon as recordings of these kinds are finished."""
     process, state = started(folder, *words), folder / "heal-mine" / "healing.json"
@@ -74,14 +71,14 @@ def killed_after(folder: Path, kinds: list[str], *words: str) -> None:
     process.communicate()
 
 
-def test_a_killed_healing_leaves_the_file_and_goes_on_and_is_undone(folder: Path) -> None:
+def test_a_killed_healing_leaves_the_file_and_goes_on_and_is_undone(deltactl, folder: Path) -> None:
     old = put_robot(folder, FAULT)
     robot_file = folder / "mine.yaml"
     go_on = (*CALL, "--continue")
     for kinds, call in (([], CALL), (["survey"], go_on), (["survey", "before"], go_on)):
         killed_after(folder, kinds, *call)
         assert robot_file.read_text() == old
-    answer = ran(folder, *go_on)
+    answer = json.loads(deltactl(*go_on).stdout)
     assert answer["outcome"] == "healed"
     assert answer["before_ci95_m"][0] > 2.0 * answer["after_rms_m"]
     assert answer["gain_ci95_m2"][0] > 0.0
@@ -90,20 +87,48 @@ def test_a_killed_healing_leaves_the_file_and_goes_on_and_is_undone(folder: Path
     (effect,) = yaml.safe_load(robot_file.read_text())["effects"]
     assert effect["effect"] == FAULT["effect"]
     assert effect["parameters"]["angle"] == pytest.approx(0.012, abs=0.001)
-    assert ran(folder, "heal", "mine.yaml", "--undo", "--json")["undone"] is True
+    undone = ("heal", "mine.yaml", "--undo", "--json")
+    assert json.loads(deltactl(*undone).stdout)["undone"] is True
     assert robot_file.read_text() == old
-    assert ran(folder, "heal", "mine.yaml", "--undo", "--json")["undone"] is False
+    assert json.loads(deltactl(*undone).stdout)["undone"] is False
     robot_file.write_text(f"{old}# by hand\n")
-    assert "changed" in ran(folder, "heal", "mine.yaml", "--undo", status=2)["error"]
+    assert "changed" in deltactl(*undone, status=2).stderr
 
 
-def test_a_healthy_robot_and_a_healed_one_are_left_alone(folder: Path) -> None:
+def test_a_robot_with_nothing_missing_in_its_file_is_not_changed(deltactl, folder: Path) -> None:
     """A correction that the file has is not made once more."""
     text = put_robot(folder, FAULT)
     text += yaml.safe_dump({"effects": [FAULT]})
     (folder / "mine.yaml").write_text(text)
-    answer = ran(folder, *CALL)
+    answer = json.loads(deltactl(*CALL).stdout)
     assert answer["outcome"] == "nothing_to_heal"
     assert answer["by_hand"] == []
     assert (folder / "mine.yaml").read_text() == text
-    assert "nothing to undo" in ran(folder, "heal", "mine.yaml", "--undo", status=2)["error"]
+    assert "nothing to undo" in deltactl("heal", "mine.yaml", "--undo", status=2).stderr
+
+
+@pytest.mark.study
+def test_a_correction_that_the_limits_forbid_is_refused(deltactl, folder: Path) -> None:
+    """The corrected arms would have to go beyond the limits of the file in force."""
+    put_robot(folder, FAULT)
+    robot_file, job = folder / "mine.yaml", load_job(folder / "small.yaml")
+    robot = load_robot(robot_file)
+    highest_deg = math.degrees(
+        make_plan(job, robot, kinematics_of(job, robot, folder)).first.lap.angles_rad.max()
+    )
+    narrow = f"arm_deg: [-20, {highest_deg + 0.1:.3f}]"
+    old = robot_file.read_text().replace("arm_deg: [-20, 110]", narrow, 1)
+    robot_file.write_text(old)
+    answer = json.loads(deltactl(*CALL, status=1).stdout)
+    assert answer["outcome"] == "refused"
+    assert "limit" in answer["why"]
+    assert robot_file.read_text() == old
+
+
+def test_what_cannot_be_healed_is_said_before_anything_moves(deltactl, folder: Path) -> None:
+    put_robot(folder)
+    far = HEART | {"path": HEART["path"] | {"width_m": 3.0}}
+    (folder / "far.yaml").write_text(yaml.safe_dump(far))
+    deltactl("heal", "mine.yaml", "--job", "far.yaml", "--simulate", status=2)
+    assert "--continue" in deltactl(*CALL, "--out", "none", "--continue", status=2).stderr
+    assert "to undo" in deltactl("heal", "mine.yaml", "--undo", status=2).stderr

@@ -1,0 +1,66 @@
+"""Before and after by the sensors: the interval holds the truth, and a worse drawing is called so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.planner.plan import plan_of
+from deltactl.firmware_py.robot_file import load_robot
+from deltactl.models.chain import Chain, Commands
+from deltactl.models.robot import EffectEntry, FloatArray
+from deltactl.recording.tables.flat import from_columns
+from deltactl.repair.compared import Seen, distance, gain
+from deltactl.repair.played import played
+
+JOB = CONFIG_FOLDER / "demo-heart.yaml"
+NOMINAL = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
+FAULT = EffectEntry(effect="home_offset", component="motor2", parameters={"angle": 0.001})
+BLIND = EffectEntry(effect="sensor_offset", component="y", parameters={"offset": 0.02})
+NOISE_M = 0.0015
+
+
+def drawn(correct: bool, sensors: tuple[EffectEntry, ...], seed: int) -> tuple[Seen, FloatArray]:
+    """A robot with the fault draws the heart; what its sensors see, and how far off it truly is."""
+    robot = NOMINAL.model_copy(update={"effects": (FAULT,)}) if correct else NOMINAL
+    motion = played(plan_of(JOB, robot))
+    t_s = np.arange(0.03, motion.seconds, 0.02)
+    commands = Commands.of_counts(t_s, motion.smooth(t_s), NOMINAL.drive)
+    real = Chain(NOMINAL).simulate(commands, (FAULT, *sensors))
+    noise_m = NOISE_M * np.random.default_rng(seed).standard_normal(real.ranges.shape)
+    counts = motion.at(t_s)
+    columns = {"t": t_s}
+    columns |= {f"steps_{motor + 1}": counts[:, motor] for motor in range(3)}
+    columns |= {f"range_{axis}": (real.ranges + noise_m)[:, i] for i, axis in enumerate("xyz")}
+    columns |= {f"status_{axis}": np.zeros(len(t_s)) for axis in "xyz"}
+    target_m = np.stack(
+        [np.interp(t_s, motion.target_s, c, np.nan, np.nan) for c in motion.target_m.T], axis=1
+    )
+    seen = Seen(from_columns(columns, "test"), np.repeat(target_m[:, None], 3, axis=1))
+    off_m = real.position - target_m
+    return seen, np.nanmean(np.sum(off_m**2, axis=1))
+
+
+@pytest.mark.parametrize("sensors", [(), (BLIND,)])
+def test_the_gain_is_measured_though_a_sensor_reads_long(sensors: tuple[EffectEntry, ...]) -> None:
+    """0.24 mm are shown by sensors that scatter by 1.5 mm, in two drawings."""
+    robot = NOMINAL.model_copy(update={"effects": (FAULT, *sensors)})
+    inside = 0
+    for seed in range(12):
+        (before, was), (after, now) = (drawn(c, sensors, 2 * seed + c) for c in (False, True))
+        better = gain([before], [after], robot)
+        low, high = better.ci95_m2
+        inside += low < was - now < high
+        assert better.sign == 1
+        assert gain([after], [before], robot).sign == -1
+        low_m, high_m = distance([before], robot).ci95_m
+        assert low_m < 1.3 * np.sqrt(was)
+        assert high_m > 0.8 * np.sqrt(was)
+    assert inside >= 9
+
+
+def test_the_same_drawing_twice_is_neither_better_nor_worse() -> None:
+    robot = NOMINAL.model_copy(update={"effects": (FAULT,)})
+    one, two = (drawn(True, (), seed)[0] for seed in (1, 2))
+    assert gain([one], [two], robot).sign == 0
