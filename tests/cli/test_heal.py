@@ -1,4 +1,4 @@
-"""`deltactl heal`: a robot with a hidden fault draws better afterwards, a healthy one is not touched.
+"""`deltactl heal`: a robot with a hidden fault draws better, a healthy one is kept as it is.
 
 Whenever the program is killed, the robot file that was in force is in force.
 """
@@ -29,11 +29,11 @@ FAULT = {"effect": "home_offset", "component": "motor2", "parameters": {"angle":
 HEART = {
     "name": "small-heart",
     "robot": "mine.yaml",
-    "path": {"shape": "heart", "centre_m": [0.0, 0.0, -0.45], "width_m": 0.1},
+    "path": {"shape": "heart", "centre_m": [0.0, 0.0, -0.45], "width_m": 0.08},
     "timing": {"mode": "together", "t_pwm_s": 0.002},
     "inverse_kinematics": {"kind": "geometry"},
 }
-CALL = ("heal", "mine.yaml", "--job", "small.yaml", "--simulate", "--minutes", "0.5", "--json")
+CALL = ("heal", "mine.yaml", "--job", "small.yaml", "--simulate", "--minutes", "0.3", "--json")
 WAIT_S = 240.0
 
 

@@ -13,15 +13,16 @@ import typer
 from deltactl.cli.help_screens import MORE
 from deltactl.cli.output import (
     NO_ROBOT,
-    broken,
     duration,
     errors,
     millimetres,
     print_json,
     say,
+    screen_width,
     tell,
     waiting,
     warn,
+    wrapped,
 )
 from deltactl.cli.robot.jobs import JsonOption
 from deltactl.foundation.errors import ServiceError
@@ -159,7 +160,10 @@ def screen(answer: dict[str, Any], robot: str) -> list[str]:
     lines.append(f"robot time {duration(answer['robot_s'])}, in all {duration(answer['took_s'])}")
     if answer["outcome"] == "healed":
         lines.append(f"back to the file before: deltactl heal {robot} --undo")
-    shown = broken(lines)
+    from rich.text import Text
+
+    width = screen_width()
+    shown = [part.plain for line in lines for part in wrapped(Text(line), width)]
     if len(shown) > MOST_LINES:
         shown = [*shown[: MOST_LINES - 1], "the rest is in --json"]
     return shown
