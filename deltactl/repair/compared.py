@@ -156,7 +156,7 @@ def _rows_on_path(seen: Seen) -> BoolArray:
 
 
 def _on_path(runs: Sequence[Seen], robot: DeltaRobot) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Of all rows on the path: number of the bin (n,), error (n, 3) [m], share of the path (n,)."""
+    """All rows on the path: number of the bin (n,), error (n, 3) [m], share of the path (n,)."""
     phases, errors, shares = [], [], []
     for seen in runs:
         on_path = _rows_on_path(seen)
@@ -243,7 +243,7 @@ def _one_axis(phase: IntArray, error_m: FloatArray) -> tuple[float, float]:
     share = np.array(weights) / sum(weights)
     variance = _inflation(leftovers) * np.array(noise)
     square = np.square(means) - variance
-    # Of a mean with noise of this variance: of its square, with the mean itself as estimated.
+    # The variance of the square of a mean that has this noise.
     spread = 4.0 * np.maximum(square, 0.0) * variance + 2.0 * variance**2
     return float(share @ square), float(share**2 @ spread)
 

@@ -76,19 +76,23 @@ class Order:
 
 
 class Healer:
-    """Carries one order out; every step is written down before the next one begins."""
+    """Carries one order out; every step is written down before the next one begins.
+
+    To make one raises ConfigError or MotionError for an order that cannot be carried out.
+    """
 
     def __init__(self, order: Order, patient: Patient, say: Say):
         self._order, self._patient, self._say = order, patient, say
         self._begun_s = time.monotonic()
         self._earlier: list[dict[str, str]] = []
+        self._robot = self._checked()
         self._state = self._begin()
 
     def heal(self) -> dict[str, Any]:
         """The answer, as JSON. Raises DeltactlError; then the old robot file is in force."""
         if self._state.answer is not None:
             return self._state.answer
-        robot = self._checked()
+        robot = self._robot
         self._record_survey(robot)
         answer = self._diagnosed()
         for _ in range(MOST_EXPERIMENTS - len(self._state.of(EXPERIMENT))):
@@ -189,7 +193,7 @@ class Healer:
         write_healing(self._order.out, self._state)
 
     def _diagnosed(self) -> Diagnosis:
-        """Of all recordings by the file in force; worked out once for each number of them."""
+        """All recordings, by the file in force; worked out once for each number of them."""
         files = [one.file for one in self._state.of(SURVEY, EXPERIMENT)]
         kept = self._order.out / f"diagnosis-{len(files)}.json"
         step = f"diagnosis of {len(files)} recording{'s' if len(files) > 1 else ''}"

@@ -84,7 +84,7 @@ def heal_case(seed: int, number: int, folder: Path) -> dict[str, Any]:
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
     robot_file = work / ROBOT.name
-    shutil.copyfile(ROBOT, robot_file)
+    write_whole(robot_file, ROBOT.read_bytes())
     with alone():
         machine = faulty_robot(causes, 1000 * seed + number)
         before = _drawn(machine, robot_file)

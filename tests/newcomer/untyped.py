@@ -49,8 +49,12 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         "deltactl run survey.yaml --record survey.mcap",
         "deltactl correct survey.mcap --robot zhao-2023.yaml --out mine.yaml",
     ),
+    "surveys for minutes; tests/cli/test_heal.py types it with a short survey": (
+        "deltactl heal mine.yaml",
+    ),
     "takes hours; a short form of each is in tests/proof, tests/reproduction and tests/training": (
         "deltactl prove --repair --cases 104 --seed 2 --networks --out repair-2",
+        "deltactl prove --heal --out heal-1",
         "deltactl prove --machine axis --cases 100 --half even --seed 2000 --out axes-even",
         "deltactl prove --machine axis --cases 0 --practice ../shared/recordings/practice_axes"
         " --out practice",

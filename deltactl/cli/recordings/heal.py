@@ -25,7 +25,7 @@ from deltactl.cli.output import (
     wrapped,
 )
 from deltactl.cli.robot.jobs import JsonOption
-from deltactl.foundation.errors import ServiceError
+from deltactl.foundation.errors import ConfigError, ServiceError
 from deltactl.foundation.extras import needs
 
 if TYPE_CHECKING:
@@ -85,6 +85,8 @@ def heal(
     from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 
     path = find(robot, key=ROBOT_KEY)
+    if not Path(robot).exists():
+        raise ConfigError(f"{robot}: is an example; copy {path} here first, and heal the copy")
     folder = out or Path(f"heal-{path.stem}")
     if undo:
         changed = put_back(folder, path)
