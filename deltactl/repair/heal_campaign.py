@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from deltactl.models.robot import AXES
 from deltactl.proof.hidden.vocabulary import SINGLES
 from deltactl.proof.prove.resumable import Means, workers
 from deltactl.proof.recorded import record as recorded
+from deltactl.proof.robot.as_built import StepTrain
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.campaign import ENOUGH, ENOUGH_M, JOB, ROBOT, WORSE, WORSE_M
 from deltactl.repair.compared import Seen
@@ -52,7 +53,7 @@ class ProofPatient:
         """See Patient."""
         motion = played(plan_of(job, load_robot(robot_file)))
         rng = np.random.default_rng([self._machine.seed, 11, len(self._seen)])
-        table = recorded(self._machine.machine, motion, rng)
+        table = recorded(self._machine.machine, cast(StepTrain, motion), rng)
         path = record.with_suffix(".csv.gz")
         write_flat(table, path)
         columns = [
