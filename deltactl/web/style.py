@@ -37,6 +37,7 @@ STYLE = """
 DARK = """
 .body--dark .text-gray-600 { color: #94a3b8; } .body--dark .text-red-800 { color: #fca5a5; }
 .body--dark .text-green-800 { color: #86efac; } .body--dark a { color: #93c5fd; }
+.body--dark .no-webgl { color: #fcd34d; }
 .body--dark .q-btn--outline, .body--dark .q-tab-panel .q-btn--flat { --q-primary: #93c5fd; }
 .body--dark .q-btn--outline.disabled { filter: brightness(2.4); }
 .body--dark .scene-box, .body--dark .editor { filter: invert(0.9) hue-rotate(180deg); }

@@ -107,6 +107,9 @@ class JobChecks:
             open_checks = [check for check in self._waiting if check.going_on]
         for check in open_checks:
             check.claim.call_off(why)
+        with self._changed:  # all but the first, which is carried out, make room
+            waiting = enumerate(self._waiting)
+            self._waiting = deque(check for n, check in waiting if n == 0 or check.going_on)
         return len(open_checks)
 
     def close(self, timeout_s: float) -> None:

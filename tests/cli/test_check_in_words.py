@@ -27,7 +27,7 @@ def test_a_fine_robot_is_said_to_be_one(deltactl, printed: Path) -> None:
     said = flat(deltactl("check", f"{printed.stem}-circle.yaml").stdout)
     assert said.startswith("printed-circle may run robot")
     assert "RMS in x, y and z together (good: less than 1 % of the path's 88 mm)" in said
-    assert "as the row 'commanded' after a simulated run shows it" in said
+    assert "as the row 'commanded' of a run shows it" in said
     assert "singularity margin 0.64 (good: 1 is best" in said
     assert (
         json.loads(deltactl("check", "printed-circle.yaml", "--json").stdout)["too_coarse"] is None

@@ -10,7 +10,7 @@ from hypothesis.stateful import run_state_machine_as_test
 from deltactl.firmware_py.controller.states import TABLE, Event, Happening, Request, State
 from tests.rigs.table_walk import BY_THEMSELVES, WHILE_HOMING, Robot, taken, walked
 
-EXAMPLES, STEPS_EACH = 55, 50
+EXAMPLES, STEPS_EACH = 62, 50
 AT_LEAST_STEPS = 2000
 
 

@@ -106,4 +106,5 @@ def test_too_many_jobs_that_wait_for_their_check_are_refused(robot: ServedRobot)
     assert {one["error"]["kind"] for one in answers if not one["ok"]} == {"NotReady"}
     assert robot.clients[0].ask("cancel")["ok"]
     until(lambda: robot.state is State.READY, "all are dropped")
-    assert robot.clients[0].ask("run", job=str(robot.jobs["there"]))["ok"]
+    again = robot.clients[0].ask("run", job=str(robot.jobs["there"]))
+    assert again["ok"], again

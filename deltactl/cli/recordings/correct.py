@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from deltactl.cli.output import print_json, waiting
-from deltactl.cli.recordings.diagnosing import Shown, print_answer
 from deltactl.cli.robot.jobs import JsonOption
 from deltactl.foundation.extras import needs
 from deltactl.foundation.one_screen import Part
@@ -83,6 +82,7 @@ def _expected(job: str | None, limit: Limit | str) -> list[str]:
 
 def _say(found: Corrected, all_of_them: bool, expected: list[str]) -> None:
     """One screen: what was found, what is done about it, and the files. expected: of the job."""
+    from deltactl.cli.recordings.diagnosing import Shown, print_answer
     from deltactl.diagnosis.report.next_run import done_part, saved_part
 
     effects = [(one.says, one.how, one.why_not) for one in found.coverage.effects]

@@ -90,10 +90,11 @@ def _as_inspected(
     wrong = isinstance(robot, ServoAxis) and other_motion(units, robot.motion)
     if robot is None or seen.kind != robot.kind or seen.mapping.rate_hz is not None or wrong:
         return None
+    recording = read_mapped(path, seen.mapping)
     tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")
     if seen.warnings:
         tell(f"{path.name}: {'; '.join(seen.warnings)}")
-    return read_mapped(path, seen.mapping)
+    return recording
 
 
 def as_calibration(recording: FlatRecording, robot: RobotModel | None) -> FlatRecording:
