@@ -110,13 +110,16 @@ def test_a_robot_with_nothing_missing_in_its_file_is_not_changed(deltactl, folde
 @pytest.mark.study
 def test_a_correction_that_the_limits_forbid_is_refused(deltactl, folder: Path) -> None:
     """The corrected arms would have to go beyond the limits of the file in force."""
-    put_robot(folder, FAULT)
+    put_robot(folder)
     robot_file, job = folder / "mine.yaml", load_job(folder / "small.yaml")
     robot = load_robot(robot_file)
-    highest_deg = math.degrees(
-        make_plan(job, robot, kinematics_of(job, robot, folder)).first.lap.angles_rad.max()
+    highest_rad = make_plan(job, robot, kinematics_of(job, robot, folder)).first.lap.angles_rad.max(
+        axis=0
     )
-    narrow = f"arm_deg: [-20, {highest_deg + 0.1:.3f}]"
+    highest = int(highest_rad.argmax())
+    above = {"component": f"motor{highest + 1}", "parameters": {"angle": -0.012}}
+    put_robot(folder, FAULT | above)
+    narrow = f"arm_deg: [-20, {math.degrees(highest_rad[highest]) + 0.1:.3f}]"
     old = robot_file.read_text().replace("arm_deg: [-20, 110]", narrow, 1)
     robot_file.write_text(old)
     answer = json.loads(deltactl(*CALL, status=1).stdout)
