@@ -45,6 +45,7 @@ from deltactl.repair.healing_state import (
 from deltactl.repair.limit import limit_of
 from deltactl.repair.patients import Patient
 from deltactl.repair.played import played
+from deltactl.repair.worth import Worth, ranked
 
 Say = Callable[[str], None]
 CANDIDATE = "corrected.yaml"
@@ -210,7 +211,7 @@ class Healer:
     def _treated(self, robot: RobotFile, answer: Diagnosis) -> dict[str, Any]:
         """Correct, draw before and after, keep or leave; what came of it."""
         path = self._order.robot_file
-        found = {"found": [finding.says for finding in answer.findings]}
+        found: dict[str, Any] = {"found": [finding.says for finding in answer.findings]}
         text = corrected_text(path, answer, tables=Tables.JOINTS)
         candidate = self._order.out.resolve() / CANDIDATE
         write_whole(candidate, text)
@@ -225,6 +226,12 @@ class Healer:
         if new.is_same_as(old):
             by_hand = self._by_hand(answer, robot)
             return found | {"outcome": NOTHING, "by_hand": by_hand}
+        covered = coverage_of(self._order.job, candidate)
+        says = {(one.effect, one.component): one.says for one in covered.effects}
+        found["worth"] = [
+            one.as_json() | {"says": says.get((one.effect, one.component), one.effect)}
+            for one in self._ranked(robot, corrected)
+        ]
         before, after, better = self._drawn(candidate, corrected)
         measured = {
             "before_rms_m": before.rms_m,
@@ -235,9 +242,7 @@ class Healer:
             "gain_ci95_m2": better.ci95_m2,
             "drawings": len(self._state.of(OLD)),
             "by_hand": self._by_hand(answer, corrected, candidate),
-            "corrected": [
-                effect.says for effect in coverage_of(self._order.job, candidate).compensated
-            ],
+            "corrected": [effect.says for effect in covered.compensated],
         }
         if better.sign != 1:
             return found | measured | {"outcome": ROLLED_BACK}
@@ -245,6 +250,12 @@ class Healer:
         self._state = exchange(self._order.out, self._state, candidate.read_text(encoding="utf-8"))
         self._patient.home(path)
         return found | measured | {"outcome": HEALED}
+
+    def _ranked(self, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
+        """What each correction is worth; nothing for a network, which learned all of them."""
+        if isinstance(load_job(self._order.job).inverse_kinematics, NetworkIk):
+            return []
+        return ranked(self._order.job, robot, corrected)
 
     def _plan(self, robot: RobotFile) -> Any:
         return played(plan_of(self._order.job, robot))

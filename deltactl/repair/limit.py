@@ -69,23 +69,23 @@ def limit_of(
     accepted = acting(robot)
     left = {(effect.effect, effect.component) for effect in covered.left}
     met = tuple(effect for effect in accepted if (effect.effect, effect.component) not in left)
-    at_best_m, reached_m = (_reached_m(robot, effects, path) for effects in (met, accepted))
-    known_m = _rms_m(reached_m - path.target_m)
-    whole_m = _rms_m(_reached_m(robot, (), path, whole=True) - path.target_m)
+    at_best_m, reached_m = (reached_on(robot, effects, path) for effects in (met, accepted))
+    known_m = rms_m(reached_m - path.target_m)
+    whole_m = rms_m(reached_on(robot, (), path, whole=True) - path.target_m)
     opened_m = [
-        _rms_m(_reached_m(robot, moved, path) - reached_m) for moved in _moved_by_sigma(accepted)
+        rms_m(reached_on(robot, moved, path) - reached_m) for moved in moved_by_sigma(accepted)
     ]
     sizes_m = float(np.sqrt(np.sum(np.square(opened_m))))
     return Limit(
         rms_m=float(np.hypot(known_m, sizes_m)),
-        steps_m=_rms_m(at_best_m - path.target_m),
+        steps_m=rms_m(at_best_m - path.target_m),
         sizes_m=sizes_m,
-        left_m=_rms_m(reached_m - at_best_m),
+        left_m=rms_m(reached_m - at_best_m),
         counted_m=known_m if accepted else whole_m,
     )
 
 
-def _reached_m(
+def reached_on(
     robot: DeltaRobot, effects: tuple[EffectEntry, ...], path: Played, whole: bool = False
 ) -> FloatArray:
     """Where the platform is when targets are due if the robot is so, (k, 3) [m].
@@ -98,7 +98,7 @@ def _reached_m(
     return reached_m(robot, effects, t_s, counts, path.target_s)
 
 
-def _moved_by_sigma(effects: tuple[EffectEntry, ...]) -> list[tuple[EffectEntry, ...]]:
+def moved_by_sigma(effects: tuple[EffectEntry, ...]) -> list[tuple[EffectEntry, ...]]:
     """The effects with one size after the other off by its standard deviation."""
     moved = []
     for number, entry in enumerate(effects):
@@ -123,7 +123,7 @@ def _off_by(effect: str, name: str, value: float, sigma: float) -> float:
     return max(value - sigma, parameter.low)
 
 
-def _rms_m(off_m: FloatArray) -> float:
+def rms_m(off_m: FloatArray) -> float:
     return float(np.sqrt(np.nanmean(np.sum(off_m**2, axis=1))))
 
 

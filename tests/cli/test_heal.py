@@ -82,6 +82,10 @@ def test_a_killed_healing_leaves_the_file_and_goes_on_and_is_undone(deltactl, fo
     assert answer["outcome"] == "healed"
     assert answer["before_ci95_m"][0] > 2.0 * answer["after_rms_m"]
     assert answer["gain_ci95_m2"][0] > 0.0
+    (worth,) = answer["worth"]
+    assert worth["ci95_m"][0] <= worth["alone_m"] < 0.2 * worth["now_m"]
+    low_m, high_m = answer["before_ci95_m"]
+    assert 0.9 * low_m < worth["now_m"] < 1.1 * high_m
     kinds = [Path(name).name.split("-")[0] for name in answer["recordings"]]
     assert kinds == ["survey", "before", "after"]
     (effect,) = yaml.safe_load(robot_file.read_text())["effects"]

@@ -156,6 +156,9 @@ def screen(answer: dict[str, Any], robot: str) -> list[str]:
         )
     lines += _named("found:", answer["found"])
     lines += _named("corrected:", answer.get("corrected", []))
+    if len(worth := answer.get("worth", [])) > 1:
+        heading = f"what each repair alone would do to it, now {millimetres(worth[0]['now_m'])}:"
+        lines += _named(heading, [_worth(one) for one in worth])
     lines += _named("done by hand since:", answer["done_by_hand"])
     work = [f"{one['says']}: {one['why']}" for one in answer["by_hand"]]
     lines += _named(f"needs a hand; then deltactl heal {robot} --continue:", work)
@@ -185,6 +188,14 @@ def _named(heading: str, items: list[str]) -> list[str]:
         return []
     more = [f"  - and {len(items) - MOST_NAMED} more"] if len(items) > MOST_NAMED else []
     return [heading, *(f"  - {item}" for item in items[:MOST_NAMED]), *more]
+
+
+def _worth(one: dict[str, Any]) -> str:
+    low, high = one["ci95_m"]
+    return (
+        f"{one['effect']} on {one['component']}: {millimetres(one['alone_m'])}"
+        f" [{low * 1e3:.2f}, {high * 1e3:.2f}], {one['share']:.0%} less"
+    )
 
 
 def _size(answer: dict[str, Any], name: str) -> str:
