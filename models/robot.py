@@ -256,11 +256,60 @@ class RangeSensor(StrictModel):
     """What is known of it already."""
 
 
-RobotModel = DeltaRobot | StepperAxis | ServoAxis | RangeSensor
+Positive = Annotated[float, Field(gt=0.0, description="turn the sign of the column instead")]
 
-KINDS: dict[str, type[DeltaRobot] | type[StepperAxis] | type[ServoAxis] | type[RangeSensor]] = {
+
+class ChainRobot(RuledModel):
+    """Joints one behind the other, which a URDF or MJCF describes: an arm, a gantry, a mount."""
+
+    kind: Literal["chain"]
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    """What reports call it."""
+    model: Annotated[str, Field(min_length=1, description="a URDF (.urdf) or MJCF (.xml)")]
+    """Its URDF or MJCF file, as seen from the robot file."""
+    joints: Annotated[
+        tuple[Annotated[str, Field(min_length=1)], ...],
+        Field(min_length=1, max_length=32, description="joints of one chain"),
+    ]
+    """Names of its joints in the model, in the order of the columns theta_1, theta_2, ..."""
+    effort_gain: Positive | tuple[Positive, ...] = 1.0
+    """Torque or force for one unit of the effort column: one number, or one a joint."""
+    gear: Positive | tuple[Positive, ...] = 1.0
+    """Turns of the motor for one of the joint, where the effort is the motor's."""
+    gravity: bool = True
+    """Whether it pulls along the model's own direction; `off` where the efforts have none in
+    them."""
+    effects: tuple[EffectEntry, ...] = ()
+    """What is known of it already."""
+
+    @rule("joints")
+    def _named_once(self) -> None:
+        if twice := [name for name in self.joints if self.joints.count(name) > 1]:
+            raise ValueError(f"joints has '{twice[0]}' twice")
+
+    @rule("joints", "effort_gain", "gear")
+    def _one_a_joint(self) -> None:
+        for key, value in (("effort_gain", self.effort_gain), ("gear", self.gear)):
+            if isinstance(value, tuple) and len(value) != len(self.joints):
+                raise ValueError(
+                    f"{key} has {len(value)} numbers and joints {len(self.joints)} names;"
+                    " it is one number, or one a joint"
+                )
+
+    @property
+    def effort_per_unit(self) -> FloatArray:
+        """What one unit of the effort column makes at each joint, (joints,) [N m or N]."""
+        made: FloatArray = np.ones(len(self.joints)) * np.asarray(self.effort_gain) * self.gear
+        return made
+
+
+RobotModel = DeltaRobot | StepperAxis | ServoAxis | RangeSensor | ChainRobot
+AnyKind = type[DeltaRobot] | type[StepperAxis] | type[ServoAxis] | type[RangeSensor] | type[ChainRobot]
+
+KINDS: dict[str, AnyKind] = {
     "delta": DeltaRobot,
     "stepper_axis": StepperAxis,
     "servo_axis": ServoAxis,
     "range_sensor": RangeSensor,
+    "chain": ChainRobot,
 }

@@ -28,6 +28,7 @@ from deltactl.models.effects.lone_axis import (
 from deltactl.models.robot import (
     KINDS,
     MACHINE_SECTIONS,
+    AnyKind,
     DeltaRobot,
     EffectEntry,
     RangeSensor,
@@ -80,6 +81,8 @@ def forms_of(kind: str, motion: Any = None) -> Forms:
         return _together(command_effects("rotary"))
     if kind == "range_sensor":
         return _together(sensor_effects())
+    if kind == "chain":
+        return {}  # its plant knows the joints
     if motion not in MOTIONS:
         return {}
     vocabularies = command_effects(motion), effort_effects(motion)
@@ -153,7 +156,7 @@ def with_effects_in(document: Document) -> RobotModel:
     return robot
 
 
-def kind_in(document: Document) -> type[DeltaRobot | StepperAxis | ServoAxis | RangeSensor]:
+def kind_in(document: Document) -> AnyKind:
     """What kind of machine a file describes. Raises ConfigError where it describes none."""
     kind = document.data.get("kind")
     if kind is None and "robot" in document.data:
@@ -168,8 +171,10 @@ def kind_in(document: Document) -> type[DeltaRobot | StepperAxis | ServoAxis | R
 
 def model_sections(document: Document) -> dict[str, Any]:
     """What a file says of the machine itself, with the names of effects that are used inside."""
-    data = document.data
-    return _inside({key: value for key, value in data.items() if key not in MACHINE_SECTIONS})
+    data = {key: value for key, value in document.data.items() if key not in MACHINE_SECTIONS}
+    if data.get("kind") == "chain" and isinstance(model := data.get("model"), str):
+        data["model"] = str(document.path.parent / model)
+    return _inside(data)
 
 
 def _inside(data: dict[str, Any]) -> dict[str, Any]:

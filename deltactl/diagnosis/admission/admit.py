@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
-from deltactl.diagnosis.admission import axis_match, columns
+from deltactl.diagnosis.admission import axis_match, chain_columns, columns
 from deltactl.diagnosis.admission.another_kind import of_another_kind, refuse_several_motors
 from deltactl.diagnosis.admission.arm_columns import (
     check_arm_angles,
@@ -24,6 +25,7 @@ from deltactl.diagnosis.admission.excerpt import excerpts, most_rows
 from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal
 from deltactl.diagnosis.admission.robot_match import check_belongs, check_input
 from deltactl.diagnosis.observations.servo_preprocessing import reads_disturbance, sensor_rounds
+from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -32,12 +34,21 @@ from deltactl.diagnosis.plants.lone.range_sensor import RangeSensorPlant
 from deltactl.diagnosis.plants.lone.servo_delta import ServoDelta
 from deltactl.foundation.errors import RefusedRecording
 from deltactl.models.chain.servo_delta import ServoChain
-from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis, StepperAxis
+from deltactl.models.rigid_chain import RigidChain
+from deltactl.models.robot import (
+    ChainRobot,
+    DeltaRobot,
+    RangeSensor,
+    RobotModel,
+    ServoAxis,
+    StepperAxis,
+)
 from deltactl.models.servo_drive import ServoDrive
 from deltactl.recording.tables.flat import FlatRecording
 
 LoneRobot = StepperAxis | ServoAxis | RangeSensor
 LonePlant = CommandedAxis | ForcedAxis | RangeSensorPlant
+AnyPlant = LonePlant | ServoDelta | ChainPlant
 Progress = Callable[[str], None]
 P = TypeVar("P")
 
@@ -46,12 +57,12 @@ P = TypeVar("P")
 class Lone:
     """What a single axis, a sensor or the joints of a servo delta are compared by."""
 
-    plant: LonePlant | ServoDelta
-    others: Sequence[LonePlant | ServoDelta] = ()
+    plant: AnyPlant
+    others: Sequence[AnyPlant] = ()
     """Plants of held-out recordings."""
     left_out: tuple[Refusal, ...] = ()
     """Why other held-out recordings say nothing."""
-    singles: Sequence[LonePlant | ServoDelta] = ()
+    singles: Sequence[AnyPlant] = ()
     """Plants of each of several recordings by itself."""
 
 
@@ -160,6 +171,8 @@ def _machine(
     progress: Progress,
 ) -> Lone | Delta | ServoRobot:
     """What the pipelines take apart. Raises RefusedRecording."""
+    if isinstance(robot, ChainRobot):
+        return _chain(robot, recordings, holdout)
     if not isinstance(robot, DeltaRobot):
         return _lone(robot, recordings, holdout)
     every = [*recordings, *holdout]
@@ -234,6 +247,26 @@ def _joints(
         return plant
 
     return Lone(plant(recordings), *_held_out(plant, holdout))
+
+
+def _chain(
+    robot: ChainRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
+) -> Lone:
+    """The joints of a chain. Raises ConfigError where its model does not hold them."""
+    chain = RigidChain(Path(robot.model), robot.joints, robot.gravity)
+    chain_columns.check_effects(robot, chain)
+
+    def plant(recordings: Sequence[FlatRecording]) -> ChainPlant:
+        for recording in recordings:
+            axis_match.check_times(recording)
+            chain_columns.check_joints(robot, chain, recording)
+        plant = ChainPlant(robot, recordings, chain)
+        chain_columns.check_motion(plant)
+        return plant
+
+    others, left_out = _held_out(plant, holdout)
+    singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
+    return Lone(plant(recordings), others, left_out, singles)
 
 
 def _lone(

@@ -11,7 +11,7 @@ import numpy as np
 
 from deltactl.diagnosis.admission.refusal import Kind, Refusal, refuse
 from deltactl.foundation.errors import RecordingError, RefusedRecording
-from deltactl.models.robot import DeltaRobot, RobotModel
+from deltactl.models.robot import ChainRobot, DeltaRobot, RobotModel
 from deltactl.recording.column_measures import first_of
 from deltactl.recording.foreign.by_values import ASKED
 from deltactl.recording.foreign.found import Inspection, init_words
@@ -99,7 +99,7 @@ def refuse_several_motors(robot: RobotModel, recording: FlatRecording) -> None:
     Columns without a number, which somebody chose, are those of the axis.
     """
     named = "position" in recording.columns and {"command", "effort"} & set(recording.columns)
-    if isinstance(robot, DeltaRobot) or named:
+    if isinstance(robot, DeltaRobot | ChainRobot) or named:
         return
     others = [f"{stem}_{motor}" for stem in OF_MOTORS for motor in (2, 3)]
     there = [name for name in others if first_of(recording, [name])]

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+import numpy as np
+
 from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
 from deltactl.diagnosis.answer.records import (
@@ -20,16 +22,19 @@ from deltactl.diagnosis.answer.records import (
     Verdict,
 )
 from deltactl.diagnosis.evidence.detection import Progress
+from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.pipelines.nonlinear import diagnose_model
 from deltactl.diagnosis.pipelines.regression import diagnose_plant
+from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
 from deltactl.diagnosis.report.in_words import in_words, kinds_of
+from deltactl.models.effects.chain_joints import chain_effects
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
-from deltactl.models.robot import DeltaRobot, ServoAxis
+from deltactl.models.robot import ChainRobot, DeltaRobot, ServoAxis
 
 
 def diagnosed(
@@ -49,6 +54,8 @@ def diagnosed(
     if isinstance(machine, Lone):
         if isinstance(machine.plant, ServoDelta):
             return _joints(machine, progress)
+        if isinstance(machine.plant, ChainPlant):
+            return _chain(machine, progress)
         return _axis(admission, machine, progress)
     outside = _delta(machine.outside, 0.0, progress, limits, thorough)
     if not isinstance(machine.torques, Lone):
@@ -70,7 +77,7 @@ def _delta(
 def _axis(admission: Admission, machine: Lone, progress: Progress) -> Diagnosis:
     """A single axis or a sensor."""
     robot = admission.robot
-    assert not isinstance(robot, DeltaRobot)
+    assert not isinstance(robot, DeltaRobot | ChainRobot)
     plant, recording = machine.plant, admission.recordings[0]
     try:
         answer = diagnose_plant(plant, machine.others, progress, machine.singles)
@@ -93,43 +100,84 @@ def _joints(machine: Lone, progress: Progress) -> Diagnosis:
         answer = diagnose_plant(plant, machine.others, progress)
     except OverflowError:
         raise too_large() from None
-    first = float(plant.readings.t_s[0])
-    found = [_of_joint(finding, first, plant.span_s) for finding in answer.findings]
-    pictured = answer.model_copy(
-        update={
-            "findings": found,
-            "picture": joint_channels(answer),
-            "not_held_out": _left_out(machine),
-        }
-    )
+    pictured = _by_joint(answer, MOTORS, float(plant.readings.t_s[0]), plant.span_s, CHANNEL)
+    pictured = pictured.model_copy(update={"not_held_out": _left_out(machine)})
     return in_words(pictured, SERVO_EFFECTS)
+
+
+def _chain(machine: Lone, progress: Progress) -> Diagnosis:
+    """A chain of joints by its efforts."""
+    plant = machine.plant
+    assert isinstance(plant, ChainPlant)
+    try:
+        answer = diagnose_plant(plant, machine.others, progress, machine.singles)
+    except OverflowError:
+        raise too_large() from None
+    whole, chain = plant.moved.whole, plant.chain
+    if answer.picture is not None:
+        answer = answer.model_copy(update={"picture": _pictured(answer.picture, plant)})
+    answer = _by_joint(answer, chain.joints, float(whole.t_s[0]), whole.span_s, plant.channel)
+    kinds = chain_effects(dict(zip(chain.joints, chain.slides, strict=True)), chain.tip)
+    answer = answer.model_copy(update={"not_held_out": _left_out(machine)})
+    return in_words(answer, kinds, plant.robot.effects)
+
+
+def _pictured(picture: Picture, plant: ChainPlant) -> Picture:
+    """The same with each joint in one piece."""
+    layout = plant.layout
+
+    def whole(column: FloatArray) -> FloatArray:
+        return layout.by_joint(column).T.ravel()
+
+    channels = [
+        one.model_copy(
+            update={n: whole(getattr(one, n)) for n in ("observed", "before", "after")}
+        )
+        for one in picture.channels
+    ]
+    covariates = {name: whole(values) for name, values in picture.covariates.items()}
+    t_s = np.tile(plant.moved.whole.t_s, len(plant.joints))
+    return Picture(t_s=t_s, channels=channels, covariates=covariates)
+
+
+def _by_joint(
+    answer: Diagnosis, joints: Sequence[str], first_s: float, span_s: float, channel: str
+) -> Diagnosis:
+    """Findings and pictures of joints that were end to end, one channel a joint."""
+    found = [_of_joint(one, joints, first_s, span_s, channel) for one in answer.findings]
+    picture = joint_channels(answer, len(joints), channel)
+    return answer.model_copy(update={"findings": found, "picture": picture})
 
 
 def _left_out(machine: Lone) -> list[str]:
     return [refusal.says for refusal in machine.left_out]
 
 
-def _of_joint(finding: Finding, first_s: float, span_s: float) -> Finding:
+def _of_joint(
+    finding: Finding, joints: Sequence[str], first_s: float, span_s: float, channel: str
+) -> Finding:
     """Its place in the recording's own time, on the channels of its joint."""
-    joints = finding.component[-1] if finding.component in MOTORS else "123"
-    axes = [f"{CHANNEL}_{joint}" for joint in joints]
+    own = [finding.component] if finding.component in joints else joints
+    axes = [f"{channel}_{list(joints).index(joint) + 1}" for joint in own]
     where = finding.where.model_copy(
         update={"axes": axes, "times_s": [(first_s, first_s + span_s)], "recordings": [1]}
     )
     return finding.model_copy(update={"where": where})
 
 
-def joint_channels(answer: Diagnosis) -> Picture | None:
-    """One channel a joint, in the recording's own time, of three that stood end to end."""
+def joint_channels(
+    answer: Diagnosis, joints: int = len(MOTORS), channel: str = CHANNEL
+) -> Picture | None:
+    """One channel a joint, in the recording's own time, of several that were end to end."""
     picture = answer.picture
     if picture is None:
         return None
     (whole,) = picture.channels
-    third = len(picture.t_s) // 3
-    parts = [slice(third * j, third * (j + 1)) for j in range(3)]
+    each = len(picture.t_s) // joints
+    parts = [slice(each * j, each * (j + 1)) for j in range(joints)]
     channels = [
         whole.model_copy(
-            update={"name": f"{CHANNEL}_{j + 1}"}
+            update={"name": f"{channel}_{j + 1}"}
             | {name: getattr(whole, name)[rows] for name in ("observed", "before", "after")}
         )
         for j, rows in enumerate(parts)
@@ -140,7 +188,7 @@ def joint_channels(answer: Diagnosis) -> Picture | None:
         for old, new in names.items()
         for j, rows in enumerate(parts)
     }
-    return Picture(t_s=picture.t_s[:third], channels=channels, covariates=covariates)
+    return Picture(t_s=picture.t_s[:each], channels=channels, covariates=covariates)
 
 
 def _alone(outside: Diagnosis, why: str) -> Diagnosis:

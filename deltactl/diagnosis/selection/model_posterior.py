@@ -8,6 +8,7 @@ posterior: of each effect, of unknown physics, of nothing missing.
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -99,7 +100,8 @@ class HillClimb:
             one = self._all[key]
             if one.beside and not keys & set(one.beside):
                 return False
-        return len(keys) <= SELECTION.most_regressors
+        each = Counter(self._all[key].component for key in keys)
+        return max(each.values(), default=0) <= SELECTION.most_regressors
 
     def _smaller(self, here: Explanation) -> list[Explanation]:
         """Sets that are nearly as good, less one regressor each: one exchanged makes another spare.

@@ -14,7 +14,7 @@ class SelectionOptions:
     window: float = 12.0
     """Sets whose log evidence is further below the best's than this are not counted (e^-12)."""
     most_regressors: int = 7
-    """In one set: more were never distinguished in one recording."""
+    """At one component in one set: more were never distinguished in one recording."""
     pairs_up_to: int = 1
     """Regressors in a set up to which two more are added at once, as some show only together."""
     naming_rounds: int = 3

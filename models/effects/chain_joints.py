@@ -1,0 +1,106 @@
+"""What can be wrong with the efforts of a chain of joints: effects of the vocabulary, at each joint
+and at the link that carries a load.
+
+Sizes are at the joint's output and beyond what the model of the chain says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from deltactl.models.effects import card_of, column_of
+from deltactl.models.effects.kind import EffectKind, Parameter, Port
+from deltactl.models.effects.lone_axis import LINEAR_UNIT, said
+from deltactl.models.effects.payload import EFFECT as PAYLOAD
+from deltactl.models.effects.servo_joints import SERVO_EFFECTS
+
+LOAD = PAYLOAD.name
+"""The effect that is at the last link, and at no joint."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointEffect:
+    """One effect at a joint: the unit of its size, its text with {size} and {part}."""
+
+    key: str
+    """What it is called among the regressors of a chain."""
+    column: str
+    """Of a single axis that an effort drives: its prior odds are those of a joint."""
+    parameter: str
+    unit: str
+    text: str
+    nothing: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """The effect."""
+        return column_of(f"effort/{self.column}")[0]
+
+    @property
+    def log_odds(self) -> float:
+        """That a joint has it."""
+        return column_of(f"effort/{self.column}")[1]
+
+    def unit_of(self, slides: bool) -> str:
+        """Of a joint that turns or slides."""
+        return LINEAR_UNIT.get(self.unit, self.unit) if slides else self.unit
+
+
+JOINT_EFFECTS = {
+    row[0]: JointEffect(*row)
+    for row in (
+        ("dry", "friction", "torque", "N m", "dry (Coulomb) friction of {size} brakes {part}"),
+        (
+            *("viscous", "viscous", "coefficient", "N m s/rad"),
+            "friction that grows with speed brakes {part} by {size}",
+        ),
+        ("rotor", "inertia", "inertia", "kg m2", "rotor and gear of {part} have {size}"),
+        ("offset", "offset", "offset", "N m", "a constant effort of {size} is at {part}"),
+        ("gain", "gain", "scale", "1", "{part} gives {size} times the effort of its column", 1.0),
+        ("lag", "lag", "dead_time", "s", "the effort of {part} acts {size} late"),
+    )
+}
+
+
+def load_log_odds() -> float:
+    """That the last link carries what the model does not have."""
+    return card_of(LOAD).log_odds["joint"]
+
+
+def chain_effects(slides: Mapping[str, bool], tip: str) -> dict[str, EffectKind]:
+    """Kinds by name, with their sentences; slides: of each joint whether it does. tip: the link
+    that carries a load.
+    """
+    made = {one.name: _kind(one, slides) for one in JOINT_EFFECTS.values()}
+    parameters = (
+        Parameter("mass", "kg", -1e4, 1e4),
+        *(Parameter(f"centre_{axis}", "m", -10.0, 10.0, default=0.0) for axis in "xyz"),
+    )
+    made[LOAD] = EffectKind(
+        LOAD, Port.PLATFORM, (tip,), parameters, SERVO_EFFECTS[LOAD].operate, _load_said
+    )
+    return made
+
+
+def _kind(one: JointEffect, slides: Mapping[str, bool]) -> EffectKind:
+    def says(component: str, values: Mapping[str, Any]) -> str:
+        size = said(float(values[one.parameter]), one.unit_of(slides.get(component, False)))
+        return one.text.format(size=size, part=component)
+
+    parameter = Parameter(one.parameter, one.unit, -1e6, 1e6)
+    operate = next(iter(SERVO_EFFECTS.values())).operate
+    return EffectKind(
+        one.name, Port.GEAR, tuple(slides), (parameter,), operate, says, nothing=one.nothing
+    )
+
+
+def _load_said(component: str, values: Mapping[str, Any]) -> str:
+    """The centre is that of the load, in the axes of the link's own frame."""
+    mass = float(values["mass"])
+    at = ", ".join(f"{float(values[f'centre_{axis}']):.2f}" for axis in "xyz")
+    return (
+        f"{component} carries {said(abs(mass), 'kg')} {'more' if mass > 0 else 'less'} than the"
+        f" model says, centred at {at} m in its frame"
+    )
