@@ -54,7 +54,7 @@ class RigidChain:
             spec = self._mujoco.MjSpec.from_string(self._text)
             if load_at is not None:
                 spec.body(self.tip).add_body(
-                    pos=load_at, mass=1.0, inertia=[1e-9] * 3, explicitinertial=True
+                    pos=load_at, mass=1.0, ipos=[0.0] * 3, inertia=[1e-9] * 3, explicitinertial=True
                 )
             model = spec.compile()
         except ValueError as error:
@@ -140,7 +140,7 @@ class RigidChain:
 
 
 def moving_joints(path: Path) -> list[str]:
-    """Names of the joints of a URDF or MJCF that turn or slide, in its order. Raises as RigidChain."""
+    """Names of the joints of a URDF or MJCF that turn or slide. Raises as `RigidChain` does."""
     root = _parsed(path)
     if root.tag == "robot":
         found = [one.get("name", "") for one in root.iter("joint") if one.get("type") in MOVING]
@@ -242,4 +242,6 @@ def _refuse_unsupported(path: Path, mujoco: ET.Element) -> None:
         raise ConfigError(f"{path}: <equality> closes a loop, and a chain has none; leave it out")
     free = any(one.get("type") in ("free", "ball") for one in mujoco.iter("joint"))
     if free or mujoco.find(".//freejoint") is not None:
-        raise ConfigError(f"{path}: has a free or ball joint; a chain has joints that turn or slide")
+        raise ConfigError(
+            f"{path}: has a free or ball joint; only joints that turn or slide are read"
+        )

@@ -260,25 +260,24 @@ Positive = Annotated[float, Field(gt=0.0, description="turn the sign of the colu
 
 
 class ChainRobot(RuledModel):
-    """Joints one behind the other, which a URDF or MJCF describes: an arm, a gantry, a mount."""
+    """An arm or gantry that a URDF or MJCF describes."""
 
     kind: Literal["chain"]
     name: Annotated[str, Field(min_length=1, max_length=100)]
     """What reports call it."""
-    model: Annotated[str, Field(min_length=1, description="a URDF (.urdf) or MJCF (.xml)")]
-    """Its URDF or MJCF file, as seen from the robot file."""
+    model: Annotated[str, Field(description="a URDF (.urdf) or MJCF (.xml)")]
+    """Beside the robot file."""
     joints: Annotated[
         tuple[Annotated[str, Field(min_length=1)], ...],
         Field(min_length=1, max_length=32, description="joints of one chain"),
     ]
-    """Names of its joints in the model, in the order of the columns theta_1, theta_2, ..."""
+    """In the order of the columns."""
     effort_gain: Positive | tuple[Positive, ...] = 1.0
-    """Torque or force for one unit of the effort column: one number, or one a joint."""
+    """At the joint for one unit of effort."""
     gear: Positive | tuple[Positive, ...] = 1.0
-    """Turns of the motor for one of the joint, where the effort is the motor's."""
+    """Motor turns per joint turn."""
     gravity: bool = True
-    """Whether it pulls along the model's own direction; `off` where the efforts have none in
-    them."""
+    """Whether efforts hold weights."""
     effects: tuple[EffectEntry, ...] = ()
     """What is known of it already."""
 
@@ -304,7 +303,7 @@ class ChainRobot(RuledModel):
 
 
 RobotModel = DeltaRobot | StepperAxis | ServoAxis | RangeSensor | ChainRobot
-AnyKind = type[DeltaRobot] | type[StepperAxis] | type[ServoAxis] | type[RangeSensor] | type[ChainRobot]
+AnyKind = type[DeltaRobot | StepperAxis | ServoAxis | RangeSensor | ChainRobot]
 
 KINDS: dict[str, AnyKind] = {
     "delta": DeltaRobot,

@@ -31,10 +31,7 @@ from deltactl.models.robot import (
     AnyKind,
     DeltaRobot,
     EffectEntry,
-    RangeSensor,
     RobotModel,
-    ServoAxis,
-    StepperAxis,
 )
 
 Forms = Mapping[str, Sequence[EffectKind]]

@@ -13,7 +13,7 @@ import typer
 from deltactl.cli import collect, evaluate, reproduce, train, web
 from deltactl.cli.help_screens import BY_HAND, LEARN, REPAIR, RUN, SERVICE, Command
 from deltactl.cli.mistyped import Commands, Program, typed_command, unknown_option
-from deltactl.cli.recordings import correct, demo, diagnose, fleet, heal, init, prove
+from deltactl.cli.recordings import correct, demo, diagnose, fleet, heal, init, init_chain, prove
 from deltactl.cli.robot import jobs, moves, service
 
 app = typer.Typer(
@@ -92,7 +92,7 @@ COMMANDS: dict[str, tuple[Function | typer.Typer, ...]] = {
         group("sensors", service.sensors.__doc__, jobs.record, alone=service.sensors),
     ),
     REPAIR: (
-        group("init", init.ABOUT, init.delta, init.axis, init.sensor),
+        group("init", init.ABOUT, init.delta, init.axis, init.sensor, init_chain.chain),
         *(diagnose.inspect, diagnose.diagnose, fleet.fleet),
         *(correct.correct, heal.heal, demo.demo),
     ),

@@ -51,10 +51,11 @@ CARD = EffectCard(
     words=Words(
         noun="a wrong mass at {part}",
         regime="everywhere, in proportion to the load on the joints",
-        axis_regime="at all joints, with weight and acceleration of the platform",
+        axis_regime="at all joints, with weight and acceleration of what is carried",
         sizes={"mass": "mass beyond the robot file's"},
     ),
     remedies={
+        "chain/": "weigh what {part} carries: it is {size} {sign:more|less} than the model says",
         "": (
             "weigh what the platform carries: it is {size} {sign:more|less} than the robot file "
             "says"

@@ -21,7 +21,10 @@ JUDGING = ("diagnosis", "cli/recordings", "web", "fleet", "repair", "interface")
 """What reads recordings for a diagnosis, or hands them on to it."""
 DOOR = Path("deltactl", "diagnosis", "admission")
 REFUSALS = {"RecordingError", "RefusedRecording", "refuse"}
-PLANTS = {"DeltaModel", "CommandedAxis", "ForcedAxis", "RangeSensorPlant", "ServoDelta"}
+PLANTS = {
+    *("DeltaModel", "CommandedAxis", "ForcedAxis", "RangeSensorPlant", "ServoDelta"),
+    "ChainPlant",
+}
 NO_ROBOT_YET = {
     "deltactl/web/behind/own_recordings.py",  # an upload that does not come, or of no recording
 }
@@ -66,6 +69,7 @@ def test_only_the_door_refuses_a_recording() -> None:
 def test_only_the_door_takes_a_recording_for_a_machine() -> None:
     """But for a run that is proposed, and the same recording behind a narrower filter."""
     assert _called(PLANTS, _outside_of_the_door()) == {
+        "deltactl/diagnosis/plants/chain/plant.py",
         "deltactl/diagnosis/plants/delta/next_runs.py",
         "deltactl/diagnosis/plants/lone/forced_axis.py",
     }

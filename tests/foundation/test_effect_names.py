@@ -26,6 +26,8 @@ HOMONYMS = {
     "benchmarks/proofs/recording_variations.py": 2,
     "deltactl/cli/recordings/init.py": 3,
     "deltactl/diagnosis/plants/lone/forced_axis.py": 7,
+    "models/rigid_chain.py": 1,
+    "models/robot.py": 2,
     "deltactl/reference/words.py": 2,
     "firmware_py/exporting/urdf.py": 1,
     "firmware_py/robot_file.py": 1,

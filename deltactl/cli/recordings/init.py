@@ -37,6 +37,7 @@ ABOUT = """Describe a machine in a robot file. Asks for what no option gives.
 deltactl init delta my-robot.yaml
 deltactl init axis my-axis.yaml
 deltactl init sensor my-sensor.yaml
+deltactl init chain my-arm.yaml --model arm.urdf
 ```
 """
 FileArgument = Annotated[Path, typer.Argument(help="Robot file to write (.yaml).")]

@@ -31,7 +31,8 @@ class Explanation:
 
     linear: key -> coefficients (k,). residual: (n,) in the unit of the readings.
     chi2: of the whitened rows alone. penalised: with the priors of the sizes.
-    tangent: (m, p) whitened shapes times prior spread; names: of its columns, `key.size`.
+    shapes: whitened shapes times prior spread, which sets share; names: of their columns,
+    `key.size`.
     log_evidence: with the prior odds of the set.
     """
 
@@ -43,12 +44,17 @@ class Explanation:
     chi2: float
     penalised: float
     log_evidence: float
-    tangent: FloatArray
+    shapes: tuple[FloatArray, ...]
     names: tuple[str, ...]
     spreads: FloatArray
     white: FloatArray
     """Whitened residual (m,)."""
     free_count: int
+
+    @property
+    def tangent(self) -> FloatArray:
+        """All shapes side by side, (m, p)."""
+        return _side_by_side(len(self.white), self.shapes)
 
 
 class Laplace:
@@ -273,7 +279,7 @@ class Laplace:
         _, whole = self._solve(keys, point)
         slopes = [(self._slope(keys, point, whole, m))[: len(white)] for m in moved]
         shapes = [shape for _, shape in blocks] + [slope[:, None] for slope in slopes]
-        tangent = np.concatenate([np.zeros((len(white), 0)), *shapes], axis=1)
+        tangent = _side_by_side(len(white), shapes)
         spreads = np.concatenate([c.spread for c in columns] + [[m[1].spread for m in moved]])
         predicted, linear, names, first = base.copy(), {}, [], 0
         for key, c in zip(("", *sorted(keys)), columns, strict=True):
@@ -307,7 +313,7 @@ class Laplace:
             residual=self.plant.observed - predicted, chi2=float(left @ left),
             penalised=penalised,
             log_evidence=odds - 0.5 * (penalised + occam + chosen - halves),
-            tangent=tangent, names=tuple(names), spreads=spreads, white=left,
+            shapes=tuple(shapes), names=tuple(names), spreads=spreads, white=left,
             free_count=self._free.values.shape[1],
         )  # fmt: skip
 
@@ -325,6 +331,11 @@ class Laplace:
             if size.prior == "half":
                 total += 2.0 * np.log(2.0 * ndtr(point[name] / (size.spread * spread)))
         return float(total)
+
+
+def _side_by_side(rows: int, shapes: Sequence[FloatArray]) -> FloatArray:
+    """Columns (rows, p) of several shapes."""
+    return np.concatenate([np.zeros((rows, 0)), *shapes], axis=1)
 
 
 def _able(point: Point, moved: list[tuple[str, Size]], gradient: FloatArray) -> BoolArray:

@@ -130,13 +130,11 @@ def _pictured(picture: Picture, plant: ChainPlant) -> Picture:
         return layout.by_joint(column).T.ravel()
 
     channels = [
-        one.model_copy(
-            update={n: whole(getattr(one, n)) for n in ("observed", "before", "after")}
-        )
+        one.model_copy(update={n: whole(getattr(one, n)) for n in ("observed", "before", "after")})
         for one in picture.channels
     ]
     covariates = {name: whole(values) for name, values in picture.covariates.items()}
-    t_s = np.tile(plant.moved.whole.t_s, len(plant.joints))
+    t_s = np.tile(plant.moved.whole.t_s[layout.kept], len(plant.joints))
     return Picture(t_s=t_s, channels=channels, covariates=covariates)
 
 

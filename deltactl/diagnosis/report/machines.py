@@ -35,6 +35,7 @@ from deltactl.models.effects import card_of
 from deltactl.models.linkage import Linkage, forward
 from deltactl.models.robot import (
     AXES,
+    ChainRobot,
     DeltaRobot,
     FloatArray,
     RangeSensor,
@@ -67,7 +68,9 @@ AXIS_Y = 60.0
 
 def machine_drawing(robot: RobotModel, findings: Sequence[Finding]) -> str:
     """The machine as SVG with the findings' components marked, and a legend, as HTML."""
-    marks = marks_of(findings, lone=not isinstance(robot, DeltaRobot))
+    marks = marks_of(findings, lone=not isinstance(robot, DeltaRobot | ChainRobot))
+    if isinstance(robot, ChainRobot):
+        marks = chain_marks(robot, findings)
     if isinstance(robot, RangeSensor):
         marks = widened(marks)
     drawn = _scene(robot).svg(marks)
@@ -79,6 +82,8 @@ def _scene(robot: RobotModel) -> Scene:
         return DeltaDrawing(robot).build()
     if isinstance(robot, RangeSensor):
         return sensor_scene(robot)
+    if isinstance(robot, ChainRobot):
+        return chain_scene(robot)
     return axis_scene(robot)
 
 
@@ -175,6 +180,27 @@ def axis_scene(robot: StepperAxis | ServoAxis) -> Scene:
         Label("encoder", (264.0, 150.0)),
     ]
     return scene
+
+
+def chain_scene(robot: ChainRobot) -> Scene:
+    """The joints in a row, as blocks on one shaft, and the link that carries a load."""
+    scene = Scene(say("drawing.axis", name=robot.name))
+    apart = 330.0 / (len(robot.joints) + 1)
+    scene.parts.append(_bar("shaft", 10.0, 330.0, 5.0, depth=-1.0))
+    for number, joint in enumerate(robot.joints):
+        scene.parts.append(_block(joint, number * apart, 38.0, 0.6 * apart, 44.0))
+        scene.labels.append(Label(str(number + 1), ((number + 0.3) * apart, 104.0)))
+    scene.parts.append(_block("load", len(robot.joints) * apart, 30.0, 0.7 * apart, 60.0))
+    return scene
+
+
+def chain_marks(robot: ChainRobot, findings: Sequence[Finding]) -> dict[str, list[Mark]]:
+    """Joint, or the load behind all joints -> the findings there."""
+    marks: dict[str, list[Mark]] = {}
+    for number, finding in enumerate(findings, 1):
+        part = finding.component if finding.component in robot.joints else "load"
+        marks.setdefault(part, []).append(Mark(number))
+    return marks
 
 
 def sensor_scene(robot: RangeSensor) -> Scene:

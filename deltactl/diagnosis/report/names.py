@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from deltactl.diagnosis.answer.how_sure import after_its_effort, odds
@@ -16,7 +17,8 @@ from deltactl.models.effects.lone_axis import COMPONENT
 
 def part(component: str) -> str:
     """`motor2` -> 'motor 2', `range_x` -> 'the x sensor'; unknown names as they are."""
-    return numbered("part", component) or component.replace("_", " ") or say("part.unknown")
+    plain = re.sub(r"(?<=[a-z])_?(?=\d+$)", " ", component).replace("_", " ")
+    return numbered("part", component) or plain or say("part.unknown")
 
 
 def part_of(effect: str, component: str, follows: Sequence[str] = ()) -> str:

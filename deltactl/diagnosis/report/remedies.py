@@ -65,7 +65,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "servo_axis": ("servo_axis", "axis", "servo_drive"),
     "slide": ("slide", "axis", "servo_drive"),
     "range_sensor": ("sensor",),
-    "chain": ("servo_axis", "servo_drive"),
+    "chain": ("chain", "servo_axis", "servo_drive"),
 }
 """Layers of remedies by machine and drive, the nearest first. Belts and screws are a slide's,
 whatever motor turns them: the file of an axis does not say which."""

@@ -25,6 +25,9 @@ from deltactl.recording.tables.flat import FlatRecording
 
 NEEDED = ("theta", "effort")
 MEASURED = (*NEEDED, "velocity")
+WIDER = 3.0
+"""Times the edge of the low-pass, of the one before it: centrifugal efforts have twice the
+frequency of the motion, and those of three joints together three times."""
 
 
 def columns_of(robot: ChainRobot, stem: str) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -62,7 +65,10 @@ class JointMotions:
 
     whole: Readings
     """Angles, each sample once."""
-    motions: tuple[Motion, ...]
+    wide: tuple[Motion, ...]
+    """Behind a low-pass that only takes the noise of differentiating."""
+    edge: tuple[Motion, ...]
+    """Behind the low-pass that efforts and all that explains them pass."""
     force: FloatArray
     counts: BoolArray
     stride: int
@@ -70,35 +76,38 @@ class JointMotions:
 
     @property
     def at(self) -> FloatArray:
-        """Low-passed positions."""
-        return np.stack([one.position for one in self.motions], axis=1)
+        """Positions."""
+        return np.stack([one.position for one in self.wide], axis=1)
 
     @property
     def speed(self) -> FloatArray:
-        """Low-passed velocities."""
-        return np.stack([one.velocity for one in self.motions], axis=1)
+        """Velocities."""
+        return np.stack([one.velocity for one in self.wide], axis=1)
 
     @property
     def change(self) -> FloatArray:
         """Accelerations."""
-        return np.stack([one.acceleration for one in self.motions], axis=1)
+        return np.stack([one.acceleration for one in self.wide], axis=1)
 
     def low_passed(self, values: FloatArray) -> FloatArray:
-        """(n, joints) behind the low-pass that the motion passed."""
-        each = [one.low_passed(values[:, j]) for j, one in enumerate(self.motions)]
+        """(n, joints) behind the low-pass of the efforts."""
+        each = [one.low_passed(values[:, j]) for j, one in enumerate(self.edge)]
         return np.stack(each, axis=1)
 
     def slope(self, values: FloatArray) -> FloatArray:
         """Change (n, joints) in time."""
-        each = [one.slope(values[:, j]) for j, one in enumerate(self.motions)]
+        each = [one.slope(values[:, j]) for j, one in enumerate(self.edge)]
         return np.stack(each, axis=1)
 
 
 def joint_motions(
     robot: ChainRobot, recordings: Sequence[FlatRecording], narrower: float
 ) -> JointMotions:
-    """Of prepared recordings with all that is needed. All joints pass one low-pass, as each joint's
-    effort hangs on the motion of all: where the first position meets its noise.
+    """Of prepared recordings with all that is needed.
+
+    All joints pass one low-pass, as each joint's effort hangs on the motion of all: where the first
+    position meets its noise. What a motion needs is worked out before that low-pass, and passes it
+    as the effort does: products of velocities have twice their frequency.
     """
     names = [name for name, _ in columns_of(robot, "theta")]
     whole = gather(recordings, names, dict.fromkeys(names, "rad"))
@@ -115,16 +124,15 @@ def joint_motions(
     own = [motion(j, 1.0).cut_off_hz for j in range(len(names))]
     edge_hz = narrower * min(own)
     motions = tuple(motion(j, edge_hz / one) for j, one in enumerate(own))
+    wide = tuple(motion(j, WIDER * edge_hz / one) for j, one in enumerate(own))
     period = edge_hz * whole.period_s
     counts = np.stack([_counts(one, period) for one in motions], axis=1) & whole.valid
     return JointMotions(
-        whole, motions, forces, counts, max(1, int(FORCED_AXIS.periods_a_row / period))
+        whole, wide, motions, forces, counts, max(1, int(FORCED_AXIS.periods_a_row / period))
     )
 
 
-def _side_by_side(
-    recordings: Sequence[FlatRecording], robot: ChainRobot, stem: str
-) -> FloatArray:
+def _side_by_side(recordings: Sequence[FlatRecording], robot: ChainRobot, stem: str) -> FloatArray:
     names = [name for name, _ in columns_of(robot, stem)]
     each = [np.stack([bridged(one, name) for name in names], axis=1) for one in recordings]
     return np.concatenate(each)
@@ -147,19 +155,24 @@ def _counts(motion: Motion, period: float) -> BoolArray:
 class Layout:
     """How the efforts of all joints are one column: joint after joint, section after section.
 
+    Of what passed the low-pass, samples a filter's memory apart say all; the others are left out.
+
     Sections hold equally many rows that count, so that a share of the column left out is a time
     left out of all joints, as a size is to be foretold in another motion and not in another joint.
     """
 
-    def __init__(self, moved: JointMotions, sections: int):
-        samples, self.joints = moved.counts.shape
-        counted = np.cumsum(moved.counts.sum(axis=1))
+    def __init__(self, moved: JointMotions, sections: int, stride: int):
+        """stride: samples from one that is kept to the next."""
+        self.kept = np.arange(0, len(moved.counts), stride)
+        samples, self.joints = len(self.kept), moved.counts.shape[1]
+        counted = np.cumsum(moved.counts[self.kept].sum(axis=1))
         ends = np.searchsorted(counted, counted[-1] * np.arange(1, sections) / sections)
         section = np.searchsorted(ends, np.arange(samples), side="right")
         key = section[:, None] * self.joints + np.arange(self.joints)
         self.order: IntArray = np.argsort(key.T.ravel(), kind="stable")
         self.joint: IntArray = np.repeat(np.arange(self.joints), samples)[self.order]
-        self.sample: IntArray = np.tile(np.arange(samples), self.joints)[self.order]
+        self._row: IntArray = np.tile(np.arange(samples), self.joints)[self.order]
+        self.sample: IntArray = self.kept[self._row]
 
     def laid(self, values: FloatArray) -> FloatArray:
         """(samples, joints) or (samples, joints, k) as (n,) or (n, k)."""
@@ -168,19 +181,20 @@ class Layout:
 
     def by_joint(self, column: FloatArray) -> FloatArray:
         """(n,) as (samples, joints)."""
-        made = np.empty((len(column) // self.joints, self.joints))
-        made[self.sample, self.joint] = column
+        made = np.empty((len(self.kept), self.joints))
+        made[self._row, self.joint] = column
         return made
 
     def readings(self, moved: JointMotions, observed: FloatArray, unit: str) -> Readings:
         """What was observed (samples, joints) as one channel, in stretches of a joint each."""
         whole = moved.whole
         own_s, period_s = whole.t_s[self.sample], whole.period_s
-        piece = np.flatnonzero(np.diff(self.joint, prepend=-1) | (np.diff(self.sample, prepend=-2) != 1))
-        fresh = whole.fresh[self.sample]
-        fresh[piece] = True
+        stretch = np.cumsum(whole.fresh)[self.sample]
+        fresh = np.diff(stretch, prepend=-1) != 0
+        fresh |= np.diff(self.joint, prepend=-1) != 0
+        fresh |= np.diff(self._row, prepend=-2) != 1
         step = np.diff(own_s, prepend=own_s[0])
-        step[piece] = OBSERVATIONS.between_recordings_s
+        step[fresh] = OBSERVATIONS.between_recordings_s
         step[0] = 0.0
         t_s = own_s[0] + np.cumsum(np.maximum(step, 1e-3 * period_s))
         return Readings(

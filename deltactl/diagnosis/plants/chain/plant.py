@@ -47,7 +47,7 @@ BRAKES = ("dry", "viscous", "lag")
 class ChainOptions:
     """What is usual of chains."""
 
-    most_rows: int = 6000
+    most_rows: int = 3000
     """Rows of all joints beyond which more tell nothing, as neighbours are alike."""
     fewest_rows: int = 30
     """Rows of a joint in clear motion, as of a single axis."""
@@ -85,37 +85,32 @@ class ChainPlant(KeepsBeside):
         self.moved: JointMotions = joint_motions(robot, prepared(robot, recordings), narrower)
         moved = self.moved
         self._filtered = moved.low_passed(moved.force)
-        self._needed = chain.efforts(moved.at, moved.speed, moved.change)
-        self._needed += chain.friction * self._direction
+        needed = chain.efforts(moved.at, moved.speed, moved.change)
+        self._needed = moved.low_passed(needed) + chain.friction * self._direction
         observed = self._filtered - self._needed
-        self.layout = Layout(moved, ASSESSMENT.folds)
+        stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
+        self.layout = Layout(moved, ASSESSMENT.folds, stride)
         self.readings: Readings = self.layout.readings(moved, observed, self.unit)
         self.t_s = self.readings.t_s
         self.kinds: IntArray = self.layout.joint
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
-        self.rows = self._rows()
+        self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
         self.beside = np.zeros((len(self.t_s), 0))
         self.observed = self.readings.values[:, 0] - self._known()
         self.drawn_on = self.layout.laid(self._filtered) - self.observed
         self.regressors = tuple(self._regressors())
 
-    def _rows(self) -> IntArray:
-        """Rows in clear motion, a filter's memory apart, and of all joints not too many."""
-        counts = self.moved.counts
-        stride = self.moved.stride
-        stride = max(stride, -(-int(counts.sum()) // CHAIN.most_rows))
-        return np.flatnonzero(self.readings.valid[:, 0])[::stride]
-
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""
-        return self.rows[self.kinds[self.rows] == joint]
+        own: IntArray = self.rows[self.kinds[self.rows] == joint]
+        return own
 
     @cached_property
     def _direction(self) -> FloatArray:
         """Of each joint's motion, smooth where the velocity is lost in its noise; low-passed."""
         widths = [
             max(one.velocity_noise, FORCED_AXIS.turning_share * one.top_speed)
-            for one in self.moved.motions
+            for one in self.moved.wide
         ]
         return self.moved.low_passed(np.tanh(self.moved.speed / np.array(widths)))
 
@@ -188,7 +183,7 @@ class ChainPlant(KeepsBeside):
         """No findings: efforts are held between samples and filtered before they are recorded, and
         no arm is built exactly as its model.
         """
-        spread = max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.readings.period_s)
+        spread = max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.moved.whole.period_s)
         late = [self._at(j, self._changing[:, j]) for j in range(len(self.joints))]
         built = [self._at(j, self._needed[:, j]) for j in range(len(self.joints))]
         spreads = np.repeat([spread, CHAIN.as_built], len(self.joints))
@@ -212,15 +207,16 @@ class ChainPlant(KeepsBeside):
 
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
-        found = {}
+        found, moved = {}, self.moved
+        speed, change = moved.low_passed(moved.speed), moved.low_passed(moved.change)
         for j, joint in enumerate(self.joints):
-            size, motion = float(self.sizes[j]), self.moved.motions[j]
-            brisk = float(np.std(motion.acceleration[self.moved.counts[:, j]]))
+            size, top = float(self.sizes[j]), moved.edge[j].top_speed
+            brisk = float(np.std(change[moved.counts[:, j], j]))
             shapes = {
                 "dry": (self._direction[:, j], size),
-                "viscous": (motion.velocity, size / motion.top_speed),
-                "rotor": (motion.acceleration, size / max(brisk, 1e-300)),
-                "offset": (np.ones(len(motion.velocity)), size),
+                "viscous": (speed[:, j], size / top),
+                "rotor": (change[:, j], size / max(brisk, 1e-300)),
+                "offset": (np.ones(len(speed)), size),
                 "gain": (self._needed[:, j], FILE_SPREADS.gain_share),
                 "lag": (self._changing[:, j], FORCED_AXIS.dead_time_spread_s),
             }
@@ -236,9 +232,10 @@ class ChainPlant(KeepsBeside):
         """All ten moments of a load: a heavy one far from the flange turns as well as weighs."""
         moved, chain = self.moved, self.chain
         columns = chain.load_columns(moved.at, moved.speed, moved.change)
+        each = [moved.low_passed(columns[:, :, k]) for k in range(len(BODY))]
         mass, off = CHAIN.load_of_mass * chain.mass_kg, CHAIN.load_off_of_reach * chain.reach_m
         spread = mass * np.array([1.0] + [off] * 3 + [off**2] * 6)
-        return Columns(self.layout.laid(columns), spread, BODY)
+        return Columns(self.layout.laid(np.stack(each, axis=-1)), spread, BODY)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
@@ -249,8 +246,8 @@ class ChainPlant(KeepsBeside):
 
     def _spanned(self, joint: int) -> FloatArray:
         """Named shapes that no spline term of a joint may take the place of, (n, j)."""
-        own = self.joints[joint]
-        named = [c.values for key, c in self._shapes.items() if key == LOAD or key.endswith(f" {own}")]
+        own = {LOAD, *(f"{key} {self.joints[joint]}" for key in JOINT_EFFECTS)}
+        named = [columns.values for key, columns in self._shapes.items() if key in own]
         return np.concatenate([*named, self.beside], axis=1)
 
     @cached_property
@@ -335,6 +332,7 @@ def _centre(first: str) -> Callable[[Draws], FloatArray]:
 
     def of(drawn: Draws) -> FloatArray:
         mass = np.asarray(drawn["mass"])
-        return np.asarray(drawn[first]) / np.where(np.abs(mass) > 1e-12, mass, 1e-12)
+        centre: FloatArray = np.asarray(drawn[first]) / np.where(mass == 0.0, 1e-300, mass)
+        return centre
 
     return of

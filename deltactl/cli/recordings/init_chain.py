@@ -1,0 +1,58 @@
+"""`deltactl init chain`: the robot file of an arm or gantry that a URDF or MJCF describes."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from deltactl.cli.file_arguments import ForceOption, written_if_right
+from deltactl.cli.output import say
+from deltactl.foundation.errors import ConfigError
+
+FileArgument = Annotated[Path, typer.Argument(help="Robot file to write (.yaml).")]
+ModelOption = Annotated[Path, typer.Option(help="URDF (.urdf) or MJCF (.xml) of the robot.")]
+JointsOption = Annotated[
+    str | None, typer.Option(help="Joints in the order of the columns, as a,b,c (all).")
+]
+GainOption = Annotated[
+    str, typer.Option(help="N m or N at the joint for one unit of effort: one, or one a joint.")
+]
+
+
+def chain(
+    file: FileArgument,
+    model: ModelOption,
+    joints: JointsOption = None,
+    effort_gain: GainOption = "1",
+    name: Annotated[str | None, typer.Option(help="What reports call it.")] = None,
+    force: ForceOption = False,
+) -> None:
+    """Describe joints one behind the other: any robot with a URDF or MJCF.
+
+    ```
+    deltactl init chain arm.yaml --model arm.urdf
+    deltactl init chain arm.yaml --model arm.urdf --effort-gain 11.9,11.9,9.8
+    ```
+    """
+    from deltactl.models.rigid_chain import RigidChain, moving_joints
+    from deltactl.models.robot_files import load_with_effects
+
+    if file.exists() and not force:
+        raise ConfigError(f"{file}: exists already; name another file, or add --force")
+    chosen = joints.split(",") if joints else moving_joints(model)
+    RigidChain(model, chosen)
+    gains = effort_gain if "," not in effort_gain else f"[{', '.join(effort_gain.split(','))}]"
+    text = (
+        f"kind: chain\nname: {name or file.stem}\n"
+        f"model: {Path(os.path.relpath(model, file.parent)).as_posix()}\n"
+        f"joints: [{', '.join(chosen)}]  # in the order of the columns theta_1, theta_2, ...\n"
+        f"effort_gain: {gains}  # N m (N of a slide) at the joint for one unit of effort\n"
+        "gravity: on  # off where the efforts have no weight in them\n"
+    )
+    with written_if_right(file, text):
+        load_with_effects(file)
+    say(f"robot file: {file}")
+    say(f"next: deltactl diagnose RECORDING --robot {file}")

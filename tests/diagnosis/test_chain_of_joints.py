@@ -1,0 +1,210 @@
+"""An arm that a URDF describes: hidden friction and load are found, and nothing where nothing is.
+
+The simulated arm shares no code with the models: its efforts are by the recursive Newton-Euler
+equations (Luh, Walker and Paul 1980), written here, with points for links and load.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from deltactl.cli.recordings.init_chain import chain
+from deltactl.diagnosis.api import diagnose
+from deltactl.foundation.errors import DeltactlError
+
+pytest.importorskip("mujoco")
+
+AXES = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+ORIGINS = np.array([[0.0, 0.0, 0.2], [0.0, 0.05, 0.1], [0.4, 0.0, 0.0]])
+CENTRES = np.array([[0.0, 0.02, 0.05], [0.2, 0.0, 0.0], [0.15, 0.0, 0.02]])
+MASSES = np.array([4.0, 3.0, 2.0])
+INERTIAS = np.array([[0.02, 0.02, 0.01], [0.005, 0.04, 0.04], [0.003, 0.02, 0.02]])
+JOINTS = ("waist", "shoulder", "elbow")
+LOAD_KG, LOAD_AT = 0.8, np.array([0.25, 0.03, 0.0])
+FRICTION_NM = 1.5
+
+
+def _urdf(without: str = "") -> str:
+    parts = ['<robot name="three"><link name="base"/>']
+    for j, name in enumerate(JOINTS):
+        parent = "base" if j == 0 else f"body_{JOINTS[j - 1]}"
+        vectors = [" ".join(map(str, row[j])) for row in (ORIGINS, AXES, CENTRES)]
+        xx, yy, zz = INERTIAS[j]
+        inertial = (
+            f'<inertial><origin xyz="{vectors[2]}"/><mass value="{MASSES[j]}"/>'
+            f'<inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="0" ixz="0" iyz="0"/></inertial>'
+        )
+        mesh = '<visual><geometry><mesh filename="package://gone/a.stl"/></geometry></visual>'
+        parts.append(
+            f'<joint name="{name}" type="revolute"><parent link="{parent}"/>'
+            f'<child link="body_{name}"/><origin xyz="{vectors[0]}"/><axis xyz="{vectors[1]}"/>'
+            f'<limit lower="-3" upper="3" effort="9" velocity="9"/></joint>'
+            f'<link name="body_{name}">{mesh}{"" if name == without else inertial}</link>'
+        )
+    return "".join([*parts, "</robot>"])
+
+
+def _turn(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Rotations (n, 3, 3)."""
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    sine, rest = np.sin(angle)[:, None, None], 1.0 - np.cos(angle)[:, None, None]
+    return np.eye(3) + sine * cross + rest * (cross @ cross)
+
+
+def _efforts(q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, load_kg: float) -> np.ndarray:
+    """Torques (n, 3) of a motion."""
+    n = len(q)
+    frame, spin, swing = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), np.zeros((n, 3))
+    pull, place = np.tile([0.0, 0.0, 9.81], (n, 1)), np.zeros((n, 3))
+    axes, places, bodies = [], [], []
+    for j in range(3):
+        arm = frame @ ORIGINS[j]
+        pull = pull + np.cross(swing, arm) + np.cross(spin, np.cross(spin, arm))
+        place = place + arm
+        axis = frame @ AXES[j]
+        swing = swing + axis * ddq[:, j, None] + np.cross(spin, axis * dq[:, j, None])
+        spin = spin + axis * dq[:, j, None]
+        frame = frame @ _turn(AXES[j], q[:, j])
+        points = [(MASSES[j], CENTRES[j], np.diag(INERTIAS[j]))]
+        points += [(load_kg, LOAD_AT, np.zeros((3, 3)))] if j == 2 else []
+        axes.append(axis)
+        places.append(place)
+        for mass, centre, own in points:
+            off = frame @ centre
+            force = mass * (pull + np.cross(swing, off) + np.cross(spin, np.cross(spin, off)))
+            turned = frame @ own @ np.swapaxes(frame, 1, 2)
+            momentum = np.einsum("nij,nj->ni", turned, spin)
+            moment = np.einsum("nij,nj->ni", turned, swing) + np.cross(spin, momentum)
+            bodies.append((j, place + off, force, moment))
+    torque = np.zeros((n, 3))
+    for j, at, force, moment in bodies:
+        for i in range(j + 1):
+            whole = moment + np.cross(at - places[i], force)
+            torque[:, i] += np.sum(axes[i] * whole, axis=1)
+    return torque
+
+
+def _recorded(
+    folder: Path, friction_nm: float = 0.0, load_kg: float = 0.0, names: str = "theta_{n}"
+) -> Path:
+    """A table of 25 s at 100 Hz of Fourier series, with noise of encoders and currents."""
+    rng = np.random.default_rng(7)
+    t_s = np.arange(2500) / 100.0
+    q, dq, ddq = (np.zeros((len(t_s), 3)) for _ in range(3))
+    for j in range(3):
+        for harmonic in (1, 2, 3, 4):
+            w = 2.0 * np.pi * 0.12 * harmonic
+            size, phase = 0.8 / harmonic * rng.uniform(0.5, 1.0), rng.uniform(0.0, 2.0 * np.pi)
+            q[:, j] += size * np.sin(w * t_s + phase)
+            dq[:, j] += size * w * np.cos(w * t_s + phase)
+            ddq[:, j] -= size * w * w * np.sin(w * t_s + phase)
+    effort = _efforts(q, dq, ddq, load_kg)
+    effort[:, 1] += friction_nm * np.sign(dq[:, 1])
+    effort += 0.05 * rng.standard_normal(effort.shape)
+    q += 2e-5 * rng.standard_normal(q.shape)
+    head = [names.format(n=n, joint=joint) for n, joint in enumerate(JOINTS, 1)]
+    head += [f"effort_{n}" for n in (1, 2, 3)]
+    table = folder / "run.csv"
+    rows = np.column_stack([t_s, q, effort])
+    np.savetxt(table, rows, "%.8g", ",", header=",".join(["t", *head]), comments="")
+    return table
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    (tmp_path / "arm.urdf").write_text(_urdf())
+    file = tmp_path / "arm.yaml"
+    chain(file, tmp_path / "arm.urdf")
+    return file
+
+
+def test_hidden_friction_and_load_are_found_with_their_sizes(robot: Path) -> None:
+    answer = diagnose([_recorded(robot.parent, FRICTION_NM, LOAD_KG)], robot)
+    found = {(one.effect, one.component): one for one in answer.findings}
+    assert set(found) == {("joint_friction", "shoulder"), ("payload", "body_elbow")}
+    friction = found["joint_friction", "shoulder"].parameters["torque"].components[0]
+    assert friction[1] <= FRICTION_NM <= friction[2]
+    load = found["payload", "body_elbow"].parameters
+    mass = load["mass"].components[0]
+    assert mass[1] <= LOAD_KG <= mass[2]
+    assert mass[0] == pytest.approx(LOAD_KG, rel=0.1)
+    assert load["centre_x"].components[0][0] == pytest.approx(LOAD_AT[0], abs=0.02)
+    assert answer.fit.rms_after_m < 0.2 * answer.fit.rms_before_m
+
+
+def test_nothing_is_found_where_nothing_is_hidden(robot: Path) -> None:
+    answer = diagnose([_recorded(robot.parent)], robot)
+    assert answer.findings == []
+    assert answer.verdict == "nothing_missing"
+
+
+def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
+    stated = {"effect": "joint_friction", "component": "shoulder"}
+    entry: dict[str, Any] = {**stated, "parameters": {"torque": FRICTION_NM}}
+    robot.write_text(f"{robot.read_text()}effects: [{entry}]\n")
+    answer = diagnose([_recorded(robot.parent, FRICTION_NM)], robot)
+    assert answer.findings == []
+
+
+def _refused(robot: Path, recording: Path) -> str:
+    with pytest.raises(DeltactlError) as caught:
+        diagnose([recording], robot)
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+def test_an_unknown_joint_is_refused_with_the_nearest_name(robot: Path) -> None:
+    robot.write_text(robot.read_text().replace("shoulder", "sholder"))
+    assert "'shoulder'" in _refused(robot, _recorded(robot.parent))
+
+
+def test_a_link_without_mass_is_refused_by_name(robot: Path) -> None:
+    robot.with_name("arm.urdf").write_text(_urdf(without="elbow"))
+    says = _refused(robot, _recorded(robot.parent))
+    assert "body_elbow" in says
+    assert "<inertial>" in says
+
+
+def test_a_loop_is_refused(robot: Path) -> None:
+    ends = '<parent link="base"/><child link="body_elbow"/>'
+    loop = f'<joint name="rod" type="revolute">{ends}</joint>'
+    robot.with_name("arm.urdf").write_text(_urdf().replace("</robot>", f"{loop}</robot>"))
+    assert "'rod'" in _refused(robot, _recorded(robot.parent))
+
+
+def test_a_missing_column_is_refused_by_joint(robot: Path) -> None:
+    table = _recorded(robot.parent)
+    table.write_text(table.read_text().replace("effort_2", "current_b", 1))
+    says = _refused(robot, table)
+    assert "effort_2" in says
+    assert "'shoulder'" in says
+
+
+def test_degrees_are_refused(robot: Path) -> None:
+    table = _recorded(robot.parent)
+    head, *rows = table.read_text().splitlines()
+    cells = np.loadtxt(rows, delimiter=",")
+    cells[:, 1:4] = np.rad2deg(cells[:, 1:4])
+    np.savetxt(table, cells, "%.8g", ",", header=head, comments="")
+    assert "deg" in _refused(robot, table)
+
+
+def test_joints_may_be_columns_by_name(robot: Path) -> None:
+    named = _recorded(robot.parent, names="theta_{joint}")
+    head, rest = named.read_text().split("\n", 1)
+    named.write_text(f"{head},position\n" + "\n".join(f"{row},0" for row in rest.splitlines()))
+    assert diagnose([named], robot).findings == []
+
+
+def test_init_refuses_what_is_no_model(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text("<html/>")
+    out = tmp_path / "arm.yaml"
+    with pytest.raises(DeltactlError, match="neither a URDF"):
+        chain(out, tmp_path / "arm.urdf")
+    assert not out.exists()
