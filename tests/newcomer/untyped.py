@@ -34,6 +34,11 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         'pip install ".[web]" -c constraints.txt',
     ),
     "runs the tests, of which this is one": ("make test", "make newcomer", "make studies"),
+    "needs MuJoCo and a reader's arm; one is made and diagnosed in test_chain_of_joints": (
+        "make extras WITH=chain",
+        "deltactl init chain arm.yaml --model arm.urdf",
+        "deltactl diagnose motion.csv --robot arm.yaml",
+    ),
     "runs until it is stopped; started and used in tests/web": (
         "deltactl web --simulate",
         "deltactl web --host 0.0.0.0 --users users.yaml --certificate page.pem --key page.key",
