@@ -125,7 +125,7 @@ class RigidChain:
 
     @property
     def mass_kg(self) -> float:
-        """Of all that moves."""
+        """Mass of all that moves."""
         return float(np.sum(self._model.body_mass[1:]))
 
     @property

@@ -27,7 +27,7 @@ class JointEffect:
     key: str
     """What it is called among the regressors of a chain."""
     column: str
-    """Of a single axis that an effort drives: its prior odds are those of a joint."""
+    """Column of a single axis with effort: its prior odds are those of a joint."""
     parameter: str
     unit: str
     text: str
@@ -44,7 +44,7 @@ class JointEffect:
         return column_of(f"effort/{self.column}")[1]
 
     def unit_of(self, slides: bool) -> str:
-        """Of a joint that turns or slides."""
+        """Unit at a joint that turns or slides."""
         return LINEAR_UNIT.get(self.unit, self.unit) if slides else self.unit
 
 

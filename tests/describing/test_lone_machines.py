@@ -10,7 +10,7 @@ import pytest
 
 from deltactl.firmware_py.describing.questions import QUESTIONS
 from deltactl.firmware_py.describing.robot_text import robot_text
-from deltactl.models.robot import KINDS, ServoAxis
+from deltactl.models.robot import ServoAxis
 from deltactl.models.robot_files import load_robot_model
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import write_flat
@@ -48,7 +48,7 @@ def test_a_weight_that_was_given_is_written(deltactl: Deltactl, tmp_path: Path) 
     assert "\ngravity: {torque_nm: 1.72, zero_rad: 0" in (tmp_path / "a.yaml").read_text()
 
 
-@pytest.mark.parametrize("kind", sorted(set(KINDS) - {"delta"}))
+@pytest.mark.parametrize("kind", sorted(QUESTIONS.keys() - {"delta"}))
 def test_every_kind_with_what_enter_means(tmp_path: Path, kind: str) -> None:
     answers = {one.key: one.default or "12" for one in QUESTIONS[kind]}
     (tmp_path / "one.yaml").write_text(robot_text(kind, answers, wired=False))

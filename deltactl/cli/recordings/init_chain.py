@@ -44,7 +44,7 @@ def chain(
         raise ConfigError(f"{file}: exists already; name another file, or add --force")
     chosen = joints.split(",") if joints else moving_joints(model)
     RigidChain(model, chosen)
-    gains = effort_gain if "," not in effort_gain else f"[{', '.join(effort_gain.split(','))}]"
+    gains = _gains(effort_gain, chosen)
     text = (
         f"kind: chain\nname: {name or file.stem}\n"
         f"model: {Path(os.path.relpath(model, file.parent)).as_posix()}\n"
@@ -56,3 +56,18 @@ def chain(
         load_with_effects(file)
     say(f"robot file: {file}")
     say(f"next: deltactl diagnose RECORDING --robot {file}")
+
+
+def _gains(text: str, joints: list[str]) -> str:
+    """The value of `effort_gain` in the file. Raises ConfigError, which says what to type."""
+    numbers = text.split(",")
+    if len(numbers) not in (1, len(joints)):
+        raise ConfigError(
+            f"--effort-gain has {len(numbers)} numbers for the joints {', '.join(joints)}: give one,"
+            " or one a joint"
+        )
+    try:
+        values = [float(number) for number in numbers]
+    except ValueError:
+        raise ConfigError(f"--effort-gain: '{text}' is no list of numbers, as 11.9,11.9") from None
+    return str(values[0]) if len(values) == 1 else str(values)

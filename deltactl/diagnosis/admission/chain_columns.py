@@ -11,6 +11,7 @@ from deltactl.diagnosis.admission.refusal import Kind, refuse
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.plants.chain.joint_motions import MEASURED, NEEDED, columns_of, prepared
 from deltactl.diagnosis.plants.chain.plant import CHAIN, ChainPlant
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.printable import count
 from deltactl.models.effects.chain_joints import chain_effects
@@ -20,7 +21,6 @@ from deltactl.recording.tables.flat import FlatRecording
 
 TURNS_RAD = 4.0 * np.pi
 """Two turns: few joints of arms go farther, and in degrees nearly all do."""
-FEWEST_ROWS = 60
 
 
 def check_effects(robot: ChainRobot, chain: RigidChain) -> None:
@@ -41,8 +41,9 @@ def check_joints(robot: ChainRobot, chain: RigidChain, recording: FlatRecording)
     """Angle and effort of every joint, in SI units. Raises RefusedRecording."""
     source = recording.source
     (whole,) = prepared(robot, [recording])
-    if len(whole) < FEWEST_ROWS:
-        refuse(Kind.SHORT, source, f"has {count(len(whole), 'row')}", f"at least {FEWEST_ROWS}")
+    fewest = FORCED_AXIS.fewest_forced_rows
+    if len(whole) < fewest:
+        refuse(Kind.SHORT, source, f"has {count(len(whole), 'row')}", f"at least {fewest}")
     for stem in NEEDED:
         for joint, (name, others) in zip(robot.joints, columns_of(robot, stem), strict=True):
             if name not in whole.columns:

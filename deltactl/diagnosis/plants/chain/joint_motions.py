@@ -103,7 +103,7 @@ class JointMotions:
 def joint_motions(
     robot: ChainRobot, recordings: Sequence[FlatRecording], narrower: float
 ) -> JointMotions:
-    """Of prepared recordings with all that is needed.
+    """The motions in prepared recordings with all columns that are needed.
 
     All joints pass one low-pass, as each joint's effort hangs on the motion of all: where the first
     position meets its noise. What a motion needs is worked out before that low-pass, and passes it
@@ -155,7 +155,7 @@ def _counts(motion: Motion, period: float) -> BoolArray:
 class Layout:
     """How the efforts of all joints are one column: joint after joint, section after section.
 
-    Of what passed the low-pass, samples a filter's memory apart say all; the others are left out.
+    Samples a filter's memory apart say all that passed the low-pass; the others are left out.
 
     Sections hold equally many rows that count, so that a share of the column left out is a time
     left out of all joints, as a size is to be foretold in another motion and not in another joint.

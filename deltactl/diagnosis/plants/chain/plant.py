@@ -40,7 +40,7 @@ from deltactl.recording.tables.flat import FlatRecording
 
 UNKNOWN = "unknown"
 BRAKES = ("dry", "viscous", "lag")
-"""Of these no joint has less than none."""
+"""No joint has less than none of these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ class ChainPlant(KeepsBeside):
 
     @cached_property
     def _direction(self) -> FloatArray:
-        """Of each joint's motion, smooth where the velocity is lost in its noise; low-passed."""
+        """Direction of each joint's motion, smooth where the velocity is lost in its noise; low-passed."""
         widths = [
             max(one.velocity_noise, FORCED_AXIS.turning_share * one.top_speed)
             for one in self.moved.wide
