@@ -63,8 +63,8 @@ def _gains(text: str, joints: list[str]) -> str:
     numbers = text.split(",")
     if len(numbers) not in (1, len(joints)):
         raise ConfigError(
-            f"--effort-gain has {len(numbers)} numbers for the joints {', '.join(joints)}: give one,"
-            " or one a joint"
+            f"--effort-gain has {len(numbers)} numbers for the joints {', '.join(joints)}: give"
+            " one, or one a joint"
         )
     try:
         values = [float(number) for number in numbers]

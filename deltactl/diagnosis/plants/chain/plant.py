@@ -107,7 +107,7 @@ class ChainPlant(KeepsBeside):
 
     @cached_property
     def _direction(self) -> FloatArray:
-        """Direction of each joint's motion, smooth where the velocity is lost in its noise; low-passed."""
+        """Signs of velocities, smooth where a velocity is lost in its noise; low-passed."""
         widths = [
             max(one.velocity_noise, FORCED_AXIS.turning_share * one.top_speed)
             for one in self.moved.wide
