@@ -225,6 +225,7 @@ class Healer:
             return found | {"outcome": REFUSED, "why": why, "by_hand": by_hand}
         if new.is_same_as(old):
             by_hand = self._by_hand(answer, robot)
+            by_hand += [_in_sensors(one) for one in answer.findings if sure(one, answer)]
             return found | {"outcome": NOTHING, "by_hand": by_hand}
         covered = coverage_of(self._order.job, candidate)
         says = {(one.effect, one.component): one.says for one in covered.effects}
@@ -307,8 +308,6 @@ class Healer:
             for one in covered.left
             if (one.effect, one.component) not in named
         ]
-        if file is None:  # nothing is written down of what only the sensors have
-            work += [_in_sensors(one) for one in answer.findings if sure(one, answer)]
         return work
 
     def _ended(self, answer: dict[str, Any]) -> dict[str, Any]:

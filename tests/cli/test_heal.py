@@ -26,6 +26,7 @@ from deltactl.firmware_py.robot_file import load_robot
 
 ROBOT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
 FAULT = {"effect": "home_offset", "component": "motor2", "parameters": {"angle": 0.012}}
+SENSOR = {"effect": "sensor_offset", "component": "range_y", "parameters": {"offset": 0.01}}
 HEART = {
     "name": "small-heart",
     "robot": "mine.yaml",
@@ -130,6 +131,20 @@ def test_a_correction_that_the_limits_forbid_is_refused(deltactl, folder: Path) 
     assert answer["outcome"] == "refused"
     assert "limit" in answer["why"]
     assert robot_file.read_text() == old
+
+
+@pytest.mark.study
+def test_what_needs_a_hand_is_listed_until_it_is_done(deltactl, folder: Path) -> None:
+    """No other command makes a sensor read right: somebody mends it, and healing goes on."""
+    put_robot(folder, SENSOR)
+    longer = (*CALL, "--minutes", "1")
+    answer = json.loads(deltactl(*longer).stdout)
+    assert answer["outcome"] == "nothing_to_heal"
+    assert [one["component"] for one in answer["by_hand"]] == [SENSOR["component"]]
+    put_robot(folder)
+    after = json.loads(deltactl(*longer, "--continue").stdout)
+    assert after["by_hand"] == []
+    assert after["done_by_hand"] == [answer["by_hand"][0]["says"]]
 
 
 def test_what_cannot_be_healed_is_said_before_anything_moves(deltactl, folder: Path) -> None:
