@@ -15,6 +15,7 @@ import pytest
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.api import diagnose
 from deltactl.foundation.errors import DeltactlError
+from deltactl.models.rigid_chain import RigidChain
 
 pytest.importorskip("mujoco")
 
@@ -208,3 +209,21 @@ def test_init_refuses_what_is_no_model(tmp_path: Path) -> None:
     with pytest.raises(DeltactlError, match="neither a URDF"):
         chain(out, tmp_path / "arm.urdf")
     assert not out.exists()
+
+
+def test_a_gantry_of_an_mjcf_without_its_meshes_weighs_what_it_says(tmp_path: Path) -> None:
+    mesh = '<geom type="mesh" mesh="gone"/>'
+    (tmp_path / "gantry.xml").write_text(
+        '<mujoco><asset><mesh name="gone" file="gone.stl"/></asset><worldbody><body name="beam">'
+        '<joint name="along" type="slide" axis="1 0 0" damping="2"/>'
+        f'<inertial pos="0 0 0" mass="3" diaginertia="1 1 1"/>{mesh}<body name="head">'
+        '<joint name="up" type="slide" axis="0 0 1"/>'
+        f'<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{mesh}</body></body></worldbody>'
+        "</mujoco>"
+    )
+    gantry = RigidChain(tmp_path / "gantry.xml", ("along", "up"))
+    speed, change = np.array([[0.5, 0.1]]), np.array([[0.2, -0.3]])
+    efforts = gantry.efforts(np.zeros((1, 2)), speed, change)
+    assert efforts == pytest.approx(np.array([[4.0 * 0.2 + 2.0 * 0.5, 1.0 * (9.81 - 0.3)]]))
+    floating = RigidChain(tmp_path / "gantry.xml", ("along", "up"), gravity=False)
+    assert floating.efforts(np.zeros((1, 2)), speed, change)[0, 1] == pytest.approx(-0.3)
