@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,8 @@ from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.screen import sentences
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import RangeSensor, ServoAxis
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 T_S = np.arange(0.0, 20.0, 0.02)
@@ -27,6 +31,16 @@ def test_one_wild_reading_is_no_doubt_of_the_unit() -> None:
     assert diagnose_recordings(AXIS, [follows(wild=150.0)]).doubts == []
     (doubt,) = diagnose_recordings(AXIS, [follows(scale=150.0)]).doubts
     assert "turns" in doubt
+
+
+def test_a_unit_that_was_given_is_not_doubted(tmp_path: Path) -> None:
+    """A winch turns as often as its log says."""
+    angles = follows(scale=150.0).columns
+    table = np.stack([T_S, angles["command"], angles["position"]], axis=1)
+    path = tmp_path / "winch.csv"
+    np.savetxt(path, table, delimiter=",", header="t,goal_rad,place", comments="")
+    mapping = load_mapping(None, ["command=goal_rad", "position=place[rad]"])
+    assert diagnose_recordings(AXIS, [read_mapped(path, mapping)]).doubts == []
 
 
 @pytest.mark.parametrize(("factor", "asks"), [(1e-3, "was another unit given"), (1e3, "in ms")])

@@ -51,6 +51,8 @@ def far_for_a_joint(robot: RobotModel, recording: FlatRecording) -> Doubt | None
         values = recording.columns.get(name)
         if not _turns(robot) or values is None or not np.isfinite(values).any():
             continue
+        if name in recording.units_given:
+            return None
         farthest = usual_largest(recording, name)
         if farthest <= TURNS_RAD:
             return None

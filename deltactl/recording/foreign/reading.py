@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from collections.abc import Mapping as AnyMapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,8 @@ MOVING = frozenset(
     name for name in UNITS if name.split("_")[0] in ("command", "steps", "theta", "pos", "position")
 )
 """What is asked of machines that move, and comes of it."""
+SAID = {"unit", "scale"}
+"""What of a source says in which unit its column is."""
 
 
 def read_mapped(
@@ -72,7 +75,9 @@ def read_mapped(
         rate_hz = mapping.rate_hz or _without_times(path, set(named), list(table), tell)
         named["t"] = np.arange(rows) / rate_hz
     t_s = _going_on(named.pop("t"), named.get("segment"))
-    return from_columns({"t": t_s, **named}, str(path), lines or None)
+    given = [k for k, source in mapping.columns.items() if source.model_fields_set & SAID]
+    recording = from_columns({"t": t_s, **named}, str(path), lines or None)
+    return replace(recording, units_given=frozenset(given))
 
 
 def _tell_gaps(

@@ -61,6 +61,7 @@ class FlatRecording:
     t_s: shape (n,), strictly increasing. columns: contract name -> shape (n,), without `t`.
     extra: columns the contract does not know, numbers or texts. source: file it came from.
     taken_from: rows that the file has, where these are only some of them; else 0.
+    units_given: columns whose unit somebody gave.
     """
 
     t_s: FloatArray
@@ -68,6 +69,7 @@ class FlatRecording:
     extra: dict[str, AnyArray] = field(default_factory=dict)
     source: str = ""
     taken_from: int = 0
+    units_given: frozenset[str] = frozenset()
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -138,6 +140,7 @@ class FlatRecording:
             extra={name: values[which] for name, values in self.extra.items()},
             source=self.source,
             taken_from=self.taken_from,
+            units_given=self.units_given,
         )
 
     def _optional(self, names: list[str]) -> FloatArray | None:
