@@ -79,7 +79,7 @@ def test_every_effect_of_every_chain_has_words() -> None:
 
 def test_words_for_places_and_drivers() -> None:
     assert effect("sensor_scale", "range_x") == "a wrong scale of the x sensor"
-    assert effect("new_effect", "motor9") == "new effect at motor9"
+    assert effect("new_effect", "motor9") == "new effect at motor 9"
     assert followed("theta_2 [rad]") == "the angle of arm 2"
     assert spelled("lost_steps motor1") == "steps lost by motor 1"
     assert spelled("new_effect motor1") == "new_effect motor1", "no card knows it"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from deltactl.diagnosis.answer.how_sure import after_its_effort, odds
@@ -17,7 +16,8 @@ from deltactl.models.effects.lone_axis import COMPONENT
 
 def part(component: str) -> str:
     """`motor2` -> 'motor 2', `range_x` -> 'the x sensor'; unknown names as they are."""
-    plain = re.sub(r"(?<=[a-z])_?(?=\d+$)", " ", component).replace("_", " ")
+    name = component.rstrip("0123456789")
+    plain = f"{name.replace('_', ' ').rstrip()} {component[len(name) :]}".strip()
     return numbered("part", component) or plain or say("part.unknown")
 
 
