@@ -121,9 +121,9 @@ DYNAMIXEL = Log(
     "servo_axis",
     {
         "t": "Time(ms)", "command": "Goal Position", "position": "Present Position",
-        "velocity": "Present Velocity", "effort": "Present Current",
+        "effort": "Present Current",
     },
-    {"t": "ms"}, ["4096 a turn"],
+    {"t": "ms"}, ["4096 a turn", "Present Velocity: is left out"],
 )  # fmt: skip
 ODRIVE = Log(
     "time,axis0.controller.pos_setpoint,axis0.encoder.pos_estimate,axis0.encoder.vel_estimate,"

@@ -280,7 +280,7 @@ def test_radians_under_a_heading_of_degrees_are_read_by_the_command_that_is_prin
     path = write(tmp_path / "a.csv", "t,soll [deg],ist [deg]", T_S, 40.0 * WAVE, 0.7 * WAVE)
     found = inspect(path)
     options = [one for one in found.options if one != "--set"]
-    assert "position=ist*1" in options
+    assert "position=ist[rad]*1" in options
     read = read_mapped(path, load_mapping(None, options))
     np.testing.assert_allclose(read.column("position"), 0.7 * WAVE, rtol=1e-5)
 

@@ -132,20 +132,21 @@ def doubt(name: str, column: str, unit: str, values: FloatArray) -> str:
         step_s = float(np.median(np.diff(known)))
         if step_s >= LONG_STEP_S and bool((known == np.round(known)).all()):
             return (
-                f't was read in s, in steps of {step_s:g} s; if it is in ms, --set "t={column}[ms]"'
+                f"t was read in s, in steps of {step_s:g} s; if it is in ms,"
+                f" --set {_in_unit('t', column, 'ms')}"
             )
     if name.split("_")[0] in ANGULAR and unit in ("1", "rad") and len(known):
         if (step := _other_steps(name, values, "deg")) is not None:
             return (
                 f"{name} was read in rad, and its readings go {step}; if it is in degrees,"
-                f' --set "{name}={without_unit(column)}[deg]", and the same for the command'
+                f" --set {_in_unit(name, column, 'deg')}, and the same for the command"
             )
         farthest = float(np.max(np.abs(known)))
         if farthest > TURNS_RAD * (1.0 if unit == "1" else GUESSES.said_factor):
             read = "rad (or m)" if unit == "1" else f"rad ({turns(farthest)})"
             return (
                 f"{name} was read in {read}, up to {farthest:.4g}; if it is in degrees,"
-                f' --set "{name}={column}[deg]"'
+                f" --set {_in_unit(name, column, 'deg')}"
             )
     return ""
 
@@ -163,7 +164,7 @@ def of_radians(
     if (step := _other_steps(name, values, "rad")) is not None:
         return (
             f"{name} was read in degrees, and its readings go {step}; if it is in rad,"
-            f' --set "{name}={without_unit(column)}[rad]", and the same for the command'
+            f" --set {_in_unit(name, column, 'rad')}, and the same for the command"
         )
     farthest = float(np.max(np.abs(known)))
     if unit_said(column, name) is not None or farthest > TURNS_RAD:
@@ -180,8 +181,14 @@ def of_radians(
         why = "few machines move so little"
     return (
         f"{name} was read in degrees and stays within {farthest:.3g}, and {why}; if it is in rad,"
-        f' --set "{name}={without_unit(column)}[rad]"'
+        f" --set {_in_unit(name, column, 'rad')}"
     )
+
+
+def _in_unit(name: str, column: str, unit: str) -> str:
+    """What `--set` takes, in quotes; where the heading says another unit, only a factor wins."""
+    contradicts = unit_said(column, name) not in (None, unit)
+    return f'"{name}={without_unit(column)}[{unit}]{"*1" if contradicts else ""}"'
 
 
 def _other_steps(name: str, values: FloatArray, other: str) -> str | None:
@@ -210,7 +217,7 @@ def of_degrees(
     read = "rad (or m)" if unit == "1" else "rad"
     return (
         f"{name} was read in {read}, and the heading '{others[0]}' says deg; if it is in degrees,"
-        f' --set "{name}={without_unit(column)}[deg]"'
+        f" --set {_in_unit(name, column, 'deg')}"
     )
 
 

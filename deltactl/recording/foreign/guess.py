@@ -14,6 +14,7 @@ import numpy as np
 from deltactl.recording.foreign.by_values import by_values, partners, scored
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
+    ALONE,
     Guess,
     Hint,
     Named,
@@ -189,7 +190,8 @@ def _time(
         del found[name]
     if good:
         name = good[0]
-        why = "by its name" if name in named else "it alone increases all the way"
+        why = ALONE if said[name].unit is None else f"{ALONE}, in {said[name].unit}"
+        why = "by its name" if name in named else why
         found[name] = Guess(name, "t", None, said[name].unit, why)
 
 

@@ -165,23 +165,34 @@ def _per_second(guess: Guess) -> Guess:
 
 
 def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
-    """The unit of a velocity follows from the position that it is the slope of."""
+    """The unit of a velocity follows from the position that it is the slope of.
+
+    One of which neither this nor a heading tells the unit is left out of the guesses.
+    """
     by_name = {guess.name: guess for guess in guesses.values()}
-    if not {"t", "position", "velocity"} <= set(by_name) or by_name["velocity"].scale != 1.0:
+    speed, place, time = (by_name.get(name) for name in ("velocity", "position", "t"))
+    if speed is None or place is None or time is None or speed.scale != 1.0:
         return []
-    place, speed = by_name["position"], by_name["velocity"]
-    t_s = table[by_name["t"].source] * IN_SI[by_name["t"].unit or "s"]
+    t_s = table[time.source] * IN_SI[time.unit or "s"]
     place_si = table[place.source] * place.scale * IN_SI[place.unit or "1"]
     ratio = slope_ratio(t_s, place_si, table[speed.source])
+    sure = speed.why == "as you say" or speed.source == "velocity"
     if ratio is None:
+        if speed.unit is None and not sure:
+            del guesses[speed.source]
         return []
     own = ROTARY_SPEEDS if place.unit in ROTARY else LINEAR_SPEEDS if place.unit in LINEAR else ()
     fits = [u for u in own or SPEEDS if abs(ratio * IN_SI[u] - 1.0) < GUESSES.near_unit]
     unit = next(iter(fits), None)
-    words = f"{speed.source}: is {ratio:.3g} times the slope of {place.source}"
+    if speed.unit in fits:
+        return []
+    left_out = not sure and (speed.unit is not None or unit is None)
+    is_ = "is left out; it is" if left_out else "is"
+    words = f"{speed.source}: {is_} {ratio:.3g} times the slope of {place.source}"
+    if left_out:
+        del guesses[speed.source]
     if speed.unit is not None:
-        good = abs(ratio * IN_SI[speed.unit] - 1.0) < GUESSES.near_unit
-        return [] if good else [f"{words}, which does not go with {speed.unit}"]
+        return [f"{words}, which does not go with {speed.unit}"]
     if unit is None:
         factor = float(f"{1.0 / ratio:.4g}")
         right = as_option("velocity", without_unit(speed.source), "1", factor, 0.0)

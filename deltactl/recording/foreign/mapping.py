@@ -40,7 +40,7 @@ OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
 semicolon."""
 _OPTION = re.compile(
     r"(?P<name>\w+)=(?:\"(?P<quoted>[^\"]+)\"|(?P<from>[^*+]+?))"
-    r"(\[(?P<unit>(?!\d+\])\w+|(rad|deg|m|mm)/s)\])?"
+    r"(\[(?P<unit>(?!\d+\])\w+|(rad|deg|turn|m|mm)/s)\])?"
     r"(\*(?P<scale>[-+]?[.\d]+([eE][-+]?\d+)?))?"
     r"(?P<offset>[+-][.\d][.\deE+-]*)?"
 )
@@ -155,7 +155,7 @@ def _source(option: str) -> Source:
 def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
     """What `--set` takes for a column; scale: None where no factor was given."""
     # s and N are never confused; rad and m are distinguished from deg and mm.
-    told = IN_SI[unit] != 1.0 or (scale is None and unit in ("rad", "m"))
+    told = IN_SI[unit] != 1.0 or (scale in (None, 1.0) and unit in ("rad", "m"))
     unit = f"[{unit}]" if told else ""
     factor = "" if scale is None else f"*{scale:.12g}"
     further = f"{unit}{factor}{f'{offset:+.12g}' if offset else ''}"

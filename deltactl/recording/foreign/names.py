@@ -143,6 +143,10 @@ class Named:
     """False of an acceleration, an error and the like, whatever its numbers look like."""
 
 
+ALONE = "it alone increases all the way"
+"""Why a column without a name or a unit of a time is one."""
+
+
 class Hint(str):
     """A warning of what a column was taken for, with what else may be chosen.
 

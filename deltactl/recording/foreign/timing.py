@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from deltactl.recording.foreign.names import Guess, read_name, without_unit
+from deltactl.recording.foreign.names import ALONE, Guess, read_name, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.reading.run import FloatArray
@@ -32,10 +32,9 @@ NO_COLUMN = (
 def row_number(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> str | None:
     """The column that is taken for the time and only counts the rows; None where there is none."""
     time = _time_of(guesses)
-    if time is None or (time.unit is not None and time.unit != "s") or time.why == "as you say":
+    if time is None or time.why != ALONE or time.unit not in (None, "s"):
         return None
-    named = read_name(time.source).role == "t"
-    return time.source if not named and bool((np.diff(table[time.source]) == 1.0).all()) else None
+    return time.source if bool((np.diff(table[time.source]) == 1.0).all()) else None
 
 
 def rows_and_times(

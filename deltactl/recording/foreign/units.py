@@ -18,6 +18,7 @@ UNIT_WORDS: dict[str, str] = {
     "Nm": "nm n.m newtonmeter", "N": "n newton", "Ncm": "ncm",
     "mNm": "mnm", "min": "min minutes", "rad/s": "rad/s", "deg/s": "deg/s °/s", "m/s": "m/s",
     "mm/s": "mm/s", "rpm": "rpm 1/min u/min",
+    "turn/s": "turn/s turns/s rev/s revs/s rps u/s",
 }  # fmt: skip
 """Unit of a mapping -> how it is written in names, in lower case."""
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
@@ -28,12 +29,13 @@ IN_SI = {
     "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3,
     "V": 1.0,
     "rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s": 1.0, "mm/s": 1e-3, "rpm": np.pi / 30.0,
+    "turn/s": 2.0 * np.pi,
 }  # fmt: skip
 """Units by their size in the contract's."""
 TIMES = ("s", "ms", "us", "ns", "min")
 ROTARY = ("rad", "mrad", "deg", "arcmin", "arcsec", "turn")
 LINEAR = ("m", "mm", "cm", "um", "inch")
-ROTARY_SPEEDS, LINEAR_SPEEDS = ("rad/s", "deg/s", "rpm"), ("m/s", "mm/s")
+ROTARY_SPEEDS, LINEAR_SPEEDS = ("rad/s", "deg/s", "rpm", "turn/s"), ("m/s", "mm/s")
 SPEEDS = (*ROTARY_SPEEDS, *LINEAR_SPEEDS)
 """Of `velocity` alone."""
 PULLING = ("N", "mN", "Nm", "mNm", "Ncm")

@@ -47,12 +47,14 @@ def read_table(
     decimal: str = ".",
     tell: Callable[[str], None] = lambda _: None,
     lines_of: list[int] | None = None,
+    dated: set[str] | None = None,
 ) -> dict[str, AnyArray]:
     """Columns of numbers by name, shape (n,) each; NaN where a cell holds no number.
 
     heading: names of the columns where the file has none. Dates and times of day are seconds since
     the first row's. tell: takes words for comments and a footer that were left out. lines_of: gets
-    the line of each row, from 1. Raises RecordingError.
+    the line of each row, from 1. dated: gets the names of the columns of dates and times of day.
+    Raises RecordingError.
     """
     lines = read_text(path, any_encoding=True).split("\n")[skip_lines:]
     if not heading:
@@ -86,6 +88,8 @@ def read_table(
                 f"{path}: {name} has a decimal comma ({column[0]}); add: --set decimal=,"
             )
     columns = _with_days(columns)
+    if dated is not None:
+        dated |= {name for name, cells in zip(heading, columns, strict=True) if is_moment(cells[0])}
     return {name: _numbers(column, decimal) for name, column in zip(heading, columns, strict=True)}
 
 
