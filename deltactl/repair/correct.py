@@ -19,6 +19,7 @@ from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.plain_file import check_fresh, said_of_output, write_whole
 from deltactl.models.calibrated_inverse import corrections_of
 from deltactl.models.network.file import NetworkFile
+from deltactl.recording.tables.flat import FlatRecording
 
 Progress = Callable[[str], None]
 
@@ -82,11 +83,15 @@ def correct(
     train: bool = True,
     tables: Tables = Tables.NONE,
     progress: Progress = lambda _: None,
+    read: Callable[[Path], FlatRecording] | None = None,
 ) -> Corrected:
-    """Diagnose, write the robot file, train. Raises ConfigError, RecordingError, NetworkError."""
+    """Diagnose, write the robot file, train. Raises ConfigError, RecordingError, NetworkError.
+
+    read: turns a file into columns, for tables of others.
+    """
     check_fresh(out)
     before = load_robot(robot_file)
-    answer = diagnose(recordings, robot_file, progress=progress)
+    answer = diagnose(recordings, robot_file, progress=progress, read=read)
     text = corrected_text(robot_file, answer, all_of_them, tables)
     _write(out, text)
     robot = _loaded(out)

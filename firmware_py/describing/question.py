@@ -138,6 +138,8 @@ class Question:
     """What is said of a number below `least`, where more than that can be said."""
     notation: Notation | None = None
     """How people write it where it is not one plain number."""
+    whole: bool = False
+    """Whether it counts something."""
     any_text: bool = False
     """Whether whatever is typed will do, as for a name."""
     guessed: bool = False
@@ -160,6 +162,8 @@ class Question:
         if isinstance(found, str):
             asked = f" ({self.text})" if _WITH_UNIT.fullmatch(answer.strip()) else ""
             return f"{answer!r}: {found}{asked}"
+        if self.whole and any(one != round(one) for one in found):
+            return f"{answer!r}: must be a whole number ({self.text})"
         least = self._least(answer)
         if (smallest := min(found)) < least:
             said = self.too_small(smallest) if self.too_small else ""

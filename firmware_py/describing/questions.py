@@ -29,6 +29,7 @@ MICROSTEPS = Question(
     " do",
     "1600",
     least=LEAST_PULSES,
+    whole=True,
     too_small=too_few_pulses,
     # Whoever writes both does not mean the one by the other.
     notation=Notation(of_both, least=1.0),

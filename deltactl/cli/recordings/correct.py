@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from deltactl.cli.output import print_json, waiting
+from deltactl.cli.recordings.diagnose import ColumnsOption, SetOption
 from deltactl.cli.robot.jobs import JsonOption
 from deltactl.foundation.extras import needs
 from deltactl.foundation.one_screen import Part
@@ -38,6 +39,8 @@ def correct(
         str | None, typer.Option(help="Check this job with the corrected robot.")
     ] = None,
     json_out: JsonOption = False,
+    set_columns: SetOption = None,
+    columns: ColumnsOption = None,
 ) -> None:
     """Diagnose recordings, write the corrected robot file, and train its network.
 
@@ -51,10 +54,14 @@ def correct(
     with waiting("loading", json_out), needs("diagnosis,training", "correct"):
         from deltactl.diagnosis.answer.tables import Tables
         from deltactl.repair.correct import correct as run
+    from deltactl.cli.recordings.diagnosing import read_with
     from deltactl.firmware_py.named_files import find
+    from deltactl.models.robot_files import load_with_effects
 
+    robot_file = find(robot)
+    read = read_with([*(columns or []), *(set_columns or [])], load_with_effects(robot_file))
     with waiting("reading", json_out) as show:
-        found = run(recordings, find(robot), out, all_of_them, train, Tables(tables), show)
+        found = run(recordings, robot_file, out, all_of_them, train, Tables(tables), show, read)
     limit = None if job is None else _limit_of(find(job), found)
     if json_out:
         possible = None if limit is None or isinstance(limit, str) else limit.as_json()

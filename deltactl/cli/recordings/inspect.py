@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +49,11 @@ MEASURED_SAYS = (
     " sizes are then in the unit of the effort; where one of the two is known, add --inertia or"
     " --effort-gain, and the other follows; where a weight pulls at it, also {{weight}}"
 )
+STEPPED = ["--microsteps-per-rev", "STEPS", "--gear-ratio", "GEAR"]
+STEPPED_SAYS = (
+    "  STEPS: step pulses for one turn of the motor, as set at the drive: 1600, or 200x8",
+    "  GEAR: turns of the motor for one turn of the axis: 5 for a gear of 5:1, 1 without a gear",
+)
 WEIGHT = {"rotary": "--hanging-nm", "linear": "--slope-n"}
 """The option that says what a weight does, by what the axis does."""
 
@@ -68,7 +73,7 @@ def inspect_recordings(
         from deltactl.recording.foreign.inspection import inspect
     refuse_missing(recordings)
     known = mapping_of(columns)
-    seen = _readable(recordings, lambda path: inspect(path, known))
+    seen = _readable(recordings, lambda path: _measured(inspect(path, known)))
     if as_json:
         print_json([_as_json(table) for table in seen])
     else:
@@ -78,6 +83,24 @@ def inspect_recordings(
         write_whole(save, seen[0].mapping_text())
         if not as_json:
             say(f"mapping: {save}")
+
+
+def _measured(seen: Inspection) -> Inspection:
+    """With a word of a table that is too short for a diagnosis."""
+    from deltactl.diagnosis.observations.options import OBSERVATIONS
+    from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, FORCED_AXIS, RANGE_SENSOR
+
+    fewest = {
+        None: 0,
+        "servo_axis": COMMANDED_AXIS.fewest_followed_rows,
+        "range_sensor": RANGE_SENSOR.fewest_ranged_rows,
+    }.get(seen.kind, OBSERVATIONS.fewest_samples)
+    fewest = FORCED_AXIS.fewest_forced_rows if seen.needs_inertia else fewest
+    rows = len(next(iter(seen.table.values())))
+    if rows >= fewest:
+        return seen
+    short = f"{rows} rows are too few: a diagnosis needs {fewest} at least; record a longer run"
+    return replace(seen, warnings=[*seen.warnings, short])
 
 
 def _readable(paths: list[Path], inspect: Callable[[Path], Inspection]) -> list[Inspection]:
@@ -136,12 +159,26 @@ def _show(seen: Inspection, robot: str | None, save: Path | None) -> None:
         zero = ["--zero", "arbitrary"] if seen.zero == "arbitrary" else []
         weight = WEIGHT[seen.motion or "rotary"]
         forced, says = _forced(seen) if seen.needs_inertia else ([], ())
+        if seen.kind == "stepper_axis":
+            forced, says = STEPPED, STEPPED_SAYS
         init = ["deltactl", *init_words(seen.kind, _new(seen)), *motion, *forced, *zero]
         _say_command("describe the machine:  ", init)
         for line in says:
             _say_broken(line.format(weight=weight))
     read = ["--columns", str(save)] if save is not None else seen.options
+    if robot is None and save is None and (effort := _unused_effort(read, seen)):
+        at = read.index(effort)
+        read = [*read[: at - 1], *read[at + 1 :]]
+        also = "--inertia and --effort-gain, and to the command --set"
+        _say_broken(f"  to use the effort too, add to that {also} {shlex.quote(effort)}")
     _say_command("diagnose it:           ", seen.command(robot or _new(seen), read))
+
+
+def _unused_effort(read: list[str], seen: Inspection) -> str | None:
+    """The option of an effort beside a command, which needs a robot file with an inertia."""
+    if seen.kind != "servo_axis" or seen.needs_inertia:
+        return None
+    return next((word for word in read if word.startswith("effort=")), None)
 
 
 def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
@@ -237,7 +274,8 @@ def _empty(seen: Inspection) -> str:
     """How many cells of which columns hold no number, of those that are shown."""
     shown = list(seen.table.items())[:SHOWN_COLUMNS]
     empty = {name: int(np.isnan(values).sum()) for name, values in shown}
-    return ", ".join(f"{number} of {name}" for name, number in empty.items() if number)
+    few = {name: number for name, number in empty.items() if number < len(seen.table[name])}
+    return ", ".join(f"{number} of {name}" for name, number in few.items() if number)
 
 
 def _preview(seen: Inspection, narrow: bool) -> Table:
@@ -254,7 +292,7 @@ def _preview(seen: Inspection, narrow: bool) -> Table:
             name,
             guess.name if guess else "-",
             _unit(guess) if guess else "",
-            _values(values, guess),
+            _values(values, guess) if len(known) else "",
             *(list(map(_figure, ends)) or ["", ""]),
             guess.why if guess else seen.unused(name),
         ]

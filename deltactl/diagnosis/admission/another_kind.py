@@ -136,11 +136,20 @@ def without_our_names(
     return _named_otherwise(seen, robot)
 
 
+MOVED = MOTIONS | {"theta", "pos", "effort"}
+"""What is known of a table that may be of a machine."""
+
+
 def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RefusedRecording:
     """What is said of columns with names of their own, and of the machine that they are of."""
     source, listed = str(seen.path), ", ".join(seen.table)[:MOST_LISTED]
     if robot is None or seen.kind is None or seen.kind == robot.kind:
         names = f"its columns have names of their own ({listed})"
+        known = {one.role for one in seen.guesses.values()}
+        if seen.kind is None and known and not MOVED & known:
+            why = f"it holds no position or command, by the names of its columns ({listed})"
+            remedy = "if it does, say which: --set position=COLUMN --set command=COLUMN"
+            return Refusal(Kind.COLUMNS, why, remedy, source).error()
         why = names if seen.named else "it has no line that names its columns"
         remedy = f"which options read them: deltactl inspect {source}"
         return Refusal(Kind.COLUMNS, why, remedy, source).error()

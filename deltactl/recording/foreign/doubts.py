@@ -172,7 +172,7 @@ def of_radians(
     if RTDE.match(column):
         why = "logs of RTDE are in rad"
     elif others := [
-        heading for heading in headings if _says_radians(heading) and heading != column
+        heading for heading in headings if _units(heading) & RADIANS and heading != column
     ]:
         why = f"the heading '{others[0]}' says rad"
     elif np.ptp(known) > GUESSES.narrowest_deg:
@@ -219,11 +219,6 @@ def of_degrees(
         f"{name} was read in {read}, and the heading '{others[0]}' says deg; if it is in degrees,"
         f" --set {_in_unit(name, column, 'deg')}"
     )
-
-
-def _says_radians(heading: str) -> bool:
-    """Whether the unit of a heading is made of radians."""
-    return _units(heading) & RADIANS != set()
 
 
 def _says_degrees(heading: str) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from deltactl.recording.foreign.mapping import Mapping, as_option
@@ -69,6 +70,8 @@ class Inspection:
             return "it counts the rows; a distance sensor needs no times"
         if column == self.stumbles:
             return "its times do not increase in every row"
+        if column in self.table and not np.isfinite(self.table[column]).any():
+            return "holds no numbers"
         if not pulls(column):
             return "kept, not used"
         names = [n for n in ("load", "effort") if n not in {g.name for g in self.guesses.values()}]

@@ -295,12 +295,10 @@ def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
     likely = next((one for one in left if pulls(one)), left[0] if left else "COLUMN")
     name = without_unit(likely)
     example = shlex.join(["--set", f"effort={name}"])
-    counts = "" if pulls(likely) else f"; or, if it counts steps, {_set('steps_1', name)}"
+    counts = (
+        "" if pulls(likely) else f"; or, if it counts steps, --set {shlex.quote(f'steps_1={name}')}"
+    )
     return f"a command or an effort was not found; say which column it is, {here} {example}{counts}"
-
-
-def _set(name: str, column: str) -> str:
-    return shlex.join(["--set", f"{name}={column}"])
 
 
 def zero_of(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> str | None:

@@ -8,13 +8,16 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from deltactl.recording.foreign.guess import LETTERED
-from deltactl.recording.foreign.names import read_name
+from deltactl.recording.foreign.names import MEASURED, SEEN, read_name
 from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.units import UNIT_OF
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.binary_tables import JOINTS
 
 _NUMBERED = re.compile(r"(.*?[^\d._\[])[._\[]?(\d+)\]?([._][^\d]+)?")
+_BEFORE = re.compile(r"(?P<axis>[^\W\d_]+\d*)[_. ](?P<of>.+)")
+_BEHIND = re.compile(r"(?P<of>.+)[_. ](?P<axis>[^\W\d_]+)")
 CARTESIAN = frozenset("xyzw")
 """Labels of what is no joint."""
 NORMALISED = 100.0
@@ -31,15 +34,21 @@ def one_joint(
     chosen: columns that somebody named; their joint is kept, else the first that moves in all its
     columns. Joints numbered one to three are the motors of a delta.
     """
-    others: list[str] = []
+    others: dict[str, None] = {}
     beside = _beside_commands(table)
-    for groups in [beside] if beside else (_numbered(table), *_labelled(table)):
+    found = [beside] if beside else [_numbered(table), *_labelled(table), *_axes(table)]
+    for groups in found:
         wanted = next((j for g in groups for j, name in g.items() if name in chosen), None)
-        wanted = wanted or _first_that_moves(groups, table)
-        for group in groups:
-            kept = wanted if wanted in group else next(iter(group))
-            others += [name for joint, name in group.items() if joint != kept]
-    return {name: one for name, one in table.items() if name not in others}, others
+        motion = [group for group in groups if _role(group) in ("command", "position")]
+        wanted = wanted or _first_that_moves(motion or groups, table)
+        for group in groups:  # one that the wanted joint has not is of the others alone
+            kept = wanted or next(iter(group))
+            others |= {name: None for j, name in group.items() if j != kept and name not in chosen}
+    return {name: one for name, one in table.items() if name not in others}, list(others)
+
+
+def _role(group: Group) -> str | None:
+    return read_name(next(iter(group.values()))).role
 
 
 def _first_that_moves(groups: Iterable[Group], table: Mapping[str, FloatArray]) -> str | None:
@@ -61,7 +70,34 @@ def _numbered(names: Iterable[str]) -> Sequence[Group]:
             stems.setdefault(stem, {}).setdefault(numbered[2], name)
     many: list[Group] = [group for group in stems.values() if len(group) > MOTORS]
     two = {stem: group for stem, group in stems.items() if len(group) == 2}
-    return many or (list(two.values()) if _asked_and_read(two) else [])
+    found = many or (list(two.values()) if _asked_and_read(two) else [])
+    fewer = [group for group in stems.values() if group not in found]
+    return found + [g for g in fewer if found and _role(g) in ("velocity", "effort")]
+
+
+def _axes(names: Collection[str]) -> Iterator[Sequence[Group]]:
+    """Columns of axes with a word or letter of their own, before or behind the same quantities:
+    X_SetPosition and Y_SetPosition, left_cmd and right_cmd, pos_x and pos_y.
+    """
+    for at in (_BEFORE, _BEHIND):
+        axes: dict[str, dict[str, str]] = {}
+        for found in filter(None, map(at.fullmatch, names)):
+            if _is_label(found["axis"]):
+                axes.setdefault(found["axis"], {})[found["of"]] = found[0]
+        whole = {one: group for one, group in axes.items() if _asked_and_read(group)}
+        arms = len(whole) == MOTORS and {one[-1] for one in whole} <= set("0123abcABC")
+        alike = [set(group) for group in whole.values()]
+        if len(whole) < 2 or arms or not _asked_and_read(set.intersection(*alike)):
+            continue
+        stems = dict.fromkeys(stem for group in whole.values() for stem in group)
+        yield [{one: g[stem] for one, g in whole.items() if stem in g} for stem in stems]
+
+
+def _is_label(word: str) -> bool:
+    """Whether a word may be that of an axis: no unit, and nothing that was asked for or read."""
+    plain = word.rstrip("xyzXYZ")  # which at the end of other names is a place
+    spelled = word if len(word) == 1 else word.lower()  # S is an axis, s is none
+    return read_name(plain).role is None and spelled not in MEASURED | SEEN | UNIT_OF.keys()
 
 
 def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:

@@ -20,6 +20,7 @@ from deltactl.recording.foreign.doubts import (
 from deltactl.recording.foreign.names import (
     Guess,
     Hint,
+    in_words,
     is_of_data_joint,
     is_of_joint,
     without_unit,
@@ -95,10 +96,14 @@ def unit_of_motion(
         return _all(group, "mm"), f"{names}: up to {largest:g}, taken for mm"
     if (stepped := _of_steps(group, table)) is not None:
         return stepped, ""
-    lone = _is_lone(group)
+    lone = all(one.index is None for one in group)  # of one axis, which may slide as well
     if lone and all(is_of_data_joint(one.source) for one in group):
         says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
         return _all(group, "deg"), _rather(says, "radians", names, "rad", f"[deg] {PUT}")
+    if lone and not turning and largest > GUESSES.longest_m and all(map(_is_place, group)):
+        says = f"up to {largest:g}, taken for mm, as axes called x, y or z slide"
+        instead = f"[mm] {PUT}, and rotary in place of linear there"
+        return _all(group, "mm"), _rather(says, "degrees", names, "deg", instead)
     by_name = all(_says_counts(one.source, table[one.source]) for one in group)
     if largest <= (GUESSES.one_turn_rad if lone else GUESSES.widest_rad) and not by_name:
         return list(group), ""
@@ -108,6 +113,11 @@ def unit_of_motion(
             f" a turn has others, put what one count is [rad] in place of {GUESSES.count_rad} {PUT}"
         )
     return _all(group, "deg"), _taken_for_degrees(group, largest, turning)
+
+
+def _is_place(guess: Guess) -> bool:
+    """Whether a word of a name is x, y or z, and none that of a joint."""
+    return bool(set("xyz") & set(in_words(guess.source))) and not is_of_joint(guess.source)
 
 
 def _says_counts(heading: str, values: FloatArray) -> bool:
@@ -145,11 +155,6 @@ def _taken_for_degrees(group: Sequence[Guess], largest: float, turning: bool) ->
 
 def _names(group: Sequence[Guess]) -> str:
     return ", ".join(one.source for one in group)
-
-
-def _is_lone(group: Sequence[Guess]) -> bool:
-    """Whether columns are those of one axis, which may slide as well."""
-    return all(one.index is None for one in group)
 
 
 def _of_steps(group: Sequence[Guess], table: Mapping[str, FloatArray]) -> list[Guess] | None:

@@ -144,7 +144,6 @@ class Named:
 
 
 ALONE = "it alone increases all the way"
-"""Why a column without a name or a unit of a time is one."""
 
 
 class Hint(str):
