@@ -163,7 +163,7 @@ class Question:
             asked = f" ({self.text})" if _WITH_UNIT.fullmatch(answer.strip()) else ""
             return f"{answer!r}: {found}{asked}"
         if self.whole and any(one != round(one) for one in found):
-            return f"{answer!r}: must be a whole number ({self.text})"
+            return f"{answer!r}: must be a whole number"
         least = self._least(answer)
         if (smallest := min(found)) < least:
             said = self.too_small(smallest) if self.too_small else ""

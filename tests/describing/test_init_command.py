@@ -83,7 +83,7 @@ def test_a_refused_answer_leaves_no_file(deltactl: Deltactl, tmp_path: Path) -> 
     assert "--gear-ratio '-1': must not be below 1" in refused.stderr
     wrong = DELTA | {"microsteps_per_rev": "1600.5"}
     refused = deltactl("init", "delta", "mine.yaml", *options(wrong), status=2)
-    assert "drive.microsteps_per_rev" in refused.stderr
+    assert "--microsteps-per-rev '1600.5'" in refused.stderr
     assert not list(tmp_path.glob("*.yaml"))
 
 
