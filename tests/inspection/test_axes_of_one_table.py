@@ -162,3 +162,17 @@ def test_an_axis_called_x_y_or_z_slides_unless_it_is_a_joint(
     found = inspect(write(tmp_path / "log.csv", columns))
     assert {one.unit for one in found.guesses.values() if one.role != "t"} == {unit}
     assert found.motion == ("linear" if unit == "mm" else "rotary")
+
+
+def test_an_axis_whose_reading_is_its_command_is_not_the_one_to_look_at(tmp_path: Path) -> None:
+    columns = moved("{}_{}", ("X", "Y"))
+    columns["X_ActualPosition"] = columns["X_SetPosition"]
+    del columns["time_s"]
+    columns = {name: 50.0 * values for name, values in columns.items()}
+    found = inspect(write(tmp_path / "log.csv", columns))
+    read = {one.name: one.source for one in found.guesses.values()}
+    assert (read["position"], read["command"]) == ("Y_ActualPosition", "Y_SetPosition")
+    own = load_mapping(None, ["position=X_ActualPosition"])
+    assert "velocity" not in {
+        one.name for one in inspect(tmp_path / "log.csv", own).guesses.values()
+    }

@@ -171,7 +171,11 @@ def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> lis
     """
     by_name = {guess.name: guess for guess in guesses.values()}
     speed, place, time = (by_name.get(name) for name in ("velocity", "position", "t"))
-    if speed is None or place is None or time is None or speed.scale != 1.0:
+    if speed is None or place is None or speed.scale != 1.0:
+        return []
+    if time is None:  # whose unit may be that of the position
+        if not (speed.unit or speed.why == "as you say") and IN_SI[place.unit or "1"] != 1.0:
+            del guesses[speed.source]
         return []
     t_s = table[time.source] * IN_SI[time.unit or "s"]
     place_si = table[place.source] * place.scale * IN_SI[place.unit or "1"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
@@ -51,9 +52,12 @@ def _role(group: Group) -> str | None:
     return read_name(next(iter(group.values()))).role
 
 
-def _first_that_moves(groups: Iterable[Group], table: Mapping[str, FloatArray]) -> str | None:
-    """The first joint of which no column rests; None where there is none."""
+def _first_that_moves(groups: Sequence[Group], table: Mapping[str, FloatArray]) -> str | None:
+    """The first joint of which no column rests or is a copy of another; None without any."""
     still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
+    for one, other in itertools.combinations(groups, 2):
+        both = one.keys() & other.keys()
+        still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
     return next((j for group in groups for j in group if j not in still), None)
 
 
