@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import tempfile
 from collections.abc import Mapping as AnyMapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
     from deltactl.recording.tables.flat import AnyArray
 
 AnyPath = str | Path
-Columns = AnyMapping[str, str]
-"""Column and unit for each name that the program knows, `{"position": "angle[deg]"}`."""
+Columns = AnyMapping[str, str] | Sequence[str]
+"""Column and unit for each name that the program knows, `{"position": "angle[deg]"}`; or the
+`options` of an inspection."""
 OF_A_RESULT = ("job_id", "name", "outcome", "why", "recording", "recording_error", "warning")
 FRAME = "data frame"
 """Source of a recording that comes from no file."""
@@ -268,6 +270,8 @@ def _renamed(text: str, path: Path, source: str) -> str:
 
 def _options(columns: Columns) -> list[str]:
     """As `--set` takes them. Raises ConfigError for what is no text."""
+    if not isinstance(columns, AnyMapping):
+        return [option for option in columns if option != "--set"]
     for name, source in columns.items():
         if not isinstance(source, str):
             raise ConfigError(f"columns: {name}: {source!r} is no text such as 'angle[deg]'")

@@ -34,6 +34,15 @@ def test_a_frame_is_read_as_its_file_is(frame: pd.DataFrame, tmp_path: Path) -> 
     assert not {"target", "angle"} & set(from_file.table.extra)
 
 
+def test_what_an_inspection_found_is_read_as_it_is(frame: pd.DataFrame, tmp_path: Path) -> None:
+    frame.to_csv(tmp_path / "log.csv", index=False)
+    found = dc.inspect(tmp_path / "log.csv", COLUMNS)
+    as_found = dc.read(tmp_path / "log.csv", found.options)
+    np.testing.assert_array_equal(
+        as_found["command"], dc.read(tmp_path / "log.csv", COLUMNS)["command"]
+    )
+
+
 def test_to_pandas_and_back_and_through_every_file(frame: pd.DataFrame, tmp_path: Path) -> None:
     recording = dc.Recording.from_pandas(frame.assign(mark=range(50)), COLUMNS)
     table = recording.to_pandas()
