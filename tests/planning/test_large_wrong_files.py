@@ -14,8 +14,8 @@ from deltactl.firmware_py.program.includes import read_whole
 from deltactl.foundation.errors import ConfigError
 from tests.rigs.large_requests import JOB, JOBS, MB, ROBOT_FILE, WRONG
 
-SMALL, LARGE = MB // 10, 4 * MB
-SMALL_S, LARGE_S = 0.5, 4.0
+SMALL, LARGE = MB // 5, 4 * MB
+SMALL_S, LARGE_S = 1.0, 4.0
 """CPU time; a quarter of it is usual. Five thousand unknown keys, 40 kB, once took 135 s."""
 MOST_LINES = 50
 """Twenty mistakes of the file, as many of what else is wrong, and how many more there are."""
