@@ -68,7 +68,7 @@ def test_a_drive_that_has_become_slower_is_found(corrected: DeltaRobot) -> None:
     sizes = [one.components[0] for one in answer.findings[0].parameters.values()]
     low_s, high_s = (sum(one[end] for one in sizes) for end in (1, 2))
     assert low_s < later_s(places(2)[:, 0]) < high_s
-    assert any("on top of what the robot file has" in x for x in sentences(answer, corrected))
+    assert any("top of what the robot file has" in x for x in sentences(answer, corrected))
 
 
 PARAMETERS = {

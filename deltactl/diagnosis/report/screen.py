@@ -33,8 +33,21 @@ from deltactl.diagnosis.report.fit import (
     without_unit_of,
 )
 from deltactl.diagnosis.report.headline import opening
-from deltactl.diagnosis.report.limits import above_nothing, allowed_line, limit_alone, of_the_file
-from deltactl.diagnosis.report.names import all_followed, count, part_of, percent, sentence
+from deltactl.diagnosis.report.limits import (
+    above_nothing,
+    allowed_line,
+    in_file,
+    limit_alone,
+    of_the_file,
+)
+from deltactl.diagnosis.report.names import (
+    all_followed,
+    count,
+    listed,
+    part_of,
+    percent,
+    sentence,
+)
 from deltactl.diagnosis.report.next_run import experiment_line, hint, tie_lines
 from deltactl.diagnosis.report.remedies import main_of, remedies
 from deltactl.diagnosis.report.sizes import quantity
@@ -100,7 +113,7 @@ def screen_lines(
         _table(diagnosis.findings, width),
         _helps(diagnosis),
         _or_else(diagnosis, ways),
-        Part(remarks(diagnosis, ways), short=2, rank=3),
+        Part([*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways)], short=2, rank=3),
         *closing,
         Part(_not_shown(diagnosis, width), gap=False, rank=4),
     ]
@@ -127,6 +140,7 @@ def sentences(
         *findings,
         *_helps(diagnosis).entries,
         *_or_else(diagnosis, ways).entries,
+        *_on_top(diagnosis, robot, ways),
         *remarks(diagnosis, ways),
         *_not_shown(diagnosis, SENTENCE),
     ]
@@ -240,6 +254,17 @@ def _or_else(diagnosis: Diagnosis, ways: Ways) -> Part:
     if not entries and diagnosis.findings:
         entries = [say("alternatives.none")]
     return Part([entry.strip() for entry in entries], say("screen.or_else"), rank=2)
+
+
+def _on_top(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> list[str]:
+    """Which findings are further sizes of what the robot file has already."""
+    which = [
+        f"{number}"
+        for number, one in enumerate(diagnosis.findings, 1)
+        if in_file(robot, one.effect, one.component)
+    ]
+    named = say("do.these" if len(which) > 1 else "do.this", numbers=listed(which))
+    return [ways.on_top.format(which=named)] if which else []
 
 
 def remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
