@@ -20,7 +20,7 @@ def merged(
 ) -> tuple[EffectEntry, ...]:
     """The effects of both: `found` is what acts beyond those of `accepted`.
 
-    A size that is found again replaces the accepted one, by what both amount to together.
+    A size that is found again replaces the accepted one, with the sum of both.
     """
     entries = list(accepted)
     for new in found:

@@ -45,9 +45,9 @@ def diagnose(
     Raises ConfigError, MissingFile or RecordingError, one line each.
     """
     document = robot if isinstance(robot, Document) else Document.read(robot)
-    belief = with_effects_in(document)
+    accepted = with_effects_in(document)
     progress("reading")
-    most = most_rows(belief)
+    most = most_rows(accepted)
 
     def kept(path: Path) -> FlatRecording:
         return excerpt(read(path) if read else read_flat(path, progress), most)
@@ -55,12 +55,12 @@ def diagnose(
     used, damaged = _readable(recordings, kept)
     held_out, damaged_too = _readable(holdout, kept)
     answer = diagnose_recordings(
-        belief, [one for _, one in used], [one for _, one in held_out], progress,
+        accepted, [one for _, one in used], [one for _, one in held_out], progress,
         MotionLimits.of(document.data), thorough,
     )  # fmt: skip
     left_out = [*damaged, *damaged_too]
     update: dict[str, object] = {
-        "robot": belief.name,
+        "robot": accepted.name,
         "recordings": [str(path) for path, _ in used],
         "left_out": left_out,
     }
@@ -69,7 +69,7 @@ def diagnose(
         job = plan.job | {"robot": str(document.path.resolve())}
         update["next_experiment"] = plan.model_copy(update={"job": job})
     answer = answer.model_copy(update=update)
-    answer = answer.model_copy(update={"says": sentences(answer, belief)})
+    answer = answer.model_copy(update={"says": sentences(answer, accepted)})
     if json_out is not None:
         write_whole(json_out, json.dumps(answer.to_json(), indent=1) + "\n")
     return answer
@@ -95,7 +95,7 @@ def _readable(
 @one_thread
 @rarely_collected
 def diagnose_recordings(
-    belief: RobotModel,
+    accepted: RobotModel,
     recordings: Sequence[FlatRecording],
     holdout: Sequence[FlatRecording] = (),
     progress: Progress = lambda _: None,
@@ -104,11 +104,11 @@ def diagnose_recordings(
 ) -> Diagnosis:
     """The same for recordings in memory. motion_limits: for the run that is proposed."""
     progress = only_here(progress)
-    admission = admit(belief, recordings, holdout, motion_limits, progress)
+    admission = admit(accepted, recordings, holdout, motion_limits, progress)
     answer = diagnosed(admission, progress, motion_limits, thorough)
     doubts = [doubt.says for doubt in admission.doubts]
-    known = known_of(belief, [Path(recording.source) for recording in admission.recordings])
+    known = known_of(accepted, [Path(recording.source) for recording in admission.recordings])
     cut = thinned(admission.recordings)
     update = {"thinned": cut, "doubts": doubts, "known": known}
-    answer = in_words(with_units(answer.model_copy(update=update), belief))
-    return answer.model_copy(update={"says": sentences(answer, belief)})
+    answer = in_words(with_units(answer.model_copy(update=update), accepted))
+    return answer.model_copy(update={"says": sentences(answer, accepted)})

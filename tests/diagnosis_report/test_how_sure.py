@@ -46,8 +46,8 @@ def test_what_is_surely_one_of_two_is_not_weak_because_it_may_be_either() -> Non
 def test_what_is_settled_has_no_rival_in_the_headline(
     make: Any, probability: float, open_: bool
 ) -> None:
-    rival = Alternative(effect="viscous_friction", component="axis", delta_chi2=2.0)
-    one = _finding(1e-9, probability).model_copy(update={"alternatives": [rival]})
+    other_cause = Alternative(effect="viscous_friction", component="axis", delta_chi2=2.0)
+    one = _finding(1e-9, probability).model_copy(update={"alternatives": [other_cause]})
     assert ("(or " in headline(make("explained", findings=[one]))) == open_
     assert ("this recording cannot tell" in evidence(one)) == open_
     assert alternatives_line(one).startswith("" if open_ else "Far less probable: ")
@@ -70,11 +70,11 @@ def test_what_fits_as_well_is_rarer_and_not_denied_by_the_readings() -> None:
 
 
 def _friction(own: float, *others: float) -> Finding:
-    rivals = [
+    other_causes = [
         Alternative(effect=effect, component="axis", delta_chi2=2.0, probability=probability)
         for effect, probability in zip(("gear_backlash", "home_offset"), others, strict=False)
     ]
-    update = {"effect": "joint_friction", "alternatives": rivals}
+    update = {"effect": "joint_friction", "alternatives": other_causes}
     return _finding(1e-9, own).model_copy(update=update)
 
 
@@ -88,7 +88,7 @@ def test_a_finding_and_what_it_may_be_instead_are_told_once_and_add_up() -> None
 
 
 def test_causes_that_may_act_together_have_one_share_between_them() -> None:
-    """Two rivals that stand in the same sets: 55 %, 40 % and 30 % are no shares of one whole."""
+    """Two causes that are in the same sets: 55 %, 40 % and 30 % are no shares of one whole."""
     said = evidence(_friction(0.55, 0.40, 0.30))
     assert "or a wrong home position of the axis (one or several of them: 45 %)" in said
     assert "40 %" not in said
@@ -103,17 +103,17 @@ def test_odds_of_a_single_test_do_not_stand_beside_a_probability() -> None:
 
 
 def test_rivals_below_one_percent_are_listed_once() -> None:
-    rivals = [
+    other_causes = [
         Alternative(effect=effect, component="axis", delta_chi2=2.0, probability=probability)
         for effect, probability in
         [("viscous_friction", 0.02), ("gear_backlash", 0.001), ("following_lag", 1e-6)]
     ]  # fmt: skip
     settled = _finding(1e-9, 0.97)
-    said = alternatives_line(settled.model_copy(update={"alternatives": rivals}))
+    said = alternatives_line(settled.model_copy(update={"alternatives": other_causes}))
     assert said.count("below 1 %") == 1
     assert "(2 %)" in said
     assert said.endswith("(below 1 % each).")
-    one = alternatives_line(settled.model_copy(update={"alternatives": rivals[:2]}))
+    one = alternatives_line(settled.model_copy(update={"alternatives": other_causes[:2]}))
     assert one.endswith("(below 1 %).")
 
 

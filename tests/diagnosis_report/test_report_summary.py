@@ -22,7 +22,7 @@ from deltactl.diagnosis.report.finding import where_line
 from deltactl.diagnosis.report.fit import unexplained_line
 from deltactl.diagnosis.report.headline import headline
 from deltactl.diagnosis.report.in_words import in_words
-from deltactl.diagnosis.report.screen import screen, sentences
+from deltactl.diagnosis.report.screen import marked, screen_lines, sentences
 from deltactl.diagnosis.report.templates import TERMINAL, say
 from tests.diagnosis_report.conftest import report_text
 
@@ -108,7 +108,11 @@ def test_figures_that_are_not_known_are_never_printed_as_nan(
 
 def test_markup_in_names_is_shown_and_not_obeyed(make: Any, parts: Any) -> None:
     evil = parts["backlash"](says="the gear of [red]motor[/red] [link=x] \\", component="[bold]m")
-    text = shown(screen(make("explained", findings=[evil], not_held_out=["[red]a[/red]", "\\"])))
+    text = shown(
+        marked(
+            screen_lines(make("explained", findings=[evil], not_held_out=["[red]a[/red]", "\\"]))
+        )
+    )
     assert "[red]a[/red]" in text
     assert "[bold]m" in text
     assert "[bold]Do this" not in text

@@ -23,7 +23,11 @@ from tests.diagnosis_report.conftest import delta_robot
 
 
 def found(
-    effect: str, component: str, name: str, probability: float | None, *rivals: tuple[str, float]
+    effect: str,
+    component: str,
+    name: str,
+    probability: float | None,
+    *other_causes: tuple[str, float],
 ) -> Finding:
     return Finding(
         effect=effect,
@@ -33,8 +37,8 @@ def found(
         evidence=Evidence(delta_chi2=100.0, p=1e-9),
         share_of_mismatch=0.9,
         alternatives=[
-            Alternative(effect=rival, component=component, delta_chi2=1.0, probability=p)
-            for rival, p in rivals
+            Alternative(effect=other_cause, component=component, delta_chi2=1.0, probability=p)
+            for other_cause, p in other_causes
         ],
         probability=probability,
     )

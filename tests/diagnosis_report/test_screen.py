@@ -24,7 +24,7 @@ from deltactl.diagnosis.answer.records import (
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.finding import told_sizes
 from deltactl.diagnosis.report.remedies import remedies
-from deltactl.diagnosis.report.screen import screen, screen_lines
+from deltactl.diagnosis.report.screen import marked, screen_lines
 from deltactl.diagnosis.report.templates import PAGE, PYTHON, TERMINAL, Ways, say
 from deltactl.models.effects import CARDS
 from deltactl.models.robot import RobotModel, ServoAxis
@@ -39,7 +39,7 @@ LONG = "run.csv: the row 17 of 3000 has text where a number belongs, " * 3
 def shown(
     answer: Diagnosis, robot: RobotModel | None = None, most: int = LINES, width: int = WIDTH
 ) -> list[str]:
-    lines = screen(answer, robot, most=most, width=width)
+    lines = marked(screen_lines(answer, robot, most=most, width=width))
     return [Text.from_markup(line).plain for line in lines]
 
 

@@ -327,7 +327,7 @@ def test_a_drives_voltage_is_what_moves_the_axis(tmp_path: Path) -> None:
 def test_the_command_for_a_log_of_currents_runs_and_says_what_moves(
     deltactl: Deltactl, tmp_path: Path, goes_with_it: bool
 ) -> None:
-    """As of a VESC: amperes and an angle, and nobody knows what one ampere is in N m."""
+    """A VESC log: amperes and an angle; the torque of one ampere is unknown."""
     t_s = 0.01 * np.arange(3000)
     angle = np.sin(2.0 * t_s) + 0.5 * np.sin(3.1 * t_s)
     speed = np.gradient(angle, t_s)

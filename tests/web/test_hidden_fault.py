@@ -57,7 +57,7 @@ def run_job(controller: Controller, job: Path) -> Path:
 
 @pytest.mark.parametrize("defect", defects())
 def test_a_heart_is_enough_to_name_what_is_hidden(defect: str, tmp_path: Path) -> None:
-    """By what the page starts; neither recording nor robot file tells it.
+    """What the page starts with; neither recording nor robot file tells it.
 
     The shipped heart in a third of its time, which shows less.
     """

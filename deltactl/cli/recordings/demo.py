@@ -103,13 +103,13 @@ def make_room(out: Path, names: Sequence[str], force: bool) -> bool:
 
 
 def _say(shown: Demonstration) -> None:
-    from deltactl.diagnosis.report.finding import rivals
+    from deltactl.diagnosis.report.finding import other_causes
     from deltactl.diagnosis.report.names import effect
 
     for answer in shown.answers:
         say(f"hidden:     {effect(answer.effect, answer.where)}")
     for finding in shown.diagnosis.findings:
-        instead = f", or {rivals(finding)}" if finding.alternatives else ""
+        instead = f", or {other_causes(finding)}" if finding.alternatives else ""
         say(f"found:      {finding.says}{instead}")
     if not shown.diagnosis.findings:
         say("found:      nothing")

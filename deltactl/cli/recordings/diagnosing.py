@@ -136,13 +136,14 @@ def print_answer(shown: Shown, after: Sequence[str], before: Sequence[str] = ())
 
     after: lines that are not broken, so that a file or a command in them can be copied.
     """
-    from deltactl.diagnosis.report.screen import LINES, screen
+    from deltactl.diagnosis.report.screen import LINES, marked, screen_lines
     from deltactl.diagnosis.report.templates import TERMINAL
 
     width = screen_width()
     most = max(LINES - lines_of((*before, *after), width), FEWEST_LINES)
     ways = shown.ways or TERMINAL
-    print_wrapped(screen(shown.answer, shown.robot, ways, most, width, shown.done, shown.closing))
+    lines = screen_lines(shown.answer, shown.robot, ways, most, width, shown.done, shown.closing)
+    print_wrapped(marked(lines))
     for line in after:
         say(line)
 

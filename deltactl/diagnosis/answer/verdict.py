@@ -98,7 +98,7 @@ def claimed(finding: Finding) -> bool:
 
 
 def grew(fit: Fit) -> bool:
-    """Whether the held-out model error grew by what was found."""
+    """Whether the held-out model error grew with the findings."""
     return fit.holdout_rms_after_m > VERDICT.grew * fit.holdout_rms_before_m
 
 
@@ -110,7 +110,7 @@ def fits_worse(fit: Fit) -> bool:
 
 
 def gained(findings: Sequence[Finding], fit: Fit) -> bool:
-    """Whether the held-out model error fell by what was found; where all of it are events, which do
+    """Whether the held-out model error fell with the findings; where all of it are events, which do
     not come back, whether it did not grow.
     """
     kinds = [VOCABULARY.get(finding.effect) for finding in findings]

@@ -40,7 +40,7 @@ class Prepared:
     floor: FloatArray
     """Residual that the saturated fit leaves, (n, channels): the noise."""
     small: FloatArray | None = None
-    """Whitened changes by what no robot file can promise, (m, k); None for single axes."""
+    """Whitened changes that build tolerances make, (m, k); None for single axes."""
 
     @property
     def shapes(self) -> list[SplineTerm]:

@@ -36,8 +36,8 @@ from deltactl.diagnosis.report.names import (
     effect,
     listed,
     negligible,
+    other_cause,
     percent,
-    rival,
     sentence,
     upper,
 )
@@ -141,7 +141,7 @@ def evidence(finding: Finding, few_periods: bool = False) -> str:
         own=percent(own),
         upper_own=upper(percent(own)),
         together=upper(percent(own + sum(o.probability or 0.0 for o in finding.alternatives))),
-        rivals=rivals(finding),
+        other_causes=other_causes(finding),
         usage=_by_usage(finding),
         few=say("evidence.few_readings"),
     )
@@ -179,7 +179,9 @@ def _by_priors(case: str, one: PriorSensitivity) -> str:
     )
 
 
-def rivals(finding: Finding, shown: Sequence[Alternative] | None = None, more: int = 0) -> str:
+def other_causes(
+    finding: Finding, shown: Sequence[Alternative] | None = None, more: int = 0
+) -> str:
     """'a (30 %) or b (15 %)'; shown: those to name, more: how many are only counted.
 
     A set of causes may hold several of them, so that their probabilities may come to more than what
@@ -188,12 +190,12 @@ def rivals(finding: Finding, shown: Sequence[Alternative] | None = None, more: i
     named = finding.alternatives if shown is None else shown
     apart = exclusive(finding)
     names = [f"{_name(finding, one)}{_share(one) if apart else ''}" for one in named]
-    names += [say("rivals.more", number=more)] if more else []
+    names += [say("other_causes.more", number=more)] if more else []
     text = listed(names, "or")
     if apart:
         return text
     left = percent(max(1.0 - (finding.probability or 0.0), 0.0))
-    return f"{text} ({left if len(names) == 1 else say('rivals.one_or_several', share=left)})"
+    return f"{text} ({left if len(names) == 1 else say('other_causes.one_or_several', share=left)})"
 
 
 def as_well_line(finding: Finding) -> str:
@@ -202,8 +204,8 @@ def as_well_line(finding: Finding) -> str:
     if not same:
         return ""
     if len(same) > 1:
-        return sentence(say("rivals.rarer_several", names=rivals(finding, same)))
-    return sentence(say("rivals.rarer", name=_name(finding, same[0]), share=_share(same[0])))
+        return sentence(say("other_causes.rarer_several", names=other_causes(finding, same)))
+    return sentence(say("other_causes.rarer", name=_name(finding, same[0]), share=_share(same[0])))
 
 
 def _by_usage(finding: Finding) -> str:
@@ -215,7 +217,7 @@ def _by_usage(finding: Finding) -> str:
 
 
 def _name(finding: Finding, other: Alternative) -> str:
-    return rival(finding.effect, other.effect, other.component)
+    return other_cause(finding.effect, other.effect, other.component)
 
 
 def _share(other: Alternative) -> str:
@@ -272,7 +274,7 @@ def alternatives_line(finding: Finding) -> str:
         head = say("alternatives.far_less_head")
         rest = say("alternatives.far_less", head=head, names=worse) if worse else ""
         return " ".join(filter(None, (as_well_line(finding), rest)))
-    return say(f"alternatives.{case}", names=rivals(finding))
+    return say(f"alternatives.{case}", names=other_causes(finding))
 
 
 def _alternatives_of_settled(finding: Finding) -> str:
@@ -282,8 +284,8 @@ def _alternatives_of_settled(finding: Finding) -> str:
     worse = [one for one in finding.alternatives if not as_well(one)]
     rest = [one for one in worse if negligible(one.probability)]
     if len(rest) < 2:
-        return rivals(finding, worse) if worse else ""
+        return other_causes(finding, worse) if worse else ""
     names = listed([_name(finding, one) for one in rest])
     others = [one for one in worse if one not in rest]
-    shown = [rivals(finding, others)] if others else []
-    return "; ".join([*shown, say("rivals.each", names=names, share=percent(0.0))])
+    shown = [other_causes(finding, others)] if others else []
+    return "; ".join([*shown, say("other_causes.each", names=names, share=percent(0.0))])

@@ -20,9 +20,9 @@ from deltactl.diagnosis.report.names import (
     count,
     effect,
     listed,
+    other_cause,
     part_of,
     percent,
-    rival,
     sentence,
 )
 from deltactl.diagnosis.report.pairs import bearings, certain
@@ -121,11 +121,11 @@ def _one_kind(same: Sequence[Finding]) -> str:
         return effect(same[0].effect, *dict.fromkeys(one.component for one in same))
     (finding,) = same
     name = called(finding)
-    others = [rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
+    others = [other_cause(finding.effect, o.effect, o.component) for o in finding.alternatives]
     if certain(finding):
         return name
     if (likeliest := likelier(finding)) is not None:
-        other = rival(finding.effect, likeliest.effect, likeliest.component)
+        other = other_cause(finding.effect, likeliest.effect, likeliest.component)
         more = len(others) - 1
         beside = say("either.beside", others=count(more, "other")) if more > 1 else ""
         return say("either.likelier", name=name, other=other, beside=beside)

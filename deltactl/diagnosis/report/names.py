@@ -84,7 +84,7 @@ def _phrase(name: str, components: Sequence[str], where: str) -> str:
     return (own or of.noun or f"{name.replace('_', ' ')} at {{part}}").format(part=where)
 
 
-def rival(finding: str, other: str, component: str) -> str:
+def other_cause(finding: str, other: str, component: str) -> str:
     """An alternative to an effect, said as what it is when it looks like that effect."""
     phrase = effect(other, component)
     known = card_of(finding).confusion(other)

@@ -200,8 +200,8 @@ def done_part(
 ) -> Part:
     """What has been done about each effect of a corrected robot file, as a part of a screen.
 
-    effects: what each is, by what it is compensated, and why not where that is empty. not_written:
-    findings that are not in the file, and why.
+    effects: what each is, what compensates it, and why not where that is empty.
+    not_written: findings that are not in the file, and why.
     """
     lines = [
         say("corrected.done" if how else "corrected.left", says=says, how=how or why_not)

@@ -49,8 +49,8 @@ from deltactl.diagnosis.report.names import (
     count,
     effect,
     listed,
+    other_cause,
     percent,
-    rival,
     sentence,
 )
 from deltactl.diagnosis.report.next_run import experiment_line, hint, made_to_distinguish, tie_lines
@@ -329,7 +329,7 @@ def _alternatives(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
 
 
 def _rival(finding: Finding, other: Alternative) -> str:
-    name = html.escape(rival(finding.effect, other.effect, other.component))
+    name = html.escape(other_cause(finding.effect, other.effect, other.component))
     known = other.probability is not None and exclusive(finding)
     parts = [percent(other.probability or 0.0)] if known else []
     if math.isfinite(other.delta_chi2):

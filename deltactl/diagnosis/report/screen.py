@@ -22,7 +22,7 @@ from deltactl.diagnosis.report.finding import (
     finding_title,
     how_sure,
     notes,
-    rivals,
+    other_causes,
     told_sizes,
 )
 from deltactl.diagnosis.report.fit import (
@@ -62,24 +62,15 @@ SENTENCE = 100_000
 NARROWEST_NAME = 12
 
 
-def screen(
-    diagnosis: Diagnosis,
-    robot: RobotModel | None = None,
-    ways: Ways = TERMINAL,
-    most: int = LINES,
-    width: int = WIDTH,
-    done: Part | None = None,
-    closing: Sequence[Part] = (),
-) -> list[str]:
-    """The same as lines of rich markup, everything that came from outside escaped."""
-    lines = screen_lines(diagnosis, robot, ways, most, width, done, closing)
-    return [f"[bold]{_escaped(one)}[/bold]" if one.head else _escaped(one) for one in lines]
-
-
 class Line(str):
     """A line of the answer. head: whether it is a title."""
 
     head: bool = False
+
+
+def marked(lines: Sequence[Line]) -> list[str]:
+    """Lines as rich markup, everything that came from outside escaped."""
+    return [f"[bold]{_escaped(one)}[/bold]" if one.head else _escaped(one) for one in lines]
 
 
 def screen_lines(
@@ -247,7 +238,7 @@ def _or_else(diagnosis: Diagnosis, ways: Ways) -> Part:
             way = (
                 "" if following or diagnosis.open_ties else hint(finding, ways, diagnosis.pull_said)
             )
-            entries.append(say("screen.other", number=number, names=rivals(finding), way=way))
+            entries.append(say("screen.other", number=number, names=other_causes(finding), way=way))
         elif text := as_well_line(finding):
             entries.append(say("screen.rarer", number=number, says=text))
     entries += tie_lines(diagnosis)

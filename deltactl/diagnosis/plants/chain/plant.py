@@ -124,7 +124,7 @@ class ChainPlant(KeepsBeside):
         return done
 
     def _entered(self, key: str, parameters: Mapping[str, float | tuple[float, ...]]) -> FloatArray:
-        """Sizes of a regressor's columns by what the robot file says."""
+        """Sizes of a regressor's columns that the robot file gives."""
         values = {name: float(np.mean(value)) for name, value in parameters.items()}
         if key == LOAD:
             mass = values.get("mass", 0.0)

@@ -289,7 +289,7 @@ class ForcedAxis(LeftOver):
         return FORCED_AXIS.force_pieces
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
-        """Noise by what passed the low-pass, and by effort and position beyond it."""
+        """Bounds of the noise: what passed the low-pass, and effort and position beyond it."""
         noise = EffortNoise(self.motion, self.inertia, self.readings.period_s, self.groups)
         return noise.bounds(left, self.force, self.position, self._counts)
 
