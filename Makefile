@@ -18,7 +18,7 @@ EXTRAS   = $(if $(WITH),[$(WITH)])
 QUIET   := $(shell test -t 2 || echo --quiet)
 INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install $(QUIET) --disable-pip-version-check -c constraints.txt
 
-.PHONY: run demo extras test check newcomer studies reference hil-aarch64 benchmarks clean
+.PHONY: run demo extras test check newcomer studies reference site hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
@@ -74,12 +74,16 @@ extras: $(VENV)/bin/python
 
 $(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
 	@echo "Installing deltactl with all its parts and the tests into $(VENV): some minutes, the first time."
-	@$(INSTALL) -e '.[diagnosis,training,tables,proof,web,fleet,foxglove,test]'
+	@$(INSTALL) -e '.[diagnosis,training,tables,proof,web,fleet,foxglove,docs,test]'
 	@touch $@ $(VENV)/.run
 
 # Pages and JSON Schemas, from the code: docs/reference and schemas.
 reference: $(VENV)/.test
 	$(BIN)/python -m deltactl.reference.write
+
+# The documentation site, build/site/index.html: no network, no server; a warning fails it.
+site: $(VENV)/.test
+	$(BIN)/python -m deltactl.reference.site
 
 # What a newcomer types, on a clean clone: every command of README and docs that a PC can run.
 newcomer: $(VENV)/.test

@@ -68,6 +68,7 @@ def _jobs() -> str:
         "Job files",
         "`deltactl check JOB.yaml` checks a job, `deltactl run JOB.yaml` runs it. Schema: "
         "`deltactl/schemas/job.json`. An unknown key is refused.",
+        "## Sections",
         *KeyTables().of(JobFile),
     )
 
