@@ -18,7 +18,7 @@ EXTRAS   = $(if $(WITH),[$(WITH)])
 QUIET   := $(shell test -t 2 || echo --quiet)
 INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install $(QUIET) --disable-pip-version-check -c constraints.txt
 
-.PHONY: run demo extras test check newcomer studies reference site hil-aarch64 benchmarks clean
+.PHONY: run demo extras test check newcomer studies release-check reference site hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
@@ -74,7 +74,7 @@ extras: $(VENV)/bin/python
 
 $(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
 	@echo "Installing deltactl with all its parts and the tests into $(VENV): some minutes, the first time."
-	@$(INSTALL) -e '.[diagnosis,training,tables,proof,web,fleet,foxglove,docs,test]'
+	@$(INSTALL) -e '.[diagnosis,training,tables,proof,web,fleet,foxglove,mcp,docs,test]'
 	@touch $@ $(VENV)/.run
 
 # Pages and JSON Schemas, from the code: docs/reference and schemas.
@@ -92,6 +92,10 @@ newcomer: $(VENV)/.test
 # Studies of the papers and diagnoses of many drawn machines, which take minutes.
 studies: $(VENV)/.test
 	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 -m study --timeout 3600 $(AGAIN)
+
+# Wheel and sdist: built, checked, installed into empty environments, and tried in each Python there is.
+release-check: $(VENV)/.test
+	$(BIN)/python -m pytest -m release --timeout 1800 -r s tests/release
 
 clean:
 	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache

@@ -28,6 +28,7 @@ drawn on request."""
 
 APART = {
     "newcomer": "takes minutes and downloads packages: make newcomer",
+    "release": "builds and downloads packages: make release-check",
     "study": "takes minutes: make studies",
 }
 """Marks of tests that `make test` leaves out, and why."""

@@ -2,7 +2,7 @@
 
     python benchmarks/proofs/ceiling.py OUT [--minutes M] [--missed]
 
-OUT is the folder of a proof (`deltactl prove --out OUT`). Each of its cases with one to five
+OUT is the folder of a proof (`deltactl demo prove --out OUT`). Each of its cases with one to five
 effects that was not named exactly is simulated again and shown to an observer that is told what
 was built in: has the true set more evidence than what the engine compares with it (each of its
 effects left out, another in its place, one more, two for one) and than the set that was answered?

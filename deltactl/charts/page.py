@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from deltactl.foundation.extras import how_to_install
+from deltactl.foundation.release import own_version
 
 _NO_NETWORK = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
@@ -80,6 +81,7 @@ def page(title: str, parts: Iterable[str], lead: str = "", extra_style: str = ""
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<meta name="generator" content="deltactl {html.escape(own_version())}">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_NO_NETWORK}">\n'
         f"<title>{html.escape(title)}</title>\n<style>{style()}{extra_style}</style></head>\n<body>\n"
         f"<h1>{html.escape(title)}</h1>\n"

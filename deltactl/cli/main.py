@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from deltactl.cli import collect, evaluate, reproduce, train, web
+from deltactl.cli import collect, evaluate, mcp, reproduce, train, web
 from deltactl.cli.help_screens import BY_HAND, LEARN, REPAIR, RUN, SERVICE, Command
 from deltactl.cli.mistyped import Commands, Program, typed_command, unknown_option
 from deltactl.cli.recordings import correct, demo, diagnose, fleet, heal, init, init_chain, prove
@@ -94,7 +94,8 @@ COMMANDS: dict[str, tuple[Function | typer.Typer, ...]] = {
     REPAIR: (
         group("init", init.ABOUT, init.delta, init.axis, init.sensor, init_chain.chain),
         *(diagnose.inspect, diagnose.diagnose, fleet.fleet),
-        *(correct.correct, heal.heal, demo.demo),
+        *(correct.correct, heal.heal),
+        group("demo", demo.demo.__doc__, prove.prove, alone=demo.demo),
     ),
     LEARN: (
         group(
@@ -102,11 +103,11 @@ COMMANDS: dict[str, tuple[Function | typer.Typer, ...]] = {
             collect.ABOUT,
             *(collect.collect, train.train, evaluate.evaluate, reproduce.reproduce),
         ),
-        prove.prove,
     ),
     SERVICE: (
         group("service", service.ABOUT, service.install, service.daemon, service.check_runs),
         group("web", web.web.__doc__, web.user, web.foxglove, alone=web.web),
+        mcp.mcp,
     ),
 }
 """By panel, in the order of the help."""

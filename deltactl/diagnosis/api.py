@@ -19,6 +19,7 @@ from deltactl.diagnosis.report.sizes import with_units
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.process import one_thread, rarely_collected
+from deltactl.foundation.release import own_version
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.robot import RobotModel
 from deltactl.models.robot_files import with_effects_in
@@ -109,6 +110,6 @@ def diagnose_recordings(
     doubts = [doubt.says for doubt in admission.doubts]
     known = known_of(accepted, [Path(recording.source) for recording in admission.recordings])
     cut = thinned(admission.recordings)
-    update = {"thinned": cut, "doubts": doubts, "known": known}
+    update = {"thinned": cut, "doubts": doubts, "known": known, "version": own_version()}
     answer = in_words(with_units(answer.model_copy(update=update), accepted))
     return answer.model_copy(update={"says": sentences(answer, accepted)})

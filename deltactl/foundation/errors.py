@@ -2,7 +2,8 @@
 
 DeltactlError
 ├── ConfigError (ValueError)            a file says something it may not
-│   └── MissingFile (FileNotFoundError)
+│   ├── MissingFile (FileNotFoundError)
+│   └── ForbiddenPath (PermissionError)  outside the folder that may be read
 ├── MissingExtra (ImportError)          a package that the small install leaves out
 ├── MotionError                         a motion that must not be started or go on
 │   ├── UnreachablePoint (ValueError)   outside the workspace, or singular
@@ -62,6 +63,10 @@ class ConfigError(DeltactlError, ValueError):
 
 class MissingFile(ConfigError, FileNotFoundError):
     """A named file does not exist or cannot be read."""
+
+
+class ForbiddenPath(ConfigError, PermissionError):
+    """A file lies outside the folder that somebody else may have read."""
 
 
 class MissingExtra(DeltactlError, ImportError):

@@ -5,9 +5,13 @@ The package lists the names and imports a file of this folder when one of its na
 
 import warnings
 
+from deltactl.foundation.release import GONE_IN, NAMES
 
-def older(old: str, new: str) -> None:
-    """Warn that a name of version 0.1 goes with the next release, and name what replaces it."""
+
+def older(old: str) -> None:
+    """Warn that a name of version 0.1 goes, and say when and what replaces it."""
     warnings.warn(
-        f"deltactl.{old} goes with the next release; use deltactl.{new}", DeprecationWarning, 3
+        f"deltactl.{old} goes with release {GONE_IN}; use deltactl.{NAMES[old]}",
+        DeprecationWarning,
+        3,
     )

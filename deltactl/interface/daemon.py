@@ -175,7 +175,7 @@ class Client:
 
 
 def run(job: AnyPath, *, record: AnyPath | None = None, socket: AnyPath | None = None) -> JobResult:
-    """Use `Client(...).run(...)`; this name goes with the next release."""
-    older("run", "Client().run(...)")
+    """Use `Client(...).run(...)`; this name goes."""
+    older("run")
     with Client(socket) as client:
         return client.run(job, record=record)

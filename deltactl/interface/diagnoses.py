@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -153,8 +153,8 @@ class Diagnosis:
         return Robot.from_text(text, str(self.robot.path))
 
     def save_robot(self, path: AnyPath, replace: bool = False) -> None:
-        """Use `corrected_robot().save(path)`; this name goes with the next release."""
-        older("Diagnosis.save_robot(path)", "Diagnosis.corrected_robot().save(path)")
+        """Use `corrected_robot().save(path)`; this name goes."""
+        older("Diagnosis.save_robot(path)")
         self.corrected_robot().save(path, replace)
 
     def __str__(self) -> str:
@@ -178,6 +178,7 @@ def diagnose(
     holdout: AnyRecording | Sequence[AnyRecording] = (),
     columns: Columns | None = None,
     thorough: bool = False,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
     """Find out where recordings and the robot file differ, and why.
 
@@ -194,6 +195,8 @@ def diagnose(
         How files that are given as paths are read, as in `read`.
     thorough : bool, optional
         Search without a limit of work.
+    progress : callable, optional
+        Gets a few words whenever another part of the work begins.
 
     Returns
     -------
@@ -217,6 +220,7 @@ def diagnose(
         list(used),
         compared_with.document,
         list(held_out),
+        progress=progress,
         read=tables.__getitem__,
         thorough=thorough,
     )
@@ -254,5 +258,5 @@ def _frame(rows: Sequence[tuple[Any, ...]], columns: list[str]) -> pd.DataFrame:
 def __getattr__(name: str) -> Any:
     if name != "Answer":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    older("Answer", "Diagnosis")
+    older("Answer")
     return Diagnosis

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.printable import count
+from deltactl.foundation.release import OF_A_RESULT
 from deltactl.interface import older
 from deltactl.recording.tables.flat import UNITS, FlatRecording, from_columns
 
@@ -27,7 +28,6 @@ AnyPath = str | Path
 Columns = AnyMapping[str, str] | Sequence[str]
 """Column and unit for each name that the program knows, `{"position": "angle[deg]"}`; or the
 `options` of an inspection."""
-OF_A_RESULT = ("job_id", "name", "outcome", "why", "recording", "recording_error", "warning")
 FRAME = "data frame"
 """Source of a recording that comes from no file."""
 
@@ -143,10 +143,10 @@ class Recording:
         write_flat(self.table, Path(path))
 
     def __getattr__(self, name: str) -> Any:
-        """What `simulate` returned in version 0.1, for one more release."""
+        """What `simulate` returned in version 0.1."""
         if name not in OF_A_RESULT or self.ended is None:
             raise AttributeError(f"'Recording' object has no attribute {name!r}")
-        older(f"simulate(...).{name}", f"simulate(...).ended.{name}")
+        older(f"simulate(...).{name}")
         return getattr(self.ended, name)
 
     def __repr__(self) -> str:
@@ -195,8 +195,8 @@ def read(path: AnyPath, columns: Columns | None = None) -> Recording:
 
 
 def read_recording(recording: AnyPath, columns: Columns | None = None) -> FlatRecording:
-    """Use `read(...).table`; this name goes with the next release."""
-    older("read_recording", "read(...), whose .table is what this returns")
+    """Use `read(...).table`; this name goes."""
+    older("read_recording")
     return read(recording, columns).table
 
 

@@ -124,8 +124,8 @@ class Robot:
 
 
 def load_robot(robot: AnyPath) -> RobotModel:
-    """Use `Robot.load(...).model`; this name goes with the next release."""
-    older("load_robot", "Robot.load(...), whose .model is what this returns")
+    """Use `Robot.load(...).model`; this name goes."""
+    older("load_robot")
     return Robot.load(robot).model
 
 

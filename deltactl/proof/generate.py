@@ -3,8 +3,8 @@
 KIND is an effect of the vocabulary, an oddity beyond it, several with a comma between, `nothing`,
 or `tolerance` (build tolerances everywhere, with `--culprit KIND`). Writes recording.csv.gz,
 holdout.csv.gz, robot.yaml and answers.json. With `--number N` instead of `--kind` it writes case
-N of `deltactl prove --seed S`, with `--more N` one of its second set, and with `--axis S` the case
-of seed S of `deltactl prove --machine axis`.
+N of `deltactl demo prove --seed S`, with `--more N` one of its second set, and with `--axis S` the
+case of seed S of `deltactl demo prove --machine axis`.
 """
 
 from __future__ import annotations

@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as installed_version
 from pathlib import Path
 from typing import Final
 
@@ -27,6 +25,7 @@ from deltactl.firmware_py.daemon.job_checks import JobChecks
 from deltactl.firmware_py.daemon.job_store import JobStore, check_job
 from deltactl.firmware_py.daemon.protocol import SLOW, Message, Request
 from deltactl.foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
+from deltactl.foundation.release import own_version
 from deltactl.recording.writing.retention import confined
 
 NOTED: Final = SLOW | {"off", "pause", "resume", "cancel", "stop"}
@@ -218,14 +217,6 @@ class Actions:
             "deltactl": own_version(),
             "python": platform.python_version(),
         }
-
-
-def own_version() -> str:
-    """Version of the installed package."""
-    try:
-        return installed_version("deltactl")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 @contextmanager

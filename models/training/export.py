@@ -13,6 +13,7 @@ import numpy as np
 
 from deltactl.foundation.errors import NetworkError
 from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.release import own_version
 from deltactl.models.linkage import Linkage
 from deltactl.models.network.file import NetworkFile, checked_metadata, checksum, checksum_start
 from deltactl.models.network.inverse import InverseNetwork
@@ -231,7 +232,7 @@ def _metadata(
 ) -> NetworkMetadata:
     geometry = task.robot.geometry
     return NetworkMetadata(
-        written_by=f"deltactl {_version()}",
+        written_by=f"deltactl {own_version()}",
         robot=TrainedRobot(
             name=task.robot.name,
             fingerprint=fingerprint(geometry),
@@ -255,10 +256,3 @@ def _metadata(
         ),
         validation=validation,
     )
-
-
-def _version() -> str:
-    try:
-        return importlib.metadata.version("deltactl")
-    except importlib.metadata.PackageNotFoundError:
-        return "(not installed)"

@@ -58,15 +58,15 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         "deltactl heal mine.yaml",
     ),
     "takes hours; a short form of each is in tests/proof, tests/reproduction and tests/training": (
-        "deltactl prove --repair --cases 104 --seed 2 --networks --out repair-2",
-        "deltactl prove --heal --out heal-1",
-        "deltactl prove --machine axis --cases 100 --half even --seed 2000 --out axes-even",
-        "deltactl prove --machine axis --cases 0 --practice ../shared/recordings/practice_axes"
+        "deltactl demo prove --repair --cases 104 --seed 2 --networks --out repair-2",
+        "deltactl demo prove --heal --out heal-1",
+        "deltactl demo prove --machine axis --cases 100 --half even --seed 2000 --out axes-even",
+        "deltactl demo prove --machine axis --cases 0 --practice ../shared/recordings/practice_axes"
         " --out practice",
-        "deltactl prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786",
-        "deltactl prove --cases 1 --ties 0 --more 100 --seed 7 --out proof-7",
-        "deltactl prove --cases 300 --more 60 --ties 0 --seed 299792458 --out proof-299792458",
-        "deltactl prove --cases 300 --more 60 --ties 0 --seed 137035999 --out proof-137035999",
+        "deltactl demo prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786",
+        "deltactl demo prove --cases 1 --ties 0 --more 100 --seed 7 --out proof-7",
+        "deltactl demo prove --cases 300 --more 60 --ties 0 --seed 299792458 --out proof-299792458",
+        "deltactl demo prove --cases 300 --more 60 --ties 0 --seed 137035999 --out proof-137035999",
         "deltactl network collect --samples 5000 --as-built zhao-2023 --out data",
         "deltactl network train data --recipe zhao --out zhao.tflite",
         "deltactl network evaluate zhao.tflite --data data --as-built zhao-2023",

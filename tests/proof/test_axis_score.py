@@ -234,7 +234,7 @@ def test_even_and_odd_seeds_stand_side_by_side_with_a_practice_folder(tmp_path, 
 
 
 def test_the_command_prints_the_table(tmp_path, ran) -> None:
-    asked = ["prove", "--machine", "axis", "--half", "odd", "--cases", "2", "--seed", "8",
+    asked = ["demo", "prove", "--machine", "axis", "--half", "odd", "--cases", "2", "--seed", "8",
              "--workers", "0", "--out", str(tmp_path)]  # fmt: skip
     printed = CliRunner().invoke(app, asked, env={"COLUMNS": "120"})
     assert printed.exit_code == 0, printed.output
@@ -252,7 +252,7 @@ def test_the_command_prints_the_table(tmp_path, ran) -> None:
     ],
 )  # fmt: skip
 def test_what_does_not_go_together_is_refused(tmp_path, ran, asked) -> None:
-    printed = CliRunner().invoke(app, ["prove", "--out", str(tmp_path / "out"), *asked])
+    printed = CliRunner().invoke(app, ["demo", "prove", "--out", str(tmp_path / "out"), *asked])
     assert isinstance(printed.exception, ConfigError | MissingFile)
     assert ran == []
 

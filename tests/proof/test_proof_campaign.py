@@ -88,8 +88,8 @@ def test_ties_take_turns_with_cases(tmp_path, ran, monkeypatch):
 
 
 def test_the_command_prints_the_table(tmp_path, ran):
-    arguments = ["prove", "--cases", "1", "--seed", "3", "--workers", "0", "--out", str(tmp_path)]
-    printed = CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
+    arguments = ["--cases", "1", "--seed", "3", "--workers", "0", "--out", str(tmp_path)]
+    printed = CliRunner().invoke(app, ["demo", "prove", *arguments], env={"COLUMNS": "200"})
     assert printed.exit_code == 0, printed.output
     assert "1 cases and 0 ties of seed 3" in " ".join(printed.output.split())
     assert "false alarms, nothing missing" in (tmp_path / "table.md").read_text()

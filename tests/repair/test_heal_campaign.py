@@ -1,4 +1,4 @@
-"""`deltactl prove --heal`: a robot of the independent simulator truly draws better afterwards."""
+"""`deltactl demo prove --heal`: a robot of the independent simulator draws better afterwards."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from deltactl.cli.main import app
 
 @pytest.mark.study
 def test_a_robot_that_shares_nothing_with_the_model_heals(tmp_path: Path) -> None:
-    words = ("prove", "--heal", "--cases", "1", "--seed", "5", "--workers", "0", "--out")
+    words = ("demo", "prove", "--heal", "--cases", "1", "--seed", "5", "--workers", "0", "--out")
     done = CliRunner().invoke(app, [*words, str(tmp_path)])
     assert done.exit_code == 0, done.output
     row = json.loads((tmp_path / "heal-5-0000.json").read_text())

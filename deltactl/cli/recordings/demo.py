@@ -23,6 +23,7 @@ OURS = "Made by 'deltactl demo'. The next demonstration in this folder replaces 
 
 
 def demo(
+    ctx: typer.Context,
     hide: Annotated[
         str, typer.Option(help="Effects to hide, separated by commas; '' for none.")
     ] = USUAL,
@@ -53,6 +54,8 @@ def demo(
     deltactl demo --hide "" --unknown
     ```
     """
+    if ctx.invoked_subcommand is not None:
+        return
     with waiting("loading", json_out), needs("proof", "demo"):
         from deltactl.repair.demonstration import (
             CORRECTED,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.markup import escape
@@ -75,7 +75,7 @@ def inspect_recordings(
     known = mapping_of(columns)
     seen = _readable(recordings, lambda path: _measured(inspect(path, known)))
     if as_json:
-        print_json([_as_json(table) for table in seen])
+        print_json([table.to_json() for table in seen])
     else:
         for table in seen:
             _show(table, robot, save)
@@ -116,20 +116,6 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Inspection]) -> list[
     for why in damaged:
         warn(f"{why}; the others follow")
     return seen
-
-
-def _as_json(seen: Inspection) -> dict[str, Any]:
-    return {
-        "file": seen.path,
-        "facts": dict(seen.facts),
-        "kind": seen.kind,
-        "motion": seen.motion,
-        "columns": {
-            name: asdict(guess) | {"name": guess.name} for name, guess in seen.guesses.items()
-        },
-        "options": seen.options,
-        "warnings": seen.warnings,
-    }
 
 
 def _show(seen: Inspection, robot: str | None, save: Path | None) -> None:

@@ -1,4 +1,4 @@
-"""`deltactl prove`: how often the diagnosis is right about machines with a hidden fault."""
+"""`deltactl demo prove`: how often the diagnosis is right about machines with a hidden fault."""
 
 from __future__ import annotations
 
@@ -92,13 +92,13 @@ def prove(
     """Hide effects in an independently simulated robot, diagnose blind, and count.
 
     ```
-    deltactl prove --cases 300 --seed 7 --out proof-7
-    deltactl prove --cases 300 --more 100 --seed 7 --out proof-7
-    deltactl prove --repair --cases 40 --seed 1 --out repair-1
-    deltactl prove --heal --cases 48 --seed 1 --out heal-1
-    deltactl prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786
-    deltactl prove --machine axis --cases 200 --seed 1000 --out axes-1000
-    deltactl prove --machine axis --cases 0 --practice practice_axes --out axes
+    deltactl demo prove --cases 300 --seed 7 --out proof-7
+    deltactl demo prove --cases 300 --more 100 --seed 7 --out proof-7
+    deltactl demo prove --repair --cases 40 --seed 1 --out repair-1
+    deltactl demo prove --heal --cases 48 --seed 1 --out heal-1
+    deltactl demo prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786
+    deltactl demo prove --machine axis --cases 200 --seed 1000 --out axes-1000
+    deltactl demo prove --machine axis --cases 0 --practice practice_axes --out axes
     ```
 
     Each single axis has a seed of its own, from --seed on; the table shows even and odd ones side

@@ -16,7 +16,6 @@ from deltactl.cli.file_arguments import robot_or_here
 from deltactl.cli.output import console, errors, millimetres, print_json, say, warn
 from deltactl.drivers.ranging.calibration import calibrate_offset
 from deltactl.firmware_py.controller.contract import SensorStatus
-from deltactl.firmware_py.controller.jobs.active_job import software_version
 from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
 from deltactl.firmware_py.daemon.client import Client, daemon_answers
 from deltactl.firmware_py.machine import Machine, is_raspberry_pi
@@ -24,6 +23,7 @@ from deltactl.firmware_py.named_files import ROBOT_KEY, find
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.clock import ns, sleep_s
 from deltactl.foundation.errors import ConfigError, RecordingError, ServiceError
+from deltactl.foundation.release import own_version
 from deltactl.models.robot import AXES
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.writing.writer import RunRecorder
@@ -169,7 +169,7 @@ def record_sensors(out: Path, seconds: float, robot: str | None, realtime: bool)
                 job_text="",
                 robot_name=settings.name,
                 job_name="sensors alone",
-                version=software_version(),
+                version=own_version(),
                 simulated=machine.simulated,
             ),
             start_ns=machine.clock.now_ns(),

@@ -207,11 +207,11 @@ def show_version(json_out: bool) -> None:
     import numpy
 
     from deltactl.cli.output import console, facts, print_json
-    from deltactl.firmware_py.controller.jobs.active_job import software_version
+    from deltactl.foundation.release import own_version
     from deltactl.models.network.inverse import runtime_names
 
     versions = {
-        "deltactl": software_version(),
+        "deltactl": own_version(),
         "python": platform.python_version(),
         "numpy": numpy.__version__,
         "network runtime": runtime_names()[0],

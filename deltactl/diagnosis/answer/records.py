@@ -233,6 +233,8 @@ class Diagnosis(Record):
     """Effects whose probability depends on how wide the priors of sizes are."""
     says: list[str] = Field(default_factory=list)
     """The summary in plain sentences; the report writes it."""
+    version: str = ""
+    """That of deltactl, which made the answer."""
     robot: str = ""
     recordings: list[str] = Field(default_factory=list)
     picture: Picture | None = Field(default=None, exclude=True)

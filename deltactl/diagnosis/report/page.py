@@ -12,7 +12,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cache
-from importlib import metadata
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -59,6 +58,7 @@ from deltactl.diagnosis.report.screen import remarks
 from deltactl.diagnosis.report.sizes import Size, departure, forced, number, scale_of
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
 from deltactl.foundation.plain_file import said_of_output, write_whole
+from deltactl.foundation.release import own_version
 from deltactl.models.effects import Trait, has
 from deltactl.models.robot import RobotModel
 
@@ -216,7 +216,7 @@ def _origin(diagnosis: Diagnosis, origin: Origin) -> list[str]:
     """When, with what and from what the report was made."""
     values = (
         f"{datetime.now().astimezone():%Y-%m-%d %H:%M}",
-        metadata.version("deltactl"),
+        own_version(),
         origin.robot_file or diagnosis.robot,
         ", ".join(diagnosis.recordings),
         ", ".join(origin.columns),

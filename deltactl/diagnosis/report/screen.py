@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from rich.markup import escape
 
@@ -117,23 +117,54 @@ def screen_lines(
     return lines
 
 
-def sentences(
+@dataclass(frozen=True, slots=True)
+class Sentences:
+    """All that a screen says, however much it is, by what it is about."""
+
+    verdict: list[str]
+    steps: list[str]
+    findings: list[str]
+    """A paragraph for each, in the order of the answer."""
+    helps: list[str]
+    or_else: list[str]
+    """What else the findings could be, and what would tell."""
+    remarks: list[str]
+
+
+def sentences_by_topic(
     diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
-) -> list[str]:
-    """All that a screen says, however much it is, with the findings as sentences."""
+) -> Sentences:
+    """All that a screen says, with the findings as sentences."""
     findings = [
         " ".join([f"{number}. {finding_title(one)}", *_in_full(one, diagnosis)])
         for number, one in enumerate(diagnosis.findings, 1)
     ]
+    return Sentences(
+        verdict=list(opening(diagnosis)),
+        steps=list(_steps(diagnosis, robot, ways).entries),
+        findings=findings,
+        helps=list(_helps(diagnosis).entries),
+        or_else=list(_or_else(diagnosis, ways).entries),
+        remarks=[
+            *_on_top(diagnosis, robot, ways),
+            *remarks(diagnosis, ways),
+            *_not_shown(diagnosis, SENTENCE),
+        ],
+    )
+
+
+def sentences(
+    diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
+) -> list[str]:
+    """The same one after the other: `says` of the JSON."""
+    by_topic = sentences_by_topic(diagnosis, robot, ways)
     return [
-        *opening(diagnosis),
-        *_steps(diagnosis, robot, ways).entries,
-        *findings,
-        *_helps(diagnosis).entries,
-        *_or_else(diagnosis, ways).entries,
-        *_on_top(diagnosis, robot, ways),
-        *remarks(diagnosis, ways),
-        *_not_shown(diagnosis, SENTENCE),
+        *by_topic.verdict,
+        *by_topic.steps,
+        *by_topic.findings,
+        *by_topic.helps,
+        *by_topic.or_else,
+        *by_topic.remarks,
     ]
 
 

@@ -1,1 +1,1 @@
-"""`deltactl prove`: draw cases, diagnose them blind, and say how often the answer is right."""
+"""`deltactl demo prove`: draw cases, diagnose them blind, and say how often the answer is right."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +103,20 @@ class Inspection:
     def command(self, robot: str, read: list[str]) -> list[str]:
         """The command that diagnoses this file, as words; `read` are the options that read it."""
         return ["deltactl", "diagnose", str(self.path), "--robot", robot, *read]
+
+    def to_json(self) -> dict[str, Any]:
+        """The JSON object that `deltactl inspect --json` prints for a file."""
+        return {
+            "file": self.path,
+            "facts": dict(self.facts),
+            "kind": self.kind,
+            "motion": self.motion,
+            "columns": {
+                name: asdict(guess) | {"name": guess.name} for name, guess in self.guesses.items()
+            },
+            "options": self.options,
+            "warnings": self.warnings,
+        }
 
     def mapping_text(self) -> str:
         """The mapping as a file for `--columns`."""

@@ -1,4 +1,8 @@
-"""Starts workers, one diagnosis at a time, and hands on what they say."""
+"""Starts workers, one diagnosis at a time, and hands on what they say.
+
+A worker is a module that takes a kind of work and words, and prints one JSON object a line, as
+`deltactl.web.behind.worker` does.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +20,7 @@ from deltactl.foundation.errors import ServiceError
 
 Progress = Callable[[str], None]
 LONGEST_LINE = 8 * 2**20
+WORKER = "deltactl.web.behind.worker"
 AT_ONCE = {"diagnose": 1}
 OTHERS_AT_ONCE = 2
 LIMITS_S = {
@@ -40,23 +45,26 @@ OTHERS_WAITING = 20
 
 
 class Tasks:
-    """Runs `deltactl.web.behind.worker` processes; what is too much waits its turn."""
+    """Runs processes of a worker; what is too much waits its turn."""
 
-    def __init__(self, limits_s: Mapping[str, float] = LIMITS_S) -> None:
-        """limits_s: how long each kind may take [s]; then it is ended, with all it has started."""
-        self._limits_s = limits_s
+    def __init__(self, limits_s: Mapping[str, float] = LIMITS_S, worker: str = WORKER) -> None:
+        """limits_s: how long each kind may take [s]; then it is ended, with all it has started.
+
+        worker: the module that does the work.
+        """
+        self._limits_s, self._worker = limits_s, worker
         self._places: dict[str, asyncio.Semaphore] = {}
         self._waiting: dict[str, int] = {}
 
     async def run(
-        self, kind: str, *files: Path, progress: Progress = lambda _: None
+        self, kind: str, *words: str | Path, progress: Progress = lambda _: None
     ) -> dict[str, Any]:
         """Do one piece of work. Raises ServiceError with the worker's one line, or at its limit."""
         async with self._turn(kind, progress):
             limit_s = self._limits_s[kind]
             try:
                 async with asyncio.timeout(limit_s):
-                    return await _run(kind, files, progress)
+                    return await _run(self._worker, kind, words, progress)
             except TimeoutError:
                 raise ServiceError(_given_up(kind, limit_s)) from None
 
@@ -79,14 +87,16 @@ class Tasks:
             places.release()
 
 
-async def _run(kind: str, files: tuple[Path, ...], progress: Progress) -> dict[str, Any]:
+async def _run(
+    worker: str, kind: str, words: tuple[str | Path, ...], progress: Progress
+) -> dict[str, Any]:
     process = await asyncio.create_subprocess_exec(
         sys.executable,
         "-P",
         "-m",
-        "deltactl.web.behind.worker",
+        worker,
         kind,
-        *map(str, files),
+        *map(str, words),
         stdout=asyncio.subprocess.PIPE,
         stdin=asyncio.subprocess.DEVNULL,
         limit=LONGEST_LINE,

@@ -6,7 +6,6 @@ import enum
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 
 from deltactl.firmware_py.controller.jobs.feeder import Feeder
 from deltactl.firmware_py.controller.jobs.job_queue import QueuedJob
@@ -25,6 +24,7 @@ from deltactl.firmware_py.program.totals import totals
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, VirtualClock, ns
 from deltactl.foundation.errors import NotReady, PulseFault
+from deltactl.foundation.release import own_version
 from deltactl.recording.format.configuration import RunConfiguration
 from deltactl.recording.writing.writer import RunRecorder
 
@@ -362,15 +362,7 @@ class ActiveJob:
             job_text=self._queued.job_text,
             robot_name=self._robot.name,
             job_name=self.name,
-            version=software_version(),
+            version=own_version(),
             simulated=self._machine.simulated,
             settings={"inverse_kinematics": " ".join(chosen.model_dump().values())},
         )
-
-
-def software_version() -> str:
-    """Version of the installed package."""
-    try:
-        return version("deltactl")
-    except PackageNotFoundError:
-        return "unknown"
