@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from deltactl.cli import collect, evaluate, mcp, reproduce, train, web
+from deltactl.cli import collect, evaluate, reproduce, train, web
 from deltactl.cli.help_screens import BY_HAND, LEARN, REPAIR, RUN, SERVICE, Command
 from deltactl.cli.mistyped import Commands, Program, typed_command, unknown_option
 from deltactl.cli.recordings import correct, demo, diagnose, fleet, heal, init, init_chain, prove
@@ -107,7 +107,7 @@ COMMANDS: dict[str, tuple[Function | typer.Typer, ...]] = {
     SERVICE: (
         group("service", service.ABOUT, service.install, service.daemon, service.check_runs),
         group("web", web.web.__doc__, web.user, web.foxglove, alone=web.web),
-        mcp.mcp,
+        web.mcp,
     ),
 }
 """By panel, in the order of the help."""

@@ -6,8 +6,40 @@ import difflib
 import sys
 from collections.abc import Collection
 
-from deltactl.foundation.release import COMMANDS, GONE_IN
+from deltactl.foundation.release import GONE_IN
 
+OLD_SPELLINGS: dict[str, str] = {
+    "diagnose --inspect": "inspect",
+    "diagnose --fleet": "fleet",
+    "demo --conceal": "demo --hide",
+    "init --kind delta": "init delta",
+    "init --kind servo_axis": "init axis",
+    "init --kind stepper_axis": "init axis --drive stepper",
+    "init --kind range_sensor": "init sensor",
+    "init FILE": "init delta FILE",
+    "verify": "job verify",
+    "follow": "job follow",
+    "pause": "job pause",
+    "resume": "job resume",
+    "cancel": "job cancel",
+    "teach": "job teach",
+    "on": "power on",
+    "off": "power off",
+    "record": "sensors record",
+    "collect": "network collect",
+    "train": "network train",
+    "evaluate": "network evaluate",
+    "prove": "demo prove",
+    "reproduce": "network reproduce",
+    "daemon": "service daemon",
+    "install": "service install",
+    "check-runs": "service check-runs",
+    "web-user": "web user",
+    "foxglove": "web foxglove",
+    "version": "--version",
+}
+"""Old to new, each without `deltactl`. Options in an old spelling may be typed anywhere behind the
+command."""
 HELP = ("--help", "-h", "--help-all")
 
 
@@ -16,7 +48,7 @@ def as_now(typed: list[str], kinds: Collection[str]) -> list[str]:
 
     kinds: the commands of `init`; a word that is nearly one of them names no robot file.
     """
-    for old, new in COMMANDS.items():
+    for old, new in OLD_SPELLINGS.items():
         rest = _behind(old.split(), typed, kinds)
         if rest is None:
             continue
@@ -46,7 +78,7 @@ def _behind(old: list[str], typed: list[str], kinds: Collection[str]) -> list[st
 
 def _split(words: list[str]) -> list[str]:
     """Options of old spellings that were typed with their value, as --kind=delta, in two words."""
-    known = {word for old in COMMANDS for word in old.split() if word.startswith("--")}
+    known = {word for old in OLD_SPELLINGS for word in old.split() if word.startswith("--")}
     made: list[str] = []
     for word in words:
         option, equals, value = word.partition("=")

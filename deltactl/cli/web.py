@@ -1,4 +1,4 @@
-"""`deltactl web`, `web user` and `web foxglove`: the robot in a browser."""
+"""`deltactl web`, `web user`, `web foxglove`, `mcp`: the robot in a browser, and for assistants."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 
 from deltactl.cli.output import say, warn
 from deltactl.cli.robot.jobs import SocketOption
-from deltactl.foundation.errors import ServiceError
+from deltactl.foundation.errors import MissingFile, ServiceError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.plain_file import check_fresh, write_whole
 
@@ -209,3 +209,34 @@ def _answers(socket: Path) -> bool:
         return socket.exists() and daemon_answers(socket)
     except ServiceError:  # it is there, and still too busy to answer
         return False
+
+
+BY_HAND = (
+    "deltactl: mcp waits for an assistant on standard input, and is started by one; its command is"
+    " 'deltactl mcp --root FOLDER' (Ctrl-C ends it)"
+)
+
+
+def mcp(
+    root: Annotated[
+        Path, typer.Option(help="The one folder whose files may be read, with those below it.")
+    ] = Path(),
+) -> None:
+    """Let an assistant inspect and diagnose recordings (Model Context Protocol).
+
+    It speaks over standard input and output, reads files below one folder alone, and writes and
+    moves nothing.
+
+    ```
+    deltactl mcp
+    deltactl mcp --root ~/recordings
+    ```
+    """
+    with needs("mcp", "mcp"):
+        from deltactl.assistants.server import serve
+
+    if not root.is_dir():
+        raise MissingFile(f"--root {root}: no such folder; give the one that holds the recordings")
+    if sys.stdin.isatty():
+        print(BY_HAND, file=sys.stderr)
+    serve(root)

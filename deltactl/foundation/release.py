@@ -11,39 +11,6 @@ from importlib.metadata import PackageNotFoundError, version
 GONE_IN = "1.1"
 """The release in which all of the below goes: no version before 1.0 promised to keep it."""
 
-COMMANDS: dict[str, str] = {
-    "diagnose --inspect": "inspect",
-    "diagnose --fleet": "fleet",
-    "demo --conceal": "demo --hide",
-    "init --kind delta": "init delta",
-    "init --kind servo_axis": "init axis",
-    "init --kind stepper_axis": "init axis --drive stepper",
-    "init --kind range_sensor": "init sensor",
-    "init FILE": "init delta FILE",
-    "verify": "job verify",
-    "follow": "job follow",
-    "pause": "job pause",
-    "resume": "job resume",
-    "cancel": "job cancel",
-    "teach": "job teach",
-    "on": "power on",
-    "off": "power off",
-    "record": "sensors record",
-    "collect": "network collect",
-    "train": "network train",
-    "evaluate": "network evaluate",
-    "prove": "demo prove",
-    "reproduce": "network reproduce",
-    "daemon": "service daemon",
-    "install": "service install",
-    "check-runs": "service check-runs",
-    "web-user": "web user",
-    "foxglove": "web foxglove",
-    "version": "--version",
-}
-"""Commands of version 0.1, old to new, each without `deltactl`. Options in an old spelling may be
-typed anywhere behind the command."""
-
 OF_A_RESULT = ("job_id", "name", "outcome", "why", "recording", "recording_error", "warning")
 """What `simulate` returned in version 0.1."""
 NAMES: dict[str, str] = {

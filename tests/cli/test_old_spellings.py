@@ -11,13 +11,11 @@ import pytest
 from typer.testing import CliRunner
 
 from deltactl.cli.main import app
-from deltactl.cli.old_spellings import as_now
-from deltactl.foundation.release import COMMANDS
+from deltactl.cli.old_spellings import OLD_SPELLINGS, as_now
 from tests.rigs.commands import every_command
 
 ROOT = Path(__file__).parents[2]
 EXEMPT = {
-    "deltactl/foundation/release.py",
     "deltactl/cli/old_spellings.py",
     "tests/cli/test_old_spellings.py",
     "CHANGELOG.md",  # says what was renamed
@@ -27,12 +25,12 @@ PROSE = ("on", "off", "record", "install", "train", "follow", "cancel", "pause",
 """Words that a sentence may have behind the program's name."""
 
 
-@pytest.mark.parametrize("old", [old for old in COMMANDS if " --" not in old])
+@pytest.mark.parametrize("old", [old for old in OLD_SPELLINGS if " --" not in old])
 def test_an_old_spelling_names_the_new_one_and_does_the_same(
     old: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    new = COMMANDS[old]
+    new = OLD_SPELLINGS[old]
     done = CliRunner().invoke(app, [*old.split(), "--help"])
     (line,) = done.stderr.splitlines()
     assert f"'deltactl {new}'" in line
@@ -71,7 +69,7 @@ def test_a_present_spelling_is_left_alone(typed: str, capsys: pytest.CaptureFixt
 
 def _patterns() -> list[str]:
     """What an old spelling looks like in a text, and in the words of a call in a test."""
-    commands = [old for old in COMMANDS if " " not in old]
+    commands = [old for old in OLD_SPELLINGS if " " not in old]
     plain = [word for word in commands if word not in PROSE]
     quoted = [word for word in commands if word in PROSE]
     alone = [word for word, _ in every_command()]

@@ -18,7 +18,8 @@ from typer.testing import CliRunner
 import deltactl as dc
 from deltactl.charts.page import page
 from deltactl.cli.main import app
-from deltactl.foundation.release import COMMANDS, GONE_IN, NAMES, own_version
+from deltactl.cli.old_spellings import OLD_SPELLINGS
+from deltactl.foundation.release import GONE_IN, NAMES, own_version
 from deltactl.recording.reading.reader import read_run
 from tests.release.project import PROJECT, PYTHONS, ROOT, VERSION
 
@@ -27,7 +28,7 @@ CATEGORIES = {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
 """Of keepachangelog.com; a topic may stand behind one."""
 
 
-@pytest.mark.parametrize("old", [*COMMANDS, *NAMES])
+@pytest.mark.parametrize("old", [*OLD_SPELLINGS, *NAMES])
 def test_what_is_to_go_is_still_to_go(old: str) -> None:
     """Fails in the release in which it has to be gone: remove it from the table, and its code."""
     assert Version(VERSION) < Version(GONE_IN), f"{old} goes in {GONE_IN}"
@@ -51,7 +52,7 @@ def _used(made: Any) -> None:
 
 
 def test_an_old_command_names_the_release_in_which_it_goes() -> None:
-    done = CliRunner().invoke(app, ["version"])
+    done = CliRunner().invoke(app, "version --json".split())
     assert f"release {GONE_IN}" in done.stderr
 
 
