@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
+import signal
 import string
 from collections import OrderedDict
 from collections.abc import Callable
@@ -37,6 +39,8 @@ from deltactl.web.behind.tasks import Tasks
 
 KEPT = 50
 """Answers of each kind whose JSON is kept, some 10 kB each; the oldest goes first."""
+CLEANING_UP_S = 0.5
+"""In which calls that are called off end their workers."""
 WORKER = "deltactl.assistants.worker"
 JSON = "application/json"
 READ_ONLY = types.ToolAnnotations(
@@ -233,14 +237,24 @@ def server(root: Path, tasks: Tasks | None = None) -> Server[Any]:
 
 
 def serve(root: Path) -> None:
-    """Answer on standard input and output until the input ends."""
+    """Answer on standard input and output until the input ends, or a signal ends the process."""
 
     async def answering() -> None:
         made = server(root)
-        async with stdio_server() as (incoming, outgoing):
-            await made.run(incoming, outgoing, made.create_initialization_options())
+        with anyio.CancelScope() as scope:
+            loop = asyncio.get_running_loop()
+            for number in (signal.SIGINT, signal.SIGTERM):
+                loop.add_signal_handler(number, _end, scope, number)
+            async with stdio_server() as (incoming, outgoing):
+                await made.run(incoming, outgoing, made.create_initialization_options())
 
     anyio.run(answering)
+
+
+def _end(scope: anyio.CancelScope, number: int) -> None:
+    """End the workers, and then the process: a thread that waits for input would keep it."""
+    scope.cancel()
+    asyncio.get_running_loop().call_later(CLEANING_UP_S, os._exit, 128 + number)
 
 
 def _result(made: Answer | Refused) -> types.CallToolResult:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -126,6 +127,38 @@ def test_an_assistant_that_goes_away_leaves_no_worker(long_root: Path) -> None:
 
     with_server(long_root, leaving)
     assert none_left(long_root)
+
+
+def lines(*messages: dict[str, Any]) -> str:
+    """Messages as an assistant writes them."""
+    return "".join(json.dumps({"jsonrpc": "2.0"} | one) + "\n" for one in messages)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_and_its_workers(long_root: Path, number: int) -> None:
+    client = {"name": "test", "version": "1"}
+    opening = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": client}
+    asked = {"name": "diagnose", "arguments": LONG}
+    how = started(long_root)
+    with subprocess.Popen(
+        [how.command, *how.args], env=how.env, text=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        assert process.stdin is not None
+        process.stdin.write(lines(
+            {"id": 1, "method": "initialize", "params": opening},
+            {"method": "notifications/initialized"},
+            {"id": 2, "method": "tools/call", "params": asked},
+        ))  # fmt: skip
+        process.stdin.flush()
+        end_s = time.monotonic() + SOON_S
+        while not workers(long_root) and time.monotonic() < end_s:
+            time.sleep(0.05)
+        assert workers(long_root)
+        process.send_signal(number)
+        assert process.wait(SOON_S) == 128 + number
+        assert none_left(long_root)
+        assert "Traceback" not in process.stderr.read()
 
 
 def test_calls_leave_the_folder_as_it_was(root: Path) -> None:

@@ -117,4 +117,7 @@ def test_a_recording_carries_the_version(tmp_path: Path) -> None:
     asked = ["run", str(job), "--simulate", "--record", str(tmp_path / "r.mcap")]
     done = CliRunner().invoke(app, asked)
     assert done.exit_code == 0, done.output
-    assert read_run(tmp_path / "r.mcap").configuration.version == metadata.version("deltactl")
+    version = metadata.version("deltactl")
+    assert read_run(tmp_path / "r.mcap").configuration.version == version
+    shown = CliRunner().invoke(app, ["report", str(tmp_path / "r.mcap"), "--json"])
+    assert json.loads(shown.stdout)["version"] == version

@@ -17,6 +17,7 @@ from deltactl.firmware_py.run_report.tracking import (
     said_of_home,
     track,
 )
+from deltactl.foundation.release import own_version
 from deltactl.models.robot import AXES
 from deltactl.recording.reading.reader import read_run
 
@@ -68,7 +69,8 @@ def show_recording(recording: Path, out: Path, json_out: bool) -> None:
     tracking = show_tracking(recording, json_out)
     write_report(recording, out)
     if json_out:
-        print_json({"recording": recording, "tracking": tracking, "report": out})
+        made = {"recording": recording, "tracking": tracking, "report": out}
+        print_json(made | {"version": own_version()})
     else:
         say(f"report: {out}")
 
