@@ -95,7 +95,7 @@ studies: $(VENV)/.test
 
 # Wheel and sdist: built, checked, installed into empty environments, and tried in each Python there is.
 release-check: $(VENV)/.test
-	$(BIN)/python -m pytest -m release --timeout 1800 -r s tests/release
+	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 -m release --timeout 1800 -r s tests/release
 
 clean:
 	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache
