@@ -1,6 +1,6 @@
 """Answers in words: those of the JSON, with its numbers, in a bounded length.
 
-A number is printed as the JSON has it, in its unit and rounded to six figures, or stands in a
+A number is printed as the JSON has it, in its unit and rounded to six figures, or is part of a
 sentence of the JSON. Names of diagnoses have no digits, so that each number in an answer is one of
 them.
 """

@@ -35,7 +35,7 @@ from tests.cli.conftest import Deltactl
             " here as JSON, - for the terminal) (see deltactl diagnose --help)",
         ),
         ("goto 0 0 -450 --robot", "Option '--robot' needs a value, as --robot TEXT (Robot file"),
-        ("prove --cases many --out out", "Invalid value for '--cases'"),
+        ("demo prove --cases many --out out", "Invalid value for '--cases'"),
     ],
 )
 def test_one_line_says_what_was_wrong_and_where_help_is(
