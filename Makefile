@@ -30,12 +30,14 @@ demo: $(VENV)/.test
 # A test that fails is run once more, and named as RERUN at the end if it passes then: some hold a
 # program to the clock of a machine that others use too. Each name there is a defect to look into.
 AGAIN := --reruns 1 --reruns-delay 2 -r R
+# A file of tests stays with one process: what its tests share is made once.
+TWO := -n 2 --dist loadfile --no-loadscope-reorder
 # Two processes on two cores: more threads of the arithmetic libraries only wait for each other.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 # Without it every process that a test starts compiles all its modules again.
 test: export PYTHONDONTWRITEBYTECODE =
 test: check
-	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 -m "not realtime" $(AGAIN)
+	$(ONE_THREAD) $(BIN)/python -m pytest $(TWO) -m "not realtime" $(AGAIN)
 	$(BIN)/python -m pytest -m realtime $(AGAIN)
 
 check: $(VENV)/.test
@@ -91,7 +93,7 @@ newcomer: $(VENV)/.test
 
 # Studies of the papers and diagnoses of many drawn machines, which take minutes.
 studies: $(VENV)/.test
-	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 -m study --timeout 3600 $(AGAIN)
+	$(ONE_THREAD) $(BIN)/python -m pytest $(TWO) -m study --timeout 3600 $(AGAIN)
 
 # Wheel and sdist: built, checked, installed into empty environments, and tried in each Python there is.
 release-check: $(VENV)/.test

@@ -10,8 +10,10 @@ tests on a small machine they would measure the other tests. `make test` runs th
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import hypothesis  # first: what gc.freeze hides later, its plugin of trio warns of
@@ -52,6 +54,24 @@ def one_process_each() -> Iterator[None]:
 
     with alone():
         yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def commands_made_once() -> Iterator[None]:
+    """A process of one's own makes the commands once; Typer does so for each call in this one."""
+    import typer.main
+    import typer.testing
+
+    made = cache(typer.main.get_command)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.main, "get_command", made)
+        patch.setattr(typer.testing, "_get_command", made)
+        yield
+
+
+def pytest_collection_finish() -> None:
+    """What all tests import stays: the collector need not look through it again and again."""
+    gc.freeze()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

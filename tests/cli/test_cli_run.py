@@ -12,7 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from deltactl.cli.main import app
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.flat_files import read_flat
@@ -34,18 +36,26 @@ def test_the_heart_runs_and_everything_agrees(deltactl, tmp_path: Path) -> None:
     assert "The path from above" in (tmp_path / "h.html").read_text()
 
 
-def test_a_run_exports_to_the_contracts_columns(deltactl, tmp_path: Path) -> None:
-    deltactl("run", "circle.yaml", "--simulate", "--record", "c.mcap")
-    deltactl("export", "c.mcap", "c.csv")
+@pytest.fixture(scope="module")
+def circle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording of a run of the shipped circle, which only reads of it share."""
+    path = tmp_path_factory.mktemp("circle") / "c.mcap"
+    words = ("run", "circle.yaml", "--simulate", "--record", str(path))
+    assert CliRunner().invoke(app, words).exit_code == 0
+    return path
+
+
+def test_a_run_exports_to_the_contracts_columns(deltactl, circle: Path, tmp_path: Path) -> None:
+    deltactl("export", str(circle), "c.csv")
     table = read_flat(tmp_path / "c.csv")
     assert table.has("steps_1", "range_x", "range_y", "range_z", "status_x", "t_pwm")
     assert np.median(np.diff(table.t_s)) == 0.02 or abs(np.median(np.diff(table.t_s)) - 0.02) < 1e-3
 
 
-def test_the_same_run_twice_is_the_same(deltactl, tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        deltactl("run", "circle.yaml", "--simulate", "--record", f"{name}.mcap")
-        deltactl("export", f"{name}.mcap", f"{name}.csv", "--truth")
+def test_the_same_run_twice_is_the_same(deltactl, circle: Path, tmp_path: Path) -> None:
+    deltactl("run", "circle.yaml", "--simulate", "--record", "again.mcap")
+    for name, recording in (("a", str(circle)), ("b", "again.mcap")):
+        deltactl("export", recording, f"{name}.csv", "--truth")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
 
@@ -70,9 +80,8 @@ def test_check_says_what_a_job_would_do(deltactl) -> None:
     assert max(summary["peak_step_rate_hz"]) <= 1.0 / 0.006 + 1.0
 
 
-def test_report_draws_a_recording(deltactl, tmp_path: Path) -> None:
-    deltactl("run", "circle.yaml", "--simulate", "--record", "c.mcap")
-    done = deltactl("report", "c.mcap", "-o", "c.html")
+def test_report_draws_a_recording(deltactl, circle: Path, tmp_path: Path) -> None:
+    done = deltactl("report", str(circle), "-o", "c.html")
     assert "measured" in done.stdout
     assert (tmp_path / "c.html").stat().st_size > 10_000
 

@@ -84,10 +84,10 @@ def test_a_search_without_patience_ends_with_what_it_has(delta: DeltaRobot, reco
 
 
 def test_the_same_work_is_counted_on_one_core_and_on_two(delta: DeltaRobot, record: Record) -> None:
-    model = DeltaModel(delta, [record(SCALE, RATIO, ARM, seconds=30.0)])
+    model = DeltaModel(delta, [record(SCALE, RATIO, seconds=8.0)])
     counted = []
     for shared in (False, True):
-        budget = Budget(most=300.0)
+        budget = Budget(most=150.0)
         Context().run(searched, model, budget, shared)
         counted.append((budget.spent, budget.ended))
     assert counted[0] == counted[1]

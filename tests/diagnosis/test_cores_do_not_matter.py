@@ -17,7 +17,6 @@ Record = Callable[..., FlatRecording]
 CAUSES = (
     EffectEntry(effect="gear_ratio", component="motor2", parameters={"scale": 1.02}),
     EffectEntry(effect="sensor_offset", component="range_z", parameters={"offset": 0.006}),
-    EffectEntry(effect="lost_steps", component="motor1", parameters={"steps": 90.0, "time": 13.0}),
 )
 
 

@@ -84,7 +84,7 @@ angle = st.floats(-math.pi, math.pi)
 
 @example(0.0, -3.0, 0.09375, 0.015625, True)  # by 0.03 mm more, with 33 samples of the curve
 @given(angle, angle, st.floats(0.02, 0.1), st.floats(0.001, 0.02), st.booleans())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_corners_of_arcs_are_cut_by_no_more_than_is_allowed(
     first: float, swing: float, radius_m: float, corner_m: float, on_to_an_arc: bool
 ) -> None:

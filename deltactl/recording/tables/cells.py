@@ -109,7 +109,8 @@ def is_moment(cell: str) -> bool:
     """Whether a cell holds a time: 2024-05-01 12:00:00.5, 1.5.2024 12:00:00,5, 5/1/2024 1:02 PM,
     a date alone, or 12:00:00.5.
     """
-    return any(form.fullmatch(cell) for form in (_ISO, _GERMAN, _SLASHED, _OF_DAY))
+    begins = cell[:1].isdecimal()  # as all four do: most cells that are asked about are words
+    return begins and any(form.fullmatch(cell) for form in (_ISO, _GERMAN, _SLASHED, _OF_DAY))
 
 
 def is_date(cell: str) -> bool:

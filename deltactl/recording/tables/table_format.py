@@ -70,12 +70,17 @@ def split(line: str, separator: str) -> list[str]:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    line = _STAMPED.sub(rf"\g<1>{separator}", line)
+    if stamp := _STAMPED.match(line):
+        line = stamp[1] + separator + line[stamp.end() :]
     if separator == " ":
         return line.split()
     if separator == WIDE:
         return _WIDE_GAP.split(line.strip())
-    return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=separator), [])]
+    if '"' in line or "\r" in line or not line:
+        cells = next(csv.reader(io.StringIO(line), delimiter=separator), [])
+    else:  # what csv would give, ten times as fast
+        cells = line.split(separator)
+    return [cell.strip() for cell in cells]
 
 
 def guess_format(
@@ -121,8 +126,9 @@ def _marks(
     lines = [line for line in lines if line.strip()]
     best: _Suits | None = None
     for between in SEPARATORS if separator is None else (separator,):
+        split_up = [split(line, between) for line in lines]
         for point in (".", ",") if decimal is None else (decimal,):
-            suits = _suits(lines, between, point)
+            suits = _suits(lines, split_up, between, point)
             if best is None or suits > best:
                 best, found = suits, (between, point)
     if best is None or best.numbers == 0.0:
@@ -158,16 +164,15 @@ class _Suits(NamedTuple):
     width: int
 
 
-def _suits(lines: list[str], separator: str, decimal: str) -> _Suits:
-    split_up = [split(line, separator) for line in lines]
-    places = [
-        n for n, row in enumerate(split_up) if any(row) and 2 * _good(row, decimal) > len(row)
-    ]
+def _suits(lines: list[str], split_up: list[list[str]], separator: str, decimal: str) -> _Suits:
+    """How well they suit lines that are split up by this separator already."""
+    right = [_good(row, decimal) for row in split_up]
+    places = [n for n, row in enumerate(split_up) if any(row) and 2 * right[n] > len(row)]
     if not places:
         return _Suits(0.0, 0.0, False, False, 0)
     width, _ = Counter(len(split_up[n]) for n in places).most_common(1)[0]
     usual = [n for n in places if len(split_up[n]) == width]
-    good = sum(_good(split_up[n], decimal) for n in usual)
+    good = sum(right[n] for n in usual)
     above = _words(lines[usual[0] - 1], separator) if usual[0] else []
     return _Suits(
         round(good / (width * len(usual)), 2),
