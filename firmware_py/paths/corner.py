@@ -193,7 +193,7 @@ def _from_leg(
 
 def from_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
     """Distance of each point (n, 3) from the nearest line between corners (k, 3) [m]."""
-    nearest = np.full(len(points), np.inf)
+    nearest2 = np.full(len(points), np.inf)
     at_once = max(1, AT_ONCE // max(len(points), 1))
     for first in range(0, len(corners) - 1, at_once):
         ends = corners[first : first + at_once + 1]
@@ -201,6 +201,6 @@ def from_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
         length2 = np.maximum(np.einsum("ki,ki->k", along, along), 1e-30)
         out = points[:, None, :] - begin
         part = np.clip(np.einsum("nki,ki->nk", out, along) / length2, 0.0, 1.0)
-        away = np.linalg.norm(out - part[:, :, None] * along, axis=2)
-        nearest = np.minimum(nearest, away.min(axis=1))
-    return nearest
+        out -= part[:, :, None] * along
+        nearest2 = np.minimum(nearest2, np.einsum("nki,nki->nk", out, out).min(axis=1))
+    return np.sqrt(nearest2)
