@@ -17,6 +17,7 @@ import ast
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -53,10 +54,12 @@ def module_name(root: Path, file: Path) -> str:
 def imports(root: Path) -> dict[str, dict[str, list[str]]]:
     """Room -> rooms that it imports -> files that do so."""
     found: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
-    for file, others in _imported(root).items():
-        room = room_of(root, file)
+    imported = _imported(root)
+    rooms = {file: room_of(root, file) for file in imported}
+    for file, others in imported.items():
+        room = rooms[file]
         for other in others:
-            if (its := room_of(root, other)) != room:
+            if (its := rooms[other]) != room:
                 found[room][its].append(str(file.relative_to(root)))
     return {room: dict(others) for room, others in found.items()}
 
@@ -72,8 +75,9 @@ def file_imports(root: Path) -> dict[str, dict[str, None]]:
 
 def crumbs(root: Path) -> list[str]:
     """Files of at most CRUMB_LINES that at most one other file imports."""
-    users = Counter(name for others in file_imports(root).values() for name in others)
-    alone = [name for name in sorted(file_imports(root)) if users[name] <= 1]
+    imported = file_imports(root)
+    users = Counter(name for others in imported.values() for name in others)
+    alone = [name for name in sorted(imported) if users[name] <= 1]
     lines = {name: (root / name).read_text(encoding="utf-8").count("\n") for name in alone}
     return [n for n in alone if lines[n] <= CRUMB_LINES and not n.startswith(NO_CRUMBS)]
 
@@ -84,24 +88,22 @@ def _imported(root: Path) -> dict[Path, set[Path]]:
     known = {module_name(root, file): file for file in files}
     known |= {name.removesuffix(".__init__"): file for name, file in known.items()}
     return {
-        file: {
-            known[name]
-            for name in _named(ast.parse(file.read_text(encoding="utf-8")))
-            if name in known
-        }
+        file: {known[name] for name in _named(file.read_text(encoding="utf-8")) if name in known}
         - {file}
         for file in files
     }
 
 
-def _named(tree: ast.Module) -> Iterator[str]:
+@cache
+def _named(text: str) -> frozenset[str]:
     """Every module that a file imports; of `from a import b` both a.b and a may be one."""
-    for node in ast.walk(tree):
+    named: set[str] = set()
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            named |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            named |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return frozenset(named)
 
 
 def circles(edges: Mapping[str, Mapping[str, object]]) -> list[list[str]]:

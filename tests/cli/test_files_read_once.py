@@ -48,6 +48,11 @@ finally:
 """A command as a process of its own, and what it has opened and loaded."""
 
 
+LINE = "{shape: straight, to_m: [0.0, 0.01, -0.45]}"
+TIMING = "timing: {mode: accelerated, speed_mps: 0.1}\n"
+NETWORK = "inverse_kinematics: {kind: network, file: zhao-2023.tflite}\n"
+
+
 def counted(folder: Path, words: Sequence[str]) -> tuple[dict[str, int], int]:
     """How often each file was opened, and how many interpreters were made."""
     out = folder / "counted.json"
@@ -74,8 +79,10 @@ def times(opened: dict[str, int], file: Path) -> int:
 
 @pytest.mark.parametrize("extra", [[], ["--robot", "zhao-2023.yaml"]])
 def test_a_simulated_run(tmp_path: Path, extra: list[str]) -> None:
-    opened, interpreters = counted(tmp_path, ["run", "heart.yaml", "--simulate", "--json", *extra])
-    assert times(opened, CONFIG_FOLDER / "heart.yaml") == 1
+    job = tmp_path / "short.yaml"
+    job.write_text(f"name: short\nrobot: zhao-2023.yaml\n{TIMING}{NETWORK}path: {LINE}\n")
+    opened, interpreters = counted(tmp_path, ["run", "short.yaml", "--simulate", "--json", *extra])
+    assert times(opened, job) == 1
     assert times(opened, CONFIG_FOLDER / "zhao-2023.yaml") == 1
     assert times(opened, TRAINED_FOLDER / "zhao-2023.tflite") == 1
     assert interpreters == 1
@@ -84,15 +91,12 @@ def test_a_simulated_run(tmp_path: Path, extra: list[str]) -> None:
 def test_a_job_with_steps_and_an_included_one(tmp_path: Path) -> None:
     robot = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
     (tmp_path / "robot.yaml").write_text(robot)
-    line = "{shape: straight, to_m: [0.0, 0.01, -0.45]}"
-    timing = "timing: {mode: accelerated, speed_mps: 0.1}\n"
-    network = "inverse_kinematics: {kind: network, file: zhao-2023.tflite}\n"
     (tmp_path / "inner.yaml").write_text(
-        f"name: inner\nrobot: robot.yaml\n{timing}{network}path: {line}\n"
+        f"name: inner\nrobot: robot.yaml\n{TIMING}{NETWORK}path: {LINE}\n"
     )
     (tmp_path / "outer.yaml").write_text(
-        f"name: outer\nrobot: robot.yaml\n{timing}{network}"
-        f"steps: [{{include: inner.yaml}}, {{path: {line}}}, {{include: inner.yaml}}]\n"
+        f"name: outer\nrobot: robot.yaml\n{TIMING}{NETWORK}"
+        f"steps: [{{include: inner.yaml}}, {{path: {LINE}}}, {{include: inner.yaml}}]\n"
     )
     opened, interpreters = counted(tmp_path, ["run", "outer.yaml", "--simulate", "--json"])
     for name in ("outer.yaml", "inner.yaml", "robot.yaml"):

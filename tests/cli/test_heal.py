@@ -72,12 +72,18 @@ def killed_after(folder: Path, kinds: list[str], *words: str) -> None:
     process.communicate()
 
 
-def test_a_killed_healing_leaves_the_file_and_goes_on_and_is_undone(deltactl, folder: Path) -> None:
+@pytest.mark.parametrize(
+    "kills",
+    [[["survey"]], pytest.param([[], ["survey"], ["survey", "before"]], marks=pytest.mark.study)],
+)
+def test_a_killed_healing_leaves_the_file_and_goes_on_and_is_undone(
+    deltactl, folder: Path, kills: list[list[str]]
+) -> None:
     old = put_robot(folder, FAULT)
     robot_file = folder / "mine.yaml"
     go_on = (*CALL, "--continue")
-    for kinds, call in (([], CALL), (["survey"], go_on), (["survey", "before"], go_on)):
-        killed_after(folder, kinds, *call)
+    for number, kinds in enumerate(kills):
+        killed_after(folder, kinds, *(go_on if number else CALL))
         assert robot_file.read_text() == old
     answer = json.loads(deltactl(*go_on).stdout)
     assert answer["outcome"] == "healed"

@@ -53,9 +53,9 @@ def foreign(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 @contextmanager
 def at_once() -> Iterator[None]:
-    begun_s = time.monotonic()
+    begun_s = time.process_time()  # however much of the processor others use
     yield
-    assert time.monotonic() - begun_s < AT_ONCE_S
+    assert time.process_time() - begun_s < AT_ONCE_S
 
 
 def sparse(path: Path, content: bytes) -> Path:

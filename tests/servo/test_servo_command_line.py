@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import time
@@ -16,6 +15,7 @@ import pytest
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.flat_files import read_flat
+from tests.rigs.in_process import called
 
 TEXT = (CONFIG_FOLDER / "uzunovic-2013.yaml").read_text(encoding="utf-8")
 JOB = """name: little
@@ -32,17 +32,15 @@ Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture
-def deltactl(tmp_path: Path) -> Deltactl:
+def deltactl(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Deltactl:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+
     def run(*words: str, status: int = 0) -> subprocess.CompletedProcess[str]:
-        done = subprocess.run(
-            [*COMMAND, *words],
-            cwd=tmp_path,
-            env=os.environ | {"COLUMNS": "100", "XDG_RUNTIME_DIR": str(tmp_path)},
-            capture_output=True,
-            text=True,
-            timeout=100,
-            check=False,
-        )
+        done = called(words, capfd)
         assert done.returncode == status, (done.stdout, done.stderr)
         return done
 
