@@ -203,4 +203,5 @@ def from_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
         part = np.clip(np.einsum("nki,ki->nk", out, along) / length2, 0.0, 1.0)
         out -= part[:, :, None] * along
         nearest2 = np.minimum(nearest2, np.einsum("nki,nki->nk", out, out).min(axis=1))
-    return np.sqrt(nearest2)
+    away: FloatArray = np.sqrt(nearest2)
+    return away
