@@ -10,7 +10,7 @@ from nicegui import ui
 
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
-from deltactl.web.behind.own_recordings import AS_IT_IS, CHOSEN, Chosen, mapping_text
+from deltactl.web.behind.own_recordings import AS_IT_IS, Chosen, chosen_beside, mapping_text
 from deltactl.web.behind.shelf import Listed
 from deltactl.web.style import labelled
 from deltactl.web.visit import Visit
@@ -80,9 +80,8 @@ class ColumnsForm:
         if twice := next((name for name, count in counted.items() if count > 1), ""):
             ui.notify(TWICE.format(name=twice), type="warning")
             return
-        path = self._listed.path
         text = mapping_text(self._found["mapping"], chosen)
-        write_whole(path.with_name(f"{path.name}{CHOSEN}"), text)
+        write_whole(chosen_beside(self._listed.path), text)
         self._box.clear()
         await self._diagnose()
 

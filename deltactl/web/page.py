@@ -72,10 +72,14 @@ class RobotPage:
             self._tabs.set_value(first)
             ui.space()
             if session.name:
-                with ui.element("form").props('method=post action="/logout"'):
-                    ui.button(f"{session.name} ({session.role})").props(
-                        'type=submit flat dense no-caps color=white aria-label="Sign out"'
-                    ).tooltip("sign out")
+                name = ui.button(session.name, icon="person").props(
+                    "flat dense no-caps color=white"
+                )
+                with name.props("data-testid=user"), ui.menu().classes("p-3"):
+                    ui.label(f"Signed in as {session.name}, {session.role}.")
+                    with ui.element("form").props('method=post action="/logout"'):
+                        out = ui.button("Sign out", icon="logout").props("type=submit flat no-caps")
+                        out.props("data-testid=sign-out")
             ui.element("div").classes("stop-room")
 
     def _stop_button(self) -> None:

@@ -15,6 +15,7 @@ from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.printable import file_size
 from deltactl.web.answer_view import AnswerView
+from deltactl.web.behind.own_recordings import chosen_beside
 from deltactl.web.behind.shelf import Listed
 from deltactl.web.columns_form import ColumnsForm
 from deltactl.web.style import PICK_RECORDING, SEND, labelled
@@ -79,7 +80,7 @@ class RecordingRow:
                 self._read.set_visibility(not listed.parts and listed.path.suffix == ".mcap")
                 self._button = ui.button("Diagnose", icon="troubleshoot", on_click=self.diagnose)
                 self._button.props("no-caps dense").classes("px-2").props("data-testid=diagnose")
-                if listed.own and listed.path.suffix != ".mcap" and visit.operates:
+                if _is_table(listed) and visit.operates:
                     self._offer_columns()
             self._progress = ui.row().classes("items-center gap-2")
             self._written = ui.row()
@@ -177,13 +178,22 @@ class RecordingRow:
         try:
             return await self._visit.site.tasks.run(kind, *files, progress=tell)
         except DeltactlError as error:
-            says, typed = str(error), str(error).removesuffix(error.typed)
-            tables = any(single.own for single in self._listed.singles)
-            says = f"{typed}; {COLUMNS}" if tables and typed != says else says
+            says = str(error)
+            if kind == "diagnose" and any(map(_lacks_a_choice, self._listed.singles)):
+                says = f"{says.removesuffix(error.typed)}; {COLUMNS}"
             self._answer.tell(self._listed.shown(says))
             return None
         finally:
             self._progress.clear()
+
+
+def _is_table(listed: Listed) -> bool:
+    return bool(listed.own) and listed.path.suffix != ".mcap"
+
+
+def _lacks_a_choice(listed: Listed) -> bool:
+    """Whether nobody has said yet what the columns of a table are."""
+    return _is_table(listed) and not chosen_beside(listed.path).is_file()
 
 
 LOOK_S = 3.0

@@ -9,7 +9,7 @@ from typing import Any
 
 from nicegui import ui
 
-from deltactl.firmware_py.controller.contract import SensorStatus, Status
+from deltactl.firmware_py.controller.contract import JobResult, SensorStatus, Status
 from deltactl.firmware_py.controller.states import ALLOWED, Request
 from deltactl.web.behind.known_robots import KnownRobot
 from deltactl.web.behind.link import Seen
@@ -19,33 +19,45 @@ from deltactl.web.style import labelled, marked
 from deltactl.web.trial_cards import HiddenFaultCard, TrialCard
 from deltactl.web.visit import Visit, offer, what_next, why_not
 
-ENDED = "{job} has ended: its recording is {recording}."
+OUTCOMES = {
+    "done": "has ended",
+    "cancelled": "was cancelled",
+    "stopped": "was stopped",
+    "fault": "was ended by a fault",
+    "refused": "was refused",
+}
+
+
+def said_of_end(result: JobResult) -> str:
+    """How a job ended, in one sentence."""
+    why = f" ({result.why})" if result.why and result.outcome != "done" else ""
+    kept = f": its recording is {Path(result.recording).stem}" if result.recording else ""
+    return f"{result.name} {OUTCOMES.get(result.outcome, result.outcome)}{why}{kept}."
 
 
 class EndedCard:
     """Seen from the end of a job to the beginning of the next."""
 
     def __init__(self, visit: Visit):
-        self._ran: tuple[str, str] | None = None
+        self._shown: JobResult | None = None
         with ui.row().classes("w-full items-center gap-2") as self._row:
             self._says = ui.label().classes("text-sm").props("data-testid=ended")
-            show = ui.button("Report and diagnosis", icon="troubleshoot")
+            self._show = show = ui.button("Report and diagnosis", icon="troubleshoot")
             show.on_click(lambda: visit.show_tab("Recordings"))
             show.props("no-caps dense outline data-testid=show-recording").classes("px-2")
         self._row.set_visibility(False)
 
-    def update(self, status: Status) -> None:
+    def update(self, status: Status, ended: JobResult | None) -> None:
         """Follow the job; moves by hand are in no list of recordings."""
-        if status.job is not None:
-            ran = (status.job, Path(status.recording or "").stem)
-            if ran != self._ran:
-                self._ran = ran
-                self._row.set_visibility(False)
-        elif self._ran is not None:
-            job, recording = self._ran
-            self._ran = None
-            self._says.set_text(ENDED.format(job=job, recording=recording))
-            self._row.set_visibility(bool(recording) and job not in BY_HAND_JOBS)
+        if status.job is not None or ended is None or ended.name in BY_HAND_JOBS:
+            ended = None
+        if ended is self._shown:
+            return
+        self._shown = ended
+        self._row.set_visibility(ended is not None)
+        if ended is not None:
+            self._says.set_text(said_of_end(ended))
+            self._show.set_visibility(bool(ended.recording))
 
 
 AMBER = "Amber: the distance sensors (boxes), and where they see the platform (ball)."
@@ -130,10 +142,10 @@ class StateCard:
         self._set_state(status.state)
         if self.motion is not None:
             self.motion.enable(status.state, status.job)
-        self._set("next", what_next(status))
+        self._set("next", what_next(status, self._visit.operates))
         self._set("caption", DRAWN if status.position_m else NOT_HOMED)
         self._numbers(status, seen)
-        self._job(status)
+        self._job(status, seen.ended)
 
     def _state_and_buttons(self) -> None:
         with ui.card().classes("w-full p-3 gap-2"):
@@ -199,8 +211,8 @@ class StateCard:
         for sensor, noise_m in zip(status.sensors, seen.noise_m, strict=False):
             self._set(f"range_{sensor.axis}", _range(sensor, noise_m))
 
-    def _job(self, status: Status) -> None:
-        self._ended.update(status)
+    def _job(self, status: Status, ended: JobResult | None) -> None:
+        self._ended.update(status, ended)
         self._job_row.set_visibility(status.job is not None)
         planned = f"Planning {', '.join(status.planning)}." if status.planning else "No job."
         self._set("job", status.job or planned)

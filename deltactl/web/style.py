@@ -23,7 +23,6 @@ STYLE = """
 .figures { font-variant-numeric: tabular-nums; }
 .q-btn.disabled { outline: 1px dashed #94a3b8; outline-offset: -1px; box-shadow: none; }
 .q-btn.disabled::before { border-color: transparent; box-shadow: none; }
-.q-btn.disabled .block { text-decoration: line-through; }
 .jog .q-btn { min-width: 46px; min-height: 42px; }
 @media (hover: none) and (pointer: coarse) { .with-keys { display: none; } }
 @media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }
@@ -39,7 +38,9 @@ DARK = """
 .body--dark .text-green-800 { color: #86efac; } .body--dark a { color: #93c5fd; }
 .body--dark .no-webgl { color: #fcd34d; }
 .body--dark .q-btn--outline, .body--dark .q-tab-panel .q-btn--flat { --q-primary: #93c5fd; }
-.body--dark .q-btn--outline.disabled { filter: brightness(2.4); }
+.body--dark .q-btn.disabled { background: #2b3442 !important; color: #a3adba !important; }
+.body--dark .q-btn.disabled.q-btn--outline { background: none !important; }
+.body--dark .q-tab-panels, .body--dark .q-tab-panel { background: none; }
 .body--dark .scene-box, .body--dark .editor { filter: invert(0.9) hue-rotate(180deg); }
 """
 """Where the browser asks for it. The drawing and the editor know bright colours only: turned over,

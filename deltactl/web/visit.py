@@ -36,8 +36,13 @@ SIMULATED = "Press Home: it puts the simulated arms against their stops."
 """Nobody has hands at the simulated robot."""
 
 
-def what_next(status: Status) -> str:
+LOOKS = "The robot is {state}. You are signed in to look and to stop; operators do the rest."
+
+
+def what_next(status: Status, operates: bool = True) -> str:
     """What a new user does next, in one sentence."""
+    if not operates:
+        return LOOKS.format(state=said(State(status.state)))
     no_hands = status.simulated and status.state == "unhomed"
     return SIMULATED if no_hands else NEXT.get(status.state, "")
 

@@ -82,6 +82,8 @@ def test_what_cannot_be_pressed_looks_so_and_says_why(browser: Browser, simulate
     grey, blue = ([int(part) for part in re.findall(r"\d+", look)[:3]] for look in looks)
     assert max(grey) - min(grey) < 10
     assert max(blue) - min(blue) > 100
+    block = browser.find("pause").find_element(By.CSS_SELECTOR, ".block")
+    assert block.value_of_css_property("text-decoration-line") == "none"
     why = browser.find("pause").get_attribute("title")
     assert why == "Pause: not now, the robot is off; possible when it is planning a job or running"
     assert "the robot is off" in browser.text("unable")

@@ -31,8 +31,8 @@ ZHAO = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
 AXIS = "kind: servo_axis\nname: wrist\nmotion: rotary\n"
 
 
-def a_run(path: Path, robot: str) -> Path:
-    with RunRecorder(path, RunConfiguration(robot, "name: x\n", "r", "x")) as recorder:
+def a_run(path: Path, robot: str, name: str = "r") -> Path:
+    with RunRecorder(path, RunConfiguration(robot, "name: x\n", name, "x")) as recorder:
         recorder.commanded(0, (0, 0, 0))
     return path
 

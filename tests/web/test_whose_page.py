@@ -88,14 +88,18 @@ class Tab:
             one.send("40")
             yield one
 
-    def press(self, connection: ClientConnection, mark: str) -> None:
-        """What the script sends for a click on a button of this page."""
-        number, button = next(
-            (number, one) for number, one in self.elements.items()
+    def element(self, mark: str) -> dict[str, Any]:
+        """One of the page's elements, with its number."""
+        return next(
+            {"number": number, **one} for number, one in self.elements.items()
             if one.get("props", {}).get("data-testid") == mark
         )  # fmt: skip
+
+    def press(self, connection: ClientConnection, mark: str) -> None:
+        """What the script sends for a click on a button of this page."""
+        button = self.element(mark)
         event = {
-            "id": int(number), "client_id": self.query["client_id"],
+            "id": int(button["number"]), "client_id": self.query["client_id"],
             "listener_id": button["events"][0]["listener_id"], "args": ["{}"],
         }  # fmt: skip
         connection.send("42" + json.dumps(["event", event]))
@@ -138,6 +142,13 @@ def operates(tab: Tab, connection: ClientConnection) -> None:
 
 def log_of(page: WebPage) -> str:
     return (page.recordings.parent / "log").read_text()
+
+
+def test_a_press_on_ones_own_name_ends_nothing(page: WebPage) -> None:
+    tab = Tab(page, "hall")
+    tab.load()
+    assert tab.element("user")["props"].get("type") != "submit"
+    assert tab.element("sign-out")["props"]["type"] == "submit"
 
 
 def test_an_operators_tab_operates_and_is_logged_by_name(page: WebPage) -> None:

@@ -68,6 +68,20 @@ def read_run(
     return _build(scan, columns)
 
 
+def configuration_in(path: Path) -> configuration.RunConfiguration:
+    """What ran, from the first chunk alone. Raises RecordingError where it holds no such thing."""
+    scan = Scan(path)
+    for chunk in scan.chunks():
+        for channel_id, payloads in chunk.items():
+            if scan.channels[channel_id].topic == CONFIGURATION.topic:
+                columns = Columns(CONFIGURATION)
+                _add(path, columns, payloads)
+                return configuration.from_message(columns.rows()[0])
+        if chunk:
+            break
+    raise _not_ours(scan)
+
+
 def _add(path: Path, columns: Columns, payloads: list[bytes]) -> None:
     try:
         columns.add(payloads)

@@ -6,13 +6,13 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from deltactl.firmware_py.controller.contract import Status
+from deltactl.firmware_py.controller.contract import JobResult, Status
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.foundation.errors import DeltactlError, ServiceError
 
@@ -35,6 +35,8 @@ class Seen:
     problem: str
     noise_m: tuple[float | None, ...] = ()
     """Standard deviation of each sensor's readings."""
+    ended: JobResult | None = None
+    """How the newest job that was seen to run has ended."""
 
     @property
     def age_s(self) -> float:
@@ -52,6 +54,8 @@ class DaemonLink:
         self._socket, self._rate_hz = socket, rate_hz
         self._seen = Seen(0, time.monotonic(), None, "looking for the daemon")
         self._distances: list[deque[float]] = []
+        self._ran: int | None = None
+        """Number of the job that was last seen to run, until it is known how it has ended."""
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="watch", daemon=True)
         self._owning: Client | None = None
@@ -106,7 +110,7 @@ class DaemonLink:
             try:
                 with self.client() as client:
                     for status in client.watch(self._rate_hz):
-                        self._note(status)
+                        self._note(status, self._ended(client, status))
                         if self._ending.is_set():
                             return
             except DeltactlError as error:
@@ -115,14 +119,27 @@ class DaemonLink:
                 self._lost(str(ServiceError(error)))
             self._ending.wait(RETRY_S)
 
-    def _note(self, status: Status) -> None:
+    def _ended(self, client: Client, status: Status) -> JobResult | None:
+        """How the newest job has ended; asked for once, when its recording is closed."""
+        ran, ended = self._ran, self._seen.ended
+        if ran is not None and status.job_id != ran:
+            with suppress(ServiceError):  # a daemon that was started anew knows no such job
+                if (result := client.result(ran)) is None:
+                    return ended
+                ended = result
+            self._ran = None
+        if status.job_id is not None:
+            self._ran = status.job_id
+        return ended
+
+    def _note(self, status: Status, ended: JobResult | None) -> None:
         if len(self._distances) != len(status.sensors):
             self._distances = [deque(maxlen=NOISE_OF) for _ in status.sensors]
         for kept, sensor in zip(self._distances, status.sensors, strict=True):
             if sensor.distance_m is not None and sensor.gate == "good":
                 kept.append(sensor.distance_m)
         noise_m = tuple(_noise(kept) for kept in self._distances)
-        self._seen = Seen(self._seen.serial + 1, time.monotonic(), status, "", noise_m)
+        self._seen = Seen(self._seen.serial + 1, time.monotonic(), status, "", noise_m, ended)
 
     def _lost(self, problem: str) -> None:
         self._distances = []

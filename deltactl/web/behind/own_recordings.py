@@ -99,6 +99,11 @@ def name_beside(path: Path) -> str:
     return path.name
 
 
+def chosen_beside(path: Path) -> Path:
+    """Where is written what was chosen of a table's columns."""
+    return path.with_name(f"{path.name}{CHOSEN}")
+
+
 async def _write(out: BinaryIO, shown: str, body: AsyncIterable[bytes]) -> None:
     size, pieces = 0, aiter(body)
     while (piece := await _next(pieces, shown)) is not None:
@@ -175,13 +180,20 @@ def mapping_text(guessed: str, chosen: Iterable[Chosen]) -> str:
 
 
 def reader() -> Callable[[Path], Any]:
-    """What reads recordings: those whose columns were chosen by that choice."""
+    """What reads recordings: tables by the columns that were chosen, or else found in them."""
+    from deltactl.recording.foreign.inspection import inspect
     from deltactl.recording.foreign.mapping import load_mapping
     from deltactl.recording.foreign.reading import read_mapped
-    from deltactl.recording.tables.flat_files import read_flat
+    from deltactl.recording.tables.flat_files import is_own_run, read_flat
 
     def read(path: Path) -> Any:
-        chosen = path.with_name(f"{path.name}{CHOSEN}")
-        return read_mapped(path, load_mapping(chosen)) if chosen.is_file() else read_flat(path)
+        chosen = chosen_beside(path)
+        if chosen.is_file():
+            return read_mapped(path, load_mapping(chosen))
+        if is_own_run(path):
+            return read_flat(path)
+        found = inspect(path).mapping
+        foreign = any(its.from_ != name or its.unit != "1" for name, its in found.columns.items())
+        return read_mapped(path, found) if foreign else read_flat(path)
 
     return read

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import re
 from collections.abc import Iterator, Sequence
@@ -11,7 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
+from deltactl.recording.reading.reader import configuration_in
 from deltactl.recording.writing.retention import ENDING
 from deltactl.web.behind.own_recordings import OwnRecordings
 
@@ -95,12 +98,33 @@ class Shelf:
     def __init__(self, recordings: Path, own: OwnRecordings, made: Path):
         """made: a folder of the page's own, with one folder in it for each recording."""
         self._recordings, self._own, self._made = recordings, own, made
+        self._robots: dict[tuple[int, int, int], str] = {}
 
-    def newest_first(self) -> list[Listed]:
-        """The newest recordings of jobs; moves by hand are kept, and not listed."""
+    def newest_first(self, robot: str = "") -> list[Listed]:
+        """The newest recordings of jobs; moves by hand are kept, and not listed.
+
+        robot: runs that name another one are left out; empty for all of them.
+        """
         singles = {single.made.name: single for single in self._singles()}
         found = [*singles.values(), *self._several(singles)]
-        return sorted(found, key=lambda listed: listed.written_s, reverse=True)[:SHOWN]
+        found.sort(key=lambda listed: listed.written_s, reverse=True)
+        ours = (listed for listed in found if not robot or self._may_be_of(listed, robot))
+        return list(itertools.islice(ours, SHOWN))
+
+    def _may_be_of(self, listed: Listed, robot: str) -> bool:
+        """Whether no recording names another robot; what somebody has sent is theirs to judge."""
+        robots = {self._robot_in(single.path) for single in listed.singles if not single.own}
+        return robots <= {robot, ""}
+
+    def _robot_in(self, path: Path) -> str:
+        """Which robot a recording names; empty where that cannot be read, or not yet."""
+        with suppress(OSError, RecordingError):
+            its = path.stat()
+            key = (its.st_dev, its.st_ino, its.st_ctime_ns)
+            if key not in self._robots:
+                self._robots[key] = configuration_in(path).robot_name
+            return self._robots[key]
+        return ""
 
     def together(self, chosen: Sequence[Listed]) -> str:
         """Note that these belong together; the name of the folder for what is made of them."""

@@ -175,8 +175,9 @@ class Site:
         return None if seen.status is None else self.known_robots.of(seen.status.robot)
 
     def listed(self) -> list[Listed]:
-        """What the tab of recordings lists, newest first."""
-        return self.shelf.newest_first()
+        """What the tab of recordings lists: of the robot that runs, newest first."""
+        status = self.link.seen.status
+        return self.shelf.newest_first("" if status is None else status.robot)
 
     def grows(self, recording: Path) -> bool:
         """Whether this is the recording of the run that is being made."""
