@@ -114,6 +114,10 @@ REQUEST_WORDS = {
     "sensors": "Report the readings of the distance sensors.",
     "watch": "Report the status repeatedly.",
     "result": "Report the result of a job.",
+    "rename": "Give a recording in the daemon's folder another name.",
+    "delete": "Delete a recording in the daemon's folder.",
+    "move": "Give a waiting job another place in the queue.",
+    "log": "Report the newest lines of the daemon's log.",
 }
 
 
@@ -141,12 +145,17 @@ ARGUMENT_WORDS = {
     "job": ArgumentWords("Absolute path of the job", "/var/lib/deltactl/circle.yaml"),
     "job_text": ArgumentWords("Its text instead of a path", _JOB),
     "name": ArgumentWords(
-        "Name of the text in messages; by default `job.yaml` or `robot.yaml`", "circle.yaml"
+        "Name of the text in messages; by default `job.yaml` or `robot.yaml`. In `rename` the new "
+        "name",
+        "circle.yaml",
     ),
     "record": ArgumentWords(
         "Name of the recording; by default the job's name and the time", "first-circle.mcap"
     ),
     "job_id": ArgumentWords("Number of a job from `run`; `cancel` without it cancels all jobs", 7),
+    "recording": ArgumentWords("Name of a recording in the daemon's folder", "circle.mcap"),
+    "place": ArgumentWords("Place in the queue; 1 is the next to run", 1),
+    "after": ArgumentWords("Number of the newest line that the client has", 120, 0),
     "detach": ArgumentWords("The job continues when the connection ends", True, False),
     "reason": ArgumentWords("Reason for the log", "the gripper is jammed", "stop requested"),
     "rate_hz": ArgumentWords("Rate of updates", 5.0, USUAL_WATCH_HZ, "Hz"),

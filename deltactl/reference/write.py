@@ -240,8 +240,8 @@ def _socket() -> str:
         "[the service](../service.md). Schema: `deltactl/schemas/request.json`. An example: "
         '`{"id": 1, "do": "run", "job": "/var/lib/deltactl/circle.yaml"}`',
         table(("request", "arguments", "carried out", "meaning"), requests),
-        "Arguments are optional, except that `run` needs `job` or `job_text`, and `result` needs "
-        "`job_id`.",
+        "Arguments are optional, except that `run` needs `job` or `job_text`, `result` needs "
+        "`job_id`, and `rename`, `delete` and `move` need all of theirs.",
         table(("argument and example", "value", "meaning"), arguments),
     )
 

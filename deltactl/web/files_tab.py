@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from nicegui import events, ui
+from nicegui import events, run, ui
 
 from deltactl.firmware_py.controller.states import ALLOWED, Request
 from deltactl.foundation.errors import DeltactlError
+from deltactl.web.behind.own_jobs import MAX_CHARACTERS
 from deltactl.web.behind.own_recordings import plain_name
-from deltactl.web.behind.texts import MAX_CHARACTERS, kind_of, of_another_robot
+from deltactl.web.behind.texts import Marked, kind_of, mistakes, of_another_robot
+from deltactl.web.history_card import HistoryCard
+from deltactl.web.own_jobs_list import OwnJobsList
+from deltactl.web.plots import preview_options
 from deltactl.web.style import PICK_JOB
 from deltactl.web.visit import Visit, what_next, why_not
 
@@ -38,8 +42,11 @@ SAID = {
 """How a verdict looks: none yet, good, bad."""
 
 
+JUDGE_S = 0.3
+
+
 class FilesTab:
-    """A list, an editor, and two buttons."""
+    """A list, an editor, what can be done with it, and how jobs ended."""
 
     def __init__(self, visit: Visit):
         self._visit = visit
@@ -47,6 +54,7 @@ class FilesTab:
         """What was opened here, by name: of no file of the project."""
         files = visit.site.files()
         self._name = visit.site.first_file
+        self._resting = ""
         with ui.row().classes("w-full gap-3"):
             with ui.card().classes("grow basis-96 p-3 gap-2"):
                 self._choice = ui.select(list(files), label="Job or robot file", value=self._name)
@@ -54,9 +62,9 @@ class FilesTab:
                 self._choice.classes("w-full").props("data-testid=file")
                 with ui.row().classes("w-full gap-2 items-center"):
                     if visit.operates:
-                        run = ui.button("Run", icon="play_arrow", on_click=self.run)
-                        run.props("no-caps size=lg color=green-8").classes("px-6")
-                        run.props("data-testid=run")
+                        go = ui.button("Run", icon="play_arrow", on_click=self.run)
+                        go.props("no-caps size=lg color=green-8").classes("px-6")
+                        go.props("data-testid=run")
                     check = ui.button("Check", icon="rule", on_click=self.check)
                     check.props("no-caps outline").props("data-testid=check")
                     ui.space()
@@ -64,12 +72,54 @@ class FilesTab:
                 self._spinner = ui.spinner(size="md")
                 self._spinner.set_visibility(False)
                 self._verdict = ui.label().classes("text-base").props("data-testid=verdict")
+                self._mistakes = ui.column().classes("gap-0 w-full").props("data-testid=mistakes")
                 self._facts = ui.column().classes("gap-0 figures text-sm")
+                self._preview = ui.element("div").classes("w-full").props("data-testid=preview")
+                self._mine = OwnJobsList(visit, lambda: (self._name, self._text_now()), self._open)
             with ui.card().classes("grow basis-96 min-w-0 p-3"):
                 text = files[self._name].read_text(encoding="utf-8")
                 self._text = ui.codemirror(text, language="YAML", line_wrapping=True)
-                self._text.on_value_change(lambda: self._say(""))
+                self._text.on_value_change(self._typed)
                 self._text.classes("w-full editor").props("data-testid=text")
+        HistoryCard(visit)
+        self._judged = text
+        ui.timer(JUDGE_S, self._judge)
+
+    async def _open(self, name: str, text: str) -> None:
+        """Show a job of one's own, and where it goes."""
+        self.load(name, text)
+        await self.check()
+
+    def _text_now(self) -> str:
+        return self._text.value or ""
+
+    def _typed(self) -> None:
+        self._say("")
+
+    async def _judge(self) -> None:
+        """Look at what was typed, once it has rested for a moment."""
+        text = self._text_now()
+        if text == self._judged:
+            return
+        if text != self._resting:
+            self._resting = text
+            return
+        self._judged = text
+        self._mark(await run.io_bound(mistakes, text, self._name) or [])
+
+    def _mark(self, found: list[Marked]) -> None:
+        """Each mistake as a line of text, and its line in the editor marked."""
+        last = self._text_now().count("\n") + 1
+        lines = {one.line: one.says for one in reversed(found) if 1 <= one.line <= last}
+        self._text.decorations = [
+            {"kind": "line", "line": line, "class": "mistake"} for line in lines
+        ]
+        self._text.line_tooltips = lines
+        self._mistakes.clear()
+        with self._mistakes:
+            for one in found:
+                where = f"line {one.line}: " if one.line else ""
+                ui.label(f"{where}{one.says}").classes("text-sm text-red-800")
 
     def _upload(self) -> None:
         """A small button before the uploader, which is as large as a card and stays hidden."""
@@ -110,6 +160,7 @@ class FilesTab:
         after = ", and may run." if kind == "job" else SIMULATE.format(name=name)
         self._say(f"{name} is a {kind} file without mistakes{after}", good=True)
         self._list(facts)
+        self._draw(facts.get("path_m", []))
         return kind == "job"
 
     def _holds(self, text: str) -> bool:
@@ -147,7 +198,7 @@ class FilesTab:
         self._text.set_value(text)
         self._say(says, good=True)
 
-    def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
+    async def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
         name = str(event.value)
         if name == self._name:
             return
@@ -157,7 +208,7 @@ class FilesTab:
         elif path is not None:
             self._name = name
             self._text.set_value(path.read_text(encoding="utf-8"))
-            self._say("")
+            await self.check()
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
         raw = await event.file.read()
@@ -173,6 +224,13 @@ class FilesTab:
         self._verdict.set_text(text)
         self._verdict.classes(replace=SAID[good])
         self._facts.clear()
+        self._preview.clear()
+
+    def _draw(self, paths_m: list[list[list[float]]]) -> None:
+        """Where the job goes, from above and from the side."""
+        if any(paths_m):
+            with self._preview:
+                ui.echart(preview_options(paths_m)).classes("w-full preview")
 
     def _list(self, facts: dict[str, Any]) -> None:
         with self._facts:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -12,9 +13,10 @@ from nicegui import events, ui
 
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.firmware_py.controller.states import State
+from deltactl.foundation.errors import NotReady
 from deltactl.models.linkage.vectors import Vector
 from deltactl.web.behind.known_robots import KnownRobot
-from deltactl.web.style import marked
+from deltactl.web.style import KEEP_KEYS, labelled, marked
 from deltactl.web.visit import Visit, offer, why_not
 
 STEPS_MM = {0.1: "0.1 mm", 1: "1 mm", 10: "10 mm", 50: "50 mm"}
@@ -31,8 +33,16 @@ KEYS: dict[str, tuple[int, int]] = {
     "PageDown": (2, -1),
 }
 """Key to axis and direction."""
-KEYS_SAY = "also by keys: arrows for x and y, page up and down for z"
-JOG_TEXTS = (("X−", "X+"), ("Y−", "Y+"), ("Z− down", "Z+ up"))
+KEYS_SAY = (
+    "Keys, once the cross is clicked: arrows for x and y, page up and down for z. A tap moves one "
+    "step; a key that is held moves on, and stops when it is released."
+)
+CROSS = (
+    (None, (1, 1, "Y+"), None, (2, 1, "Z+")),
+    ((0, -1, "X−"), None, (0, 1, "X+"), None),
+    (None, (1, -1, "Y−"), None, (2, -1, "Z−")),
+)
+"""As seen from above, with z beside it: axis, direction and text of each button."""
 
 
 class MotionCard:
@@ -43,6 +53,11 @@ class MotionCard:
         self._goal: Vector | None = None
         self._in_order = asyncio.Lock()
         self._sending = 0
+        self._held = False
+        """Whether a key is held: the moves of it end when it is released."""
+        self._releases = 0
+        self._by_key: list[int] = []
+        """Jobs that the key which is held has sent."""
         self._told_serial = 0
         """From this status on, the newest move that was sent is in what the daemon tells."""
         self._parts: list[Any] = []
@@ -56,7 +71,6 @@ class MotionCard:
             self._platform()
             self._arms()
             self._point()
-        self._keyboard = ui.keyboard(self._key, active=False)
 
     def enable(self, state: str, job: str | None) -> None:
         """Offer what fits the robot's state, which is empty without a daemon.
@@ -86,14 +100,23 @@ class MotionCard:
         with ui.column().classes("gap-1"):
             ui.label("Move the platform").classes("font-bold")
             self._step_mm = ui.toggle(STEPS_MM, value=1).props("dense no-caps")
-            for axis, name in enumerate("xyz"):
-                with ui.row().classes("gap-2 items-center"):
-                    for sign in (-1, 1):
-                        text, call = JOG_TEXTS[axis][sign > 0], partial(self.jog, axis, sign)
-                        self._button(text, f"jog-{name}{sign:+d}", call)
-            self._keys = ui.switch(KEYS_SAY, value=False).classes("with-keys")
-            self._keys.props("data-testid=jog-keys")
-            self._keys.on_value_change(lambda event: setattr(self._keyboard, "active", event.value))
+            cross = ui.element("div").classes("jog-cross").props("tabindex=0 data-testid=cross")
+            labelled(cross, KEYS_SAY)
+            with cross:
+                for place in (place for row in CROSS for place in row):
+                    if place is None:
+                        ui.element("span")
+                        continue
+                    axis, sign, text = place
+                    call = partial(self.jog, axis, sign)
+                    self._button(text, f"jog-{'xyz'[axis]}{sign:+d}", call)
+            ui.label(KEYS_SAY).classes("with-keys text-xs text-gray-600 max-w-xs").props(
+                "data-testid=jog-keys"
+            )
+            cross.on("keydown", js_handler=KEEP_KEYS)
+            cross.on("keydown", self._key_down, args=["key", "repeat"])
+            cross.on("keyup", self._key_up, args=["key"])
+            cross.on("focusout", self._release)
 
     def _arms(self) -> None:
         with ui.column().classes("gap-1"):
@@ -119,12 +142,44 @@ class MotionCard:
         button = ui.button(text, on_click=call).props("no-caps outline")
         self._parts.append(marked(button, mark))
 
-    async def _key(self, event: events.KeyEventArguments) -> None:
-        if event.action.keydown and event.key.name in KEYS and not self._why:
-            await self.jog(*KEYS[event.key.name])
+    async def _key_down(self, event: events.GenericEventArguments) -> None:
+        """A step; what a key that is held repeats is left out while enough steps wait."""
+        key, repeats = event.args.get("key"), bool(event.args.get("repeat"))
+        if key not in KEYS or self._why:
+            return
+        self._held = self._held or repeats
+        if not repeats or not self._full():
+            await self.jog(*KEYS[key], by_key=True)
 
-    async def jog(self, axis: int, sign: int) -> None:
-        """Move the platform one step along an axis."""
+    async def _key_up(self, event: events.GenericEventArguments) -> None:
+        if event.args.get("key") in KEYS:
+            await self._release()
+
+    async def _release(self) -> None:
+        """A key that was held is released, or the cross has lost the keys: nothing moves on."""
+        numbers, self._by_key = self._by_key, []
+        if not self._held:
+            return
+        self._held = False
+        self._releases += 1  # what is on its way to the daemon is called off when it is answered
+        await self._call_off(numbers)
+
+    async def _call_off(self, numbers: list[int]) -> None:
+        status = self._visit.site.link.seen.status
+        if not numbers or status is None:
+            return
+
+        def call() -> None:
+            with self._visit.site.link.client() as client:
+                for number in numbers:
+                    with suppress(NotReady):  # it has ended meanwhile
+                        client.cancel(number)
+
+        await self._visit.act("stop the jog", call)
+        self._goal = None
+
+    async def jog(self, axis: int, sign: int, by_key: bool = False) -> None:
+        """Move the platform one step along an axis; by_key: until the key is released."""
         if self._full():
             ui.notify(f"{MOST_WAITING} steps wait already: this press was left out", type="warning")
             return
@@ -139,7 +194,14 @@ class MotionCard:
             limit = known.limit_at((wanted[0], wanted[1], wanted[2]))
             ui.notify(f"no further this way: {limit}", type="warning")
             return
-        await self._to(goal, known)
+        releases = self._releases
+        number = await self._to(goal, known)
+        if not by_key or not isinstance(number, int):
+            return
+        if releases != self._releases:
+            await self._call_off([number])
+        else:
+            self._by_key = [*self._by_key, number][-MOST_WAITING - 2 :]
 
     async def turn(self, arm: int, sign: int) -> None:
         """Turn one arm by a step."""
@@ -199,10 +261,12 @@ class MotionCard:
         status = self._visit.site.link.seen.status
         return status is not None and len(status.queued) + self._sending >= MOST_WAITING
 
-    async def _to(self, goal: Vector, known: KnownRobot) -> None:
+    async def _to(self, goal: Vector, known: KnownRobot) -> Any:
         before, self._goal = self._goal, goal
-        if not await self._send(to_point(known.file, goal, "jog"), "move"):
+        number = await self._send(to_point(known.file, goal, "jog"), "move")
+        if not number:
             self._goal = before
+        return number
 
     async def _send(self, text: str, name: str) -> Any:
         def call() -> int:

@@ -1,4 +1,4 @@
-"""One open page: header with the stop button, and three tabs."""
+"""One open page: header with the stop button, and four tabs."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from deltactl.fleet.checks import read_announced
 from deltactl.web.access.users import Session
 from deltactl.web.behind.link import STALE_S, Seen
 from deltactl.web.behind.site import Site
+from deltactl.web.console_tab import ConsoleTab
 from deltactl.web.files_tab import FilesTab
 from deltactl.web.recordings_tab import RecordingsTab
 from deltactl.web.state_card import StateCard
-from deltactl.web.style import DARK, PAPER, STYLE, TURNED, WEBGL, attribute
+from deltactl.web.style import APP, DARK, PAPER, STYLE, TURNED, WEBGL, attribute
+from deltactl.web.tokens_menu import TokensMenu
 from deltactl.web.visit import Visit
 
 REFRESH_S = 0.08
@@ -39,8 +41,8 @@ class RobotPage:
         ui.colors(primary="#1d4ed8")
         ui.dark_mode(None)
         ui.add_css(STYLE + DARK + PAPER)
-        ui.add_head_html(WEBGL)
-        self._header(session)
+        ui.add_head_html(WEBGL + APP)
+        self._header(site, session)
         self._visit = visit = Visit(site, self._tabs)
         self._stop_button()
         self._small_name = ui.label("deltactl").classes("w-full lt-sm text-base font-bold px-1")
@@ -56,12 +58,14 @@ class RobotPage:
                 self._files = FilesTab(visit)
             with ui.tab_panel("Recordings").classes("p-2"):
                 RecordingsTab(visit)
+            with ui.tab_panel("Console").classes("p-2"):
+                ConsoleTab(visit)
         visit.lead_to(self._state.blame, self._files.load)
         ui.timer(REFRESH_S, self._refresh)
         self._announce()
         ui.timer(ANNOUNCE_S, self._announce)
 
-    def _header(self, session: Session) -> None:
+    def _header(self, site: Site, session: Session) -> None:
         with ui.header().classes("items-center py-1 px-2 gap-2 bg-slate-800 no-wrap"):
             self._name = ui.label("deltactl").classes("text-base font-bold ellipsis gt-xs")
             self._chip = ui.badge("...").classes("text-sm px-2 py-1").props("data-testid=state")
@@ -69,6 +73,7 @@ class RobotPage:
                 first = ui.tab("Robot")
                 ui.tab("Jobs")
                 ui.tab("Recordings")
+                ui.tab("Console")
             self._tabs.set_value(first)
             ui.space()
             if session.name:
@@ -80,6 +85,8 @@ class RobotPage:
                     with ui.element("form").props('method=post action="/logout"'):
                         out = ui.button("Sign out", icon="logout").props("type=submit flat no-caps")
                         out.props("data-testid=sign-out")
+                    if site.tokens is not None:
+                        TokensMenu(site.tokens, session.name)
             ui.element("div").classes("stop-room")
 
     def _stop_button(self) -> None:

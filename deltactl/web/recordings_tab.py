@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
 from nicegui import events, ui
 
 from deltactl.foundation.errors import DeltactlError
-from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.printable import file_size
 from deltactl.web.answer_view import AnswerView
 from deltactl.web.behind.own_recordings import chosen_beside
-from deltactl.web.behind.shelf import Listed
+from deltactl.web.behind.shelf import Listed, file_url
 from deltactl.web.columns_form import ColumnsForm
+from deltactl.web.manage import Manage
+from deltactl.web.playback import Playback
 from deltactl.web.style import PICK_RECORDING, SEND, labelled
 from deltactl.web.visit import Visit, offer
 
@@ -48,6 +47,9 @@ class OwnRecording:
 
 COLUMNS = "press Columns, and say what each is"
 RECORDED = "still being recorded; possible when the run has ended"
+
+
+Work = Callable[[Callable[[str], None]], Awaitable[Any]]
 
 
 class RecordingRow:
@@ -82,6 +84,18 @@ class RecordingRow:
                 self._button.props("no-caps dense").classes("px-2").props("data-testid=diagnose")
                 if _is_table(listed) and visit.operates:
                     self._offer_columns()
+                self._play = ui.button("Play", icon="play_circle", on_click=self.play)
+                self._play.props("no-caps dense outline data-testid=play-it").classes("px-2")
+                self._play.set_visibility(listed.path.suffix == ".mcap" and not listed.parts)
+                whole = not listed.parts
+                manage = Manage(
+                    listed.title,
+                    self._rename if whole and visit.operates else None,
+                    self._delete if visit.operates else None,
+                    self._download if whole else None,
+                )
+            manage.below()
+            self._playback = Playback(visit, listed)
             self._progress = ui.row().classes("items-center gap-2")
             self._written = ui.row()
             self._columns = ColumnsForm(visit, listed, self.diagnose)
@@ -126,7 +140,9 @@ class RecordingRow:
         if grows == self._open:
             return
         self._open = grows
-        for what, button in (("Report", self._read), ("Diagnose", self._button)):
+        for what, button in (
+            ("Report", self._read), ("Play", self._play), ("Diagnose", self._button)
+        ):  # fmt: skip
             offer(button, f"{what}: {RECORDED}" if grows else "")
         if self._tick is not None:
             self._tick.set_enabled(not grows)
@@ -140,7 +156,10 @@ class RecordingRow:
         out = self._listed.made / "run.html"
         self._listed.made.mkdir(parents=True, exist_ok=True)
         if not out.is_file():
-            await self._work("writing the report", "run_report", self._listed.path, out)
+            tasks, path = self._visit.site.tasks, self._listed.path
+            await self._work(
+                "writing the report", lambda tell: tasks.run("run_report", path, out, progress=tell)
+            )
         if out.is_file():
             url = f"/made/{self._visit.site.key_of(out)}"
             self._written.clear()
@@ -149,23 +168,35 @@ class RecordingRow:
                 link.classes("text-sm").props("data-testid=run-report")
             ui.navigate.to(url, new_tab=True)
 
+    async def play(self) -> None:
+        """Show the run again, or close it."""
+        await self._work("reading the run", lambda _: self._playback.open())
+
+    async def _rename(self, name: str) -> None:
+        await self._visit.act("rename", self._visit.site.rename, self._listed, name)
+
+    async def _delete(self) -> None:
+        self._playback.close()
+        await self._visit.act("delete", self._visit.site.delete, self._listed)
+
+    def _download(self) -> None:
+        ui.navigate.to(file_url(self._listed))
+
     async def diagnose(self) -> None:
         """Diagnose it, and keep the answer."""
-        made = self._listed.made
-        made.mkdir(parents=True, exist_ok=True)
-        robot_file = self._visit.site.robot_file() or made / "robot.yaml"
-        recordings = [single.path for single in self._listed.singles]
         self._button.set_enabled(False)
         try:
-            answer = await self._work("diagnosing", "diagnose", made, robot_file, *recordings)
+            site = self._visit.site
+            await self._work("diagnosing", lambda tell: site.diagnose(self._listed, tell), True)
         finally:
             self._button.set_enabled(True)
-        if answer is not None:
-            write_whole(made / "diagnosis.json", json.dumps(answer))
-            self._answer.look(self._listed, None)
+        self._answer.look(self._listed, None)
 
-    async def _work(self, what: str, kind: str, *files: Path) -> dict[str, Any] | None:
-        """A worker with its progress; None when it failed, which is shown."""
+    async def _work(self, what: str, work: Work, by_columns: bool = False) -> None:
+        """Something long with its progress; what goes wrong is shown.
+
+        by_columns: whether columns of a table that nobody has chosen may be the reason.
+        """
         self._begun()
         started_s = time.monotonic()
         with self._progress:
@@ -176,13 +207,12 @@ class RecordingRow:
             line.set_text(f"{what}, {time.monotonic() - started_s:.0f} s: {text}")
 
         try:
-            return await self._visit.site.tasks.run(kind, *files, progress=tell)
+            await work(tell)
         except DeltactlError as error:
             says = str(error)
-            if kind == "diagnose" and any(map(_lacks_a_choice, self._listed.singles)):
+            if by_columns and any(map(_lacks_a_choice, self._listed.singles)):
                 says = f"{says.removesuffix(error.typed)}; {COLUMNS}"
             self._answer.tell(self._listed.shown(says))
-            return None
         finally:
             self._progress.clear()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import pairwise
 from typing import Any
 
 from nicegui import ui
@@ -16,6 +17,10 @@ ARM, ROD, PLATE, SENSED, CULPRIT = "#3b82f6", "#94a3b8", "#1e293b", "#f59e0b", "
 LINK_RADIUS_M, ROD_RADIUS_M, JOINT_RADIUS_M = 0.012, 0.005, 0.022
 NUMBER = "font-weight: bold; color: #1e293b; background: #f1f5f9; padding: 0 2px"
 TRACED = "#059669"
+AXES = (
+    ("x", (1, 0, 0), "#dc2626"), ("y", (0, 1, 0), "#16a34a"), ("z", (0, 0, 1), "#3b82f6")
+)  # fmt: skip
+AREA, FLOOR, FLOOR_LINES = "#a855f7", "#cbd5e1", 4
 TRACE_STEP_M, TRACE_LINES = 0.003, 300
 JUMP_M = 0.05
 """Counters that are set (homing) draw no line."""
@@ -95,6 +100,7 @@ class RobotScene:
 
     def _build(self) -> None:
         frame = self._skeleton
+        self._surroundings()
         plate = self.view.cylinder(frame.base_radius_m, frame.base_radius_m, 0.012, 48)
         plate.rotate(1.5708, 0.0, 0.0).move(0, 0, 0.03).material(PLATE, opacity=0.25)
         for number, (x_m, y_m, z_m) in enumerate(frame.shoulders_m().tolist(), start=1):
@@ -120,6 +126,25 @@ class RobotScene:
         for axis, (x_m, y_m, z_m) in _sensor_places(self._known).items():
             box = self.view.box(0.03, 0.03, 0.03).move(x_m, y_m, z_m)
             self._mark(f"range_{axis}", box, SENSED)
+
+    def _surroundings(self) -> None:
+        """Axes from the origin, the work area halfway down, and the floor below all."""
+        long_m = 0.45 * self._skeleton.base_radius_m
+        for name, end_m, colour in AXES:
+            tip_m = [long_m * part for part in end_m]
+            self.view.line([0.0, 0.0, 0.0], tip_m).material(colour)
+            self.view.text(name, NUMBER).move(*(1.15 * part for part in tip_m))
+        area = self._known.work_area
+        if area is None:
+            return
+        for start, end in pairwise([*area.edge_m, area.edge_m[0]]):
+            self.view.line(list(start), list(end)).material(AREA)
+        size_m = 1.3 * max(max(abs(x_m), abs(y_m)) for x_m, y_m, _ in area.edge_m)
+        for share in range(-FLOOR_LINES, FLOOR_LINES + 1):
+            at_m = size_m * share / FLOOR_LINES
+            for ends in (([at_m, -size_m], [at_m, size_m]), ([-size_m, at_m], [size_m, at_m])):
+                one, other = ([*point, area.floor_m] for point in ends)
+                self.view.line(one, other).material(FLOOR)
 
     def _mark(self, name: str, part: Any, colour: str) -> None:
         part.material(colour)

@@ -10,6 +10,7 @@ import sys
 from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import uvicorn
@@ -23,7 +24,9 @@ from deltactl.web.access.guard import LOCAL, MAX_BODY, UPLOAD, Guard
 from deltactl.web.access.login import add_login
 from deltactl.web.access.pages import BuiltPages, FilesOfPages, judge_messages, nothing_here
 from deltactl.web.access.policy import put_into_pages
+from deltactl.web.access.tokens import Tokens
 from deltactl.web.access.users import Session, Sessions, Users, operates
+from deltactl.web.api import PLACE, make_api
 from deltactl.web.behind.known_robots import KnownRobots
 from deltactl.web.behind.link import DaemonLink
 from deltactl.web.behind.site import HiddenFault, Site
@@ -35,6 +38,15 @@ RECONNECT_S = 8.0
 LOOKS = "you are signed in to look, not to operate"
 REPORT_HEADERS = {"Content-Security-Policy": "sandbox allow-scripts allow-downloads"}
 """A report runs its own charts, and is nobody to the page that shows it."""
+
+
+APP_FOLDER = Path(__file__).parent / "app"
+APP = {
+    "manifest.webmanifest": "application/manifest+json",
+    "icon-192.png": "image/png",
+    "icon-512.png": "image/png",
+}
+"""What a phone needs to install the page; none of it says anything of the robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,12 +88,14 @@ def serve(where: Where) -> None:
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
     logging.getLogger("deltactl.web.access.guard").setLevel(logging.WARNING)
     with _linked(where) as site:
+        if users is not None:
+            site.tokens = Tokens(where.work / "tokens.json", users)
         app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
         if users is not None and sessions is not None:
             add_login(app, users, sessions, secure)
         add_pages(app, site)
         config = uvicorn.Config(
-            Guard(FilesOfPages(app), sessions, local_only=where.local),
+            Guard(FilesOfPages(app), sessions, site.tokens, local_only=where.local),
             http=protocol_of(door),
             loop="asyncio",
             log_level="warning",
@@ -136,6 +150,9 @@ def add_pages(app: FastAPI, site: Site) -> None:
             return PlainTextResponse("no such report; open it from the list again", 404)
         return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
 
+    for name, kind in APP.items():
+        app.add_api_route(f"/{name}", partial(FileResponse, APP_FOLDER / name, media_type=kind))
+    app.mount(PLACE, make_api(site))
     built = BuiltPages()
 
     @ui.page("/", title=TITLE)

@@ -14,6 +14,7 @@ from deltactl.firmware_py.controller.states import ALLOWED, Request
 from deltactl.web.behind.known_robots import KnownRobot
 from deltactl.web.behind.link import Seen
 from deltactl.web.motion_card import BY_HAND_JOBS, MotionCard
+from deltactl.web.plots import LivePlots
 from deltactl.web.scene import RobotScene
 from deltactl.web.style import labelled, marked
 from deltactl.web.trial_cards import HiddenFaultCard, TrialCard
@@ -33,6 +34,9 @@ def said_of_end(result: JobResult) -> str:
     why = f" ({result.why})" if result.why and result.outcome != "done" else ""
     kept = f": its recording is {Path(result.recording).stem}" if result.recording else ""
     return f"{result.name} {OUTCOMES.get(result.outcome, result.outcome)}{why}{kept}."
+
+
+ARROWS = {"up": "arrow_upward", "down": "arrow_downward"}
 
 
 class EndedCard:
@@ -62,7 +66,8 @@ class EndedCard:
 
 AMBER = "Amber: the distance sensors (boxes), and where they see the platform (ball)."
 TURN = "Drag to turn, wheel or two fingers to zoom."
-DRAWN = f"Blue: where the step counts put it, green its way. {AMBER} {TURN}"
+AREA = "Purple: the edge of the work area halfway down."
+DRAWN = f"Blue: where the step counts put it, green its way. {AMBER} {AREA} {TURN}"
 RED = "Red: {names}, named by the diagnosis of {found_in}."
 NO_WEBGL = (
     "No drawing: this browser offers no WebGL (switch on hardware acceleration, or use another "
@@ -113,6 +118,7 @@ class StateCard:
                     if hidden is not None and visit.operates
                     else None
                 )
+        self._plots = LivePlots(visit)
         if visit.operates:
             self.motion = MotionCard(visit)
 
@@ -237,10 +243,27 @@ class StateCard:
                         "data-testid=waiting"
                     )
                     if self._visit.operates:
+                        for word, to in (("up", place - 1), ("down", place + 1)):
+                            self._mover(word, number, name, to, len(waiting))
                         leave_out = partial(self._leave_out, number, name)
                         leave = ui.button("Leave out", icon="close", on_click=leave_out)
                         labelled(leave.props("no-caps dense flat"), f"leave out {name}")
                         marked(leave, f"leave-out-{place}")
+
+    def _mover(self, word: str, number: int, name: str, to: int, most: int) -> None:
+        """An arrow; absent where there is no place to go to."""
+        if not 1 <= to <= most:
+            return
+        button = ui.button(icon=ARROWS[word], on_click=partial(self._move, number, name, to))
+        labelled(button.props("flat dense round size=sm"), f"move {name} {word}")
+        marked(button, f"move-{word}-{to}")
+
+    async def _move(self, number: int, name: str, place: int) -> None:
+        def call() -> None:
+            with self._visit.site.link.client() as client:
+                client.move(number, place)
+
+        await self._visit.act(f"move {name}", call)
 
     async def _leave_out(self, number: int, name: str) -> None:
         def call() -> None:

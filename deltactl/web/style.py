@@ -24,6 +24,18 @@ STYLE = """
 .q-btn.disabled { outline: 1px dashed #94a3b8; outline-offset: -1px; box-shadow: none; }
 .q-btn.disabled::before { border-color: transparent; box-shadow: none; }
 .jog .q-btn { min-width: 46px; min-height: 42px; }
+.jog-cross { display: grid; grid-template-columns: repeat(3, 52px) 64px; gap: 6px; padding: 6px;
+  justify-items: stretch; border-radius: 8px; width: max-content; }
+.jog-cross > :nth-child(4n) { margin-left: 12px; }
+.jog-cross:focus-within { outline: 2px solid #3b82f6; }
+.plots { height: 470px; } .mistake { background: rgba(220, 38, 38, 0.22); }
+.preview { height: 220px; }
+.history { display: grid; gap: 2px 14px; overflow-x: auto;
+  grid-template-columns: minmax(6rem, auto) auto minmax(8rem, 1fr) auto auto; }
+.console { font-family: monospace; font-size: 12px; max-height: 70vh; overflow-y: auto; }
+.log-line { white-space: pre-wrap; overflow-wrap: anywhere; }
+.log-line[data-level="warning"] { color: #b45309; }
+.log-line[data-level="error"], .log-line[data-level="critical"] { color: #b91c1c; }
 @media (hover: none) and (pointer: coarse) { .with-keys { display: none; } }
 @media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }
   .editor { height: 24rem; }
@@ -36,7 +48,8 @@ STYLE = """
 DARK = """
 .body--dark .text-gray-600 { color: #94a3b8; } .body--dark .text-red-800 { color: #fca5a5; }
 .body--dark .text-green-800 { color: #86efac; } .body--dark a { color: #93c5fd; }
-.body--dark .no-webgl { color: #fcd34d; }
+.body--dark .no-webgl, .body--dark .log-line[data-level="warning"] { color: #fcd34d; }
+.body--dark .log-line[data-level="error"] { color: #fca5a5; }
 .body--dark .q-btn--outline, .body--dark .q-tab-panel .q-btn--flat { --q-primary: #93c5fd; }
 .body--dark .q-btn.disabled { background: #2b3442 !important; color: #a3adba !important; }
 .body--dark .q-btn.disabled.q-btn--outline { background: none !important; }
@@ -68,6 +81,11 @@ WEBGL: Final = """<script>if (!document.createElement("canvas").getContext("webg
   document.documentElement.classList.add("without-webgl");</script>"""
 """Marks the page of a browser that cannot draw in 3D, where text replaces the drawing."""
 
+APP: Final = """<link rel="manifest" href="/manifest.webmanifest">
+<link rel="apple-touch-icon" href="/icon-192.png"><meta name="theme-color" content="#1e293b">
+<meta name="mobile-web-app-capable" content="yes">"""
+"""By which a phone offers to install the page."""
+
 TURNED: Final = """(() => { window.scrollTo(0, 0);
 setTimeout(() => window.dispatchEvent(new Event("resize")), 100); })()"""
 """A tab begins at its top; and the drawing, which has no size while it is hidden, finds its own."""
@@ -94,7 +112,12 @@ SEND: Final = f"""async (event) => {{
 }}"""
 """The browser sends the file itself: through the page's connection it would block a stop."""
 
-KNOWN: Final = (TURNED, PICK_JOB, PICK_RECORDING, SEND)
+KEEP_KEYS: Final = """(event) => {
+  if (/^(Arrow|Page)/.test(event.key)) event.preventDefault();
+}"""
+"""Keys that jog do not scroll the page."""
+
+KNOWN: Final = (TURNED, PICK_JOB, PICK_RECORDING, SEND, KEEP_KEYS)
 """Expressions that NiceGUI has the browser evaluate."""
 
 

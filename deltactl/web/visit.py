@@ -76,8 +76,14 @@ class Visit:
     def __init__(self, site: Site, tabs: ui.tabs):
         self.site = site
         self.show_tab = tabs.set_value
+        self._tabs = tabs
         self._blame: Callable[[list[str], str], None] | None = None
         self._edit: Callable[[str, str, str], None] | None = None
+
+    @property
+    def tab(self) -> str:
+        """The tab that is looked at."""
+        return str(self._tabs.value)
 
     @property
     def operates(self) -> bool:

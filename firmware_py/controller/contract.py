@@ -138,6 +138,12 @@ class RobotController(Protocol):
         Without a number, all that run, wait or are planned, and a homing.
         """
 
+    def move(self, job_id: int, place: int) -> None:
+        """Give a job that waits another place in the queue, 1 for the next to run.
+
+        Raises NotReady where that job does not wait.
+        """
+
     def stop(self, reason: str) -> None:
         """Emergency stop: latched, position no longer trusted."""
 

@@ -264,6 +264,11 @@ class Controller:
             homing = Ends.HOMING in rule.ends
             self.condition.go(Request.CANCEL, None if homing else self.jobs.state())
 
+    def move(self, job_id: int, place: int) -> None:
+        """Give a job that waits another place in the queue. Raises NotReady where it does not."""
+        with self.condition.lock:
+            self.jobs.move(job_id, place)
+
     def leave(self, owner: Owner) -> None:
         """A client has gone: what it asked for, and was not detached, moves nothing any more."""
         with self.condition.lock:

@@ -23,12 +23,14 @@ from deltactl.firmware_py.daemon import protocol
 from deltactl.firmware_py.daemon.address import Peer
 from deltactl.firmware_py.daemon.job_checks import JobChecks
 from deltactl.firmware_py.daemon.job_store import JobStore, check_job
+from deltactl.firmware_py.daemon.log_lines import LogLines
 from deltactl.firmware_py.daemon.protocol import SLOW, Message, Request
 from deltactl.foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
 from deltactl.foundation.release import own_version
+from deltactl.recording.writing import retention
 from deltactl.recording.writing.retention import confined
 
-NOTED: Final = SLOW | {"off", "pause", "resume", "cancel", "stop"}
+NOTED: Final = SLOW | {"off", "pause", "resume", "cancel", "stop", "move", "rename", "delete"}
 """These are noted with who asked."""
 
 Note = Callable[[str], None]
@@ -53,6 +55,8 @@ class Actions:
         self._recordings = recordings
         self._note = note or (lambda text: None)
         self._ending = threading.Event()
+        self.log = LogLines()
+        """What this program has logged of late."""
         self.checks = JobChecks(most_waiting)
         """Those of the jobs that `run` has accepted."""
         self._table: dict[str, Callable[[Request], Message]] = {
@@ -67,6 +71,10 @@ class Actions:
             "status": lambda request: {"status": self.status().as_json()},
             "sensors": self._sensors,
             "result": self._result,
+            "move": self._move,
+            "rename": self._rename,
+            "delete": self._delete,
+            "log": lambda request: {"lines": self.log.after(request.arguments.get("after", 0))},
         }
 
     def perform(
@@ -126,7 +134,7 @@ class Actions:
         self._ending.set()
 
     def _write_down(self, request: Request, peer: Peer) -> None:
-        given = (request.text(name) for name in ("job", "robot", "name", "reason"))
+        given = (request.text(name) for name in ("job", "robot", "recording", "name", "reason"))
         named = next((text for text in given if text), "")
         text = f"{request.do}{' ' + named[:200] if named else ''} asked for by {peer}"
         _log.info("%s", text)
@@ -191,6 +199,25 @@ class Actions:
 
     def _cancel(self, request: Request) -> Message:
         self._controller.cancel(request.arguments.get("job_id"))
+        return {}
+
+    def _move(self, request: Request) -> Message:
+        number, place = (request.arguments.get(name) for name in ("job_id", "place"))
+        if number is None or place is None:
+            raise ServiceError("'move' needs a 'job_id' and a 'place'; 1 is the next to run")
+        self._controller.move(number, place)
+        return {}
+
+    def _rename(self, request: Request) -> Message:
+        recording, name = request.text("recording"), request.text("name")
+        if recording is None or name is None:
+            raise ServiceError("'rename' needs a 'recording' and its new 'name'")
+        return {"recording": retention.rename(self._recordings, recording, name).name}
+
+    def _delete(self, request: Request) -> Message:
+        if (recording := request.text("recording")) is None:
+            raise ServiceError("'delete' needs a 'recording'")
+        retention.delete(self._recordings, recording)
         return {}
 
     def _result(self, request: Request) -> Message:

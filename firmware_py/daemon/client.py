@@ -125,6 +125,21 @@ class Client:
         """See RobotController."""
         self._ask("cancel", **({} if job_id is None else {"job_id": job_id}))
 
+    def move(self, job_id: int, place: int) -> None:
+        """See RobotController."""
+        self._ask("move", job_id=job_id, place=place)
+
+    def rename_recording(self, recording: str, name: str) -> str:
+        """Give a recording in the daemon's folder another name; returns it as it is now.
+
+        Raises RecordingError where it is being recorded, or that name is taken.
+        """
+        return str(self._ask("rename", recording=recording, name=name).get("recording", ""))
+
+    def delete_recording(self, recording: str) -> None:
+        """Delete one in the daemon's folder. Raises RecordingError while it is being recorded."""
+        self._ask("delete", recording=recording)
+
     def stop(self, reason: str = "stop requested") -> None:
         """Emergency stop, past everything that is under way."""
         with contextlib.closing(Line(self.path, self._quick_s)) as line:
@@ -154,6 +169,11 @@ class Client:
         """How a job ended; None while it waits or runs. ServiceError for one never submitted."""
         found = self._ask("result", job_id=job_id).get("result")
         return None if found is None else protocol.result_from(found)
+
+    def log(self, after: int = 0) -> list[Message]:
+        """Lines of the daemon's log behind that number: number, time_s, level, text."""
+        lines = self._ask("log", after=after).get("lines")
+        return list(lines) if isinstance(lines, list) else []
 
     def version(self) -> Message:
         """Versions of the daemon: deltactl, python, protocol."""

@@ -67,6 +67,10 @@ ARGUMENTS: Final[dict[str, dict[str, Argument]]] = {
     "sensors": {},
     "watch": {"rate_hz": Argument(float, MAX_WATCH_HZ, 0.01)},
     "result": {"job_id": Argument(int, 1e15)},
+    "rename": {"recording": _PATH, "name": _PATH},
+    "delete": {"recording": _PATH},
+    "move": {"job_id": Argument(int, 1e15), "place": Argument(int, 100, 1)},
+    "log": {"after": Argument(int, 1e15)},
 }
 """What can be asked for, and with which arguments."""
 

@@ -77,6 +77,7 @@ class Server:
 
     def start(self) -> None:
         """Let clients in from now on."""
+        logging.getLogger("deltactl").addHandler(self._actions.log)
         self._worker.start()
         self._accepting.start()
 
@@ -93,6 +94,7 @@ class Server:
             self._accepting.join(timeout_s)
             self._worker.close(timeout_s)
         self._listener.close()
+        logging.getLogger("deltactl").removeHandler(self._actions.log)
         with self._changed:
             clients = list(self._clients)
         for client in clients:

@@ -105,6 +105,14 @@ class MemoryController:
             )
             claim.accepted()
 
+    def move(self, job_id: int, place: int) -> None:
+        with self.lock:
+            found = next((job for job in self.jobs[1:] if job.claim.number == job_id), None)
+            if found is None:
+                raise NotReady(f"job {job_id} does not wait")
+            self.jobs.remove(found)
+            self.jobs.insert(place, found)
+
     def leave(self, owner: Owner) -> None:
         with self.lock:
             owner.gone = True

@@ -13,7 +13,7 @@ import shutil
 import stat
 import threading
 import time
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -151,17 +151,56 @@ def _recordings(folder: Path) -> list[_Old]:
 def _delete(path: Path) -> bool:
     """Delete unless a recorder holds it."""
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
-    except OSError:
+        with _whole(path):
+            path.unlink()
+    except (OSError, RecordingError):
         return False
+    return True
+
+
+@contextlib.contextmanager
+def _whole(path: Path) -> Iterator[None]:
+    """Hold a recording that no recorder holds. Raises RecordingError, or OSError."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        path.unlink()
-    except OSError:
-        return False
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise RecordingError(f"{path.name}: is no plain file")
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise RecordingError(f"{path.name}: is being recorded; wait for its end") from error
+        yield
     finally:
         os.close(descriptor)
-    return True
+
+
+def delete(folder: Path, name: str) -> None:
+    """Delete a recording of the folder. Raises RecordingError where it cannot be."""
+    path = confined(folder, name)
+    with _said(path), _whole(path):
+        path.unlink()
+
+
+def rename(folder: Path, name: str, wanted: str) -> Path:
+    """Give a recording of the folder another name. Raises RecordingError where it cannot be."""
+    path, target = confined(folder, name), confined(folder, wanted)
+    with _said(path), _whole(path):
+        try:
+            os.link(path, target, follow_symlinks=False)  # other than a rename it replaces nothing
+        except FileExistsError as error:
+            raise RecordingError(
+                f"{target.name}: there is such a recording already; choose another name"
+            ) from error
+        path.unlink()
+    return target
+
+
+@contextlib.contextmanager
+def _said(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise RecordingError(f"{path.name}: {error.strerror}; look at the list again") from error
 
 
 GIB = 2**30

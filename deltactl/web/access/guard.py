@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 from deltactl.firmware_py.daemon.limits import Allowance
 from deltactl.web.access.door import network_of
 from deltactl.web.access.policy import new_nonce, policy
+from deltactl.web.access.tokens import Tokens
 from deltactl.web.access.users import ASKS, NOBODY_ASKED, Session, Sessions, word_in
 
 Scope = MutableMapping[str, Any]
@@ -42,7 +43,11 @@ PEERS_KNOWN: Final = 1000
 REQUESTS_HZ, REQUESTS_BURST = 60.0, 600
 """A page is some 80 files; several may be opened at once from behind one address."""
 MESSAGES_HZ, MESSAGES_BURST = 60.0, 300
-OPEN: Final = frozenset({"/login", "/health"})
+PROGRAMS: Final = "/api/"
+"""Where a token counts; the page itself is for sessions with a cookie."""
+OPEN: Final = frozenset(
+    {"/login", "/health", "/manifest.webmanifest", "/icon-192.png", "/icon-512.png"}
+)
 LOCAL: Final = frozenset({"127.0.0.1", "localhost", "::1"})
 HEADERS: Final = (
     (b"x-content-type-options", b"nosniff"),
@@ -74,6 +79,8 @@ class Guard:
 
     app: App
     sessions: Sessions | None = None
+    tokens: Tokens | None = None
+    """Of programs, which have no cookie."""
     local_only: bool = True
     """Names other than those of this machine are refused (DNS rebinding)."""
     max_pages: int = MAX_PAGES
@@ -88,7 +95,8 @@ class Guard:
         headers = {
             name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]
         }
-        session = self._session(headers)
+        path = scope["path"]
+        session = self._session(headers, path)
         refusal = self._refusal(scope, headers, session)
         heard = receive
         whole = scope["path"] != UPLOAD and scope.get("method") not in ("GET", "HEAD")
@@ -103,22 +111,24 @@ class Guard:
             await _refuse(scope, refusal, send)
             return
         scope["deltactl"] = session
-        ASKS.set(lambda: self._session(headers))
+        ASKS.set(lambda: self._session(headers, path))
         if scope["type"] == "http":
             await self.app(scope, heard, _with_headers(send, policy(new_nonce(scope))))
             return
         peer = _peer(scope)
         self._pages[peer] += 1
         try:
-            watched = _Watched(receive, send, lambda: self._session(headers) is not None)
+            watched = _Watched(receive, send, lambda: self._session(headers, path) is not None)
             await self.app(scope, watched.receive, watched.send)
         finally:
             self._pages[peer] -= 1
             self._pages += Counter()  # keeps only what is above zero
 
-    def _session(self, headers: dict[str, str]) -> Session | None:
+    def _session(self, headers: dict[str, str], path: str) -> Session | None:
         if self.sessions is None:
             return NOBODY_ASKED
+        if self.tokens is not None and "authorization" in headers and path.startswith(PROGRAMS):
+            return self.tokens.session(headers["authorization"])
         return self.sessions.of(word_in(headers.get("cookie", "")))
 
     def _refusal(

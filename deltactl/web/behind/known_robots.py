@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,18 @@ from deltactl.models.linkage.scalar import counted_pose, forward_one
 from deltactl.models.linkage.vectors import Vector
 
 HALVINGS = 12
+EDGE = 36
+"""Directions in which the edge of the work area is looked for."""
+BELOW_M = 0.02
+"""The floor is drawn so far below the lowest point of the platform."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorkArea:
+    """Points [m] around what can be reached at one height, and the height of the floor [m]."""
+
+    edge_m: tuple[Vector, ...]
+    floor_m: float
 
 
 @dataclass(frozen=True)
@@ -96,6 +108,21 @@ class KnownRobot:
                 bad = middle
         return _between(start_m, wanted_m, good)
 
+    @cached_property
+    def work_area(self) -> WorkArea | None:
+        """How far the platform may go halfway down from home; None without a home."""
+        home_m = self.home_m
+        if home_m is None or not self.allows(home_m):
+            return None
+        far_m = 2.0 * float(np.max(self.linkage.upper_arm_m) + np.max(self.linkage.forearm_m))
+        lowest_m = self.held(home_m, (home_m[0], home_m[1], home_m[2] - far_m))
+        middle_m = _between(home_m, lowest_m, 0.5)
+        edge = []
+        for part in np.linspace(0.0, 2.0 * math.pi, EDGE, endpoint=False).tolist():
+            x_m, y_m = far_m * math.cos(part), far_m * math.sin(part)
+            edge.append(self.held(middle_m, (middle_m[0] + x_m, middle_m[1] + y_m, middle_m[2])))
+        return WorkArea(tuple(edge), lowest_m[2] - BELOW_M)
+
     def held_angle(self, angle_deg: float) -> float:
         """An arm angle within its limits."""
         low, high = self.robot.limits.arm_deg
@@ -133,5 +160,6 @@ class KnownRobots:
             except (ConfigError, MissingFile, DeltactlError):
                 continue  # a job, or a robot that cannot be run
             if known.robot.name == name:
+                _ = known.work_area  # takes a moment, which no page is to wait for
                 return known
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,6 +56,8 @@ class DaemonLink:
         self._distances: list[deque[float]] = []
         self._ran: int | None = None
         """Number of the job that was last seen to run, until it is known how it has ended."""
+        self.on_status: Callable[[Status, JobResult | None], None] | None = None
+        """Hears every status, and how the newest job ended, in the watching thread."""
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="watch", daemon=True)
         self._owning: Client | None = None
@@ -138,6 +140,8 @@ class DaemonLink:
         for kept, sensor in zip(self._distances, status.sensors, strict=True):
             if sensor.distance_m is not None and sensor.gate == "good":
                 kept.append(sensor.distance_m)
+        if self.on_status is not None:
+            self.on_status(status, ended)
         noise_m = tuple(_noise(kept) for kept in self._distances)
         self._seen = Seen(self._seen.serial + 1, time.monotonic(), status, "", noise_m, ended)
 

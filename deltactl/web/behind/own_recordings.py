@@ -59,12 +59,12 @@ class OwnRecordings:
                 await _write(out, shown, body)
                 write_whole(kept.with_name(f"{kept.name}.name"), shown)
         except BaseException:
-            self._remove(kept)
+            self.remove(kept)
             raise
         finally:
             self._busy = False
         for old in list(self.newest_first())[MOST:]:
-            self._remove(old)
+            self.remove(old)
         return kept
 
     def newest_first(self) -> Iterator[Path]:
@@ -76,7 +76,14 @@ class OwnRecordings:
         """As it was called by whoever sent it; empty for what is none of these."""
         return name_beside(path) if path.parent == self._folder else ""
 
-    def _remove(self, path: Path) -> None:
+    def rename(self, path: Path, name: str) -> None:
+        """Call one otherwise, which is shown and reaches no path. Raises RecordingError."""
+        if not path.is_file() or path.parent != self._folder:
+            raise RecordingError(f"{plain_name(name)}: that recording is gone; look again")
+        write_whole(path.with_name(f"{path.name}.name"), plain_name(name))
+
+    def remove(self, path: Path) -> None:
+        """Forget one."""
         for ending in ("", ".name", CHOSEN):
             path.with_name(f"{path.name}{ending}").unlink(missing_ok=True)
 

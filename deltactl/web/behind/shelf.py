@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.plain_file import write_whole
@@ -90,6 +91,11 @@ class Listed:
         for single in self.singles:
             text = text.replace(str(single.path), single.own or single.path.name)
         return text
+
+
+def file_url(listed: Listed) -> str:
+    """Where a browser or a program gets the file of a recording."""
+    return f"/api/v1/recordings/{quote(listed.made.name, safe='')}/file"
 
 
 class Shelf:

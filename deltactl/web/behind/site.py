@@ -17,7 +17,7 @@ from typing import Any
 
 import yaml
 
-from deltactl.firmware_py.controller.contract import HomeSeen, Status
+from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, Status
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import NotReady
@@ -25,11 +25,14 @@ from deltactl.foundation.plain_file import write_whole
 from deltactl.models.effects import CARDS, EffectCard
 from deltactl.models.effects.card import Defect
 from deltactl.models.robot import per_arm
+from deltactl.web.access.tokens import Tokens
+from deltactl.web.behind.history import History, Trace, Watcher
 from deltactl.web.behind.known_robots import KnownRobot, KnownRobots
 from deltactl.web.behind.link import DaemonLink, Seen
+from deltactl.web.behind.own_jobs import OwnJobs
 from deltactl.web.behind.own_recordings import OwnRecordings
 from deltactl.web.behind.shelf import Listed, Shelf
-from deltactl.web.behind.tasks import Tasks
+from deltactl.web.behind.tasks import Progress, Tasks
 
 NAME = "corrected.yaml"
 
@@ -150,12 +153,20 @@ class Site:
     """A folder of the page's own: reports, answers, texts on their way to a check."""
     hidden_fault: HiddenFault | None = None
     """Hidden fault of a simulated robot whose daemon this page has started."""
+    tokens: Tokens | None = None
+    """Those of programs; none where nobody signs in."""
     tasks: Tasks = field(default_factory=Tasks)
     numbers: itertools.count[int] = field(default_factory=itertools.count)
     own: OwnRecordings = field(init=False)
     """Recordings that somebody has sent."""
     shelf: Shelf = field(init=False)
     """Recordings, and what was made of them."""
+    jobs: OwnJobs = field(init=False)
+    """Jobs that people keep on the page."""
+    history: History = field(init=False)
+    """How jobs ended."""
+    trace: Trace = field(init=False, default_factory=Trace)
+    """The newest minutes as curves."""
     trial: Trial = field(init=False)
     """A corrected robot file that the robot runs with for a while."""
     _made: dict[str, Path] = field(default_factory=dict)
@@ -164,6 +175,16 @@ class Site:
         self.own = OwnRecordings(self.work / "own")
         self.trial = Trial(self.link, self.work / "trial.json")
         self.shelf = Shelf(self.recordings, self.own, self.work / "made")
+        self.jobs = OwnJobs(self.work / "jobs", self.shipped)
+        self.history = History(self.work / "history.json")
+        watcher = Watcher(self.history)
+
+        def heard(status: Status, ended: JobResult | None) -> None:
+            watcher.note(status, ended)
+            known = self.known_robots.of(status.robot)
+            self.trace.note(status, (lambda _: None) if known is None else known.measured)
+
+        self.link.on_status = heard
 
     def robot_file(self) -> Path | None:
         """Robot file that runs, or that the page was given: for recordings that contain none."""
@@ -179,6 +200,11 @@ class Site:
         status = self.link.seen.status
         return self.shelf.newest_first("" if status is None else status.robot)
 
+    def log(self, after: int) -> list[dict[str, Any]]:
+        """Lines of the daemon's log behind a number. Raises what the daemon answers."""
+        with self.link.client() as client:
+            return client.log(after)
+
     def grows(self, recording: Path) -> bool:
         """Whether this is the recording of the run that is being made."""
         status = self.link.seen.status
@@ -186,7 +212,11 @@ class Site:
         return now is not None and Path(now).name == recording.name
 
     def files(self) -> dict[str, Path]:
-        """Files by name: the robot that the page was given, its jobs beside it, the project's."""
+        """Files by name: those that people keep on the page, and those that they cannot change."""
+        return self.jobs.files() | self.shipped()
+
+    def shipped(self) -> dict[str, Path]:
+        """The robot that the page was given, its jobs beside it, and the project's files."""
         project = {path.name: path for path in sorted(CONFIG_FOLDER.glob("*.yaml"))}
         given = self.known_robots.given
         own = {} if given is None else {path.name: path for path in [*jobs_of(given), given]}
@@ -199,6 +229,37 @@ class Site:
         given = self.known_robots.given
         whose = jobs_of(given) if given is not None else []
         return FIRST if files[FIRST] in whose or not whose else whose[0].name
+
+    def rename(self, listed: Listed, name: str) -> None:
+        """Another name for a recording. Raises what the daemon answers."""
+        if listed.own:
+            self.own.rename(listed.path, name)
+            return
+        with self.link.client() as client:
+            now = client.rename_recording(listed.path.name, name)
+        self.history.renamed(listed.path.name, now)
+        with suppress(OSError):  # what was made of it goes with it
+            listed.made.rename(listed.made.with_name(Path(now).stem))
+
+    def delete(self, listed: Listed) -> None:
+        """Delete a recording, and what was made of it. Raises what the daemon answers."""
+        if listed.own:
+            self.own.remove(listed.path)
+        elif not listed.parts:
+            with self.link.client() as client:
+                client.delete_recording(listed.path.name)
+            self.history.renamed(listed.path.name, "")
+        shutil.rmtree(listed.made, ignore_errors=True)
+
+    async def diagnose(self, listed: Listed, progress: Progress = lambda _: None) -> dict[str, Any]:
+        """Diagnose one or several, and keep the answer. Raises ServiceError."""
+        made = listed.made
+        made.mkdir(parents=True, exist_ok=True)
+        robot_file = self.robot_file() or made / "robot.yaml"
+        paths = [single.path for single in listed.singles]
+        answer = await self.tasks.run("diagnose", made, robot_file, *paths, progress=progress)
+        write_whole(made / "diagnosis.json", json.dumps(answer))
+        return answer
 
     def key_of(self, path: Path) -> str:
         """A word by which a browser asks for a file that the page made; it never names one."""

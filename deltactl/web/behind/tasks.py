@@ -28,6 +28,8 @@ LIMITS_S = {
     "check_robot": 60.0,
     "inspect": 60.0,
     "compare": 300.0,
+    "errors": 300.0,
+    "playback": 300.0,
     "run_report": 600.0,
     "diagnose": 1800.0,
 }

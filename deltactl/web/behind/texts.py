@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from deltactl.firmware_py.job_file import JobFile
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.strict_yaml import Document
 from deltactl.foundation.yaml_tree import Location
 from deltactl.web.behind.known_robots import KnownRobot
+from deltactl.web.behind.own_jobs import MAX_CHARACTERS
 from deltactl.web.behind.site import Site
 
-MAX_CHARACTERS = 60_000
-"""What the daemon takes of a job's text."""
 NAMING = ("robot", "record", "file", "include")
 """Keys of a job whose values name files, at any depth: steps have networks of their own."""
 
@@ -29,6 +32,37 @@ def kind_of(text: str) -> str:
         return "robot"
     _refuse_paths(document, document.data, ())
     return "job"
+
+
+LINE = re.compile(r"^[^\n:]*:(?P<line>\d+): ")
+
+
+@dataclass(frozen=True, slots=True)
+class Marked:
+    """A mistake, and in which line of the text it is, from 1 on; 0 where that is not known."""
+
+    line: int
+    says: str
+
+
+def mistakes(text: str, name: str) -> list[Marked]:
+    """What is wrong with a job or robot file by itself, without a look at its robot.
+
+    Raises nothing: it is asked while somebody types.
+    """
+    try:
+        model = JobFile if kind_of(text) == "job" else RobotFile
+        Document(Path(name), text.replace("\r\n", "\n")).check(model)
+    except ConfigError as error:
+        return [_marked(line) for line in str(error).splitlines()]
+    except DeltactlError as error:
+        return [_marked(str(error))]
+    return []
+
+
+def _marked(says: str) -> Marked:
+    found = LINE.match(says)
+    return Marked(int(found["line"]), says[found.end() :]) if found else Marked(0, says)
 
 
 def _refuse_paths(document: Document, value: Any, place: Location) -> None:

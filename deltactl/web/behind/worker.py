@@ -22,11 +22,25 @@ from deltactl.recording.reading.reader import read_run
 NICE = 10
 
 
-def check_job(path: Path) -> dict[str, Any]:
-    """What a job would do. Raises any DeltactlError when it must not run."""
-    from deltactl.firmware_py.program.totals import check_job as dry_run
+PREVIEWED = 800
+"""Points of a path, as many as a picture of it needs."""
+PLAYED = 1200
+"""Moments of a run, as many as its curves need."""
 
-    return dry_run(path).as_json()
+
+def check_job(path: Path) -> dict[str, Any]:
+    """What a job would do, and where it would go [m]. Raises any DeltactlError if it must not run.
+
+    `path_m`: a list of points for each path.
+    """
+    from deltactl.firmware_py.planner.plan import home_counts
+    from deltactl.firmware_py.program.totals import program_of, summarise_program
+
+    program = program_of(path)
+    facts = summarise_program(program, home_counts(program.robot)).as_json()
+    paths = [plan.first.lap.position_m for plan in program.plans()]
+    every = max(1, sum(map(len, paths)) // PREVIEWED)
+    return facts | {"path_m": [path_m[::every].round(5).tolist() for path_m in paths]}
 
 
 def check_robot(path: Path) -> dict[str, Any]:
@@ -93,24 +107,92 @@ def diagnose(folder: Path, robot_file: Path, *recordings: Path) -> dict[str, Any
     }
 
 
-def compare(before: Path, after: Path) -> dict[str, Any]:
-    """How far from its targets the platform was in two runs of a job: RMS distance [m]."""
+def errors(recording: Path) -> dict[str, Any]:
+    """How far from its targets the platform was in a run: RMS distance [m], by who saw it."""
     import numpy as np
 
     from deltactl.firmware_py.run_report.tracking import robot_of, track
 
-    runs = [read_run(path) for path in (before, after)]
-    robots = [robot_of(run) for run in runs]
-    seen = [track(run, robot) for run, robot in zip(runs, robots, strict=True)]
-    errors_m = [
-        {error.name: float(np.sqrt(np.square(error.rms_m).sum())) for error in tracking.all()}
-        for tracking in seen
-    ]
+    run = read_run(recording)
+    robot = robot_of(run)
+    tracking = track(run, robot)
+    return {
+        "errors_m": {
+            error.name: float(np.sqrt(np.square(error.rms_m).sum())) for error in tracking.all()
+        },
+        "whole": bool(tracking.whole and tracking.windows_ns),
+        "effects": [effect.model_dump() for effect in robot.effects],
+    }
+
+
+def playback(recording: Path, folder: Path) -> dict[str, Any]:
+    """Write what is needed to play a run: its curves and counts, and the robot file in it.
+
+    Lengths are in mm, rates in steps/s; counts and measured places [m] for the drawing.
+    """
+    import numpy as np
+
+    from deltactl.firmware_py.run_report.reference import targets_at
+    from deltactl.firmware_py.run_report.tracking import (
+        measured_errors,
+        positions_of_counts,
+        robot_of,
+    )
+
+    run = read_run(recording)
+    robot = robot_of(run)
+    end_s = max(run.end_ns * 1e-9, 0.1)
+    t_s = np.linspace(0.0, end_s, min(PLAYED, max(2, round(end_s / 0.02))))
+    counts = run.edges.counts_at((t_s * 1e9).astype(np.int64))
+    target_m = targets_at(run, t_s)
+    error_m = np.full_like(target_m, np.nan)
+    if robot.sensors is not None and any(len(one.t_ns) for one in run.readings.values()):
+        seen_s, seen_m = measured_errors(run, robot)
+        error_m = np.stack([_held(t_s, seen_s, column) for column in seen_m.T], axis=1)
+    rates = np.gradient(counts, t_s, axis=0)
+    columns = {name: 1e3 * column for name, column in
+               zip("xyz", positions_of_counts(robot, counts).T, strict=True)}  # fmt: skip
+    columns["error"] = 1e3 * np.linalg.norm(error_m, axis=1)
+    for axis, seen in run.readings.items():
+        good = seen.where(seen.good)
+        columns[f"range {axis}"] = 1e3 * _held(t_s, good.t_ns * 1e-9, good.distance_m)
+    columns |= {f"motor {k + 1}": column for k, column in enumerate(rates.T)}
+    played = {
+        "t_s": t_s.round(3).tolist(),
+        "counts": counts.tolist(),
+        "measured_m": [None if None in row else row for row in map(_known, target_m + error_m)],
+        "values": {name: _known(column) for name, column in columns.items()},
+    }
+    write_whole(folder / "played.yaml", run.configuration.robot_text)
+    write_whole(folder / "played.json", json.dumps(played))
+    return {}
+
+
+def _held(t_s: Any, seen_s: Any, values: Any) -> Any:
+    """The newest value at each time, for half a second; NaN before, after, and without any."""
+    import numpy as np
+
+    if not len(seen_s):
+        return np.full(len(t_s), np.nan)
+    place = np.searchsorted(seen_s, t_s, side="right") - 1
+    fresh = (place >= 0) & (t_s - seen_s[place] < 0.5)
+    return np.where(fresh, values[place], np.nan)
+
+
+def _known(values: Any) -> list[float | None]:
+    """For JSON: None where a value is not known."""
+    return [None if value != value else round(float(value), 4) for value in values]
+
+
+def compare(before: Path, after: Path) -> dict[str, Any]:
+    """How far from its targets the platform was in two runs of a job: RMS distance [m]."""
+    runs = [errors(path) for path in (before, after)]
+    errors_m = [run["errors_m"] for run in runs]
     both = [name for name in errors_m[0] if name in errors_m[1]]
     return {
-        "errors_m": {name: [errors[name] for errors in errors_m] for name in both},
-        "whole": all(tracking.whole and tracking.windows_ns for tracking in seen),
-        "same_file": robots[0].effects == robots[1].effects,
+        "errors_m": {name: [sizes[name] for sizes in errors_m] for name in both},
+        "whole": all(run["whole"] for run in runs),
+        "same_file": runs[0]["effects"] == runs[1]["effects"],
     }
 
 
@@ -127,6 +209,8 @@ KINDS: dict[str, Callable[..., dict[str, Any]]] = {
     "run_report": run_report,
     "diagnose": diagnose,
     "compare": compare,
+    "errors": errors,
+    "playback": playback,
     "inspect": inspect,
 }
 

@@ -118,6 +118,14 @@ class Jobs:
         job.claim.accepted()
         self.queue.append(job)
 
+    def move(self, number: int, place: int) -> None:
+        """Put a job that waits at a place of the queue, from 1 on; beyond its end is the end."""
+        found = next((job for job in self.queue if job.number == number), None)
+        if found is None:
+            raise NotReady(f"job {number} does not wait; see 'deltactl status'")
+        self.queue.remove(found)
+        self.queue.insert(max(0, place - 1), found)
+
     def refused(self, claim: Claim, why: str) -> bool:
         """It did not pass its check. Whether it was still planned, and not called off."""
         if claim not in self.planned:
