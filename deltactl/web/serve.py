@@ -7,10 +7,9 @@ import logging
 import os
 import signal
 import sys
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import uvicorn
@@ -151,7 +150,7 @@ def add_pages(app: FastAPI, site: Site) -> None:
         return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
 
     for name, kind in APP.items():
-        app.add_api_route(f"/{name}", partial(FileResponse, APP_FOLDER / name, media_type=kind))
+        app.get(f"/{name}")(_sending(APP_FOLDER / name, kind))
     app.mount(PLACE, make_api(site))
     built = BuiltPages()
 
@@ -173,6 +172,13 @@ def add_pages(app: FastAPI, site: Site) -> None:
     core.app.add_exception_handler(404, nothing_here)
     judge_messages()
     put_into_pages(KNOWN)
+
+
+def _sending(path: Path, kind: str) -> Callable[[], Response]:
+    def send() -> Response:
+        return FileResponse(path, media_type=kind)
+
+    return send
 
 
 async def _while_operating(request: Request) -> AsyncIterator[bytes]:
