@@ -21,7 +21,7 @@ GREY: Final = "#8593a8"
 TOP_PX, HEIGHT_PX, GAP_PX = 22, 74, 38
 Entry = dict[str, Any]
 LIVE_S: Final = 30.0
-LIVE_PERIOD_S: Final = 0.5
+LIVE_PERIOD_S: Final = 1.0
 LIVE_SAYS = (
     "Error: distance between where the sensors see the platform and where the step counts put it. "
     "Against the target: playback of the recording."
