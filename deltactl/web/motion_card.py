@@ -99,7 +99,7 @@ class MotionCard:
     def _platform(self) -> None:
         with ui.column().classes("gap-1"):
             ui.label("Move the platform").classes("font-bold")
-            self._step_mm = ui.toggle(STEPS_MM, value=1).props("dense no-caps")
+            self._step_mm = ui.toggle(STEPS_MM, value=1).props("dense no-caps data-testid=step-mm")
             cross = ui.element("div").classes("jog-cross").props("tabindex=0 data-testid=cross")
             labelled(cross, KEYS_SAY)
             with cross:

@@ -13,7 +13,7 @@ from deltactl.web.files_tab import FilesTab
 from deltactl.web.recordings_tab import RecordingsTab
 from deltactl.web.state_card import StateCard
 from deltactl.web.style import APP, DARK, PAPER, STYLE, TURNED, WEBGL, attribute
-from deltactl.web.tokens_menu import TokensMenu
+from deltactl.web.user_menu import UserMenu
 from deltactl.web.visit import Visit
 
 REFRESH_S = 0.08
@@ -77,16 +77,7 @@ class RobotPage:
             self._tabs.set_value(first)
             ui.space()
             if session.name:
-                name = ui.button(session.name, icon="person").props(
-                    "flat dense no-caps color=white"
-                )
-                with name.props("data-testid=user"), ui.menu().classes("p-3"):
-                    ui.label(f"Signed in as {session.name}, {session.role}.")
-                    with ui.element("form").props('method=post action="/logout"'):
-                        out = ui.button("Sign out", icon="logout").props("type=submit flat no-caps")
-                        out.props("data-testid=sign-out")
-                    if site.tokens is not None:
-                        TokensMenu(site.tokens, session.name)
+                UserMenu(session, site.tokens)
             ui.element("div").classes("stop-room")
 
     def _stop_button(self) -> None:

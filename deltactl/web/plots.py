@@ -34,7 +34,7 @@ def options(curves: Curves, scrolls: bool, cursor: bool = False) -> dict[str, An
     for number, (title, names) in enumerate(GROUPS):
         top = TOP_PX + number * (HEIGHT_PX + GAP_PX)
         grids.append({"left": 52, "right": 12, "top": top, "height": HEIGHT_PX})
-        first, last = (curves.t_s[0], curves.t_s[-1]) if curves.t_s else (0.0, 1.0)
+        first, last = (round(curves.t_s[0]), curves.t_s[-1]) if curves.t_s else (0.0, 1.0)
         x_axes.append({
             "type": "value", "gridIndex": number, "min": first, "max": last,
             "axisLabel": {"color": GREY, "formatter": "{value} s"}, "splitLine": {"show": False},

@@ -1,9 +1,12 @@
-"""The newest lines of the daemon's log, in memory, for clients that ask for them."""
+"""The daemon's log: to standard error, and the newest lines in memory for clients that ask."""
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import logging
+import os
+import sys
 from collections import deque
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
@@ -52,3 +55,20 @@ def _fitting(lines: Iterable[Line]) -> Iterator[Line]:
         if size > MOST_BYTES:
             return
         yield line
+
+
+def set_up_logging() -> None:
+    """To standard error, which the journal keeps; a crash leaves the stacks of all threads."""
+    faulthandler.enable()
+    stamp = "" if "JOURNAL_STREAM" in os.environ else "%(asctime)s "
+    logging.basicConfig(
+        stream=sys.stderr, level=logging.INFO, format=f"{stamp}%(levelname)s %(message)s"
+    )
+    for handler in logging.getLogger().handlers:
+        handler.addFilter(_write_out)
+
+
+def _write_out(record: logging.LogRecord) -> bool:
+    """One entry is one line, whatever names it contains (a traceback is ours, and follows it)."""
+    record.msg, record.args = printable(record.getMessage()), None
+    return True

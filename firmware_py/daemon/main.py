@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import faulthandler
 import logging
 import os
 import sys
@@ -14,11 +13,11 @@ from deltactl.firmware_py.controller.contract import OwnedController
 from deltactl.firmware_py.controller.states import ENGAGED, State
 from deltactl.firmware_py.daemon.address import daemon_socket
 from deltactl.firmware_py.daemon.listener import Listener
+from deltactl.firmware_py.daemon.log_lines import set_up_logging
 from deltactl.firmware_py.daemon.notify import Notifier, Watchdog, check_period_s
 from deltactl.firmware_py.daemon.server import Server
 from deltactl.firmware_py.daemon.signals import EndSignals
 from deltactl.foundation.errors import DeltactlError
-from deltactl.foundation.printable import printable
 from deltactl.recording.writing.retention import RecordingKeeper
 
 SETTLE_S = 5.0
@@ -48,7 +47,7 @@ def serve(
     from deltactl.firmware_py.controller.build import build_controller
     from deltactl.firmware_py.planning.process import PlanningProcess
 
-    _set_up_logging()
+    set_up_logging()
     sys.setswitchinterval(SWITCH_S)
     notifier = Notifier.from_environment()
     with EndSignals() as signals, closing(notifier):
@@ -152,20 +151,3 @@ def _jobs_folder(recordings: Path) -> Path:
     """Where sent jobs are kept: the unit's state directory, or beside the recordings."""
     state = os.environ.get("STATE_DIRECTORY", "").split(":")[0]
     return (Path(state) if state else recordings.absolute()) / "jobs"
-
-
-def _set_up_logging() -> None:
-    """To standard error, which the journal keeps; a crash leaves the stacks of all threads."""
-    faulthandler.enable()
-    stamp = "" if "JOURNAL_STREAM" in os.environ else "%(asctime)s "
-    logging.basicConfig(
-        stream=sys.stderr, level=logging.INFO, format=f"{stamp}%(levelname)s %(message)s"
-    )
-    for handler in logging.getLogger().handlers:
-        handler.addFilter(_write_out)
-
-
-def _write_out(record: logging.LogRecord) -> bool:
-    """One entry is one line, whatever names it contains (a traceback is ours, and follows it)."""
-    record.msg, record.args = printable(record.getMessage()), None
-    return True

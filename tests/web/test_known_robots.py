@@ -77,3 +77,14 @@ def test_ranges_put_the_platform_where_it_is(point: tuple[float, float, float]) 
     assert ZHAO.measured(tuple(sensors)) == pytest.approx(point, abs=1e-12)
     bad = SensorStatus("z", 0.9, 0.0, "jump", 9.0, "ok")
     assert ZHAO.measured((*sensors[:2], bad)) is None
+
+
+@pytest.mark.parametrize("name", ["zhao-2023.yaml", "uzunovic-2013.yaml", "gripper-delta.yaml"])
+def test_the_work_area_ends_where_the_robot_may_not_go_further(name: str) -> None:
+    known = KnownRobot.of(CONFIG_FOLDER / name)
+    area = known.work_area
+    assert area is not None
+    for x_m, y_m, z_m in area.edge_m:
+        assert known.allows((x_m, y_m, z_m))
+        assert not known.allows((1.1 * x_m, 1.1 * y_m, z_m))
+        assert z_m > area.floor_m

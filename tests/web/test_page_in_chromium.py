@@ -72,18 +72,18 @@ def test_jog_moves_by_its_step(browser: Browser) -> None:
     assert there == pytest.approx([start[0], start[1], start[2] - 1.0], abs=0.1)
 
 
-def test_keys_jog_once_they_are_switched_on(browser: Browser, simulated: WebPage) -> None:
+def test_keys_jog_while_the_cross_has_them(browser: Browser, simulated: WebPage) -> None:
     at_home(simulated)
     browser.says("state", "ready")
     body = browser.driver.find_element(By.TAG_NAME, "body")
     start = platform_mm(browser)
     body.send_keys(Keys.PAGE_UP)
-    browser.press("jog-keys")
-    body.send_keys(Keys.PAGE_DOWN)
+    cross = browser.find("cross")
+    browser.driver.execute_script("arguments[0].focus()", cross)
+    cross.send_keys(Keys.PAGE_DOWN)
     browser.wait(lambda: platform_mm(browser)[2] < start[2] - 0.9, "the platform did not move")
     browser.says("state", "ready")
     assert platform_mm(browser)[2] == pytest.approx(start[2] - 1.0, abs=0.1)
-    browser.press("jog-keys")
 
 
 def test_going_to_a_point_and_a_job_of_ones_own_with_a_pause(

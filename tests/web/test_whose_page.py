@@ -8,6 +8,7 @@ import http.client
 import json
 import re
 import time
+import urllib.request
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 from typing import Any
@@ -95,12 +96,20 @@ class Tab:
             if one.get("props", {}).get("data-testid") == mark
         )  # fmt: skip
 
-    def press(self, connection: ClientConnection, mark: str) -> None:
-        """What the script sends for a click on a button of this page."""
-        button = self.element(mark)
+    def press(
+        self, connection: ClientConnection, mark: str, kind: str = "click", value: object = None
+    ) -> None:
+        """What the script sends for a click on a button of this page, or for another event."""
+        part = self.element(mark)
+        heard = next(
+            event
+            for event in part["events"]
+            if event["type"] == kind and not event.get("js_handler")
+        )
         event = {
-            "id": int(button["number"]), "client_id": self.query["client_id"],
-            "listener_id": button["events"][0]["listener_id"], "args": ["{}"],
+            "id": int(part["number"]), "client_id": self.query["client_id"],
+            "listener_id": heard["listener_id"],
+            "args": [json.dumps({} if value is None else value)],
         }  # fmt: skip
         connection.send("42" + json.dumps(["event", event]))
 
@@ -149,6 +158,21 @@ def test_a_press_on_ones_own_name_ends_nothing(page: WebPage) -> None:
     tab.load()
     assert tab.element("user")["props"].get("type") != "submit"
     assert tab.element("sign-out")["props"]["type"] == "submit"
+    assert tab.element("make-token")
+
+
+def test_a_phone_is_offered_the_page_as_an_app_before_anybody_signs_in(page: WebPage) -> None:
+    tab = Tab(page)
+    status, text = tab.ask("GET", "/manifest.webmanifest")
+    assert status == 200
+    manifest = json.loads(text)
+    assert (manifest["start_url"], manifest["display"]) == ("/", "standalone")
+    for icon in manifest["icons"]:
+        with urllib.request.urlopen(f"{page.url}{icon['src']}", timeout=20.0) as answer:
+            assert answer.headers["content-type"] == icon["type"]
+            assert answer.read().startswith(b"\x89PNG")
+    tab.sign_in("hall")
+    assert 'rel="manifest" href="/manifest.webmanifest"' in tab.ask("GET", "/")[1]
 
 
 def test_an_operators_tab_operates_and_is_logged_by_name(page: WebPage) -> None:

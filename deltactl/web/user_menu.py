@@ -1,4 +1,4 @@
-"""Tokens for programs, behind one's own name: made, shown once, taken back."""
+"""Behind one's own name: who is signed in, the way out, and tokens for programs."""
 
 from __future__ import annotations
 
@@ -8,13 +8,27 @@ from nicegui import ui
 
 from deltactl.foundation.errors import ConfigError
 from deltactl.web.access.tokens import Tokens
-from deltactl.web.access.users import asking
+from deltactl.web.access.users import Session, asking
 from deltactl.web.style import labelled, marked, tell_problem
 
 SAYS = "A token lets a program use /api/v1 as you. It is shown once."
 
 
-class TokensMenu:
+class UserMenu:
+    """Opens at a click on the name, and ends nothing by itself."""
+
+    def __init__(self, session: Session, tokens: Tokens | None):
+        name = ui.button(session.name, icon="person").props("flat dense no-caps color=white")
+        with name.props("data-testid=user"), ui.menu().classes("p-3"):
+            ui.label(f"Signed in as {session.name}, {session.role}.")
+            with ui.element("form").props('method=post action="/logout"'):
+                out = ui.button("Sign out", icon="logout").props("type=submit flat no-caps")
+                out.props("data-testid=sign-out")
+            if tokens is not None:
+                TokensOfUser(tokens, session.name)
+
+
+class TokensOfUser:
     """A part of the menu; everything is asked of the session that presses."""
 
     def __init__(self, tokens: Tokens, name: str):
