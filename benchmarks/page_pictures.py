@@ -10,7 +10,7 @@ import io
 import sys
 import tempfile
 import time
-from contextlib import suppress
+from collections.abc import Callable
 from pathlib import Path
 
 from PIL import Image
@@ -21,9 +21,34 @@ from tests.web.conftest import Browser, a_chromium, end_page, patient_robot, sta
 
 SIZES = {"desktop": (1280, 800, False), "phone": (390, 844, True)}
 LOOKS = ("light", "dark")
-TABS = ("Robot", "Jobs", "Recordings", "Console")
+SETTLE_S = 4.0
+PATIENCE_S = 120.0
 COLOURS = 128
 """Of a picture's palette: small files that still look right."""
+
+
+def show_job(browser: Browser) -> None:
+    """A checked job with its preview."""
+    browser.press("check")
+    browser.says("verdict", "may run", PATIENCE_S)
+
+
+def show_playback(browser: Browser) -> None:
+    """The run, a third of the way."""
+    browser.press("play-it")
+    browser.find("play", PATIENCE_S).click()
+    time.sleep(8.0)
+    browser.find("play").click()
+
+
+def stay(browser: Browser) -> None:
+    """The tab as it opens, once the drawing is there."""
+    time.sleep(SETTLE_S)
+
+
+TABS: dict[str, Callable[[Browser], None]] = {
+    "Robot": stay, "Jobs": show_job, "Recordings": show_playback, "Console": stay
+}  # fmt: skip
 
 
 def turn(browser: Browser, look: str, width: int, height: int, mobile: bool) -> None:
@@ -52,35 +77,27 @@ def main(folder: Path, name: str) -> None:
         page = start_page(work, "--simulate", "--robot", robot, "--socket", str(place))
         browser = Browser(a_chromium(drawn=True))
         try:
-            browser.driver.get(page.url)
             with Client(place) as client:
                 client.power_on()
                 client.home()
                 heart = (CONFIG_FOLDER / "heart.yaml").read_text(encoding="utf-8")
-                client.submit_text(heart, "heart.yaml")
-                wait_for(client, 0.0)
-                client.submit_text(heart.replace("name: heart", "name: heart-again"), "again.yaml")
-                browser.says("job", "heart")
+                number = client.submit_text(heart, "heart.yaml")
+                while client.result(number) is None:
+                    time.sleep(0.5)
+            browser.driver.get(page.url)
+            browser.says("state", "ready", PATIENCE_S)
+            for tab, show in TABS.items():
+                turn(browser, LOOKS[0], *SIZES["desktop"])
+                browser.tab(tab)
+                show(browser)
                 for look in LOOKS:
-                    for size, (width, height, mobile) in SIZES.items():
-                        turn(browser, look, width, height, mobile)
-                        browser.driver.get(page.url)
-                        browser.says("next", "")
-                        for tab in TABS:
-                            with suppress(Exception):
-                                browser.tab(tab)
-                                time.sleep(3.0)
-                                save(browser, folder / f"{tab.lower()}-{size}-{look}-{name}.png")
+                    for size, shape in SIZES.items():
+                        turn(browser, look, *shape)
+                        time.sleep(SETTLE_S)
+                        save(browser, folder / f"{tab.lower()}-{size}-{look}-{name}.png")
         finally:
             browser.driver.quit()
             end_page(page)
-
-
-def wait_for(client: Client, least_s: float) -> None:
-    """Until no job runs."""
-    time.sleep(2.0 + least_s)
-    while client.status().job is not None:
-        time.sleep(0.5)
 
 
 if __name__ == "__main__":

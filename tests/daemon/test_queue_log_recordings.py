@@ -24,17 +24,16 @@ def test_a_waiting_job_takes_another_place_and_no_other_job_does(
     with served(tmp_path) as robot, Client(robot.socket) as client:
         at = client.status().position_m
         assert at is not None
-        numbers = [
-            client.submit_text(to_point("mine.yaml", (at[0], at[1], at[2] - down_m), name), "j")
-            for name, down_m in (("a", 0.05), ("b", 0.0), ("c", 0.0), ("d", 0.0))
-        ]
-        client.move(numbers[3], 1)
-        assert client.status().queued == ("d", "b", "c")
-        client.move(numbers[3], 100)
-        assert client.status().queued == ("b", "c", "d")
-        for number in (numbers[0], 99):
-            with pytest.raises(NotReady, match="does not wait"):
-                client.move(number, 1)
+        far = (at[0], at[1], at[2] - 0.05)
+        numbers = [client.submit_text(to_point("mine.yaml", far, "a"), "j")]
+        client.pause()  # so that none ends meanwhile; the first may have begun
+        numbers += [client.submit_text(to_point("mine.yaml", at, name), "j") for name in "bcd"]
+        for place, order in ((1, "dbc"), (100, "bcd")):
+            client.move(numbers[3], place)
+            assert "".join(client.status().queued).replace("a", "") == order
+        assert client.status().queued[-1] == "d"
+        with pytest.raises(NotReady, match="does not wait"):
+            client.move(99, 1)
         with pytest.raises(ServiceError, match="needs a 'job_id' and a 'place'"):
             client._ask("move", job_id=numbers[1])
         client.stop("enough")

@@ -195,16 +195,21 @@ def test_the_queue_is_sorted_watched_and_stopped_by_a_viewer(
     at = here.robot.controller.status().position_m
     assert at is not None
     numbers = []
-    for name, down_m in (("a", 0.05), ("b", 0.0), ("c", 0.0)):
-        text = to_point("mine.yaml", (at[0], at[1], at[2] - down_m), name)
+    texts = {name: to_point("mine.yaml", at, name) for name in "bc"}
+    for name, text in {
+        "a": CIRCLE.replace("radius_m: 0.02", "radius_m: 0.02, turns: 5"),
+        **texts,
+    }.items():
         numbers.append(ada.post(f"{PLACE}/queue", json={"name": name, "text": text}).json())
+        assert name != "a" or ada.post(f"{PLACE}/pause").status_code == 200
     assert ada.put(f"{PLACE}/queue/{numbers[2]['job_id']}", json={"place": 1}).status_code == 200
-    assert here.robot.controller.status().queued == ("c", "b")
+    waiting = [name for name in here.robot.controller.status().queued if name in "bc"]
+    assert waiting == ["c", "b"]
     refused = ada.put(f"{PLACE}/queue/99", json={"place": 1})
     assert (refused.status_code, refused.json()["error"]["kind"]) == (409, "NotReady")
     assert ada.put(f"{PLACE}/queue/99", json={"place": 0}).status_code == 422
     with viewer.websocket_connect(f"ws://127.0.0.1:8080{PLACE}/watch?rate_hz=20") as watched:
-        assert watched.receive_json()["status"]["state"] in ("planning", "running")
+        assert watched.receive_json()["status"]["robot"] == "gripper-delta"
         assert viewer.post(f"{PLACE}/stop").status_code == 200
         until(lambda: watched.receive_json()["status"]["state"] == "stopped")
     assert "ada" in here.robot.controller.status().why
