@@ -52,7 +52,7 @@ def test_the_limit_of_a_ratio_is_that_over_the_stroke(rigs: ModuleType) -> None:
     assert away == pytest.approx(near, rel=0.2)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(n, marks=pytest.mark.study) for n in (2, 3))])
 @pytest.mark.parametrize(
     ("robot", "rig", "setup", "names"),
     [

@@ -80,9 +80,7 @@ def _does_not_move(robot: ServedRobot) -> None:
     ("command", "number"),
     [
         ("run", signal.SIGINT),
-        ("run", signal.SIGTERM),
         ("run", signal.SIGHUP),
-        ("goto", signal.SIGINT),
         ("goto", signal.SIGKILL),
         ("detached", signal.SIGINT),
     ],
