@@ -56,7 +56,7 @@ class FilesTab:
         self._name = visit.site.first_file
         self._resting = ""
         with ui.row().classes("w-full gap-3"):
-            with ui.card().classes("grow basis-96 p-3 gap-2"):
+            with ui.card().classes("grow basis-96 min-w-0 max-w-full p-3 gap-2"):
                 self._choice = ui.select(list(files), label="Job or robot file", value=self._name)
                 self._choice.on_value_change(self._chosen)
                 self._choice.classes("w-full").props("data-testid=file")
@@ -74,7 +74,9 @@ class FilesTab:
                 self._verdict = ui.label().classes("text-base").props("data-testid=verdict")
                 self._mistakes = ui.column().classes("gap-0 w-full").props("data-testid=mistakes")
                 self._facts = ui.column().classes("gap-0 figures text-sm")
-                self._preview = ui.element("div").classes("w-full").props("data-testid=preview")
+                self._preview = (
+                    ui.element("div").classes("w-full overflow-hidden").props("data-testid=preview")
+                )
                 self._mine = OwnJobsList(visit, lambda: (self._name, self._text_now()), self._open)
             with ui.card().classes("grow basis-96 min-w-0 p-3"):
                 text = files[self._name].read_text(encoding="utf-8")

@@ -21,7 +21,7 @@ from deltactl.web.visit import Visit
 PLAYED, ROBOT = "played.json", "played.yaml"
 """What the worker writes: curves and counts, and the robot file of the recording."""
 FRAME_S = 0.1
-SPEEDS = {0.25: "¼ ×", 1: "1 ×", 4: "4 ×"}
+SPEEDS = {0.25: "¼×", 1: "1×", 4: "4×"}
 SAYS = "Error: distance between the measured position and the target at that time."
 
 

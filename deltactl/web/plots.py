@@ -58,7 +58,7 @@ def options(curves: Curves, scrolls: bool, cursor: bool = False) -> dict[str, An
     return {
         "animation": False, "grid": grids, "xAxis": x_axes, "yAxis": y_axes, "title": titles,
         "series": series, "dataZoom": zoom if scrolls else [],
-        "tooltip": {"trigger": "axis"} if scrolls else {"show": False},
+        "tooltip": {"trigger": "axis", "renderMode": "richText"} if scrolls else {"show": False},
     }  # fmt: skip
 
 
@@ -102,13 +102,14 @@ def preview_options(paths_m: list[list[list[float]]]) -> dict[str, Any]:
             "text": title, "left": left,
             "textStyle": {"fontSize": 12, "fontWeight": "normal", "color": GREY},
         })  # fmt: skip
-        grids.append({"left": left, "width": "42%", "top": 24, "bottom": 20, "containLabel": True})
+        grids.append({"left": left, "width": "42%", "top": 34, "bottom": 20, "containLabel": True})
         for axes, axis in ((x_axes, 0), (y_axes, up)):
             centre = 1e3 * middle[axis]
             axes.append({
                 "type": "value", "gridIndex": number, "splitNumber": 2,
                 "min": round(centre - half), "max": round(centre + half),
                 "axisLabel": {"color": GREY}, "splitLine": {"show": False},
+                "axisLine": {"onZero": False},
             })  # fmt: skip
         series += [
             {

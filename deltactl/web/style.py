@@ -21,12 +21,14 @@ STYLE = """
 .no-webgl { display: none; color: #78350f; } .without-webgl .no-webgl { display: block; }
 .without-webgl .scene-box, .without-webgl .scene-caption { display: none; }
 .figures { font-variant-numeric: tabular-nums; }
+.bg-off { background: #e0e0e0; } .text-off-text { color: #616161; }
 .q-btn.disabled { outline: 1px dashed #94a3b8; outline-offset: -1px; box-shadow: none; }
 .q-btn.disabled::before { border-color: transparent; box-shadow: none; }
 .jog .q-btn { min-width: 46px; min-height: 42px; }
 .jog-cross { display: grid; grid-template-columns: repeat(3, 52px) 64px; gap: 6px; padding: 6px;
   justify-items: stretch; border-radius: 8px; width: max-content; }
 .jog-cross > :nth-child(4n) { margin-left: 12px; }
+.jog .q-btn--outline { background: rgba(148, 163, 184, 0.14); }
 .jog-cross:focus-within { outline: 2px solid #3b82f6; }
 .plots { height: 470px; } .mistake { background: rgba(220, 38, 38, 0.22); }
 .preview { height: 220px; }
@@ -37,7 +39,8 @@ STYLE = """
 .log-line[data-level="warning"] { color: #b45309; }
 .log-line[data-level="error"], .log-line[data-level="critical"] { color: #b91c1c; }
 @media (hover: none) and (pointer: coarse) { .with-keys { display: none; } }
-@media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }
+@media (max-width: 599px) { .q-header .q-tab { padding: 0 7px; }
+  .scene-box { height: 36vh; min-height: 220px; }
   .editor { height: 24rem; }
   .stop-button { top: auto; bottom: 0; left: 0; right: 0; height: 60px; border-radius: 0; }
   .q-notifications__list--bottom { bottom: 64px; }
@@ -51,8 +54,7 @@ DARK = """
 .body--dark .no-webgl, .body--dark .log-line[data-level="warning"] { color: #fcd34d; }
 .body--dark .log-line[data-level="error"] { color: #fca5a5; }
 .body--dark .q-btn--outline, .body--dark .q-tab-panel .q-btn--flat { --q-primary: #93c5fd; }
-.body--dark .q-btn.disabled { background: #2b3442 !important; color: #a3adba !important; }
-.body--dark .q-btn.disabled.q-btn--outline { background: none !important; }
+.body--dark .bg-off { background: #2b3442; } .body--dark .text-off-text { color: #a3adba; }
 .body--dark .q-tab-panels, .body--dark .q-tab-panel { background: none; }
 .body--dark .scene-box, .body--dark .editor { filter: invert(0.9) hue-rotate(180deg); }
 """

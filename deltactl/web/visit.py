@@ -15,8 +15,9 @@ from deltactl.web.access.users import asking, operates
 from deltactl.web.behind.site import Site
 from deltactl.web.style import attribute, tell_problem
 
-GREY = "color=grey-4 text-color=grey-8"
-"""Colours of a disabled button: Quasar only makes it a little paler."""
+GREY = "color=off text-color=off-text"
+"""Colours of a disabled button, which Quasar only makes a little paler. They are the page's own, as
+Quasar's are the same in the dark, and no style can change them."""
 
 
 NEXT = {
