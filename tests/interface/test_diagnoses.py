@@ -18,6 +18,8 @@ SLIDE = "kind: servo_axis\nname: slide\nmotion: linear\n"
 COLUMNS = {"t": "time_s[s]", "command": "target[mm]", "position": "seen[mm]"}
 
 
+HEARD: list[str] = []
+"""What that diagnosis says on its way."""
 JOB = {
     "name": "round",
     "robot": "zhao-2023.yaml",
@@ -42,7 +44,8 @@ def diagnosis() -> dc.Diagnosis:
     first, second, third = (
         dc.Recording.from_pandas(slide_log(seed), COLUMNS) for seed in (3, 4, 5)
     )
-    return dc.diagnose([first, second], dc.Robot.from_text(SLIDE), holdout=third)
+    slide = dc.Robot.from_text(SLIDE)
+    return dc.diagnose([first, second], slide, holdout=third, progress=HEARD.append)
 
 
 def test_findings_are_a_table(diagnosis: dc.Diagnosis) -> None:
@@ -54,6 +57,11 @@ def test_findings_are_a_table(diagnosis: dc.Diagnosis) -> None:
     assert diagnosis.sizes["size"][0] == row["size"]
     assert (diagnosis.verdict, diagnosis.answer.fit.holdout) == ("explained", "run")
     assert "gear_ratio axis" in repr(diagnosis)
+
+
+def test_a_diagnosis_says_what_it_is_at(diagnosis: dc.Diagnosis) -> None:
+    assert HEARD[0] == "reading"
+    assert len(set(HEARD)) > 3
 
 
 def test_print_is_one_screen(diagnosis: dc.Diagnosis) -> None:
