@@ -8,10 +8,13 @@ import warnings
 from deltactl.foundation.release import GONE_IN, NAMES
 
 
-def older(old: str) -> None:
-    """Warn that a name of version 0.1 goes, and say when and what replaces it."""
+def older(old: str, calls: int = 1) -> None:
+    """Warn that a name of version 0.1 goes, and say when and what replaces it.
+
+    calls: how many of ours lie between this and the user's line, at which the warning points.
+    """
     warnings.warn(
         f"deltactl.{old} goes with release {GONE_IN}; use deltactl.{NAMES[old]}",
         DeprecationWarning,
-        3,
+        calls + 2,
     )

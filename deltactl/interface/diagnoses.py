@@ -258,5 +258,5 @@ def _frame(rows: Sequence[tuple[Any, ...]], columns: list[str]) -> pd.DataFrame:
 def __getattr__(name: str) -> Any:
     if name != "Answer":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    older("Answer")
+    older("Answer", 2)
     return Diagnosis

@@ -39,6 +39,7 @@ def test_an_old_name_in_python_warns_and_names_the_new_one_and_the_release(old: 
     assert old not in dc.__all__
     with pytest.warns(DeprecationWarning, match=re.escape(f"deltactl.{old} goes")) as warned:
         _used(getattr(dc, old))
+    assert warned[0].filename == __file__
     said = str(warned[0].message)
     assert NAMES[old] in said
     assert f"release {GONE_IN}" in said
@@ -73,7 +74,7 @@ def test_the_policy_names_all_that_is_promised() -> None:
     head = " ".join(CHANGES.split("\n## ")[0].split())
     for promised in (
         *("robot file", "job", "recording", "column", "JSON contract", "`--json`"),
-        *("`deltactl.__all__`", "command", "exit status", "socket", "`deltactl mcp`"),
+        *("`deltactl.__all__`", "command", "exit status", "socket", "`/api/v1`", "`deltactl mcp`"),
         *("warns", "names what replaces it", "release in which it goes"),
     ):
         assert promised in head, promised
