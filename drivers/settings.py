@@ -134,7 +134,7 @@ class RangingSettings(RuledModel):
         float, Field(gt=0.0, le=60.0, description="a VL53L1X ranges at most some 60 times a second")
     ] = 50.0
     offsets_mm: tuple[Offset, Offset, Offset] = (0.0, 0.0, 0.0)
-    """Calibration: what is added to each reported distance (`deltactl sensors --calibrate`)."""
+    """Calibration: what is added to each distance (`deltactl status sensors --calibrate`)."""
     minimum_signal_mcps: Annotated[float, Field(ge=0.0, description="a photon rate")] = 0.5
     maximum_sigma_mm: Annotated[float, Field(gt=0.0, description="no reading has none")] = 30.0
     maximum_jump_mm: Annotated[

@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from deltactl.cli import collect, evaluate, reproduce, train, web
+from deltactl.cli import collect, docs, evaluate, reproduce, train, web
 from deltactl.cli.help_screens import BY_HAND, LEARN, REPAIR, RUN, SERVICE, Command
 from deltactl.cli.mistyped import Commands, Program, typed_command, unknown_option
 from deltactl.cli.recordings import correct, demo, diagnose, fleet, heal, init, init_chain, prove
@@ -88,8 +88,13 @@ COMMANDS: dict[str, tuple[Function | typer.Typer, ...]] = {
     BY_HAND: (
         *(service.home, moves.goto, moves.jog),
         group("power", service.POWER, *service.OF_POWER),
-        *(service.stop, service.acknowledge, service.status),
-        group("sensors", service.sensors.__doc__, jobs.record, alone=service.sensors),
+        *(service.stop, service.acknowledge),
+        group(
+            "status",
+            service.status.__doc__,
+            *(service.sensors, jobs.record),
+            alone=service.status,
+        ),
     ),
     REPAIR: (
         group("init", init.ABOUT, init.delta, init.axis, init.sensor, init_chain.chain),
@@ -108,6 +113,7 @@ COMMANDS: dict[str, tuple[Function | typer.Typer, ...]] = {
         group("service", service.ABOUT, service.install, service.daemon, service.check_runs),
         group("web", web.web.__doc__, web.user, web.foxglove, alone=web.web),
         web.mcp,
+        docs.docs,
     ),
 }
 """By panel, in the order of the help."""

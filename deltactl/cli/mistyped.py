@@ -56,7 +56,7 @@ def _set_keys() -> set[str]:
 
 CALLED: dict[str, str] = {
     "simulate": "deltactl run JOB.yaml --simulate",
-    "calibrate": "deltactl sensors --calibrate z=0.412",
+    "calibrate": "deltactl status sensors --calibrate z=0.4",
     "move": "deltactl goto X Y Z",
     "start": "deltactl power on",
     "serve": "deltactl web",

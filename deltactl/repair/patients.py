@@ -154,7 +154,8 @@ def noise_m(controller: Controlled, sleep: Sleep) -> float:
     blind = [axis for axis, values in seen_m.items() if len(values) < LOOK_S / EVERY_S / 4]
     if blind:
         raise NotReady(
-            f"sensor {' and '.join(blind)} gives too few good readings; see 'deltactl sensors'"
+            f"sensor {' and '.join(blind)} gives too few good readings;"
+            " see 'deltactl status sensors'"
         )
     return max(float(np.std(values, ddof=1)) for values in seen_m.values())
 

@@ -74,7 +74,7 @@ def collect(
         if writer.count < samples:
             raise RecordingError(
                 f"{folder}: the sensors saw only {writer.count} of {next_pose} poses; "
-                "see 'deltactl sensors'"
+                "see 'deltactl status sensors'"
             )
     (folder / JOB).unlink(missing_ok=True)
 

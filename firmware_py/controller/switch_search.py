@@ -290,7 +290,7 @@ class SwitchSearch:
         if says:
             self._refuse(
                 f"while arm {' and '.join(str(one + 1) for one in motors)} moved, {says}; check"
-                " motor, gear and sensors ('deltactl sensors'), and home again"
+                " motor, gear and sensors ('deltactl status sensors'), and home again"
             )
         if angles_rad is None:
             return
@@ -301,7 +301,7 @@ class SwitchSearch:
                     f"the switch of arm {motor + 1} is open though the sensors see the arm"
                     f" {math.degrees(past_rad):.0f} degrees past it: it is stuck open, its wire is"
                     " broken, or the sensors are off by more than homing.warning_m; check the"
-                    " wiring, homing.switch_pins and 'deltactl sensors'"
+                    " wiring, homing.switch_pins and 'deltactl status sensors'"
                 )
 
     def _not_closed(self, motor: int, risen_deg: float, seen: bool) -> str:

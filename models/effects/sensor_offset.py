@@ -48,7 +48,7 @@ CARD = EffectCard(
     ),
     remedies={
         "": (
-            "set {part} to zero ('deltactl sensors --calibrate'): it reads {size} {sign:too "
+            "set {part} to zero ('deltactl status sensors --calibrate'): it reads {size} {sign:too "
             "far|short}"
         ),
         "sensor/": (

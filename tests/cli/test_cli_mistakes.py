@@ -45,7 +45,7 @@ def test_a_mistake_in_a_job_is_one_line(deltactl, tmp_path: Path, name: str) -> 
         (("report", "nothing.mcap"), "nothing.mcap"),
         (("status",), "daemon"),
         (("run", "circle.yaml", "--record", "circle.csv"), "ends in .mcap"),
-        (("sensors", "--calibrate", "q=1"), "z=0.412"),
+        (("status", "sensors", "--calibrate", "q=1"), "z=0.412"),
         (("export", "nothing.mcap", "x.csv"), "nothing.mcap"),
     ],
 )

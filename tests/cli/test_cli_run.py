@@ -87,7 +87,7 @@ def test_report_draws_a_recording(deltactl, circle: Path, tmp_path: Path) -> Non
 
 
 def test_the_sensors_alone_are_recorded(deltactl, tmp_path: Path) -> None:
-    deltactl("sensors", "record", "still.mcap", "--seconds", "4")
+    deltactl("status", "record", "still.mcap", "--seconds", "4")
     deltactl("export", "still.mcap", "still.csv")
     table = read_flat(tmp_path / "still.csv")
     assert 190 <= len(table) <= 205

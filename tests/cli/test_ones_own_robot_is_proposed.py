@@ -47,8 +47,8 @@ def test_without_robot_the_one_of_the_folder_is_taken_and_said(
     installed = deltactl("service", "install")
     assert said in installed.stderr
     assert "Wiring of 'mine'" in installed.stdout
-    assert said in deltactl("sensors", "record", "still.mcap", "--seconds", "1").stderr
-    assert said in deltactl("sensors", "--json", *no_daemon).stderr
+    assert said in deltactl("status", "record", "still.mcap", "--seconds", "1").stderr
+    assert said in deltactl("status", "sensors", "--json", *no_daemon).stderr
     assert (
         said
         in deltactl("network", "collect", "--simulate", "--samples", "3", "--out", "data").stderr
@@ -63,11 +63,11 @@ def test_of_several_none_is_taken(deltactl: Deltactl, tmp_path: Path) -> None:
     no_daemon = ("--socket", str(tmp_path / "none.sock"))
     for typed in (
         ("network", "collect", "--simulate", "--samples", "3", "--out", "data"),
-        ("sensors", "record", "still.mcap"),
+        ("status", "record", "still.mcap"),
         ("service", "install"),
         ("web", "--simulate"),
         ("web", "foxglove", *no_daemon),
-        ("sensors", *no_daemon),
+        ("status", "sensors", *no_daemon),
     ):
         assert deltactl(*typed, status=2).stderr.splitlines() == [
             "deltactl: 2 robot files are in this folder; add --robot mine.yaml or"

@@ -56,9 +56,9 @@ def test_its_table_has_what_was_commanded_and_on_request_the_truth(
 @pytest.mark.usefixtures("printed")
 def test_its_sensors_cannot_be_looked_at(deltactl) -> None:
     for words in (
-        ("sensors",),
-        ("sensors", "record", "by-hand.mcap"),
-        ("sensors", "--calibrate", "z=0.4"),
+        ("status", "sensors"),
+        ("status", "record", "by-hand.mcap"),
+        ("status", "sensors", "--calibrate", "z=0.4"),
     ):
         (line,) = deltactl(*words, "--robot", "printed.yaml", status=2).stderr.splitlines()[-1:]
         assert "robot 'printed': its file describes no distance sensors" in line

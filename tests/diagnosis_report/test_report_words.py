@@ -15,7 +15,7 @@ from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 
 OF_A_DELTA = re.compile(r"platform|\barms?\b|forearm|all joints")
-OF_STEPPERS = re.compile(r"microstep|stop or jig|\bjobs\b|deltactl sensors")
+OF_STEPPERS = re.compile(r"microstep|stop or jig|\bjobs\b|deltactl status sensors")
 ROTARY = re.compile(r"\bangle|\bturns?\b")
 TYPICAL = 0.1
 

@@ -160,7 +160,15 @@ def test_sensors_are_read_without_a_daemon(site: Site, tmp_path: Path) -> None:
     """Last: the daemon has to give the lines back first."""
     site.process.terminate()
     assert site.process.wait(15.0) == 0, site.log()
-    words = ["-m", "deltactl.cli.main", "sensors", "--robot", str(site.robot_file), "--json"]
+    words = [
+        "-m",
+        "deltactl.cli.main",
+        "status",
+        "sensors",
+        "--robot",
+        str(site.robot_file),
+        "--json",
+    ]
     done = subprocess.run(
         [site.executable, *words], cwd=tmp_path, capture_output=True, text=True, timeout=60
     )

@@ -43,7 +43,7 @@ MISSING: dict[str, tuple[str, ...]] = {
     "deltactl network train --recipe ours": ("--out", "x.tflite"),
     "deltactl network train --robot mine.yaml": ("--out", "x.tflite"),
     "deltactl export --truth": ("run.mcap", "run.csv"),
-    "deltactl sensors --calibrate": ("z=0.412",),
+    "deltactl status sensors --calibrate": ("z=0.412",),
     "deltactl fleet": ("runs/*.mcap", "--robots", "robots"),
     "deltactl diagnose --thorough": ("run.csv",),
 }

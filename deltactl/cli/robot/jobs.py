@@ -195,7 +195,7 @@ def record(
     """Record the sensors alone, while somebody moves the platform. Runs record themselves.
 
     ```
-    deltactl sensors record by-hand.mcap --seconds 30
+    deltactl status record by-hand.mcap --seconds 30
     ```
     """
     from deltactl.cli.robot.sensors import record_sensors

@@ -1,4 +1,4 @@
-"""`deltactl sensors` and `record`: live readings, a sensor's offset, and sensors recorded alone."""
+"""`deltactl status sensors` and `status record`: readings, a sensor's offset, sensors alone."""
 
 from __future__ import annotations
 

@@ -98,6 +98,7 @@ def stop(
 
 
 def status(
+    ctx: typer.Context,
     watch: Annotated[bool, typer.Option("--watch", "-w", help="Keep showing it.")] = False,
     json_out: JsonOption = False,
     socket: SocketOption = None,
@@ -106,15 +107,17 @@ def status(
 
     ```
     deltactl status --json
+    deltactl status sensors --watch    the readings alone
     ```
     """
+    if ctx.invoked_subcommand is not None:
+        return
     from deltactl.cli.robot.remote import show_status
 
     show_status(watch, json_out, socket)
 
 
 def sensors(
-    ctx: typer.Context,
     robot: Annotated[
         str | None,
         typer.Option(
@@ -132,13 +135,11 @@ def sensors(
     """Live readings of the three distance sensors.
 
     ```
-    deltactl sensors
-    deltactl sensors --watch
-    deltactl sensors --calibrate z=0.412
+    deltactl status sensors
+    deltactl status sensors --watch
+    deltactl status sensors --calibrate z=0.412
     ```
     """
-    if ctx.invoked_subcommand is not None:
-        return
     from deltactl.cli.robot.sensors import show_sensors
 
     show_sensors(robot, watch, calibrate, json_out, socket)

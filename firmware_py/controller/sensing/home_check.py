@@ -89,7 +89,7 @@ def _off_unseen_deg(robot: RobotFile, good: BoolArray, accepted_deg: float) -> i
         return off_deg
     missing = " and ".join(axis for axis, ok in zip(AXES, good, strict=True) if not ok)
     lack = f"no good reading from sensor {missing}" if robot.sensors else "the robot has no sensors"
-    look = "see 'deltactl sensors', or look" if robot.sensors else "look"
+    look = "see 'deltactl status sensors', or look" if robot.sensors else "look"
     raise NotReady(
         f"homing refused: {lack}, so that an arm could be off by {off_deg} degrees unseen;"
         f" {look} at the arms yourself and say 'deltactl home --accept-unseen {off_deg}'"

@@ -145,12 +145,12 @@ class StepLoss:
         if not self.sensors:
             return (
                 f"{when}the sensors contradict the counts and each other as no single cause would:"
-                " look at the sensors ('deltactl sensors'), then at the motors"
+                " look at the sensors ('deltactl status sensors'), then at the motors"
             )
         named = ", or ".join(reads_wrong(*one) for one in self.sensors)
         return (
             f"{when}{named}, which the two other sensors and the counts contradict: look what is in"
-            " front of it and on its glass, and see 'deltactl sensors'"
+            " front of it and on its glass, and see 'deltactl status sensors'"
         )
 
 

@@ -115,7 +115,9 @@ def _look(
                 seen_m[sensor.axis].append(sensor.distance_m)
     for axis, values in seen_m.items():
         if len(values) < LOOK_S / EVERY_S / 4:
-            raise NotReady(f"sensor {axis} gives too few good readings; see 'deltactl sensors'")
+            raise NotReady(
+                f"sensor {axis} gives too few good readings; see 'deltactl status sensors'"
+            )
     means_m = np.array([np.mean(values) for values in seen_m.values()])
     sigmas_m = np.array([np.std(v, ddof=1) / np.sqrt(len(v)) for v in seen_m.values()])
     return means_m, sigmas_m
