@@ -25,6 +25,7 @@ from deltactl.recording.tables.flat import UNITS
 from deltactl.reference import states_page
 from deltactl.reference.fields import NAMES
 from deltactl.reference.key_tables import KeyTables, table
+from deltactl.reference.robot_picture import robot_picture
 from deltactl.reference.schemas import schemas
 from deltactl.reference.words import ARGUMENT_WORDS, COLUMN_WORDS, REQUEST_WORDS, stem_of
 
@@ -33,7 +34,7 @@ MADE = "<!-- Made by `make reference` from the code; a test fails when it is sta
 
 
 def pages() -> dict[str, str]:
-    """Text of each page by its name under docs/reference/."""
+    """Text of each page and picture by its name under docs/reference/."""
     return {
         "README.md": _contents(),
         "jobs.md": _jobs(),
@@ -42,6 +43,7 @@ def pages() -> dict[str, str]:
         "columns.md": _columns(),
         "socket.md": _socket(),
         "states.md": _states(),
+        "robot.svg": robot_picture(),
     }
 
 

@@ -61,6 +61,7 @@ def _corrected(path: Path) -> None:
 
 FILES: dict[str, Callable[[Path], object]] = {
     "data.csv": _table,
+    "log.csv": _table,
     "so100": _episodes,
     "axis.yaml": lambda path: path.write_text(AXIS),
     "part.gcode": lambda path: path.write_text(GCODE),

@@ -1,16 +1,18 @@
-"""Commands that need a file of the reader's or a daemon, typed as they stand in README and docs."""
+"""Tutorials, Python, and commands that need a file of the reader or a daemon, typed verbatim."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
+import yaml
 
 from tests.newcomer.readers_files import FILES
-from tests.rigs.documented import ROOT
+from tests.rigs.documented import PAGES, ROOT, blocks, fenced
 
 pytestmark = pytest.mark.newcomer
 MY_DELTA = (
@@ -66,20 +68,63 @@ SESSIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     )),
 }  # fmt: skip
 """What is typed before, and the lines of the docs."""
+PYTHON: dict[str, tuple[str, ...]] = {
+    "python.md": (MY_DELTA, DAEMON, "deltactl power on", "deltactl home"),
+    "recordings.md": (A_RUN.format("run.mcap"),),
+}
+"""What is typed before the Python of a page runs."""
+TUTORIALS = [
+    page for page in PAGES if page.parent.name == "tutorials" and page.stem != "raspberry-pi"
+]
 TYPED = {line for _, lines in SESSIONS.values() for line in lines}
+TYPED |= {one.text for page in TUTORIALS for one in fenced(page)}
 
 
 @pytest.mark.parametrize("name", SESSIONS)
 def test_it_is_typed_as_it_stands(tmp_path: Path, name: str) -> None:
     before, lines = SESSIONS[name]
-    (tmp_path / ".venv").symlink_to(sys.prefix)
-    for file, write in FILES.items():
-        write(tmp_path / file)
+    _typed(tmp_path, (*before, *lines))
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_a_tutorial_works_from_top_to_bottom(tmp_path: Path, page: Path) -> None:
+    """In an empty folder of a clone: what it needs, it makes."""
+    steps = []
+    for number, (language, text) in enumerate(blocks(page, "python", "sh")):
+        (tmp_path / f"step{number}.py").write_text(text)
+        steps += text.splitlines() if language == "sh" else [f"python step{number}.py"]
+    (tmp_path / "config").symlink_to(ROOT / "config")
+    _typed(tmp_path, steps, files=())
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_the_python_of_a_page_runs(tmp_path: Path, name: str) -> None:
+    text = "\n".join(text for _, text in blocks(ROOT / "docs" / name, "python"))
+    (tmp_path / "page.py").write_text(text)
+    _typed(tmp_path, (*PYTHON[name], "python page.py"))
+
+
+def test_no_page_with_python_is_left_out() -> None:
+    pages = {page for page in PAGES if blocks(page, "python")}
+    assert pages - set(TUTORIALS) == {ROOT / "docs" / name for name in PYTHON}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_the_yaml_of_a_page_is_yaml(page: Path) -> None:
+    for _, text in blocks(page, "yaml"):
+        yaml.safe_load(text)
+
+
+def _typed(folder: Path, lines: Iterable[str], files: Iterable[str] = FILES) -> None:
+    """In a shell that stops at the first failure, beside these files of the reader's."""
+    (folder / ".venv").symlink_to(sys.prefix)
+    for file in files:
+        FILES[file](folder / file)
     done = subprocess.run(
-        ["bash", "-e", "-c", "\n".join([AT_THE_END, *map(_in_a_shell, (*before, *lines))])],
-        cwd=tmp_path, capture_output=True, text=True, timeout=500, check=False,
+        ["bash", "-e", "-c", "\n".join([AT_THE_END, *map(_in_a_shell, lines)])],
+        cwd=folder, capture_output=True, text=True, timeout=500, check=False,
         env=os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
-                          "XDG_RUNTIME_DIR": str(tmp_path), "COLUMNS": "120"},
+                          "XDG_RUNTIME_DIR": str(folder), "COLUMNS": "120"},
     )  # fmt: skip
     assert "Traceback" not in done.stderr, done.stderr[-2000:]
     assert done.returncode == 0, (done.stdout[-2000:], done.stderr[-2000:])

@@ -34,11 +34,6 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         'pip install ".[web]" -c constraints.txt',
     ),
     "runs the tests, of which this is one": ("make test", "make newcomer", "make studies"),
-    "needs MuJoCo and a reader's arm; one is made and diagnosed in test_chain_of_joints": (
-        "make extras WITH=chain",
-        "deltactl init chain arm.yaml --model arm.urdf",
-        "deltactl diagnose motion.csv --robot arm.yaml",
-    ),
     "runs until it is stopped; started and used in tests/web": (
         "deltactl web --simulate",
         "deltactl web --host 0.0.0.0 --users users.yaml --certificate page.pem --key page.key",
@@ -59,7 +54,6 @@ UNTYPED: dict[str, tuple[str, ...]] = {
     ),
     "takes hours; a short form of each is in tests/proof, tests/reproduction and tests/training": (
         "deltactl demo prove --repair --cases 104 --seed 2 --networks --out repair-2",
-        "deltactl demo prove --heal --out heal-1",
         "deltactl demo prove --machine axis --cases 100 --half even --seed 2000 --out axes-even",
         "deltactl demo prove --machine axis --cases 0 --practice ../shared/recordings/practice_axes"
         " --out practice",

@@ -54,6 +54,20 @@ def fenced(page: Path) -> list[Documented]:
     return found
 
 
+def blocks(page: Path, *languages: str) -> list[tuple[str, str]]:
+    """Language and text of a page's fences in these languages, in their order."""
+    found: list[tuple[str, list[str], int]] = []
+    inside = False
+    for line in page.read_text(encoding="utf-8").splitlines():
+        if fence := _FENCE.match(line.strip()):
+            inside = not inside
+            if inside:
+                found.append((fence["language"], [], len(line) - len(line.lstrip())))
+        elif inside:
+            found[-1][1].append(line[found[-1][2] :])
+    return [(kind, "\n".join(lines)) for kind, lines, _ in found if kind in languages]
+
+
 def inline(page: Path) -> list[Documented]:
     """Commands between back quotes in a page's sentences."""
     return [
