@@ -110,8 +110,8 @@ def test_no_page_with_python_is_left_out() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_the_yaml_of_a_page_is_yaml(page: Path) -> None:
-    for _, text in blocks(page, "yaml"):
+def test_the_yaml_and_json_of_a_page_can_be_read(page: Path) -> None:
+    for _, text in blocks(page, "yaml", "json"):  # JSON is YAML
         yaml.safe_load(text)
 
 
