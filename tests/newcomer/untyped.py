@@ -26,9 +26,6 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         "deltactl service install --robot config/my-delta.yaml",
         "deltactl run config/my-delta-circle.yaml",
     ),
-    "needs socat and the socket of the service; requests are tried in tests/daemon": (
-        """echo '{"id": 1, "do": "status"}' | socat - UNIX:/run/deltactl/deltactl.sock""",
-    ),
     "installs outside the clone; make run installs the same on a clean clone": (
         'pipx install ".[web]" --pip-args="-c $PWD/constraints.txt"',
         'pip install ".[web]" -c constraints.txt',
