@@ -80,7 +80,7 @@ class Guard:
     app: App
     sessions: Sessions | None = None
     tokens: Tokens | None = None
-    """Of programs, which have no cookie."""
+    """The token of a program, which has no cookie."""
     local_only: bool = True
     """Names other than those of this machine are refused (DNS rebinding)."""
     max_pages: int = MAX_PAGES

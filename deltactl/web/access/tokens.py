@@ -27,7 +27,7 @@ class Token:
 
     user: str
     salt: str
-    """Of the user's entry, which is another one when the password changes."""
+    """The mark of the user's entry; a new password changes it."""
     label: str
     role: Role
     sha256: str
