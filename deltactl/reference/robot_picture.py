@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import deltactl as dc
-from deltactl.models.robot import FloatArray
+from deltactl.models.robot import DeltaRobot, FloatArray
 
 ROBOT = "zhao-2023.yaml"
 POSITION_M = (0.04, -0.03, -0.42)
@@ -30,6 +30,7 @@ def robot_picture() -> str:
 
 def _parts() -> Iterator[str]:
     robot = dc.Robot.load(ROBOT)
+    assert isinstance(robot.model, DeltaRobot)
     sizes = robot.model.geometry
     angles = dc.kinematics(robot).inverse([POSITION_M])[0]
     azimuth = np.radians(sizes.azimuth_deg)
