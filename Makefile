@@ -18,7 +18,7 @@ EXTRAS   = $(if $(WITH),[$(WITH)])
 QUIET   := $(shell test -t 2 || echo --quiet)
 INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install $(QUIET) --disable-pip-version-check -c constraints.txt
 
-.PHONY: run demo extras test check newcomer studies release-check reference site hil-aarch64 benchmarks clean
+.PHONY: run demo extras test test-clock test-page check newcomer studies release-check reference site hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
@@ -38,7 +38,16 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 test: export PYTHONDONTWRITEBYTECODE =
 test: check
 	$(ONE_THREAD) $(BIN)/python -m pytest $(TWO) -m "not realtime" $(AGAIN)
-	$(BIN)/python -m pytest -m realtime $(AGAIN)
+	$(MAKE) --no-print-directory -k -j $(LANES) test-clock test-page
+
+# Tests against the clock, in two lanes. Those of the page wait most of the time, and their robot bears
+# pauses: on a machine that does nothing else, `make test LANES=2` runs both lanes at once.
+LANES ?= 1
+test-clock: $(VENV)/.test
+	$(BIN)/python -m pytest -m realtime --ignore tests/web $(AGAIN)
+
+test-page: $(VENV)/.test
+	$(BIN)/python -m pytest -m realtime tests/web $(AGAIN)
 
 check: $(VENV)/.test
 	$(BIN)/ruff check .

@@ -44,7 +44,7 @@ def test_a_command_that_computes_says_that_it_was_interrupted(tmp_path: Path) ->
         "--as-built",
         "zhao-2023",
         "--samples",
-        "100000",
+        "5000",
         "--out",
         "data",
     )
@@ -56,7 +56,7 @@ def test_a_command_that_computes_says_that_it_was_interrupted(tmp_path: Path) ->
 
 def test_a_survey_on_the_simulated_robot_ends_and_keeps_what_it_has(tmp_path: Path) -> None:
     """On the virtual clock the robot's loops run within the wait: a signal must not end them."""
-    collect = ("network", "collect", "--simulate", "--samples", "100000", "--out", "data")
+    collect = ("network", "collect", "--simulate", "--samples", "5000", "--out", "data")
     status, said = _interrupted(tmp_path, "data/*.mcap", *collect)
     assert status == 2
     assert "did not run to its end (cancelled)" in said
