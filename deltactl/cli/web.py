@@ -130,7 +130,7 @@ def foxglove(
     ```
     deltactl web foxglove recordings/heart.mcap -o heart-foxglove.mcap
     deltactl web foxglove --layout deltactl-layout.json
-    deltactl web foxglove                   then open ws://127.0.0.1:8765 in Foxglove
+    deltactl web foxglove    then open ws://127.0.0.1:8765 in Foxglove
     ```
     """
     from importlib.resources import files

@@ -10,6 +10,7 @@ import sys
 from functools import cache
 
 import pytest
+import typer.rich_utils  # noqa: F401  it keeps the width of a window that it finds when imported
 from typer.testing import CliRunner
 
 from deltactl.cli.main import app

@@ -31,8 +31,9 @@ def correct(
     tables: Annotated[
         Literal["none", "joints", "platform"],
         typer.Option(
-            help="What has no name, as a table: of joints, or of the platform as well (if you know"
-            " that it is the platform that is off, and not a sensor).",
+            metavar="WHICH",
+            help="What has no name, as a table: none, of joints, or also of the platform (if you"
+            " know that it is the platform that is off, and not a sensor).",
         ),
     ] = "none",
     job: Annotated[

@@ -96,9 +96,9 @@ def prove(
     deltactl demo prove --cases 300 --more 100 --seed 7 --out proof-7
     deltactl demo prove --repair --cases 40 --seed 1 --out repair-1
     deltactl demo prove --heal --cases 48 --seed 1 --out heal-1
-    deltactl demo prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786
+    deltactl demo prove --cases 3000 --seed 8 --out p --scheduler tcp://pc:8786
     deltactl demo prove --machine axis --cases 200 --seed 1000 --out axes-1000
-    deltactl demo prove --machine axis --cases 0 --practice practice_axes --out axes
+    deltactl demo prove --machine axis --cases 0 --practice drawn --out axes
     ```
 
     Each single axis has a seed of its own, from --seed on; the table shows even and odd ones side

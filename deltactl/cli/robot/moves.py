@@ -10,6 +10,7 @@ from typing import Annotated, NamedTuple
 
 import typer
 
+from deltactl.cli.help_screens import MORE
 from deltactl.cli.robot.jobs import AcceptOption, JsonOption, SocketOption
 from deltactl.firmware_py.importing.drawn import CORNER_MM
 from deltactl.foundation.plain_file import write_whole
@@ -268,7 +269,8 @@ def convert(
     block_delete: Annotated[
         bool | None,
         typer.Option(
-            help="Leave out lines of G-code that begin with '/', or carry them out; else refused."
+            help="Leave out lines of G-code that begin with '/', or carry them out; else refused.",
+            rich_help_panel=MORE,
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
