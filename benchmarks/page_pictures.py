@@ -1,6 +1,6 @@
 """Pictures of the page for docs/page: a simulated robot, in Debian's Chromium without a window.
 
-python -m benchmarks.page_pictures docs/page after
+python -m benchmarks.page_pictures docs/page after [Robot Jobs Recordings Console]
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ def save(browser: Browser, path: Path) -> None:
     picture.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
-def main(folder: Path, name: str) -> None:
-    """Write every picture whose name ends in `name` into the folder."""
+def main(folder: Path, name: str, *tabs: str) -> None:
+    """Write every picture whose name ends in `name` into the folder; of all tabs, or of some."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as made:
         work = Path(made)
@@ -86,10 +86,10 @@ def main(folder: Path, name: str) -> None:
                     time.sleep(0.5)
             browser.driver.get(page.url)
             browser.says("state", "ready", PATIENCE_S)
-            for tab, show in TABS.items():
+            for tab in tabs or TABS:
                 turn(browser, LOOKS[0], *SIZES["desktop"])
                 browser.tab(tab)
-                show(browser)
+                TABS[tab](browser)
                 for look in LOOKS:
                     for size, shape in SIZES.items():
                         turn(browser, look, *shape)
@@ -101,4 +101,4 @@ def main(folder: Path, name: str) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2])
+    main(Path(sys.argv[1]), *sys.argv[2:])

@@ -21,6 +21,8 @@ from deltactl.web.visit import Visit
 PLAYED, ROBOT = "played.json", "played.yaml"
 """What the worker writes: curves and counts, and the robot file of the recording."""
 FRAME_S = 0.1
+CURSOR_S = 0.35
+"""While it plays: a browser draws all curves anew for each place of the cursor."""
 SPEEDS = {0.25: "¼×", 1: "1×", 4: "4×"}
 SAYS = "Error: distance between the measured position and the target at that time."
 
@@ -75,6 +77,7 @@ class Playback:
             with ui.column().classes("grow basis-96 min-w-0 gap-0"):
                 self._chart = chart(self._curves, scrolls=True, cursor=True)
                 ui.label(SAYS).classes("text-xs text-gray-600")
+        self._pointed_s = 0.0
         self._show(0.0)
         self._timer = ui.timer(FRAME_S, self._step, active=False)
 
@@ -110,5 +113,9 @@ class Playback:
         counts, measured_m = self._counts[place], self._measured_m[place]
         if self._scene is not None:
             self._scene.update(tuple(counts), None if measured_m is None else tuple(measured_m))
-        self._chart.run_chart_method("setOption", cursor_at(t_s, self._curves))
+        now_s = time.monotonic()
+        playing = self._timer is not None and self._timer.active
+        if not playing or now_s - self._pointed_s > CURSOR_S:
+            self._pointed_s = now_s
+            self._chart.run_chart_method("setOption", cursor_at(t_s, self._curves))
         self._at.set_text(f"{t_s:.1f} of {self._end_s:.1f} s")

@@ -24,7 +24,7 @@ NICE = 10
 
 PREVIEWED = 800
 """Points of a path, as many as a picture of it needs."""
-PLAYED = 1200
+PLAYED = 500
 """Moments of a run, as many as its curves need."""
 
 
