@@ -84,7 +84,7 @@ class Tab:
         }  # fmt: skip
         url = f"{self.page.url.replace('http', 'ws')}/_nicegui_ws/socket.io/?{urlencode(asked)}"
         head = {"Cookie": cookie or self.cookie}
-        with connect(url, additional_headers=head, open_timeout=20.0) as one:
+        with connect(url, additional_headers=head, open_timeout=20.0, ping_interval=None) as one:
             assert str(one.recv(20.0)).startswith("0")
             one.send("40")
             yield one
