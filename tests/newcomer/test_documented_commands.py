@@ -88,9 +88,18 @@ def test_deltactl_takes_it(one: Documented) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_lead_somewhere(page: Path) -> None:
-    links = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
-    own = [link for link in links if not link.startswith("http")]
-    assert not [link for link in own if not (page.parent / link).exists()]
+    """To a file that is there, and to a heading in it. Links to other hosts are not fetched."""
+    links = re.findall(r"\]\(([^)#]*)(?:#([^)]*))?\)", page.read_text(encoding="utf-8"))
+    own = [(page.parent / file if file else page, place) for file, place in links
+           if not file.startswith("http")]  # fmt: skip
+    assert not [file for file, _ in own if not file.exists()]
+    assert not [(file, place) for file, place in own if place and place not in headings(file)]
+
+
+def headings(page: Path) -> set[str]:
+    """What a link names the headings of a page by, as GitHub and the site do."""
+    lines = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", line.lower()).strip().replace(" ", "-") for line in lines}
 
 
 def test_the_whole_jobs_on_the_page_of_jobs_may_run(tmp_path: Path) -> None:
