@@ -67,7 +67,7 @@ def test_jobs_wait_in_order_and_one_can_be_left_out(
     browser.press("cancel")
     browser.says("state", "ready")
     browser.says("job", "no job")
-    browser.says("ended", "third has ended: its recording is third-")
+    browser.says("ended", "third was cancelled: its recording is third-")
     browser.press("show-recording")
     browser.says("recording", "third-")
 
