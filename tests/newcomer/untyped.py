@@ -30,7 +30,7 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         'pipx install ".[web]" --pip-args="-c $PWD/constraints.txt"',
         'pip install ".[web]" -c constraints.txt',
     ),
-    "builds and installs a release, which .ci/run does": ("make release-check",),
+    "builds and installs a release, which .ci/run does": ("make release-check", "make site"),
     "runs the tests, of which this is one": ("make test", "make newcomer", "make studies"),
     "runs until it is stopped; started and used in tests/web": (
         "deltactl web --simulate",

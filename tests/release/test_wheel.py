@@ -19,6 +19,8 @@ import pytest
 
 from tests.release.project import EXTRAS, PYTHONS, ROOT, VERSION
 
+SITE = ROOT / "build" / "site"
+
 pytestmark = pytest.mark.release
 LONGEST_S = 1500
 BROKEN = ("Traceback (most recent call last)", "DeprecationWarning")
@@ -80,6 +82,8 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with wheel and sdist of what is committed; the wheel is built from the sdist."""
     folder = tmp_path_factory.mktemp("built")
     run("git", "clone", "--quiet", ROOT, folder / "clone", cwd=folder)
+    if SITE.is_dir():  # of `make site`; an installed `deltactl docs` opens it
+        shutil.copytree(SITE, folder / "clone" / "build" / "site")
     tools = environment(folder / "tools", interpreter("3.11") or "python3", "build", "twine")
     run(tools / "python", "-m", "build", "--outdir", folder / "dist", ".", cwd=folder / "clone")
     run(tools / "python", "-m", "twine", "check", "--strict", *(folder / "dist").iterdir(),
@@ -97,6 +101,14 @@ def test_the_wheel_has_one_import_name(built: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     assert {one.split("/")[0] for one in names} == {"deltactl", f"deltactl-{VERSION}.dist-info"}
     assert not [one for one in names if re.search(r"(^|/)(tests?|benchmarks)/|\.pyc$", one)]
+
+
+@pytest.mark.skipif(not SITE.is_dir(), reason="make site was not typed before")
+def test_the_wheel_has_the_documentation(built: Path) -> None:
+    (wheel,) = built.glob("*.whl")
+    names = set(zipfile.ZipFile(wheel).namelist())
+    there = {str(one.relative_to(SITE)) for one in SITE.rglob("*.html")}
+    assert {f"deltactl/site/{one}" for one in there} <= names
 
 
 @pytest.mark.parametrize("python", PYTHONS)
