@@ -79,7 +79,7 @@ def prior_sensitivity(selected: Selected) -> list[PriorSensitivity]:
     narrower = probabilities(selected, 1.0 / SIZE_PRIORS.known_to)
     wider = probabilities(selected, SIZE_PRIORS.known_to)
     here = probabilities(selected, 1.0)
-    for key in sorted(selected.best.keys & here.keys()):
+    for key in sorted(selected.best.found & here.keys()):
         now = here[key]
         if max(abs(narrower[key] - now), abs(wider[key] - now)) > ASSESSMENT.matters:
             one = by_key[key]

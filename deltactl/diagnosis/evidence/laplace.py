@@ -37,6 +37,8 @@ class Explanation:
     """
 
     keys: frozenset[str]
+    found: frozenset[str]
+    """Less those whose size any machine has as built."""
     sizes: Point
     linear: dict[str, FloatArray]
     predicted: FloatArray
@@ -309,13 +311,18 @@ class Laplace:
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         return Explanation(
-            keys=keys, sizes=point, linear=linear, predicted=predicted,
+            keys=keys, found=frozenset(key for key in keys if self._is_found(key, linear)),
+            sizes=point, linear=linear, predicted=predicted,
             residual=self.plant.observed - predicted, chi2=float(left @ left),
             penalised=penalised,
             log_evidence=odds - 0.5 * (penalised + occam + chosen - halves),
             shapes=tuple(shapes), names=tuple(names), spreads=spreads, white=left,
             free_count=self._free.values.shape[1],
         )  # fmt: skip
+
+    def _is_found(self, key: str, linear: dict[str, FloatArray]) -> bool:
+        as_built = self.by_key[key].as_built
+        return not as_built or float(np.abs(linear[key]).max()) > as_built
 
     @staticmethod
     def _within(

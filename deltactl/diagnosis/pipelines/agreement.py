@@ -32,7 +32,7 @@ def agreement(selected: Selected, singles: Sequence[RegressionPlant]) -> list[Ag
     recording; empty for one recording.
     """
     keys = frozenset(
-        key for key in selected.best.keys if key not in LASTING and selected.plant.shown(key)
+        key for key in selected.best.found if key not in LASTING and selected.plant.shown(key)
     )
     if len(singles) < 2 or not keys:
         return []

@@ -91,7 +91,7 @@ class SummedColumns:
         found = findings(self.selected, self.plant.readings, [self.plant.channel])
         fit = fit_of(self.selected, self.others, rest, self.blocks)
         if self.plant.left_by_known and not seen(rest.p):
-            excused = bool(self.searched.best.keys and not self.selected.best.keys)
+            excused = bool(self.searched.best.found and not self.selected.best.found)
             fit = allowing(fit, left_by_known(self.selected, fit, excused))
         found = [as_far_as_rows_tell(one, self.plant.readings.period_s) for one in found]
         return Figures(widened(found, self.compared), fit, rest)
@@ -181,7 +181,7 @@ def _claimed(selected: Selected, first_p: float, blocks: Blocks) -> bool:
 def _first_p(selected: Selected, charged: float) -> float:
     """Calibrated p of 'nothing is missing', before any finding."""
     best, empty = selected.best, selected.empty
-    if best.keys:
+    if best.found:
         return chance(selected, best, empty, charged)
     tried = [e for e in selected.evidence.evaluated if len(e.keys) == 1]
     return min([chance(selected, one, empty, charged) for one in tried], default=1.0)
@@ -190,7 +190,7 @@ def _first_p(selected: Selected, charged: float) -> float:
 def _charged(selected: Selected, charged: float) -> Selected:
     """The same, with what the file's effects may leave taken off the evidence of anything more."""
     best, empty = selected.best, selected.empty
-    if not best.keys or charged <= 0.0:
+    if not best.found or charged <= 0.0:
         return selected
     against = best.log_evidence - empty.log_evidence - 0.5 * charged
     return replace(selected, nothing=max(selected.nothing, float(expit(-against))))
@@ -200,7 +200,7 @@ def _nothing(selected: Selected) -> Selected:
     """The same, with nothing claimed."""
     return Selected(
         selected.plant, selected.evidence, Posterior([selected.empty], [1.0]),
-        selected.probability, selected.nothing, selected.empty, selected.named,
+        selected.probability, selected.nothing, selected.named,
         {}, selected.left_over,
     )  # fmt: skip
 
@@ -224,7 +224,7 @@ def _without_doubtful(selected: Selected) -> Selected:
     """
     by_key = {r.key: r for r in selected.plant.regressors}
     doubtful = set()
-    for key in selected.best.keys:
+    for key in selected.best.found:
         shown = selected.plant.shown(key)
         if has(by_key[key].effect, Trait.SIGNED) and shown:
             ((_, low, high),) = sizes(selected, key)[shown[0].name].components

@@ -36,7 +36,7 @@ def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Fi
     """All findings, the one that explains most first."""
     plant, best = selected.plant, selected.best
     by_key = {r.key: r for r in plant.regressors}
-    found = [_finding(selected, by_key[key], readings, axes) for key in sorted(best.keys)]
+    found = [_finding(selected, by_key[key], readings, axes) for key in sorted(best.found)]
     return sorted(filter(_likely, found), key=_first)
 
 

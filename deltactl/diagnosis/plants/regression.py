@@ -77,6 +77,8 @@ class Regressor:
     """This motion makes it a constant: weighed against a zero, it shows no size of its own."""
     positive: tuple[str, ...] = ()
     """Linear sizes that no machine has below zero."""
+    as_built: float = 0.0
+    """Linear size up to which any machine is off, so that it is no finding."""
     mapped: bool = False
     """A map of the position in detail has it as well: beside one it must be distinct."""
     left_over: bool = False

@@ -37,9 +37,9 @@ class Posterior:
 
     @property
     def nothing(self) -> float:
-        """That no regressor is."""
+        """That no regressor is a finding."""
         pairs = zip(self.explanations, self.weights, strict=True)
-        return float(sum(w for e, w in pairs if not e.keys))
+        return float(sum(w for e, w in pairs if not e.found))
 
     def without(self, keys: Iterable[str]) -> float:
         """That none of these is at work."""

@@ -35,8 +35,6 @@ class Selected:
     """Probability of every regressor that was tried."""
     nothing: float
     """Probability that nothing is missing."""
-    empty: Explanation
-    """Explanation by the robot file alone, under the same noise."""
     named: Explanation
     """The named regressors alone: what spline terms are orthogonal to."""
     shift: dict[str, float]
@@ -48,6 +46,11 @@ class Selected:
     def best(self) -> Explanation:
         """The chosen explanation."""
         return self.posterior.best
+
+    @property
+    def empty(self) -> Explanation:
+        """Explanation by the robot file, and what is off on any machine, under the same noise."""
+        return self.evidence(self.best.keys - self.best.found, [self.best])
 
     @property
     def noise(self) -> TemperedNoise:
@@ -85,7 +88,6 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
             named,
             chances,
             nothing,
-            evidence(()),
             named.best,
             _shift(plant, named.best),
             free,
@@ -190,7 +192,7 @@ def _beside(
     both = HillClimb(free, kept, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}
     return Selected(
-        plant, free, both, found, nothing, free(()), named.best, _shift(plant, both.best), free
+        plant, free, both, found, nothing, named.best, _shift(plant, both.best), free
     )
 
 

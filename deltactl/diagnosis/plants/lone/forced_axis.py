@@ -83,7 +83,9 @@ class ForcedAxis(LeftOver):
             if len(self.rows) >= FEWEST_IN_MOTION:
                 break
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
-        self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
+        steep = np.abs(self._changing)
+        edges = np.quantile(steep[self.rows], [0.5, 0.8, 0.95]) if len(self.rows) else []
+        self.kinds = np.searchsorted(edges, steep).astype(np.intp)
         self.beside = np.zeros((len(self.t_s), 0))
         enough = len(self.rows) >= FEWEST_IN_MOTION
         self.regressors = tuple(self._regressors()) if enough else ()
@@ -182,7 +184,7 @@ class ForcedAxis(LeftOver):
         found = [
             named("effort/friction", positive=("torque",)),
             named("effort/viscous", positive=("coefficient",)),
-            named("effort/inertia"),
+            named("effort/inertia", as_built=FORCED_AXIS.as_built * self.inertia),
         ]
         if not self.let_go:
             slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
@@ -190,7 +192,7 @@ class ForcedAxis(LeftOver):
             late = instead("effort/lag")
             found += [
                 named("effort/offset", equivalents=instead("effort/offset")),
-                named("effort/gain"),
+                named("effort/gain", as_built=FORCED_AXIS.as_built),
                 named("effort/spring", follows=("position",)),
                 named("effort/lag", alone=False, positive=("dead_time",), equivalents=late),
                 named("effort/stribeck", sizes=(speed,), alone=False, positive=("torque",)),

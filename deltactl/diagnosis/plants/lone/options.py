@@ -205,10 +205,13 @@ class ForcedAxisOptions:
     """
 
     # What may differ.
-    clocks_s: float = 0.02
+    clocks_s: float = 0.001
     """By how much effort and position may be apart in time: filters of the current, sampling,"""
-    clocks_periods: float = 0.5
+    clocks_periods: float = 0.25
     """and at least so much of a sampling period, for which effort is held."""
+    as_built: float = 0.01
+    """Share by which inertia and gain are off on any machine: parts are not weighed more exactly,
+    nor is a motor's torque constant measured."""
     dead_time_spread_s: float = 0.05
     """Spread of a lag beyond that: a slow bus, or a drive's own filter."""
     weighed_rad: float = 1.0
