@@ -85,7 +85,9 @@ class ForcedAxis(LeftOver):
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         steep = np.abs(self._changing)
         edges = np.quantile(steep[self.rows], [0.5, 0.8, 0.95]) if len(self.rows) else []
-        self.kinds = np.searchsorted(edges, steep).astype(np.intp)
+        turns = np.diff(np.signbit(self.motion.velocity), prepend=False)
+        near = binary_dilation(turns, np.ones(2 * max(1, int(0.5 / self._period)) + 1, dtype=bool))
+        self.kinds = np.searchsorted(edges, steep).astype(np.intp) + 4 * near
         self.beside = np.zeros((len(self.t_s), 0))
         enough = len(self.rows) >= FEWEST_IN_MOTION
         self.regressors = tuple(self._regressors()) if enough else ()
