@@ -26,6 +26,7 @@ from deltactl.diagnosis.observations.readings import (
     bridged,
     gather,
 )
+from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
@@ -71,8 +72,8 @@ class ForcedAxis(LeftOver):
         name = first_of(recordings[0], ("position", "theta_1")) or "position"
         unit = {name: "m" if robot.motion == "linear" else "rad"}
         self.readings: Readings = gather(recordings, [name], unit)
-        self.t_s = self.readings.t_s
         self.position = np.concatenate([bridged(r, name) for r in recordings])
+        self.t_s = sampling_times(self.readings.t_s, self.readings.fresh, self.position)
         self.force = robot.effort_gain * np.concatenate([bridged(r, "effort") for r in recordings])
         self.let_go = not float(np.ptp(self.force)) > 0.0
         self.rounding = 0.0

@@ -1,0 +1,60 @@
+"""When readings were taken: the stamps of a log, as far as the readings follow them.
+
+A logger stamps a reading late, or to a millisecond; the reading was mostly taken on a steady beat.
+A stamp off its beat is then error in part, and a position read at speed shows in which: it follows
+the share of the offsets that is true (regression calibration: Carroll et al. 2006, Measurement
+Error in Nonlinear Models, chapter 4).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
+
+CLEARER = 0.98
+"""Roughness of a motion, of that by its stamps, from which on another course of time counts: a
+median of 400 values or more is known to 2 % or better."""
+
+
+def sampling_times(t_s: FloatArray, fresh: BoolArray, position: FloatArray) -> FloatArray:
+    """Times (n,) at which positions (n,) were most likely read, from their stamps (n,)."""
+    ends = [*np.flatnonzero(fresh).tolist(), len(t_s)]
+    period_s = float(np.median(np.diff(t_s)))
+    beat_s = t_s.copy()
+    for part in (slice(a, b) for a, b in pairwise(ends)):
+        if part.stop - part.start > 2:
+            beat_s[part] = _beat(t_s[part], period_s)
+    off_s = t_s - beat_s
+    starts = np.flatnonzero(~np.convolve(fresh[1:], np.ones(4), "full")[3 : len(t_s) - 1].astype(bool))
+    rows = starts[:, None] + np.arange(5)
+    if not len(rows) or not float(np.abs(off_s).max()) > 0.0:
+        return t_s
+
+    def rough(share: float) -> float:
+        return _rough(beat_s[rows] + share * off_s[rows], position[rows])
+
+    best = minimize_scalar(rough, bounds=(0.0, 1.0), method="bounded", options={"xatol": 0.01})
+    return beat_s + float(best.x) * off_s if best.fun < CLEARER * rough(1.0) else t_s
+
+
+def _rough(t_s: FloatArray, values: FloatArray) -> float:
+    """How far the middle one of five values (m, 5) usually is from a cubic through the others."""
+    weight = np.ones((len(t_s), 4))
+    others = [0, 1, 3, 4]
+    for column, one in enumerate(others):
+        for other in others:
+            if other != one:
+                weight[:, column] *= (t_s[:, 2] - t_s[:, other]) / (t_s[:, one] - t_s[:, other])
+    off = values[:, 2] - np.sum(weight * values[:, others], axis=1)
+    return float(np.median(np.abs(off) / np.sqrt(1.0 + np.sum(weight**2, axis=1))))
+
+
+def _beat(t_s: FloatArray, period_s: float) -> FloatArray:
+    """The steady beat nearest to stamps (n,), of which some may be missing."""
+    number = np.cumsum(np.concatenate([[0.0], np.maximum(np.round(np.diff(t_s) / period_s), 1.0)]))
+    slope, first = np.polyfit(number, t_s, 1)
+    return np.asarray(first + slope * number)
