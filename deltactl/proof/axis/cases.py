@@ -99,6 +99,9 @@ class Hidden:
             "names": sorted(names),
             "ties": self.alike.ties,
         }
+        if (machine, effect) == ("effort", "following_lag"):
+            # Forces show by how much they come late, not how.
+            found["values"] = {"total": sum(self.values.values())}
         if self.kind.unknown:
             found |= {"values": {}, "physics": self.kind.effect, "depends_on": self.kind.follows}
         return found
