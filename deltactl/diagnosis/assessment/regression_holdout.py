@@ -118,7 +118,7 @@ def on_blocks(selected: Selected) -> Blocks:
         held = number == block
         scale = np.where(held, 0.0, noise.scale)
         partial = Laplace(plant, replace(noise, scale=scale), selected.evidence)
-        for keys, into in ((selected.empty.keys, before), (best.keys, after)):
+        for keys, into in ((best.keys - best.found, before), (best.keys, after)):
             into[held] = partial(keys).residual[noise.rows][held]
         fits.append(partial(best.keys))
     return Blocks(rms(before), rms(after), fits)
