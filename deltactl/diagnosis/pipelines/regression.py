@@ -138,31 +138,10 @@ def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:
 
 
 def _widened(selected: Selected) -> tuple[Selected, Blocks]:
-    """The same with the discrepancy of its sizes, and what it leaves of blocks left out.
-
-    Less doubtful corrections of the file, and then unknowns that no test sees and that do not
-    foretell blocks left out either.
-    """
-    known, blocks = _less_doubtful(selected)
-    fewer = _without_unseen(known)
-    if fewer.best.keys == known.best.keys:
-        return known, blocks
-    trimmed, left = _widened(replace(fewer, shift=selected.shift))
-    if blocks.after < ASSESSMENT.foretold * left.after:
-        return known, blocks
-    return trimmed, left
-
-
-def _less_doubtful(selected: Selected) -> tuple[Selected, Blocks]:
-    """Less corrections of the file without which blocks left out are no worse (`grew`)."""
+    """The same with the discrepancy of its sizes, and what it leaves of blocks left out."""
     blocks = on_blocks(selected)
-    known = replace(selected, shift=_together(selected, beyond_noise(selected.best, blocks)))
-    fewer = _without_doubtful(known)
-    if fewer.best.keys != selected.best.keys:
-        trimmed, left = _less_doubtful(replace(fewer, shift=selected.shift))
-        if left.after <= VERDICT.grew * blocks.after:
-            return trimmed, left
-    return known, blocks
+    shift = _together(selected, beyond_noise(selected.best, blocks))
+    return replace(selected, shift=shift), blocks
 
 
 def _claimed(selected: Selected, first_p: float, blocks: Blocks) -> bool:
@@ -203,36 +182,3 @@ def _nothing(selected: Selected) -> Selected:
         selected.probability, selected.nothing, selected.named,
         {}, selected.left_over,
     )  # fmt: skip
-
-
-def _without_unseen(selected: Selected) -> Selected:
-    """The same less every unknown that chance would show as well: the evidence has it for a part of
-    what the others leave, and a recording that a test takes for noise shows no new physics.
-    """
-    best = selected.best
-    for regressor in selected.plant.regressors:
-        if regressor.key in best.keys and regressor.unknown:
-            without = selected.evidence(best.keys - {regressor.key}, [best])
-            if chance(selected, best, without) > ASSESSMENT.unlikely:
-                return _without_unseen(replace(selected, posterior=Posterior([without], [1.0])))
-    return selected
-
-
-def _without_doubtful(selected: Selected) -> Selected:
-    """The same less the correction of the file that is missed least of those whose interval holds
-    what the file says: of a ratio and an offset that make up for each other one may be needed.
-    """
-    by_key = {r.key: r for r in selected.plant.regressors}
-    doubtful = set()
-    for key in selected.best.found:
-        shown = selected.plant.shown(key)
-        if has(by_key[key].effect, Trait.SIGNED) and shown:
-            ((_, low, high),) = sizes(selected, key)[shown[0].name].components
-            if low <= shown[0].nothing <= high:
-                doubtful.add(key)
-    if not doubtful:
-        return selected
-    best = selected.best
-    fewer = [selected.evidence(best.keys - {key}, [best]) for key in sorted(doubtful)]
-    rest = max(fewer, key=lambda one: one.log_evidence)
-    return replace(selected, posterior=Posterior([rest], [1.0]))
