@@ -55,7 +55,7 @@ def test_the_tables_of_an_answer_say_what_they_are_in() -> None:
     """Places of a slide in m beside forces in N: neither number says so by itself."""
     robot = axis("linear").model_copy(update={"inertia": 2.0})
     run = ForcedRig(coulomb=1.0).record(1)
-    bumps = 0.3 * np.sin(run.columns["position"] / 0.05)
+    bumps = 0.3 * np.sin(run.columns["position"] / 0.1)
     run = replace(run, columns=run.columns | {"effort": run.columns["effort"] + bumps})
     answer = diagnose_recordings(robot, [run]).to_json()
     tables = [one["table"] for one in answer["findings"] if one["table"]]

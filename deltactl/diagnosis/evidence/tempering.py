@@ -64,7 +64,8 @@ def _of_residual(
 ) -> TemperedNoise:
     expected, rows, groups = plant.base(frozenset(), {}), plant.rows, plant.groups
     mismatch = (plant.observed - expected)[rows]
-    least = max(EVIDENCE.least_noise_share * float(np.std(mismatch)), plant.rounding, 1e-15)
+    digits = EVIDENCE.digits * float(np.std((plant.observed + plant.drawn_on)[rows]))
+    least = max(EVIDENCE.least_noise_share * float(np.std(mismatch)), plant.rounding, digits, 1e-15)
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
     kinds, noises = plant.kinds, plant.noises

@@ -100,7 +100,9 @@ def motion_of(
     speed = low_passed(position, 1) if velocity is None else low_passed(velocity)
     rise = low_passed(position, 2) if velocity is None else low_passed(velocity, 1)
     settled = np.zeros(len(t_s), dtype=bool)
-    edge = FRAYED + max(OBSERVATIONS.edge_rows, int(OBSERVATIONS.edge_periods / (cut_off_hz * step_s)))
+    edge = FRAYED + max(
+        OBSERVATIONS.edge_rows, int(OBSERVATIONS.edge_periods / (cut_off_hz * step_s))
+    )
     shortest = max(OBSERVATIONS.fewest_in_stretch, OBSERVATIONS.edges_in_stretch * edge)
     for part in stretches:
         if part.stop - part.start >= shortest:

@@ -11,7 +11,6 @@ import numpy as np
 from scipy.special import expit
 
 from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell
-from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import (
     Agreement,
     Diagnosis,
@@ -39,12 +38,11 @@ from deltactl.diagnosis.pipelines.regression_figures import (
     picture_of,
     rest_of,
 )
-from deltactl.diagnosis.pipelines.regression_findings import findings, sizes
+from deltactl.diagnosis.pipelines.regression_findings import findings
 from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.selection.model_posterior import Posterior
 from deltactl.diagnosis.selection.named_first import Selected, select
-from deltactl.models.effects import Trait, has
 
 
 def diagnose_plant(

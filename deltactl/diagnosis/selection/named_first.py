@@ -191,9 +191,7 @@ def _beside(
     opened += sorted(sure - kept)
     both = HillClimb(free, kept, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}
-    return Selected(
-        plant, free, both, found, nothing, named.best, _shift(plant, both.best), free
-    )
+    return Selected(plant, free, both, found, nothing, named.best, _shift(plant, both.best), free)
 
 
 def _pruned(evidence: Laplace, keys: frozenset[str], unknown: frozenset[str]) -> frozenset[str]:

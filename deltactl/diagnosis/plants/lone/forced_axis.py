@@ -84,11 +84,7 @@ class ForcedAxis(LeftOver):
             if len(self.rows) >= FEWEST_IN_MOTION:
                 break
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
-        steep = np.abs(self._changing)
-        edges = np.quantile(steep[self.rows], [0.5, 0.8, 0.95]) if len(self.rows) else []
-        turns = np.diff(np.signbit(self.motion.velocity), prepend=False)
-        near = binary_dilation(turns, np.ones(2 * max(1, int(0.5 / self._period)) + 1, dtype=bool))
-        self.kinds = np.searchsorted(edges, steep).astype(np.intp) + 4 * near
+        self.kinds = self._alike()
         self.beside = np.zeros((len(self.t_s), 0))
         enough = len(self.rows) >= FEWEST_IN_MOTION
         self.regressors = tuple(self._regressors()) if enough else ()
@@ -172,6 +168,18 @@ class ForcedAxis(LeftOver):
         good = np.flatnonzero(self._counts)
         stride = max(1, int(FORCED_AXIS.periods_a_row / period))
         return good[::stride]
+
+    def _alike(self) -> IntArray:
+        """Small numbers (n,): rows of one number have one noise.
+
+        Between two samples an effort that changes fast may be anything, and near a reversal
+        bearings first yield, which no curve over the speed says.
+        """
+        steep, shares = np.abs(self._changing), FORCED_AXIS.steeper
+        edges = np.quantile(steep[self.rows], shares) if len(self.rows) else np.zeros(0)
+        turns = np.diff(np.signbit(self.motion.velocity), prepend=False)
+        near = binary_dilation(turns, np.ones(2 * max(1, int(0.5 / self._period)) + 1, dtype=bool))
+        return np.searchsorted(edges, steep).astype(np.intp) + (len(shares) + 1) * near
 
     # ---- what may be missing -------------------------------------------------------------------
 

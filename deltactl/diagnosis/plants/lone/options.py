@@ -196,6 +196,8 @@ class ForcedAxisOptions:
     """For which an axis that is slow rests rather than turns round."""
     periods_a_row: float = 0.25
     """Between rows that count: nearer ones repeat each other."""
+    steeper: tuple[float, ...] = (0.5, 0.8, 0.95)
+    """Shares of the rows whose effort changes less: the others have noises of their own."""
     narrower: float = 0.6
     """Times the low-pass's edge, of the second preparation: narrow enough to move a size that
     hangs on the filter, wide enough to keep the motion."""
