@@ -13,8 +13,8 @@ from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 SPLINE = 5
-"""Degree of the splines. Where the low-pass ends, at five samples a period, two slopes of cubic ones
-make a mass 3 % smaller, and of these 0.3 %."""
+"""Degree of the splines. Where the low-pass ends, at five samples a period, two slopes of cubic
+splines make a mass 3 % smaller, two of these 0.3 %."""
 FRAYED = 6
 """Rows at each end of a stretch where a slope of noisy readings is mostly their noise."""
 
@@ -100,9 +100,8 @@ def motion_of(
     speed = low_passed(position, 1) if velocity is None else low_passed(velocity)
     rise = low_passed(position, 2) if velocity is None else low_passed(velocity, 1)
     settled = np.zeros(len(t_s), dtype=bool)
-    edge = FRAYED + max(
-        OBSERVATIONS.edge_rows, int(OBSERVATIONS.edge_periods / (cut_off_hz * step_s))
-    )
+    periods = int(OBSERVATIONS.edge_periods / (cut_off_hz * step_s))
+    edge = FRAYED + max(OBSERVATIONS.edge_rows, periods)
     shortest = max(OBSERVATIONS.fewest_in_stretch, OBSERVATIONS.edges_in_stretch * edge)
     for part in stretches:
         if part.stop - part.start >= shortest:

@@ -179,7 +179,8 @@ class ForcedAxis(LeftOver):
         edges = np.quantile(steep[self.rows], shares) if len(self.rows) else np.zeros(0)
         turns = np.diff(np.signbit(self.motion.velocity), prepend=False)
         near = binary_dilation(turns, np.ones(2 * max(1, int(0.5 / self._period)) + 1, dtype=bool))
-        return np.searchsorted(edges, steep).astype(np.intp) + (len(shares) + 1) * near
+        kinds: IntArray = np.searchsorted(edges, steep) + (len(shares) + 1) * near
+        return kinds
 
     # ---- what may be missing -------------------------------------------------------------------
 
