@@ -196,7 +196,7 @@ class ForcedAxis(LeftOver):
         found = [
             named("effort/friction", positive=("torque",)),
             named("effort/viscous", positive=("coefficient",)),
-            named("effort/inertia", as_built=FORCED_AXIS.as_built * self.inertia),
+            named("effort/inertia", as_built=FORCED_AXIS.as_stated * self.inertia),
         ]
         if not self.let_go:
             slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
@@ -204,7 +204,7 @@ class ForcedAxis(LeftOver):
             late = instead("effort/lag")
             found += [
                 named("effort/offset", equivalents=instead("effort/offset")),
-                named("effort/gain", as_built=FORCED_AXIS.as_built),
+                named("effort/gain", as_built=FORCED_AXIS.as_stated),
                 named("effort/spring", follows=("position",)),
                 named("effort/lag", alone=False, positive=("dead_time",), equivalents=late),
                 named("effort/stribeck", sizes=(speed,), alone=False, positive=("torque",)),

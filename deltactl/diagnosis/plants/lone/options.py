@@ -211,7 +211,7 @@ class ForcedAxisOptions:
     """By how much effort and position may be apart in time: filters of the current, sampling,"""
     clocks_periods: float = 0.25
     """and at least so much of a sampling period, for which effort is held."""
-    as_built: float = 0.01
+    as_stated: float = 0.01
     """Share by which inertia and gain are off on any machine: parts are not weighed more exactly,
     nor is a motor's torque constant measured."""
     dead_time_spread_s: float = 0.05
