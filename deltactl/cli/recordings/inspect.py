@@ -246,14 +246,16 @@ def _unit(guess: Guess) -> str:
 
 
 def _say_why(seen: Inspection) -> None:
-    """The reasons that are not simply the column's name."""
+    """The reasons that are neither the column's name nor that it is merely kept."""
+    from deltactl.recording.foreign.found import KEPT
+
     shown = list(seen.table)[:SHOWN_COLUMNS]
     for name in shown:
         if name in seen.guesses and seen.guesses[name].why != BY_NAME:
             _say_broken(f"why {name}: {seen.guesses[name].why}")
     for name in shown:
-        if name not in seen.guesses:
-            _say_broken(f"why not {name}: {seen.unused(name)}")
+        if name not in seen.guesses and (why := seen.unused(name)) != KEPT:
+            _say_broken(f"why not {name}: {why}")
 
 
 def _empty(seen: Inspection) -> str:

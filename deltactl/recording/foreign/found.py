@@ -15,6 +15,8 @@ from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.table_format import IN_OPTIONS
 
+KEPT = "kept, not used"
+"""Words for a column that nothing speaks for or against."""
 INIT = {
     "delta": ("delta",),
     "servo_axis": ("axis",),
@@ -73,10 +75,10 @@ class Inspection:
         if column in self.table and not np.isfinite(self.table[column]).any():
             return "holds no numbers"
         if not pulls(column):
-            return "kept, not used"
+            return KEPT
         names = [n for n in ("load", "effort") if n not in {g.name for g in self.guesses.values()}]
-        example = f"kept, not used; may be {' or '.join(names)}"
-        return f"{example}: --set {names[0]}={without_unit(column)}" if names else "kept, not used"
+        example = f"{KEPT}; may be {' or '.join(names)}"
+        return f"{example}: --set {names[0]}={without_unit(column)}" if names else KEPT
 
     @property
     def options(self) -> list[str]:
