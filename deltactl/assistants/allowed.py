@@ -78,6 +78,7 @@ def read_only(root: Path) -> None:
     own: tuple[str | Path, ...] = (
         root,
         PACKAGE,
+        *PACKAGE.iterdir(),  # links, in a checkout
         CONFIG_FOLDER,
         sys.prefix,
         sys.base_prefix,
