@@ -13,7 +13,7 @@ from rich.table import Table
 
 from deltactl.cli.main import one_line
 from deltactl.cli.output import PlainConsole
-from deltactl.firmware_py.daemon.main import _write_out
+from deltactl.firmware_py.daemon.log_lines import _write_out
 from deltactl.foundation.errors import ConfigError, MissingFile
 from deltactl.foundation.plain_file import read_plain
 from deltactl.foundation.printable import file_size, is_printable, plain, printable

@@ -21,6 +21,11 @@ OTHERWISE = {
     "firmware_py/daemon/listener.py": "an empty file that is locked",
     "deltactl/interface/recordings.py": "a table in a temporary folder of its own",
     "deltactl/interface/simulated.py": "faults in a temporary folder of its own",
+    "deltactl/recording/writing/retention.py": "a recording gets another name, and replaces none",
+    "firmware_py/daemon/actions.py": "asks for that",
+    "deltactl/web/behind/site.py": "the same, and what was made of the recording goes with it",
+    "deltactl/web/behind/own_jobs.py": "a job gets another name",
+    "deltactl/reference/site.py": "sources of the site, in a folder of their own",
     "drivers/fakes/syscall_trap.py": "the memory of a process, and /dev/null",
 }
 METHODS = {"write_text", "write_bytes", "savetxt", "tofile", "touch", "sink_parquet", "to_csv"}

@@ -10,9 +10,11 @@ from typing import cast
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 
+from deltactl.cli.main import app
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.foundation.errors import ConfigError
@@ -89,13 +91,11 @@ def test_an_effect_there_is_none_of_is_refused() -> None:
 
 
 def test_the_command_prints_the_table_and_writes_the_page(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
 ) -> None:
-    from deltactl.cli.recordings.demo import demo
-
-    demo(hide="home_offset", seed=3, minutes=1.0, out=tmp_path / "demo", json_out=True,
-         unknown=False, job="demo-heart.yaml")  # fmt: skip
-    answer = json.loads(capsys.readouterr().out)
+    typed = ["--hide", "home_offset", "--minutes", "1", "--out", str(tmp_path / "demo"), "--json"]
+    done = CliRunner().invoke(app, ["demo", *typed])
+    answer = json.loads(done.stdout)
     assert answer["after_rms_m"] < 0.2 * answer["before_rms_m"]
     assert Path(answer["page"]).exists()
 
