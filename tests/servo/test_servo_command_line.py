@@ -95,7 +95,8 @@ def test_after_a_lost_encoder_the_daemon_refuses_until_cleared_and_homed(
         assert status["state"] == "fault"
         refused = deltactl("run", job, "--socket", socket, status=2)
         assert "the robot is in a fault (the encoder signal of motor2 is lost" in refused.stderr
-        deltactl("acknowledge", "--socket", socket)  # a second has passed: the cable is back
+        time.sleep(1.0)  # after which the cable is back
+        deltactl("acknowledge", "--socket", socket)
         unhomed = deltactl("run", job, "--socket", socket, status=2)
         assert "the robot is unhomed" in unhomed.stderr
     finally:
