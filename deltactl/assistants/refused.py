@@ -84,13 +84,13 @@ def refused(error: BaseException, part: str, columns: Iterable[str] = ()) -> Ref
         Names of columns that the message may be about, beside those of the program.
     """
     if isinstance(error, RefusedRecording) and error.refusal is not None:
-        told = error.refusal
-        row = f"row {told.row}" if told.row is not None else ""
-        time = f"t = {told.t_s:g} s" if told.t_s is not None else ""
-        where = ", ".join(filter(None, [told.source, row, time]))
-        column = told.column.removeprefix("the ") or _column(told.why, columns)
-        kind = str(told.kind)
-        why, do = _divided(told.why, told.remedy)
+        refusal = error.refusal
+        row = f"row {refusal.row}" if refusal.row is not None else ""
+        time = f"t = {refusal.t_s:g} s" if refusal.t_s is not None else ""
+        where = ", ".join(filter(None, [refusal.source, row, time]))
+        column = refusal.column.removeprefix("the ") or _column(refusal.why, columns)
+        kind = str(refusal.kind)
+        why, do = _divided(refusal.why, refusal.remedy)
         return Refused(kind, why, RECORD.get(kind, do), column, where)
     if not isinstance(error, DeltactlError | OSError | ModuleNotFoundError):
         why = f"deltactl itself failed ({type(error).__name__})"

@@ -99,8 +99,8 @@ class Progress:
 
     def __call__(self, text: str) -> None:
         self._said += 1
-        told = self._context.session.report_progress(self._said, None, text)
-        self._sent.append(asyncio.ensure_future(told))
+        report = self._context.session.report_progress(self._said, None, text)
+        self._sent.append(asyncio.ensure_future(report))
 
     async def sent(self) -> None:
         """Wait until all has been sent, as nothing may follow the answer."""

@@ -144,10 +144,10 @@ def main(arguments: list[str]) -> None:
         read_only(root)
         _say({"result": KINDS[kind](root, request, part)})
     except Exception as error:
-        told = refused(error, part.name, part.columns)
-        if told.kind == "defect":
+        refusal = refused(error, part.name, part.columns)
+        if refusal.kind == "defect":
             traceback.print_exc()
-        _say({"result": told.to_json()})
+        _say({"result": refusal.to_json()})
 
 
 def _progress(text: str) -> None:

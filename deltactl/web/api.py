@@ -130,12 +130,12 @@ def _robot(api: FastAPI, site: Site) -> None:
         """Statuses, `rate_hz` a second at most; what comes in is not read."""
         await websocket.accept()
         period_s = 1.0 / min(max(rate_hz, 0.1), RATE_HZ)
-        told = -1
+        sent = -1
         try:
             while asking() is not None:
                 seen = site.link.seen
-                if seen.serial != told:
-                    told = seen.serial
+                if seen.serial != sent:
+                    sent = seen.serial
                     now = None if seen.status is None else seen.status.as_json()
                     line = encode({"status": now, "problem": seen.problem})
                     await websocket.send_text(line.decode().rstrip())

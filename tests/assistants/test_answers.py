@@ -135,16 +135,16 @@ def test_a_refusal_has_its_kind_its_column_and_what_to_do(
     refusals: list[Answered], number: int
 ) -> None:
     made, (_, kind, column) = refusals[number], REFUSED[number]
-    told = made.structured["refused"]
+    refusal = made.structured["refused"]
     assert made.refused
-    assert (told["kind"], told["column"]) == (kind, column), made.text
-    assert told["why"]
-    assert told["do"]
+    assert (refusal["kind"], refusal["column"]) == (kind, column), made.text
+    assert refusal["why"]
+    assert refusal["do"]
     assert "Traceback" not in made.text
     assert "\n" not in made.text
     assert made.tokens < 400
-    assert {told["why"], told["do"]} <= set(made.text.replace(". ", ": ").split(": ")) | {
-        told["why"], told["do"],
+    assert {refusal["why"], refusal["do"]} <= set(made.text.replace(". ", ": ").split(": ")) | {
+        refusal["why"], refusal["do"],
     }  # fmt: skip
 
 
