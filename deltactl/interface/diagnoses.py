@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -145,11 +146,15 @@ class Diagnosis:
         Returns
         -------
         Robot
-            Its `save` writes the file; without a finding that lasts it is the same robot.
+            Its `save` writes the file. Where no finding is certain it is the same robot, which a
+            warning says.
         """
         from deltactl.diagnosis.answer.corrected_robot import corrected_text
 
         text = corrected_text(self.robot.document, self.answer, all_of_them)
+        if self.answer.findings and text == self.robot.text:
+            advice = "" if all_of_them else "; all_of_them=True takes those that are not"
+            warnings.warn(f"nothing is corrected: no finding is certain{advice}", stacklevel=2)
         return Robot.from_text(text, str(self.robot.path))
 
     def save_robot(self, path: AnyPath, replace: bool = False) -> None:

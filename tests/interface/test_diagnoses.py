@@ -111,6 +111,17 @@ def test_the_corrected_robot_has_nothing_missing(diagnosis: dc.Diagnosis, tmp_pa
     assert from_files.corrected_robot().model == corrected.model
 
 
+def test_findings_of_which_none_is_certain_correct_nothing_and_that_is_said(
+    diagnosis: dc.Diagnosis,
+) -> None:
+    unsure = [one.model_copy(update={"probability": 0.3}) for one in diagnosis.answer.findings]
+    answer = diagnosis.answer.model_copy(update={"findings": unsure})
+    doubtful = dc.Diagnosis(answer, diagnosis.robot)
+    with pytest.warns(UserWarning, match="all_of_them=True"):
+        same = doubtful.corrected_robot()
+    assert same.model == diagnosis.robot.model
+
+
 def test_a_robot_in_braces_is_corrected_too(diagnosis: dc.Diagnosis) -> None:
     robot = dc.Robot.from_text("{kind: servo_axis, name: slide, motion: linear, effects: []}")
     corrected = dc.Diagnosis(diagnosis.answer, robot).corrected_robot()
