@@ -22,8 +22,8 @@ import deltactl as dc
 from deltactl.assistants.allowed import inside, read_only, robot_file
 from deltactl.assistants.refused import refused
 from deltactl.foundation.errors import ForbiddenPath, RecordingError
+from deltactl.web.behind.worker import NICE, write_line, write_progress
 
-NICE = 10
 ROBOT_TEXT = "robot_text"
 """What messages call a robot file that was given as text."""
 NAMED_FILE = re.compile(r"""\b(?:file|\w*dir)\s*=\s*["']([^"']*)""")
@@ -48,7 +48,7 @@ class Part:
 
 def inspect(root: Path, request: Request, part: Part) -> dict[str, Any]:
     """What a table holds. Raises any DeltactlError."""
-    _progress("reading")
+    write_progress("reading")
     with part.named("columns" if request["columns"] else "recording"):
         seen = dc.inspect(inside(root, request["recording"]), request["columns"])
     unused = {name: seen.unused(name) for name in seen.table if name not in seen.guesses}
@@ -74,7 +74,7 @@ def diagnose(root: Path, request: Request, part: Part) -> dict[str, Any]:
         for key in ("recordings", "holdout")
     )
     diagnosis = dc.diagnose(
-        used, robot, holdout=held_out, thorough=request["thorough"], progress=_progress
+        used, robot, holdout=held_out, thorough=request["thorough"], progress=write_progress
     )
     return {
         "json": diagnosis.to_json(),
@@ -108,7 +108,7 @@ def _recordings(paths: list[str], columns: list[str] | None, part: Part) -> list
     """Those that can be read. Raises RecordingError where one is damaged, as it names it."""
     read = []
     for path in paths:
-        _progress("reading")
+        write_progress("reading")
         with part.named("columns" if columns else "recording"):
             try:
                 read.append(dc.read(path, columns))
@@ -142,20 +142,12 @@ def main(arguments: list[str]) -> None:
     try:
         os.chdir(root)
         read_only(root)
-        _say({"result": KINDS[kind](root, request, part)})
+        write_line({"result": KINDS[kind](root, request, part)})
     except Exception as error:
         refusal = refused(error, part.name, part.columns)
         if refusal.kind == "defect":
             traceback.print_exc()
-        _say({"result": refusal.to_json()})
-
-
-def _progress(text: str) -> None:
-    _say({"progress": text})
-
-
-def _say(message: dict[str, Any]) -> None:
-    print(json.dumps(message, default=str), flush=True)
+        write_line({"result": refusal.to_json()})
 
 
 if __name__ == "__main__":

@@ -72,7 +72,7 @@ class HistoryCard:
         return "-" if size_m is None else f"{1e3 * size_m:.2f} mm"
 
     async def _work_out(self) -> None:
-        """The next error that nobody knows, where the robot needs the processor for nothing."""
+        """Work out the next missing error while the robot is idle."""
         status = self._visit.site.link.seen.status
         busy = status is not None and State(status.state) in ENGAGED
         if self._working or busy:

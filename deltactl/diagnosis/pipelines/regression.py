@@ -202,8 +202,4 @@ def _charged(selected: Selected, charged: float) -> Selected:
 
 def _nothing(selected: Selected) -> Selected:
     """The same, with nothing claimed."""
-    return Selected(
-        selected.plant, selected.evidence, Posterior([selected.empty], [1.0]),
-        selected.probability, selected.nothing, selected.named,
-        {}, selected.left_over,
-    )  # fmt: skip
+    return replace(selected, posterior=Posterior([selected.empty], [1.0]), shift={})

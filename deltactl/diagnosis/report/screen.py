@@ -119,7 +119,7 @@ def screen_lines(
 
 @dataclass(frozen=True, slots=True)
 class Sentences:
-    """All that a screen says, however much it is, by what it is about."""
+    """All sentences of an answer, by topic."""
 
     verdict: list[str]
     steps: list[str]

@@ -84,7 +84,7 @@ def diagnose(folder: Path, robot_file: Path, *recordings: Path) -> dict[str, Any
     if carried.job_text:
         write_whole(folder / "job.yaml", carried.job_text)
     answer = answer_of(
-        recordings, robot, json_out=folder / "answer.json", progress=_progress, read=reader()
+        recordings, robot, json_out=folder / "answer.json", progress=write_progress, read=reader()
     )
     # Whoever reads the report, or the corrected file, knows the name under which it was sent.
     answer = answer.model_copy(update={"recordings": [name_beside(path) for path in recordings]})
@@ -220,19 +220,21 @@ def main(arguments: list[str]) -> None:
     os.nice(NICE)
     kind, *files = arguments
     try:
-        _say({"result": KINDS[kind](*(Path(file) for file in files))})
+        write_line({"result": KINDS[kind](*(Path(file) for file in files))})
     except (DeltactlError, OSError) as error:
         typed = error.typed if isinstance(error, DeltactlError) else ""
-        _say({"error": " ".join(str(error).split()), "typed": " ".join(typed.split())})
+        write_line({"error": " ".join(str(error).split()), "typed": " ".join(typed.split())})
     except ModuleNotFoundError as error:
-        _say({"error": str(missing("this", error, "diagnosis"))})
+        write_line({"error": str(missing("this", error, "diagnosis"))})
 
 
-def _progress(text: str) -> None:
-    _say({"progress": text})
+def write_progress(text: str) -> None:
+    """Write what is being done, for whoever waits."""
+    write_line({"progress": text})
 
 
-def _say(message: dict[str, Any]) -> None:
+def write_line(message: dict[str, Any]) -> None:
+    """Write one JSON object, on a line of its own and at once."""
     print(json.dumps(message, default=str), flush=True)
 
 
