@@ -12,11 +12,11 @@ from deltactl.web.console_tab import ConsoleTab
 from deltactl.web.files_tab import FilesTab
 from deltactl.web.recordings_tab import RecordingsTab
 from deltactl.web.state_card import StateCard
-from deltactl.web.style import APP, DARK, PAPER, STYLE, TURNED, WEBGL, attribute
+from deltactl.web.style import APP, DARK, PAPER, STYLE, TURNED, WEBGL, attribute, painted
 from deltactl.web.user_menu import UserMenu
 from deltactl.web.visit import Visit
 
-REFRESH_S = 0.08
+REFRESH_S = 0.1
 ANNOUNCE_S = 3.0
 COLOURS = {
     "off": "grey-7",
@@ -111,7 +111,7 @@ class RobotPage:
             self._news.set_text(f"New finding: {text}" if text else "")
         self._news.set_visibility(bool(text))
 
-    def _refresh(self) -> None:
+    async def _refresh(self) -> None:
         seen = self._visit.site.link.seen
         if seen.serial == self._serial and seen.age_s < STALE_S:
             return
@@ -119,6 +119,7 @@ class RobotPage:
         self._show_state(seen)
         if self._tabs.value == "Robot":
             self._state.update(seen)
+            await painted()
 
     def _show_state(self, seen: Seen) -> None:
         status = seen.status

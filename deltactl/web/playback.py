@@ -16,13 +16,12 @@ from deltactl.web.behind.known_robots import KnownRobot
 from deltactl.web.behind.shelf import Listed
 from deltactl.web.plots import chart, cursor_at
 from deltactl.web.scene import RobotScene
+from deltactl.web.style import painted
 from deltactl.web.visit import Visit
 
 PLAYED, ROBOT = "played.json", "played.yaml"
 """What the worker writes: curves and counts, and the robot file of the recording."""
 FRAME_S = 0.1
-CURSOR_S = 0.35
-"""While it plays: a browser draws all curves anew for each place of the cursor."""
 SPEEDS = {0.25: "¼×", 1: "1×", 4: "4×"}
 SAYS = "Error: distance between the measured position and the target at that time."
 
@@ -67,7 +66,6 @@ class Playback:
             self._button.props('round dense data-testid=play aria-label="Play or pause"')
             self._slider = ui.slider(min=0.0, max=self._end_s, step=0.02, value=0.0)
             self._slider.classes("grow").props('data-testid=time aria-label="Time"')
-            self._slider.on_value_change(lambda: self._show(float(self._slider.value or 0.0)))
             self._at = ui.label().classes("figures text-sm whitespace-nowrap")
             self._at.props("data-testid=played-at")
             self._speed = ui.toggle(SPEEDS, value=1).props("dense no-caps").classes("gt-xs")
@@ -77,9 +75,9 @@ class Playback:
             with ui.column().classes("grow basis-96 min-w-0 gap-0"):
                 self._chart = chart(self._curves, scrolls=True, cursor=True)
                 ui.label(SAYS).classes("text-xs text-gray-600")
-        self._pointed_s = 0.0
-        self._show(0.0)
-        self._timer = ui.timer(FRAME_S, self._step, active=False)
+        self._playing = False
+        self._shown_s = -1.0
+        self._timer = ui.timer(FRAME_S, self._step)
 
     def _drawn(self, made: Path) -> RobotScene | None:
         """The robot of the recording; none where it cannot be drawn."""
@@ -92,20 +90,25 @@ class Playback:
             return RobotScene(known)
 
     def _turn(self) -> None:
-        if self._timer is None:
-            return
-        self._timer.active = not self._timer.active
-        self._button.set_icon("pause" if self._timer.active else "play_arrow")
+        self._playing = not self._playing
+        self._button.set_icon("pause" if self._playing else "play_arrow")
         self._began = (time.monotonic(), float(self._slider.value or 0.0))
-        if self._timer.active and self._began[1] >= self._end_s:
+        if self._playing and self._began[1] >= self._end_s:
             self._began = (self._began[0], 0.0)
 
-    def _step(self) -> None:
-        began_s, from_s = self._began
-        t_s = from_s + float(self._speed.value or 1) * (time.monotonic() - began_s)
-        self._slider.set_value(round(min(t_s, self._end_s), 2))
-        if t_s >= self._end_s:
-            self._turn()
+    async def _step(self) -> None:
+        """Show the time of the slider, and the next once the browser has painted that one."""
+        if self._playing:
+            began_s, from_s = self._began
+            t_s = from_s + float(self._speed.value or 1) * (time.monotonic() - began_s)
+            self._slider.set_value(round(min(t_s, self._end_s), 2))
+            if t_s >= self._end_s:
+                self._turn()
+        t_s = float(self._slider.value or 0.0)
+        if t_s != self._shown_s:
+            self._shown_s = t_s
+            self._show(t_s)
+            await painted()
 
     def _show(self, t_s: float) -> None:
         """Robot, cursor and figure at one time."""
@@ -113,9 +116,5 @@ class Playback:
         counts, measured_m = self._counts[place], self._measured_m[place]
         if self._scene is not None:
             self._scene.update(tuple(counts), None if measured_m is None else tuple(measured_m))
-        now_s = time.monotonic()
-        playing = self._timer is not None and self._timer.active
-        if not playing or now_s - self._pointed_s > CURSOR_S:
-            self._pointed_s = now_s
-            self._chart.run_chart_method("setOption", cursor_at(t_s, self._curves))
+        self._chart.run_chart_method("setOption", cursor_at(t_s, self._curves))
         self._at.set_text(f"{t_s:.1f} of {self._end_s:.1f} s")

@@ -7,6 +7,7 @@ from typing import Any, Final
 from nicegui import ui
 
 from deltactl.web.behind.history import Curves
+from deltactl.web.style import painted
 from deltactl.web.visit import Visit
 
 GROUPS: Final[tuple[tuple[str, tuple[str, ...]], ...]] = (
@@ -18,6 +19,7 @@ GROUPS: Final[tuple[tuple[str, tuple[str, ...]], ...]] = (
 COLOURS: Final = ("#dc2626", "#16a34a", "#3b82f6")
 """x, y, z; motors 1, 2, 3. They are seen on white and on black."""
 GREY: Final = "#8593a8"
+CURSOR: Final = "#d97706"
 TOP_PX, HEIGHT_PX, GAP_PX = 22, 74, 38
 Entry = dict[str, Any]
 LIVE_S: Final = 30.0
@@ -37,7 +39,8 @@ def options(curves: Curves, scrolls: bool, cursor: bool = False) -> dict[str, An
         first, last = (round(curves.t_s[0]), curves.t_s[-1]) if curves.t_s else (0.0, 1.0)
         x_axes.append({
             "type": "value", "gridIndex": number, "min": first, "max": last,
-            "axisLabel": {"color": GREY, "formatter": "{value} s"}, "splitLine": {"show": False},
+            "axisLabel": {"color": GREY, "formatter": "{value} s", "showMaxLabel": False},
+            "axisLine": {"onZero": False}, "splitLine": {"show": False},
         })  # fmt: skip
         y_axes.append({
             "type": "value", "gridIndex": number, "scale": True, "splitNumber": 2,
@@ -51,7 +54,7 @@ def options(curves: Curves, scrolls: bool, cursor: bool = False) -> dict[str, An
         for place, name in enumerate(names):
             series.append(_line(curves, name, number, COLOURS[place]))
         if cursor:
-            series.append(_line(Curves(), f"cursor {number}", number, GREY))
+            series.append(_line(Curves(), f"cursor {number}", number, CURSOR))
     every = list(range(len(GROUPS)))
     bars = {"xAxisIndex": every, "filterMode": "none"}
     zoom = [{"type": "slider", "bottom": 4, "height": 18, **bars}, {"type": "inside", **bars}]
@@ -84,7 +87,8 @@ def cursor_at(t_s: float, curves: Curves) -> dict[str, Any]:
 
 def chart(curves: Curves, scrolls: bool, cursor: bool = False) -> ui.echart:
     """A chart of all groups."""
-    return ui.echart(options(curves, scrolls, cursor)).classes("w-full plots")
+    drawn = ui.echart(options(curves, scrolls, cursor), renderer="svg")
+    return drawn.classes("w-full plots")
 
 
 def preview_options(paths_m: list[list[list[float]]]) -> dict[str, Any]:
@@ -146,10 +150,11 @@ class LivePlots:
         self._box.on_value_change(self.update)
         ui.timer(LIVE_PERIOD_S, self.update)
 
-    def update(self) -> None:
+    async def update(self) -> None:
         """Draw what has come; nothing while nobody can see it."""
         if self._box.value and not self._paused and self._visit.tab == "Robot":
             self._draw()
+            await painted()
 
     def _turn(self) -> None:
         self._paused = not self._paused

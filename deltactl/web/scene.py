@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections import deque
 from itertools import pairwise
 from typing import Any
@@ -12,6 +13,7 @@ from nicegui import ui
 from deltactl.models.linkage.skeleton import Matrix, Skeleton, placed
 from deltactl.models.linkage.vectors import Vector
 from deltactl.web.behind.known_robots import KnownRobot
+from deltactl.web.style import QUIET
 
 ARM, ROD, PLATE, SENSED, CULPRIT = "#3b82f6", "#94a3b8", "#1e293b", "#f59e0b", "#dc2626"
 LINK_RADIUS_M, ROD_RADIUS_M, JOINT_RADIUS_M = 0.012, 0.005, 0.022
@@ -24,6 +26,8 @@ AREA, FLOOR, FLOOR_LINES = "#a855f7", "#cbd5e1", 4
 TRACE_STEP_M, TRACE_LINES = 0.003, 300
 JUMP_M = 0.05
 """Counters that are set (homing) draw no line."""
+BALL_S = 0.5
+"""At rest the ball moves by the noise of the sensors alone, and need not be followed closely."""
 DIGITS = 5
 """A hundredth of a millimetre is finer than any screen."""
 
@@ -38,7 +42,8 @@ class RobotScene:
         self._marks: dict[str, Any] = {}
         self._traced: deque[Any] = deque()
         self._drawn: Vector | None = None
-        self._last: tuple[object, ...] = ()
+        self._last: tuple[object, object] = (None, None)
+        self._drawn_s = -math.inf
         reach = self._skeleton.base_radius_m + sum(self._skeleton.upper_arm_m) / 3
         self.view = ui.scene(
             grid=False,
@@ -48,15 +53,17 @@ class RobotScene:
         self.view.move_camera(
             x=1.6 * reach, y=-1.6 * reach, z=1.3 * reach, look_at_z=-0.7 * reach, duration=0
         )
+        self.view.on("init", js_handler=QUIET)
         with self.view:
             self._build()
 
     def update(self, counts: tuple[int, ...], measured_m: Vector | None) -> None:
         """Draw it where the counts and the sensors say it is."""
-        seen = (counts, measured_m)
-        if seen == self._last:
+        seen, now_s = (counts, measured_m), time.monotonic()
+        only_noise = counts == self._last[0] and now_s - self._drawn_s < BALL_S
+        if seen == self._last or only_noise:
             return
-        self._last = seen
+        self._last, self._drawn_s = seen, now_s
         angles, position = self._known.pose(counts)
         calls: list[list[Any]] = []
         for part, its in zip(self._links, self._skeleton.links(angles, position), strict=False):
@@ -118,7 +125,7 @@ class RobotScene:
                     rod = self.view.cylinder(ROD_RADIUS_M, ROD_RADIUS_M, length_m, 8)
                     rod.move(side * frame.rod_offset_m, 0, 0).material(ROD)
             self._links.append(link)
-        with self.view.group() as self._platform:
+        with self.view.group().with_name("platform") as self._platform:
             radius = frame.platform_radius_m
             disc = self.view.cylinder(radius, radius, 0.012, 32).rotate(1.5708, 0.0, 0.0)
             self._mark("platform", disc, ARM)

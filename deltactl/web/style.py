@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from typing import Any, Final, TypeVar
 
 from nicegui import ui
@@ -79,9 +80,20 @@ PAPER = """
 """What can only be pressed stays off the paper."""
 
 
-WEBGL: Final = """<script>if (!document.createElement("canvas").getContext("webgl2"))
-  document.documentElement.classList.add("without-webgl");</script>"""
-"""Marks the page of a browser that cannot draw in 3D, where text replaces the drawing."""
+WEBGL: Final = """<script>{
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const drawer = gl?.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL;
+  if (!gl) document.documentElement.classList.add("without-webgl");
+  if (drawer && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(drawer))) {
+    const get = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, given) {
+      return get.call(this, kind, kind === "2d" ? given : { ...given, antialias: false });
+    };
+  }
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+}</script>"""
+"""Marks the page of a browser that cannot draw in 3D, where text replaces the drawing. Where the
+processor draws in place of a graphics chip, smooth edges would cost as much as the drawing."""
 
 APP: Final = """<link rel="manifest" href="/manifest.webmanifest">
 <link rel="apple-touch-icon" href="/icon-192.png"><meta name="theme-color" content="#1e293b">
@@ -119,8 +131,43 @@ KEEP_KEYS: Final = """(event) => {
 }"""
 """Keys that jog do not scroll the page."""
 
-KNOWN: Final = (TURNED, PICK_JOB, PICK_RECORDING, SEND, KEEP_KEYS)
+PAINTED: Final = "new Promise((seen) => requestAnimationFrame(() => setTimeout(seen, 0)))"
+"""Answered once the browser has painted all that was sent before."""
+
+QUIET: Final = """() => document.querySelectorAll(".nicegui-scene").forEach((place) => {
+  const renderer = getElement(place)?.renderer;
+  if (!renderer || renderer.quiet) return;
+  const { render, setSize } = renderer;
+  let before = [];
+  renderer.quiet = true;
+  renderer.setSize = (...size) => { before = []; setSize.apply(renderer, size); };
+  renderer.render = (scene, camera) => {
+    const now = [...camera.position, ...camera.quaternion, camera.aspect];
+    scene.traverse((part) => now.push(part.visible, ...part.position, ...part.quaternion,
+      ...part.scale, part.material?.opacity, part.material?.color?.getHex()));
+    const same = (one, at) => one === before[at] || Math.abs(one - before[at]) < 1e-6;
+    if ((now.length === before.length && now.every(same)) || !place.offsetParent) return;
+    before = now;
+    render.call(renderer, scene, camera);
+  };
+})"""
+"""NiceGUI draws a scene twenty times a second, also one that is hidden or where nothing moves.
+This leaves out each picture that is the one before: a phone's battery, and on a computer without
+graphics all of its time."""
+
+KNOWN: Final = (TURNED, PICK_JOB, PICK_RECORDING, SEND, KEEP_KEYS, PAINTED, QUIET)
 """Expressions that NiceGUI has the browser evaluate."""
+
+PAINT_S: Final = 2.0
+
+
+async def painted() -> None:
+    """Wait until the browser has painted what was sent; of one that does not answer, 2 s.
+
+    Without it a slow browser is sent more than it can show, and shows what was long ago.
+    """
+    with suppress(TimeoutError):
+        await ui.run_javascript(PAINTED, timeout=PAINT_S)
 
 
 Part = TypeVar("Part", bound=ui.element)

@@ -204,7 +204,7 @@ def a_chromium(size: tuple[int, int] = DESK, drawn: bool = True) -> webdriver.Ch
         pytest.skip("needs Debian's packages chromium and chromium-driver")
     options = webdriver.ChromeOptions()
     options.binary_location = binary
-    in_3d = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
+    in_3d = ("--disable-gpu", "--enable-unsafe-swiftshader")
     without = ("--disable-gpu", "--disable-3d-apis")
     for word in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
                  f"--window-size={size[0]},{size[1]}", *(in_3d if drawn else without)):  # fmt: skip

@@ -6,15 +6,19 @@ import json
 import subprocess
 import sys
 import time
+from bisect import bisect_right
 from pathlib import Path
+from typing import Any
 
 import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
+from deltactl.firmware_py.daemon.client import Client
 from deltactl.web.access.users import add_user
 from tests.web.conftest import (
     CIRCLE,
+    PATIENCE_S,
     PHONE,
     Browser,
     Open,
@@ -160,6 +164,62 @@ def test_what_follows_a_diagnosis_is_a_click_away(
     browser.press("diagnose")
     browser.wait(lambda: "asked.mcap" in browser.driver.page_source, "no line about it")
     (simulated.recordings / "asked.mcap").unlink()
+
+
+SHOWN = """
+const scene = getElement(document.querySelector(".nicegui-scene")).scene;
+const plots = getElement(document.querySelector(".plots")).chart.getOption().series;
+const row = (name) => plots.find((one) => one.id === name).data;
+return {
+  slider: Number(document.querySelector('[data-testid="time"] [role=slider]').ariaValueNow),
+  cursor: row("cursor 0")[0][0],
+  drawn_mm: scene.getObjectByName("platform").position.toArray().map((part) => 1e3 * part),
+  t_s: row("x").map((pair) => pair[0]),
+  xyz_mm: ["x", "y", "z"].map((name) => row(name).map((pair) => pair[1])),
+};"""
+
+
+def test_playback_moves_slider_cursor_and_platform_together(
+    browser: Browser, simulated: WebPage
+) -> None:
+    at_home(simulated)
+    assert simulated.socket is not None
+    with Client(simulated.socket) as client:
+        number = client.submit_text(
+            CIRCLE.format(name="played", robot="zhao-2023.yaml", turns=2), "played.yaml"
+        )
+        browser.wait(lambda: client.result(number), "the circle does not end")
+    browser.tab("Recordings")
+    browser.wait(lambda: listed(browser)[:1] and listed(browser)[0].startswith("played"),
+                 "the run is not listed")  # fmt: skip
+    browser.press("play-it")
+    browser.find("play", 3 * PATIENCE_S).click()
+    browser.wait(lambda: shown(browser)["slider"] > 0.5, "the slider does not move")
+    browser.press("play")
+    knob = browser.driver.find_element(By.CSS_SELECTOR, '[data-testid="time"] [role=slider]')
+    for _ in range(2):
+        browser.wait(lambda: together(browser), lambda: f"not in step: {where(shown(browser))}")
+        knob.send_keys(Keys.ARROW_RIGHT * 40)
+    browser.press("play-it")
+    browser.wait(lambda: not browser.find("playback").is_displayed(), "it stays open")
+
+
+def shown(browser: Browser) -> Any:
+    """What slider, plots and drawing of the page show now."""
+    return browser.driver.execute_script(SHOWN)
+
+
+def where(shown: dict[str, Any]) -> tuple[float, float, list[float], list[float]]:
+    """Time of slider and of cursor, the platform drawn and as its curves have it [mm]."""
+    place = max(0, bisect_right(shown["t_s"], shown["slider"]) - 1)
+    recorded = [row[place] for row in shown["xyz_mm"]]
+    return shown["slider"], shown["cursor"], shown["drawn_mm"], recorded
+
+
+def together(browser: Browser) -> bool:
+    """Whether all three are at one time of the run."""
+    slider_s, cursor_s, drawn, recorded = where(shown(browser))
+    return slider_s == pytest.approx(cursor_s, abs=0.011) and near(drawn, recorded)
 
 
 def listed(browser: Browser) -> list[str]:
