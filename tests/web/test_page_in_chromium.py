@@ -167,12 +167,13 @@ def test_what_follows_a_diagnosis_is_a_click_away(
 
 
 SHOWN = """
-const scene = getElement(document.querySelector(".nicegui-scene")).scene;
+const { scene, renderer } = getElement(document.querySelector(".nicegui-scene"));
 const plots = getElement(document.querySelector(".plots")).chart.getOption().series;
 const row = (name) => plots.find((one) => one.id === name).data;
 return {
-  slider: Number(document.querySelector('[data-testid="time"] [role=slider]').ariaValueNow),
+  slider: Number(document.querySelector('[data-testid="time"]').ariaValueNow),
   cursor: row("cursor 0")[0][0],
+  pictures: renderer.info.render.frame,
   drawn_mm: scene.getObjectByName("platform").position.toArray().map((part) => 1e3 * part),
   t_s: row("x").map((pair) => pair[0]),
   xyz_mm: ["x", "y", "z"].map((name) => row(name).map((pair) => pair[1])),
@@ -196,10 +197,11 @@ def test_playback_moves_slider_cursor_and_platform_together(
     browser.find("play", 3 * PATIENCE_S).click()
     browser.wait(lambda: shown(browser)["slider"] > 0.5, "the slider does not move")
     browser.press("play")
-    knob = browser.driver.find_element(By.CSS_SELECTOR, '[data-testid="time"] [role=slider]')
+    knob = browser.find("time").find_element(By.CSS_SELECTOR, "[tabindex]")
     for _ in range(2):
         browser.wait(lambda: together(browser), lambda: f"not in step: {where(shown(browser))}")
         knob.send_keys(Keys.ARROW_RIGHT * 40)
+    browser.wait(lambda: draws_nothing(browser), "it is drawn again though nothing moves")
     browser.press("play-it")
     browser.wait(lambda: not browser.find("playback").is_displayed(), "it stays open")
 
@@ -207,6 +209,13 @@ def test_playback_moves_slider_cursor_and_platform_together(
 def shown(browser: Browser) -> Any:
     """What slider, plots and drawing of the page show now."""
     return browser.driver.execute_script(SHOWN)
+
+
+def draws_nothing(browser: Browser) -> bool:
+    """Whether no picture is drawn in half a second."""
+    before = shown(browser)["pictures"]
+    time.sleep(0.5)
+    return bool(shown(browser)["pictures"] == before)
 
 
 def where(shown: dict[str, Any]) -> tuple[float, float, list[float], list[float]]:
