@@ -18,8 +18,8 @@ from deltactl.web.visit import Visit
 LOOK_S = 3.0
 SHOWN = 25
 MEASURED, TRUE = "measured", "simulated truth"
-HEADS = ("Job", "When", "How it ended", "Duration", "Error (RMS)")
-BY_SENSORS = "Error: distance from the targets, by the sensors with their noise."
+HEADS = ("Job", "When", "How it ended", "Duration", "Error")
+BY_SENSORS = "Error: root mean square distance from the targets, by the sensors with their noise."
 OUTCOMES = {"done": "done", "fault": "fault"}
 
 
@@ -34,7 +34,11 @@ class HistoryCard:
         self._working = False
         with ui.card().classes("w-full p-3 gap-1"):
             ui.label("History").classes("font-bold")
-            self._grid = ui.element("div").classes("history figures").props("data-testid=history")
+            self._grid = (
+                ui.element("div")
+                .classes("history figures w-full text-sm")
+                .props("data-testid=history")
+            )
             ui.label(BY_SENSORS).classes("text-xs text-gray-600")
         self._look_at(visit.site.history.newest_first()[:SHOWN])
         ui.timer(LOOK_S, self.look)
@@ -54,12 +58,12 @@ class HistoryCard:
         self._grid.clear()
         with self._grid:
             for head in HEADS:
-                ui.label(head).classes("text-gray-600 text-sm")
+                ui.label(head).classes("text-gray-600")
             for one in ended:
                 when = datetime.fromtimestamp(one.began_s)
                 how = f"{one.outcome}: {one.why}" if one.why else one.warning or one.outcome
                 for text in (one.name, f"{when:%d %b %H:%M}", how, f"{one.duration_s:.1f} s"):
-                    ui.label(text).classes("text-sm")
+                    ui.label(text)
                 self._labels[one.recording] = ui.label(self._said(one.recording))
 
     def _said(self, recording: str) -> str:

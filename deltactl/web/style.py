@@ -33,8 +33,9 @@ STYLE = """
 .jog-cross:focus-within { outline: 2px solid #3b82f6; }
 .plots { height: 470px; } .mistake { background: rgba(220, 38, 38, 0.22); }
 .preview { height: 220px; }
-.history { display: grid; gap: 2px 14px; overflow-x: auto;
-  grid-template-columns: minmax(6rem, auto) auto minmax(8rem, 1fr) auto auto; }
+.history { display: grid; gap: 2px 14px; overflow-wrap: anywhere;
+  grid-template-columns: minmax(0, 1fr) auto minmax(0, 2fr) auto auto; }
+.history > :not(:nth-child(5n + 1), :nth-child(5n + 3)) { white-space: nowrap; }
 .console { font-family: monospace; font-size: 12px; max-height: 70vh; overflow-y: auto; }
 .log-line { white-space: pre-wrap; overflow-wrap: anywhere; }
 .log-line[data-level="warning"] { color: #b45309; }
@@ -42,7 +43,7 @@ STYLE = """
 @media (hover: none) and (pointer: coarse) { .with-keys { display: none; } }
 @media (max-width: 599px) { .q-header .q-tab { padding: 0 7px; }
   .scene-box { height: 36vh; min-height: 220px; }
-  .editor { height: 24rem; }
+  .editor { height: 24rem; } .history { gap: 4px 8px; font-size: 12px; }
   .stop-button { top: auto; bottom: 0; left: 0; right: 0; height: 60px; border-radius: 0; }
   .q-notifications__list--bottom { bottom: 64px; }
   .stop-room { min-width: 0; } .q-page-container { padding-bottom: 84px; }

@@ -31,8 +31,9 @@ THICK_M, THIN_M, PLATE_M = 0.012, 0.006, 0.005
 ASSUMED = Masses(upper_arm_kg=0.3, forearm_kg=0.1, platform_kg=0.2)
 """Masses where the robot file has none: MuJoCo needs some. Kinematics does not depend on them."""
 LIGHTEST_KG = 1e-4
-STIFF_NM, DAMPING_NMS = 400.0, 8.0
-"""Gains of the position actuators; the robot file does not say how stiff its drives are."""
+STIFF_RADPS = 300.0
+"""Natural frequency of each drive, critically damped. The robot file does not say how stiff they
+are: gains that fit a large robot would throw a small one apart within a few steps."""
 STEP_S = 0.001
 HOME = "assembled"
 """The keyframe in which the loops are closed; a simulation begins there."""
@@ -53,11 +54,13 @@ def mjcf_text(robot: RobotFile) -> str:
     ties, drives = ET.Element("equality"), ET.Element("actuator")
     arms = arms_of(robot)
     for number, arm in enumerate(arms, 1):
+        inertia_kgm2 = _carried_kg(masses) * arm.upper_arm_m**2
         _arm(world, number, arm, robot, masses)
         ET.SubElement(ties, "connect", site1=f"forearm_{number}_end", site2=f"platform_{number}")
         ET.SubElement(
             drives, "position", name=f"{MOTOR}_{number}", joint=f"{MOTOR}_{number}",
-            kp=f"{STIFF_NM:g}", kv=f"{DAMPING_NMS:g}", inheritrange="1",
+            kp=f"{2.0 * inertia_kgm2 * STIFF_RADPS**2:.9g}",
+            kv=f"{4.0 * inertia_kgm2 * STIFF_RADPS:.9g}", inheritrange="1",
         )  # fmt: skip
     _platform(world, arms, masses)
     root.extend([ties, drives])
@@ -72,7 +75,9 @@ def _arm(world: ET.Element, number: int, arm: Arm, robot: RobotFile, masses: Mas
     half = arm.azimuth_rad / 2.0
     turned = f"{np.cos(half):.12g} 0 0 {np.sin(half):.12g}"
     upper = ET.SubElement(world, "body", name=f"upper_arm_{number}", pos=_words(away), quat=turned)
-    _hinge(upper, f"{MOTOR}_{number}", "0 1 0", range=f"{low_rad:.12g} {high_rad:.12g}")
+    rotor = f"{_carried_kg(masses) * arm.upper_arm_m**2:.9g}"
+    ends = f"{low_rad:.12g} {high_rad:.12g}"
+    _hinge(upper, f"{MOTOR}_{number}", "0 1 0", range=ends, armature=rotor)
     ends = f"0 0 0 {arm.upper_arm_m:.12g} 0 0"
     _rod(upper, ends, THICK_M, masses.upper_arm_kg)
     # Hinges that act one after the other: the first turns the arm's angle back, so that the swing
@@ -83,6 +88,12 @@ def _arm(world: ET.Element, number: int, arm: Arm, robot: RobotFile, masses: Mas
     _hinge(elbow, f"{TILT}_{number}", "1 0 0")
     _rod(elbow, f"0 0 0 0 0 {-arm.forearm_m:.12g}", THIN_M, masses.forearm_kg)
     ET.SubElement(elbow, "site", name=f"forearm_{number}_end", pos=f"0 0 {-arm.forearm_m:.12g}")
+
+
+def _carried_kg(masses: Masses) -> float:
+    """What one motor feels at its elbow; its rotor is taken to feel as much again."""
+    carried_kg = masses.upper_arm_kg / 3.0 + masses.forearm_kg + masses.platform_kg / 3.0
+    return max(carried_kg, LIGHTEST_KG)
 
 
 def _hinge(body: ET.Element, name: str, axis: str, **more: str) -> None:

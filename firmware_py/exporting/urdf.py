@@ -19,6 +19,8 @@ from deltactl.firmware_py.robot_file import RobotFile
 
 THICK_M, THIN_M, PLATE_M = 0.012, 0.006, 0.01
 """Radii of the drawn arms and rods, and thickness of the plates; no robot file says them."""
+LIGHT_KG = 1e-5
+"""Of a link that only joins two hinges: simulators refuse a moving link without mass."""
 EFFORT_NM = 100.0
 """URDF needs a limit of torque; no robot file says one."""
 PASSIVE_RAD = math.pi
@@ -75,6 +77,8 @@ def _link(root: ET.Element, name: str, arms: list[Arm], robot: RobotFile) -> Non
         _drawn(link, "rod", THIN_M, long_m, middle, "0 0 0")
         if masses is not None:
             _mass(link, masses.forearm_kg, long_m, middle, "z")
+    elif masses is not None:
+        _mass(link, LIGHT_KG, THIN_M, "0 0 0", DISC)
 
 
 def _drawn(
@@ -89,12 +93,13 @@ def _drawn(
 
 
 def _mass(link: ET.Element, mass_kg: float, size_m: float, xyz: str, along: str) -> None:
-    """A thin rod along x or z, or a disc about z; nothing for a link that weighs nothing."""
-    if mass_kg <= 0.0:
-        return
+    """A thin rod along x or z, or a plate about z; at least as heavy as a mere joint."""
+    mass_kg = max(mass_kg, LIGHT_KG)
     disc = along == DISC
-    across = mass_kg * size_m**2 / (4.0 if disc else 12.0)
-    lengthwise = 2.0 * across if disc else mass_kg * THIN_M**2 / 2.0
+    flat_kgm2, lengthwise = mass_kg * size_m**2 / 4.0, mass_kg * THIN_M**2 / 2.0
+    across = mass_kg * size_m**2 / 12.0
+    if disc:
+        across, lengthwise = flat_kgm2 + mass_kg * PLATE_M**2 / 12.0, 2.0 * flat_kgm2
     moments = dict.fromkeys(("ixx", "iyy", "izz"), across)
     moments["ixx" if along == "x" else "izz"] = lengthwise
     inertial = ET.SubElement(link, "inertial")

@@ -112,6 +112,32 @@ def test_mujoco_begins_and_stays_with_closed_loops() -> None:
     np.testing.assert_allclose(model.body("platform").mass, robot.masses.platform_kg)
 
 
+@pytest.mark.parametrize("name", ["zhao-2023", "uzunovic-2013", "gripper-delta"])
+def test_the_drives_of_mujoco_hold_a_large_robot_and_a_small_one(name: str) -> None:
+    """The arms of one are six times as long as those of the other."""
+    mujoco = pytest.importorskip("mujoco", reason="the extra 'proof'")
+    robot = load_robot(CONFIG_FOLDER / f"{name}.yaml")
+    model = mujoco.MjModel.from_xml_string(mjcf_text(robot))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key(HOME).id)
+    start_rad = data.ctrl.copy()
+    asked_rad = start_rad + np.deg2rad([3.0, 3.0, -50.0])
+    for share in np.linspace(0.0, 1.0, 1500):
+        data.ctrl[:] = start_rad + share * (asked_rad - start_rad)
+        mujoco.mj_step(model, data)
+    mujoco.mj_step(model, data, 200)
+    turned_rad = [data.joint(f"motor_{n}").qpos[0] for n in (1, 2, 3)]
+    np.testing.assert_allclose(turned_rad, asked_rad, atol=0.005)
+    there_m = CalibratedInverse(robot).position_m(asked_rad[None, :])[0]
+    np.testing.assert_allclose(data.body("platform").xpos, there_m, atol=0.002)
+
+
+def test_mujoco_reads_the_urdf_of_a_robot_with_masses() -> None:
+    mujoco = pytest.importorskip("mujoco", reason="the extra 'proof'")
+    model = mujoco.MjModel.from_xml_string(urdf_text(robots()[0]))
+    assert all(model.joint(f"motor_{n}").type[0] == mujoco.mjtJoint.mjJNT_HINGE for n in (1, 2, 3))
+
+
 @ROBOTS
 def test_the_urdf_is_a_tree_with_the_lengths_and_limits_of_the_file(robot: RobotFile) -> None:
     root = ET.fromstring(urdf_text(robot))

@@ -281,6 +281,8 @@ def test_a_job_that_fails_its_check_is_one_line_and_is_not_run(
 def test_on_a_phone_stop_and_state_are_in_sight(simulated: WebPage, chromium: Open) -> None:
     phone = chromium(simulated.url, PHONE)
     phone.says("next", "")
+    installable = phone.driver.execute_cdp_cmd("Page.getInstallabilityErrors", {})
+    assert installable == {"installabilityErrors": []}
     stop = phone.find("stop")
     inner = phone.driver.execute_script("return [innerWidth, innerHeight, scrollX]")
     for tab in ("Jobs", "Recordings", "Robot"):
