@@ -41,15 +41,6 @@ CARD = EffectCard(
             "record again from switching on, with the same motion: an unknown error at {part} "
             "follows {follows}; what comes back is warming up, what does not came loose or moved"
         ),
-        "few_periods": (
-            "record {part} over at least three periods of the wave that is given at the finding "
-            "below, and diagnose that: with fewer no periodic error can be named"
-        ),
-        "time.pace": (
-            "repeat one and the same motion, no faster at its end than at its beginning: an unknown"
-            " error at {part} follows {follows}, along which this motion changes its speed; what "
-            "does not come back came with the speed"
-        ),
         "load": (
             "repeat the motion with another weight: an unknown error at {part} follows {follows}, "
             "and what yields under load grows with the weight"

@@ -27,7 +27,7 @@ from deltactl.diagnosis.answer.records import (
     Where,
 )
 from deltactl.diagnosis.report.finding import UNKNOWN_SPAN
-from deltactl.diagnosis.report.page import finding_cards, report_html
+from deltactl.diagnosis.report.page import finding_rows, report_html
 from deltactl.diagnosis.report.templates import say
 from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis, StepperAxis
 from tests.rigs.charts import nothing_drawn
@@ -45,14 +45,14 @@ def charts_left_out(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPa
 
 
 def card_text(finding: Finding, answer: Diagnosis) -> str:
-    """What the report's card says of a finding."""
-    (card,) = finding_cards(answer.model_copy(update={"findings": [finding]}), UNKNOWN_SPAN)
+    """What the report's table says of a finding."""
+    (card,) = finding_rows(answer.model_copy(update={"findings": [finding]}), UNKNOWN_SPAN)
     return _text(card)
 
 
 def report_text(answer: Diagnosis, robot: RobotModel | None = None) -> str:
     """What the report says, without the tables of all figures."""
-    return _text(report_html(answer, robot or delta_robot()).partition(say("page.all_figures"))[0])
+    return _text(report_html(answer, robot or delta_robot()).partition(say("page.made"))[0])
 
 
 def _text(page: str) -> str:

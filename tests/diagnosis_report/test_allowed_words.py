@@ -1,10 +1,10 @@
-"""What is said of small errors that were allowed for."""
+"""What is reported of small errors that were allowed for."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from deltactl.diagnosis.answer.records import AllowedFor, Evidence, Finding, ParameterResult, Where
+from deltactl.diagnosis.answer.records import AllowedFor, ParameterResult
 from deltactl.diagnosis.report.limits import allowed_line
 
 
@@ -17,30 +17,14 @@ def _home(motor: int, angle_rad: float) -> AllowedFor:
     )  # fmt: skip
 
 
-def test_sizes_are_told_motor_by_motor_and_large_ones_again(make: Any) -> None:
+def test_each_has_its_size_and_what_is_usual(make: Any) -> None:
     homes = [_home(2, 0.0076), _home(1, 0.00054)]
-    said = allowed_line(make("explained", loosely_built=True, allowed_for=homes))
-    assert "wrong home angles of motors 1 and 2 (+0.031 and +0.44 degrees)." in said
-    large = "a wrong home angle of motor 2 (+0.44 degrees, usually up to 0.23 degrees)."
-    assert said.endswith(f"to be checked by hand: {large}")
+    line = allowed_line(make("explained", loosely_built=True, allowed_for=homes))
+    for motor, size in ((1, "+0.031"), (2, "+0.44")):
+        usual = f"({size} degrees, usually up to 0.23 degrees)"
+        assert f"a wrong home angle of motor {motor} {usual}" in line
 
 
-def test_nothing_is_said_of_what_does_not_show(make: Any) -> None:
-    assert "more than noise" not in allowed_line(make("explained", loosely_built=True))
+def test_nothing_is_reported_of_what_does_not_show(make: Any) -> None:
+    assert "Those that show" not in allowed_line(make("explained", loosely_built=True))
     assert allowed_line(make("explained")) == ""
-
-
-def test_beside_a_delay_of_the_same_motor_they_may_be_its_form(make: Any) -> None:
-    late = Finding(
-        effect="following_lag",
-        component="motor2",
-        parameters={"time": ParameterResult(value=0.1, ci95=[0.09, 0.11], unit="s")},
-        where=Where(axes=[], times_s=[]),
-        evidence=Evidence(delta_chi2=100.0, p=1e-9),
-        share_of_mismatch=0.9,
-    )
-    for motor, said in ((2, True), (1, False)):
-        answer = make(
-            "explained", findings=[late], loosely_built=True, allowed_for=[_home(motor, 0.0076)]
-        )
-        assert ("look first at where the arms rest" in allowed_line(answer)) == said

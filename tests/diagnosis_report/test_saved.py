@@ -86,7 +86,9 @@ def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any)
     answer = make("explained", findings=[tied], next_experiment=None)
     assert written(answer, False) == "unchanged: nothing is certain enough"
     (line,) = saved_lines(answer, False)
-    assert line.startswith("Left out, as not certain (--all writes it too): 1 (50 % sure)")
+    assert line.startswith(
+        "Left out, as not certain (--save-robot NEW.yaml --all writes it too): 1 (50 % sure)"
+    )
     text = " ".join(sentences(answer))
     assert "measure how far it moves between two places, with its load" in text
     assert text.index("with its load and without") < text.index("`gravity`"), "what is cheap first"

@@ -22,7 +22,7 @@ from deltactl.diagnosis.answer.records import (
     Where,
 )
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.report.finding import told_sizes
+from deltactl.diagnosis.report.finding import shown_sizes
 from deltactl.diagnosis.report.remedies import remedies
 from deltactl.diagnosis.report.screen import marked, screen_lines
 from deltactl.diagnosis.report.templates import PAGE, PYTHON, TERMINAL, Ways, say
@@ -164,7 +164,7 @@ def test_the_table_has_size_interval_and_probability(make: Any) -> None:
     one = finding("home_offset", "motor2", 0.93)
     one.parameters["angle"] = ParameterResult(value=0.02, ci95=[0.018, 0.022], unit="rad")
     (row,) = [line for line in shown(make("explained", findings=[one])) if line.startswith("1  ")]
-    size = next(size for name, _, size in told_sizes(one) if name == "angle")
+    size = next(size for name, size in shown_sizes(one) if name == "angle")
     for cell in ("home offset", "motor 2", size.shown, size.interval, "93 %"):
         assert cell in row
 

@@ -51,7 +51,7 @@ def test_no_sentence_is_cut_apart_again() -> None:
 
 def test_rules_for_pairs_are_few_and_in_one_file() -> None:
     (pairs,) = (tree for name, tree in trees() if name == "pairs.py")
-    others = ("uneven", "harmonic", "bearings", "late_drives", "allowed_beside_a_delay")
+    others = ("uneven", "harmonic", "bearings", "late_drives")
     named = {node.name for node in pairs.body if isinstance(node, ast.FunctionDef)}
     assert set(others) <= named
     together = sum(isinstance(node, ast.Yield) for node in ast.walk(pairs))

@@ -95,7 +95,7 @@ def diagnose_recordings(
     remarks = notes.print_remarks(MOST_REMARKS)
     ways = notes.ways(answer, recordings)
     if save_robot is not None:
-        ways = replace(ways, keep="", describe="")
+        ways = replace(ways, save="")
     if next_job is not None and answer.next_experiment is not None:
         write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
     if save_robot is not None:

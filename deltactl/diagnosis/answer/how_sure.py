@@ -1,47 +1,18 @@
-"""What the figures of a finding amount to: how sure it is, and whether it may be something else.
-
-In: a finding of an answer. Out: the cases that the report has sentences for.
-"""
+"""What the figures of a finding amount to: whether to act on it, and what else it may be."""
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
+from deltactl.diagnosis.answer.finding import HUGE
 from deltactl.diagnosis.answer.options import SAYING, VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, PriorSensitivity
-from deltactl.diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
+from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.models.effects import Trait, has
 from deltactl.models.effects.lone_axis import COMPONENT
 
-Level = Literal["not_computed", "beyond_doubt", "very_sure", "sure", "likely", "weak"]
-
-LEVELS: tuple[tuple[float, Level], ...] = (
-    (SAYING.beyond_doubt_p, "beyond_doubt"),
-    (SAYING.very_sure_p, "very_sure"),
-    (SAYING.sure_p, "sure"),
-    (SAYING.likely_p, "likely"),
-)
-
-
-def level(p: float) -> Level:
-    """How sure a calibrated p makes that something acts."""
-    if not math.isfinite(p):
-        return "not_computed"
-    return next((name for most, name in LEVELS if p < most), "weak")
-
-
-def odds(p: float) -> tuple[Literal["million", "nearly_all", "of_100", "one_in"], float]:
-    """In how many recordings noise looks like this, and the number that goes with it."""
-    if p < SAYING.beyond_doubt_p:
-        return "million", math.nan
-    if p > SAYING.nearly_all_p:
-        return "nearly_all", math.nan
-    if p > SAYING.of_a_hundred_p:
-        return "of_100", 100.0 * p
-    each = 1.0 / p
-    power = 10.0 ** max(0, math.floor(math.log10(each)) - 1)
-    return "one_in", round(each / power) * power
+SHOWN_AS_ONE = 1.005
+"""A sum of probabilities up to half a percent above one is shown as one."""
 
 
 def settled(finding: Finding) -> bool:
@@ -59,36 +30,6 @@ def tied(finding: Finding) -> bool:
     return bool(finding.alternatives) and not settled(finding)
 
 
-def evidence_case(
-    finding: Finding,
-) -> Literal["by_test", "by_test_open", "open", "one_of", "weak", "few", "sure"]:
-    """How sure a finding is, by its own test and by all together."""
-    p, own = finding.evidence.p, finding.probability
-    if own is None:
-        return "by_test_open" if is_open(finding) else "by_test"
-    if is_open(finding):
-        return "open"
-    if sure_of_one(finding):
-        return "one_of"
-    if p >= SAYING.likely_p:
-        return "few" if settled(finding) else "weak"
-    return "sure"
-
-
-def is_open(finding: Finding) -> bool:
-    """Whether something acts, and the finding is not settled against its alternatives."""
-    several = bool(finding.alternatives) and not rather_unknown(finding)
-    return several and finding.evidence.p < SAYING.likely_p and not settled(finding)
-
-
-def sure_of_one(finding: Finding) -> bool:
-    """Whether it is surely there, or one of its alternatives, by all tests together alone."""
-    own, others = finding.probability, [one.probability or 0.0 for one in finding.alternatives]
-    if own is None or finding.effect == NAMELESS or finding.evidence.p < SAYING.likely_p:
-        return False
-    return bool(others) and not settled(finding) and own + sum(others) > SAYING.settled_p
-
-
 def likelier(finding: Finding) -> Alternative | None:
     """The likeliest named alternative that is more probable than the finding, if any."""
     own = finding.probability
@@ -102,31 +43,7 @@ def likelier(finding: Finding) -> Alternative | None:
 def exclusive(finding: Finding) -> bool:
     """Whether the probabilities of a finding and its alternatives are shares of one whole."""
     given = [finding.probability, *(one.probability for one in finding.alternatives)]
-    # Half a percent above one does not show in the sentence.
-    return sum(one or 0.0 for one in given) <= 1.0 + (1.0 - SAYING.nearly_all_p)
-
-
-def alternatives_case(
-    finding: Finding,
-) -> Literal["said", "none", "settled", "open"]:
-    """Whether and where it is said what else it may be; `said`: elsewhere."""
-    if not finding.alternatives:
-        told = finding.effect == NAMELESS or finding.probability is not None
-        return "said" if told else "none"
-    if settled(finding):
-        return "settled"
-    told = finding.probability is not None and is_open(finding)
-    return "said" if told or sure_of_one(finding) else "open"
-
-
-def usage_case(finding: Finding) -> Literal["worse", "both", "all", "some"]:
-    """Which alternatives fit as well, so that their shares say how usual they are."""
-    same = [one for one in finding.alternatives if as_well(one)]
-    if not same:
-        return "worse"
-    if len(same) < len(finding.alternatives):
-        return "some"
-    return "both" if len(same) == 1 else "all"
+    return sum(one or 0.0 for one in given) <= SHOWN_AS_ONE
 
 
 def act_on(finding: Finding, certain: bool) -> Literal["now", "whichever", "if_confirmed"]:
@@ -167,8 +84,8 @@ def late_in_all_s(finding: Finding) -> float | None:
     longest_s = max(high - low for ((_, low, high),) in parts)
     if value < SAYING.by_the_loop * (sum_s - value):
         return sum_s
-    half = SAYING.half_known
-    return sum_s if low < half * value or half * sum_s < longest_s < math.inf else None
+    vague = value > SAYING.by_the_loop * low or sum_s < SAYING.by_the_loop * longest_s < HUGE
+    return sum_s if vague else None
 
 
 def after_its_effort(finding: Finding) -> bool:
@@ -203,7 +120,7 @@ def worth_a_table(finding: Finding, answer: Diagnosis, named: bool) -> bool:
     """
     if finding.table is None:
         return True
-    if named and finding.share_of_mismatch < SAYING.worth_a_table:
+    if named and finding.share_of_mismatch < SAYING.minor_share:
         return False
     without_m = finding.left_without_m
     return without_m is None or not without_m < SAYING.table_helps * answer.fit.rms_after_m

@@ -62,84 +62,25 @@ VERDICT = VerdictOptions()
 
 @dataclass(frozen=True, slots=True)
 class SayingOptions:
-    """Tolerances from which on the same figures are called by another word."""
+    """What decides which steps and reservations the same figures call for."""
 
     settled_p: float = 0.95
     """A finding more probable than this is not called open, whatever its alternatives."""
-    beyond_doubt_p: float = 1e-6
-    very_sure_p: float = 1e-3
-    """Levels of a calibrated p from which down something is very surely there."""
-    sure_p: float = 0.01
-    likely_p: float = 0.05
-    """The same, from which down it is surely, or probably, there."""
-    of_a_hundred_p: float = 0.1
-    """Above it a chance is given as so many of a hundred."""
-    nearly_all_p: float = 0.995
-    """Above it no engine knows its own mistakes well enough to give a figure."""
-    mostly_by_place: float = 0.7
-    """Less scatter at a place than this share of the noise: over half of the noise's power is
-    between places."""
-    next_to_nothing: float = 0.01
-    """Share of the residual: a scatter below it gets no more digits."""
-    mostly_in_motion: float = 1.5
-    """Times as much in motion as at rest: over two thirds of the power, where both last as long."""
     fewest_moved: float = 1.0 / 3.0
     """Share of the rests in which an axis must have moved to be said to."""
     moved_of_left: float = 2.0
     """Times what is left, by which it must have: one glide in hours is none."""
     mostly_left: float = 0.5
-    """Share of the model error that nothing explains, from which on the headline says so first."""
-    little_left: float = 0.1
-    half_left: float = 0.5
-    """Shares of the model error as it is shown (root mean square): nearly all, or most, is
-    explained."""
-    much_returns: float = 0.2
-    """Share of what is explained: what comes back of less sounds like a minor cause, which it need
-    not be."""
-    hardly_returns: float = 0.01
-    """The same, of what is small by itself as well."""
-    mostly_noise: float = 0.5
-    """Share of the residual from which on noise would hide what a finding does: it is taken off
-    both."""
-    next_to_none: float = 0.05
-    """Share of the model error without a finding: less is left of next to nothing."""
-    above_floor: float = 0.01
-    """Share of the noise floor: a model error that is hardly above it has no share to speak of."""
-    nearly_all_gone: float = 0.99
-    """Share of a gain that is reported without a figure."""
-    worth_a_table: float = 0.02
-    """Share of the model error below which, beside named causes, nobody is asked to enter a
-    table."""
+    """Share of the model error that nothing explains, from which on the columns and the robot file
+    are to be checked first."""
     table_helps: float = 1.1
     """Times the model error that is left, below which without a table it would be as good."""
     minor_share: float = 0.01
-    """Share of the model error: what does less is reported last."""
-    half_known: float = 0.5
-    """A part of a delay that may be smaller by more than this is not known."""
+    """Share of the model error: what does less is reported last, and needs no table."""
     by_the_loop: float = 2.0
     """Times the smaller part of a delay from which on the same is the larger in a drive of another
-    order: of real servos fitted with one time constant and with two, none then changes sides."""
-    nothing_of_time_s: float = 5e-7
-    """A second parameter below it is not reported: half a microsecond."""
-    unloaded_alike: float = 0.9
-    """Share of friction that is there without a load, from which on nothing is said of the load."""
-    second_wave: float = 0.1
-    """Share of a periodic error's first harmonic from which on the second is reported."""
-    least_told_waves: float = 1.2
-    most_told_waves: float = 3.1
-    """Waves over the travel of a periodic error that is reported though it is not named: of fewer a
-    bend looks the same, more are named."""
-    wave_takes: float = 0.7
-    """Share of the power from which on one wave is most of it."""
-    wave_rows: int = 20
-    """Fewest readings over which a wave is looked for."""
-    paces: int = 5
-    """Parts of a recording in which its motion is compared."""
-    other_pace: float = 2.0
-    """Times as fast as another part from which on it is another motion."""
-    about_half: tuple[float, float] = (0.75, 1.25)
-    """Shares of half the play. Below, a zero set within the play is off by less; above, it is off
-    as well."""
+    order: of real servos fitted with one time constant and with two, none then changes sides. A
+    part that may be smaller by this factor is not known."""
     much_of_delay: float = 0.5
     """Share of a delay from which on a loop that rings may well be all that is late."""
     same_period: float = 0.03

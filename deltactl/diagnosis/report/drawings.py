@@ -1,5 +1,5 @@
-"""Drawings of HTML and SVG: a machine as named parts with the marks of findings on top, intervals
-on a line, bars before and after, and maps of cells.
+"""Drawings of HTML and SVG: a machine as named parts with the marks of findings on top, bars before
+and after, and maps of cells.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from deltactl.charts.cells import CELLS, Grid
 from deltactl.charts.means import BoolArray
 from deltactl.charts.spec import FloatArray
-from deltactl.diagnosis.report.sizes import Size, number, significant
+from deltactl.diagnosis.report.sizes import number, significant
 from deltactl.diagnosis.report.templates import say
 
 Point = tuple[float, float]
@@ -27,8 +27,6 @@ MARGIN = 14.0
 LEAST_WIDTH = 320.0
 LABEL_HEIGHT = 14.0
 LETTER_WIDTH = 7.4
-NEAR = 16.0
-"""Labels closer than this [% of the line] would run into each other."""
 LEVELS = 6
 SIDE_PX, LEFT_PX, BOTTOM_PX = 220.0, 46.0, 34.0
 
@@ -223,56 +221,6 @@ class Pair:
     name: str
     before: float
     after: float
-
-
-def interval_bar(size: Size, nothing: float = 0.0, smallest: float = math.nan) -> str:
-    """The interval against 'nothing wrong' and the detection limit."""
-    ends = [size.value, size.low, size.high, nothing]
-    known = [x for x in ends if math.isfinite(x)]
-    if not math.isfinite(size.value):
-        return ""
-    if math.isfinite(smallest) and abs(smallest) < 3.0 * max(abs(x) for x in known):
-        smallest = math.copysign(smallest, size.value)
-        known.append(smallest)
-    else:
-        smallest = math.nan
-    low, high = min(known), max(known)
-    room = 0.06 * (high - low) or max(abs(high), 1.0)
-    low, high = low - room, high + room
-
-    def place(value: float) -> float:
-        return min(100.0, max(0.0, 100.0 * (value - low) / (high - low)))
-
-    left = place(size.low) if math.isfinite(size.low) else place(size.value)
-    right = place(size.high) if math.isfinite(size.high) else place(size.value)
-    parts = ['<i class="track"></i>', _at("tick", place(nothing))]
-    if math.isfinite(smallest):
-        parts.append(_at("tick faint", place(smallest)))
-    parts.append(f'<i class="range" style="left:{left:.2f}%;width:{right - left:.2f}%"></i>')
-    parts.append(_at("dot", place(size.value)))
-    parts += _labels(size, place(nothing), nothing, place(smallest) if known else 0.0, smallest)
-    says = html.escape(f"{size.name}: {size.text}", quote=True)
-    return f'<div class="interval" role="img" aria-label="{says}">{"".join(parts)}</div>'
-
-
-def _labels(
-    size: Size, zero: float, nothing: float, faint: float, smallest: float
-) -> Iterable[str]:
-    yield _word(
-        zero, say("bar.nothing_wrong") if nothing == 0.0 else number(nothing, significant(nothing))
-    )
-    if math.isfinite(smallest):
-        yield _word(faint, say("bar.smallest_visible"), low=abs(faint - zero) < 2.0 * NEAR)
-
-
-def _at(kind: str, place: float) -> str:
-    return f'<i class="{kind}" style="left:{place:.2f}%"></i>'
-
-
-def _word(place: float, text: str, low: bool = False) -> str:
-    side = "start" if place < NEAR else "end" if place > 100.0 - NEAR else ""
-    side += " low" if low else ""
-    return f'<span class="{side}" style="left:{place:.2f}%">{html.escape(text)}</span>'
 
 
 def pair_bars(title: str, pairs: Iterable[Pair], noise: float, unit: str, note: str = "") -> str:

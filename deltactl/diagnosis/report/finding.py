@@ -1,19 +1,11 @@
-"""One finding in sentences: its size, how sure it is, where it shows, and what else it may be."""
+"""One finding in sentences: its sizes, how sure it is, where it shows, and what else it may be."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 
-from deltactl.diagnosis.answer.how_sure import (
-    alternatives_case,
-    evidence_case,
-    exclusive,
-    is_about,
-    late_in_all_s,
-    level,
-    usage_case,
-)
+from deltactl.diagnosis.answer.how_sure import exclusive, is_about, late_in_all_s, tied
 from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,
@@ -22,27 +14,18 @@ from deltactl.diagnosis.answer.records import (
     PriorSensitivity,
     Where,
 )
-from deltactl.diagnosis.answer.shape_of_a_finding import (
-    changes_its_pace,
-    friction_without_load,
-    second_harmonic,
-    too_few_periods,
-)
 from deltactl.diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
-from deltactl.diagnosis.report.fit import without_unit_of
 from deltactl.diagnosis.report.names import (
     by_noise,
     channel,
     effect,
     listed,
-    negligible,
     other_cause,
     percent,
     sentence,
     upper,
 )
-from deltactl.diagnosis.report.pairs import beside
-from deltactl.diagnosis.report.sizes import Size, quantity, sizes, told, unsigned
+from deltactl.diagnosis.report.sizes import Size, quantity, reported, sizes
 from deltactl.diagnosis.report.templates import say
 
 MOST_NAMED = 4
@@ -58,177 +41,78 @@ def finding_title(finding: Finding) -> str:
 
 
 def span_s(diagnosis: Diagnosis) -> Span:
-    """First and last time of the recording; NaN where no picture tells."""
+    """First and last time of the recording; NaN where there is no picture."""
     picture = diagnosis.picture
     if picture is None or not len(picture.t_s):
         return UNKNOWN_SPAN
     return float(picture.t_s[0]), float(picture.t_s[-1])
 
 
-def divided(finding: Finding) -> str:
-    """Of a delay of which only the sum is known: that; empty of all else."""
-    late_s = late_in_all_s(finding)
-    if late_s is None:
-        return ""
-    return say("finding.only_the_sum", total=quantity(late_s, "s", digits=3))
-
-
-def told_sizes(finding: Finding) -> Iterator[tuple[str, ParameterResult, Size]]:
-    """What is reported of its parameters: name, figures, and as shown; no parts of a mere sum."""
-    if divided(finding):
+def shown_sizes(finding: Finding) -> Iterator[tuple[str, Size]]:
+    """Its parameters by name, as shown; the sum alone of a delay of which no part is known."""
+    if (late_s := late_in_all_s(finding)) is not None:
+        late = ParameterResult(value=late_s, ci95=[], unit="s")
+        yield from (("time", size) for size in sizes(finding.effect, "late_in_all", late))
         return
-    for name, result in told(finding.parameters).items():
-        for size in sizes(finding.effect, name, result):
-            yield name, result, size
-
-
-def notes(finding: Finding, diagnosis: Diagnosis) -> list[str]:
-    """Sentences that go with its size: of itself, and of what was found beside it."""
-    picture = diagnosis.picture
-    lines = [_without_load(finding), *beside(finding, diagnosis), _second_harmonic(finding)]
-    if (wave := too_few_periods(finding, picture)) is not None:
-        period = unsigned(wave.period, wave.unit, digits=3)
-        share = percent(wave.share)
-        lines.append(say("note.few_periods", period=period, waves=wave.waves, share=share))
-    if changes_its_pace(finding, picture):
-        lines.append(say("note.moves_on"))
-    return [line for line in lines if line]
-
-
-def _without_load(finding: Finding) -> str:
-    """Of friction that a load makes larger: how much of it is there without one; else empty."""
-    if (found := friction_without_load(finding)) is None:
-        return ""
-    interval, unit = found
-    alone, least, most = (unsigned(size, unit) for size in interval)
-    return say("note.with_load", alone=alone, least=without_unit_of(least, most), most=most)
-
-
-def _second_harmonic(finding: Finding) -> str:
-    """Of a periodic error of an axis that is no plain sine: its second wave, and both together."""
-    if (found := second_harmonic(finding)) is None:
-        return ""
-    second, span, unit = found
-    twice, across = (unsigned(size, unit, digits=3) for size in (second, span))
-    return say("note.second_harmonic", twice=twice, across=across)
+    for name, result in reported(finding.parameters).items():
+        yield from ((name, size) for size in sizes(finding.effect, name, result))
 
 
 def how_sure(finding: Finding, diagnosis: Diagnosis) -> list[str]:
-    """How sure it is, and what that hangs on."""
-    few = too_few_periods(finding, diagnosis.picture) is not None
+    """How sure it is, and what that depends on."""
+    evidence = finding.evidence
+    facts = [] if math.isnan(evidence.p) else [say("sure.test", p=by_noise(evidence.p))]
+    if math.isfinite(evidence.delta_chi2):
+        facts.append(say("sure.gain", gain=f"{evidence.delta_chi2:,.0f}".replace(",", "\u00a0")))
+    case = "sure.not_known" if finding.probability is None else "sure.cause"
+    line = upper(say(case, sure=percent(finding.probability or 0.0), facts=in_brackets(facts)))
     hangs = [one for one in diagnosis.prior_sensitivity if is_about(one, finding)]
-    return [evidence(finding, few), *(_by_priors("here", one) for one in hangs)]
+    return [line, *map(by_priors, hangs)]
 
 
-def evidence(finding: Finding, few_periods: bool = False) -> str:
-    """How sure a finding is, in a sentence; where it is open, with what else it may be.
-
-    few_periods: of an unknown that may have a name that this recording cannot show.
-
-    The p of its own test is for statisticians (`in_chi_square`): beside the probability of all that
-    was weighed together it reads as another answer.
-    """
-    p, own, case = finding.evidence.p, finding.probability or 0.0, evidence_case(finding)
-    nameless = finding.effect == NAMELESS
-    word = say(f"level.{level(p)}")
-    cause = "this" if not nameless else "nothing_here" if few_periods else "no_effect"
-    return say(
-        f"evidence.{case}",
-        word=say("level.with_p", word=word, by_noise=by_noise(p)) if math.isfinite(p) else word,
-        there=say(f"there.{level(p)}"),
-        what=say("cause.unlisted" if nameless else "cause.this"),
-        cause=say(f"cause.{cause}"),
-        own=percent(own),
-        upper_own=upper(percent(own)),
-        together=upper(percent(own + sum(o.probability or 0.0 for o in finding.alternatives))),
-        other_causes=other_causes(finding),
-        usage=_by_usage(finding),
-        few=say("evidence.few_readings"),
-    )
-
-
-def in_chi_square(finding: Finding, explained: bool) -> str:
-    """The evidence for statisticians; explained: with how to read a chi-square."""
-    gain, p = finding.evidence.delta_chi2, finding.evidence.p
-    if not math.isfinite(gain):
-        return ""
-    told = math.isfinite(p) and finding.probability is not None
-    return say(
-        "evidence.in_chi_square",
-        gain=f"{gain:,.0f}".replace(",", "\u00a0"),
-        unit=say("evidence.chi_square"),
-        how=say("evidence.of_noise") if explained else "",
-        alone=say("evidence.own_test", by_noise=by_noise(p)) if told else "",
-    )
+def in_brackets(facts: Sequence[str]) -> str:
+    """' (a; b)'; empty where there are none."""
+    return f" ({'; '.join(facts)})" if any(facts) else ""
 
 
 def by_priors(one: PriorSensitivity) -> str:
-    """How a probability depends on the priors of sizes, with the name of the effect."""
-    return _by_priors("named", one)
-
-
-def _by_priors(case: str, one: PriorSensitivity) -> str:
+    """How a probability depends on the priors of sizes."""
     now, narrower, wider = (percent(x) for x in (one.probability, one.narrower, one.wider))
-    return say(
-        f"priors.{case}",
-        effect=effect(one.effect, one.component),
-        now=now,
-        narrower=narrower,
-        wider=wider,
-        guess=say("priors.guess"),
-    )
+    name = effect(one.effect, one.component)
+    return say("sure.by_priors", effect=name, now=now, narrower=narrower, wider=wider)
 
 
 def other_causes(
-    finding: Finding, shown: Sequence[Alternative] | None = None, more: int = 0
+    finding: Finding, shown: Sequence[Alternative] | None = None, in_full: bool = False
 ) -> str:
-    """'a (30 %) or b (15 %)'; shown: those to name, more: how many are only counted.
+    """'a (30 %) or b (15 %)'; shown: those to name; in_full: how much worse each fits.
 
     A set of causes may hold several of them, so that their probabilities may come to more than what
     the finding leaves: then one share is reported for all of them.
     """
     named = finding.alternatives if shown is None else shown
     apart = exclusive(finding)
-    names = [f"{_name(finding, one)}{_share(one) if apart else ''}" for one in named]
-    names += [say("other_causes.more", number=more)] if more else []
+    names = [_other(finding, one, apart, in_full) for one in named]
     text = listed(names, "or")
-    if apart:
+    if apart or not names:
         return text
     left = percent(max(1.0 - (finding.probability or 0.0), 0.0))
-    return f"{text} ({left if len(names) == 1 else say('other_causes.one_or_several', share=left)})"
+    return f"{text} ({left if len(names) == 1 else say('other.one_or_several', share=left)})"
 
 
-def as_well_line(finding: Finding) -> str:
-    """Of what fits a settled finding's readings as well: that it is only rarer; else empty."""
-    same = [one for one in finding.alternatives if as_well(one)]
-    if not same:
-        return ""
-    if len(same) > 1:
-        return sentence(say("other_causes.rarer_several", names=other_causes(finding, same)))
-    return sentence(say("other_causes.rarer", name=_name(finding, same[0]), share=_share(same[0])))
+def _other(finding: Finding, other: Alternative, apart: bool, in_full: bool) -> str:
+    known = apart and other.probability is not None
+    facts = [percent(other.probability or 0.0)] if known else []
+    if in_full and as_well(other):
+        facts.append(say("other.fits_as_well"))
+    elif in_full and math.isfinite(other.delta_chi2):
+        facts.append(say("other.worse", size=f"{other.delta_chi2:.1f}"))
+    return f"{other_cause(finding.effect, other.effect, other.component)}{in_brackets(facts)}"
 
 
-def _by_usage(finding: Finding) -> str:
-    """What the shares of an open finding say where the fit does not tell it from others: a clause;
-    empty where each of them fits worse.
-    """
-    same = [_name(finding, one) for one in finding.alternatives if as_well(one)]
-    return say(f"usage.{usage_case(finding)}", names=listed(same, "or"))
-
-
-def _name(finding: Finding, other: Alternative) -> str:
-    return other_cause(finding.effect, other.effect, other.component)
-
-
-def _share(other: Alternative) -> str:
-    return "" if other.probability is None else f" ({percent(other.probability)})"
-
-
-def memory_line(finding: Finding) -> str:
-    """Of something unknown: whether what came before counts."""
-    if finding.effect != NAMELESS or finding.has_memory is None:
-        return ""
-    return say("finding.memory" if finding.has_memory else "finding.no_memory")
+def open_causes(finding: Finding) -> list[Alternative]:
+    """What else it could be: everything, or what fits as well as a finding that is settled."""
+    return [one for one in finding.alternatives if tied(finding) or as_well(one)]
 
 
 def where_line(finding: Finding, span: Span = UNKNOWN_SPAN) -> str:
@@ -236,10 +120,12 @@ def where_line(finding: Finding, span: Span = UNKNOWN_SPAN) -> str:
     where = finding.where
     axes = [_the(channel(axis)) for axis in where.axes[:MOST_NAMED]]
     regime = where.regime if finding.effect != NAMELESS else ""
-    shown = [f"in {listed(axes)}" if axes else "", _times(where, *span), regime]
-    if not any(shown):
-        return ""
-    return sentence(say("finding.shows", where=", ".join(filter(None, shown))))
+    memory = ""
+    if finding.effect == NAMELESS and finding.has_memory is not None:
+        memory = say("finding.memory" if finding.has_memory else "finding.no_memory")
+    shown = [f"in {listed(axes)}" if axes else "", _times(where, *span), regime, memory]
+    where_ = ", ".join(filter(None, shown))
+    return sentence(say("finding.shows", where=where_)) if where_ else ""
 
 
 def _the(name: str) -> str:
@@ -259,33 +145,13 @@ def stretches(where: Where, start_s: float, end_s: float) -> list[tuple[float, f
 
 def _times(where: Where, start_s: float, end_s: float) -> str:
     times = stretches(where, start_s, end_s)
-    if len(times) == 1 and times[0][1] >= end_s:
-        return say("finding.from_on", start=times[0][0])
     shown = [say("finding.from_to", start=start, end=end) for start, end in times[:MOST_NAMED]]
     more = len(times) - len(shown)
     return listed([*shown, say("finding.more_times", number=more)] if more > 0 else shown)
 
 
-def alternatives_line(finding: Finding) -> str:
-    """What this recording cannot distinguish from the finding; empty where that is said already."""
-    case = alternatives_case(finding)
-    if case == "settled":
-        worse = _alternatives_of_settled(finding)
-        head = say("alternatives.far_less_head")
-        rest = say("alternatives.far_less", head=head, names=worse) if worse else ""
-        return " ".join(filter(None, (as_well_line(finding), rest)))
-    return say(f"alternatives.{case}", names=other_causes(finding))
-
-
-def _alternatives_of_settled(finding: Finding) -> str:
-    """Each that fits worse with its probability, and once for all of those that have next to none;
-    empty where none does.
-    """
-    worse = [one for one in finding.alternatives if not as_well(one)]
-    rest = [one for one in worse if negligible(one.probability)]
-    if len(rest) < 2:
-        return other_causes(finding, worse) if worse else ""
-    names = listed([_name(finding, one) for one in rest])
-    others = [one for one in worse if one not in rest]
-    shown = [other_causes(finding, others)] if others else []
-    return "; ".join([*shown, say("other_causes.each", names=names, share=percent(0.0))])
+def without_line(finding: Finding, unit: str) -> str:
+    """The model error if it alone were left out, the others fitted again; empty if not known."""
+    if finding.left_without_m is None:
+        return ""
+    return say("finding.without", size=quantity(finding.left_without_m, unit, digits=3))

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
-from deltactl.diagnosis.answer.records import Diagnosis, Finding, Fit
-from deltactl.diagnosis.answer.verdict import NAMELESS, goes_on, seen
+from deltactl.diagnosis.answer.records import Diagnosis, Fit
+from deltactl.diagnosis.answer.verdict import goes_on, too_little
 from deltactl.diagnosis.answer.what_is_left import (
-    beyond_noise_m,
-    by_place_beside,
     doubtful_floor,
-    held_out_gain,
-    kind_of_rest,
-    least_scatter_m,
-    times_floor,
-    told_of_rest,
-    where_left,
-    without,
+    gone,
+    left_by_file,
+    moves_at_rest,
+    once,
 )
-from deltactl.diagnosis.report.names import all_followed, by_noise, part, sentence
+from deltactl.diagnosis.report.names import all_followed, by_noise, listed, part, percent
 from deltactl.diagnosis.report.sizes import forced, quantity
 from deltactl.diagnosis.report.templates import say
-from deltactl.models.effects import Trait, has
 
 
 def fit_title(diagnosis: Diagnosis) -> str:
@@ -29,83 +24,46 @@ def fit_title(diagnosis: Diagnosis) -> str:
     return say("fit.title_found" if diagnosis.findings else "fit.title")
 
 
-def fit_lines(diagnosis: Diagnosis) -> list[str]:
-    """Before and after against the noise floor, on this recording and on held-out data."""
+def fit_line(diagnosis: Diagnosis) -> str:
+    """The error before and after, the noise, and the same on held-out data, in one sentence."""
     fit, found = diagnosis.fit, bool(diagnosis.findings)
-    before, after, floor = (
-        quantity(size, fit.unit, digits=3)
-        for size in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
-    )
-    # A doubtful floor depends on what else was fitted: another file would have another.
-    floor = "" if doubtful_floor(fit) else say("fit.floor", floor=floor)
-    case = "found" if found else "allowed" if diagnosis.loosely_built else "mismatch"
-    if diagnosis.verdict == "unexplained" and not found:
-        case, floor = "mismatch", ""
-    return [
-        say(f"fit.{case}", before=before, after=after, floor=floor),
-        *_beside(diagnosis),
-        *(_held_out(diagnosis) if found else _elsewhere(fit)),
-        *(say("fit.held_out_left_out", why=why) for why in diagnosis.not_held_out),
-    ]
+    noise = "" if doubtful_floor(fit) else say("fit.noise", floor=_shown(fit, fit.noise_floor_m))
+    held = _held(diagnosis) if found else ""
+    if not found and fit.holdout == "run" and math.isfinite(fit.holdout_rms_before_m):
+        held = say("fit.elsewhere", size=_shown(fit, fit.holdout_rms_before_m))
+    before, after = _pair(fit, fit.rms_before_m, fit.rms_after_m)
+    case = "found" if found or diagnosis.loosely_built else "nothing"
+    return say(f"fit.{case}", before=before, after=after, noise=noise, held=held)
 
 
-def _beside(diagnosis: Diagnosis) -> list[str]:
-    """That efforts were compared after a filter, which single readings were not, and that most of
-    what counts as noise does not show in readings at one place.
-    """
-    fit, lines = diagnosis.fit, []
-    if forced(fit.unit) and fit.left_apart_s is not None:
-        lines.append(say("fit.filtered", apart=quantity(fit.left_apart_s, "s", digits=2)))
-    if by_place_beside(diagnosis):
-        what = say("left.what_is_left" if doubtful_floor(fit) else "left.this_noise")
-        where, more = _where_left(fit, what), _record_more(fit)
-        lines.append(say("fit.by_place", scatter=_scatter(fit, 3), where=where, more=more))
-    return lines
-
-
-def _held_out(diagnosis: Diagnosis) -> list[str]:
+def _held(diagnosis: Diagnosis) -> str:
     fit = diagnosis.fit
-    held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
-    if not all(math.isfinite(value) for value in held):
-        return [say("fit.nothing_held_out")]
-    before, after = (quantity(value, fit.unit, digits=3) for value in held)
+    if not (math.isfinite(fit.holdout_rms_before_m) and math.isfinite(fit.holdout_rms_after_m)):
+        return say("fit.nothing_held_out")
+    before, after = _pair(fit, fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     where = say("fit.run" if fit.holdout == "run" else "fit.blocks")
-    return [say("fit.held_out", where=where, before=before, after=after, gain=gain(diagnosis))]
+    return say("fit.held", where=where, before=before, after=after, gain=_gain(diagnosis))
 
 
-def gain(diagnosis: Diagnosis) -> str:
-    """How much of the held-out mismatch is gone, in brackets; empty where that is not known."""
-    case, share = held_out_gain(diagnosis)
-    of = say("gain.all" if doubtful_floor(diagnosis.fit) else "gain.above_noise")
-    return say(f"gain.{case}", of=of, percent=f"{100.0 * share:.0f}")
+def _gain(diagnosis: Diagnosis) -> str:
+    """How much of the held-out error is gone, in brackets; empty where that cannot be said."""
+    fit, share = diagnosis.fit, gone(diagnosis)
+    if fit.holdout == "run" and once(diagnosis):
+        return say("gain.once")
+    at_floor = _shown(fit, fit.holdout_rms_before_m) == _shown(fit, fit.noise_floor_m)
+    if math.isnan(share) or at_floor:
+        return ""
+    of = say("gain.all" if doubtful_floor(fit) else "gain.above_noise")
+    return say("gain.share", share=percent(share), of=of)
 
 
-def _elsewhere(fit: Fit) -> list[str]:
-    """The mismatch on another run, where nothing was found."""
-    size = fit.holdout_rms_before_m
-    if fit.holdout != "run" or not math.isfinite(size):
-        return []
-    return [say("fit.elsewhere", size=quantity(size, fit.unit, digits=3))]
+def _shown(fit: Fit, size_m: float | None, digits: int = 3) -> str:
+    return quantity(math.nan if size_m is None else size_m, fit.unit, digits=digits)
 
 
-def share_line(finding: Finding, fit: Fit) -> str:
-    """The mismatch if it alone were left out: what the other findings cannot take over."""
-    compared = without(finding, fit)
-    about = say("share.about") if compared.about else ""
-    what = say("share.beyond" if compared.beyond else "share.mismatch")
-    sizes = (compared.without_m, compared.with_m)
-    missing, there = (quantity(size, fit.unit, digits=3) for size in sizes)
-    case = "instead"
-    if missing == there:
-        case = "same"
-    elif compared.smaller:
-        case = "no_larger"
-    elif compared.next_to_none:
-        case = "none"
-    else:
-        missing = without_unit_of(missing, there)
-    says = say(f"share.{case}", what=what, about=about, without=missing, after=there)
-    return say(f"share.part_{compared.part}", compared=says)
+def _pair(fit: Fit, before_m: float, after_m: float) -> tuple[str, str]:
+    before, after = _shown(fit, before_m), _shown(fit, after_m)
+    return without_unit_of(before, after), after
 
 
 def without_unit_of(size: str, other: str) -> str:
@@ -115,86 +73,49 @@ def without_unit_of(size: str, other: str) -> str:
 
 def unexplained(answer: Diagnosis) -> str:
     """What no finding explains, in one sentence."""
-    case, fit, rest = kind_of_rest(answer), answer.fit, answer.unexplained
-    if case == "more":
-        how = [by_noise(rest.p)] if rest.p is not None and seen(rest.p) else []
-        times = times_floor(fit)
-        how += [say("left.times_floor", times=times)] if times is not None else []
-        told = f" ({', '.join(how)})" if how else ""
-        if rest.depends_on:
-            place = say("left.at", part=part(rest.component)) if rest.component else ""
-            follows = all_followed(rest.depends_on)
-            return say("left.more_follows", how=told, follows=follows, place=place)
-        return say("left.more", how=told, goes_on=f"; {_persists(fit)}" if goes_on(fit) else "")
-    nameless = any(one.effect == NAMELESS for one in answer.findings)
-    play = any(has(one.effect, Trait.HYSTERESIS) for one in answer.findings)
-    values = {
-        "head": say("left.head_beside" if nameless else "left.head"),
-        "size": quantity(fit.rms_after_m, fit.unit, digits=2),
-        "moves": _moves(fit, play) if case == "moves" else "",
-        "lasts": quantity(fit.left_lasts_s or math.nan, "s", digits=2),
-        "persists": _persists(fit),
-        "scatter": _scatter(fit, 2),
-        "where": _where_left(fit, "it"),
-        "record_more": _record_more(fit),
-    }
-    return say(f"left.{case}", **values)
-
-
-def _moves(fit: Fit, found_play: bool) -> str:
-    """That an axis moves while its command is constant, and what that calls for.
-
-    found_play: whether play or friction was found all the same.
-    """
-    found = fit.at_rest
-    assert found is not None
-    by = quantity(found.moved_by_m, fit.unit, digits=2)
-    case = "load_known" if found.load_known else "no_load" if found_play else "hidden"
-    why = say(f"at_rest.{case}")
-    return say("at_rest.moves", by=by, moved=found.moved, rests=found.rests, why=why)
-
-
-def _scatter(fit: Fit, digits: int) -> str:
-    """How much readings at one place scatter; of next to nothing, that it is little."""
-    if (least_m := least_scatter_m(fit)) is not None:
-        return say("left.scatter_below", size=quantity(least_m, fit.unit, digits=1))
-    return say("left.scatter", size=quantity(fit.scatter_within_m or 0.0, fit.unit, digits=digits))
-
-
-def _persists(fit: Fit) -> str:
-    """That what is left is much the same from one reading to the next, as a clause."""
-    lasts, apart = (
-        quantity(time_s or math.nan, "s", digits=2)
-        for time_s in (fit.left_lasts_s, fit.left_apart_s)
+    fit, rest = answer.fit, answer.unexplained
+    beyond = bool(rest.depends_on) or rest.share_of_mismatch > 0.0
+    case = "follows" if rest.depends_on else "more" if beyond else "noise"
+    if case == "noise" and doubtful_floor(fit):
+        case = "by_file" if left_by_file(fit) else "unclear"
+    little = beyond and too_little(fit, rest.share_of_mismatch, bool(answer.findings))
+    return say(
+        f"left.{case}",
+        size=_shown(fit, fit.rms_after_m, 2),
+        follows=all_followed(rest.depends_on),
+        at=say("left.at", part=part(rest.component)) if rest.component else "",
+        p="" if rest.p is None else say("left.p", p=by_noise(rest.p)),
+        little=say("left.little") if little else "",
+        figures="" if case == "noise" else say_all(figures(fit)),
     )
-    return say("left.persists", lasts=lasts, apart=apart)
 
 
-def _where_left(fit: Fit, what: str) -> str:
-    """Where most of it lies: in motion, or from place to place; `what` begins the clause."""
-    rest = fit.at_rest
-    sizes = (rest.left_m, rest.left_in_motion_m) if rest is not None else (0.0, 0.0)
-    still, moving = (quantity(size, fit.unit, digits=2) for size in sizes)
-    return say(f"where_left.{where_left(fit)}", what=what, rest=still, motion=moving)
+def say_all(facts: Iterator[str]) -> str:
+    """': a, b and c'; empty where there are none."""
+    shown = listed(list(facts))
+    return f": {shown}" if shown else ""
 
 
-def _record_more(fit: Fit) -> str:
-    """What makes an answer surer where longer stays do not."""
-    return say("left.more_places" if fit.at_rest is None else "left.more_moves")
+def figures(fit: Fit) -> Iterator[str]:
+    """What is known of the remaining error: how long it lasts, and where it is how large."""
+    if goes_on(fit):
+        times_s = (fit.left_lasts_s or math.nan, fit.left_apart_s or math.nan)
+        lasts, apart = (quantity(time_s, "s", digits=2) for time_s in times_s)
+        yield say("left.lasts", lasts=lasts, apart=apart)
+    if fit.at_rest is not None and moves_at_rest(fit):
+        by = _shown(fit, fit.at_rest.moved_by_m, 2)
+        yield say("left.moves", by=by, moved=fit.at_rest.moved, rests=fit.at_rest.rests)
+    elif fit.at_rest is not None:
+        rest, motion = (
+            _shown(fit, m, 2) for m in (fit.at_rest.left_m, fit.at_rest.left_in_motion_m)
+        )
+        yield say("left.in_motion", rest=rest, motion=motion)
+    if fit.scatter_within_m is not None:
+        yield say("left.scatter", size=_shown(fit, fit.scatter_within_m, 2))
 
 
-def unexplained_line(diagnosis: Diagnosis) -> str:
-    """What no finding explains; its size only where it is more than noise."""
-    rest, fit, case = diagnosis.unexplained, diagnosis.fit, told_of_rest(diagnosis)
-    says, follows = sentence(rest.says), all_followed(rest.depends_on)
-    beyond_m = beyond_noise_m(fit.rms_after_m, fit.noise_floor_m)
-    size = quantity(beyond_m, fit.unit, digits=2)
-    if case == "beside_known":
-        known = quantity(fit.done_by_known_m, fit.unit, digits=2)
-        return say("rest.beside_known", left=size, known=known, little=say("rest.little"))
-    if case == "too_little":
-        what = say("rest.which_follows", follows=follows) if follows else ""
-        return say("rest.too_little", size=size, little=say("rest.little"), follows=what)
-    head = say("rest.size", size=size) if case == "sized" else ""
-    more = sentence(say("rest.follows", follows=follows)) if follows and not says else ""
-    return " ".join(filter(None, (head, says, more)))
+def more_of_the_fit(fit: Fit) -> list[str]:
+    """What else the figures of the fit are of: efforts after a filter."""
+    if not forced(fit.unit) or fit.left_apart_s is None:
+        return []
+    return [say("fit.filtered", apart=quantity(fit.left_apart_s, "s", digits=2))]

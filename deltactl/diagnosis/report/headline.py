@@ -6,18 +6,16 @@ from collections.abc import Sequence
 
 from deltactl.diagnosis.answer.how_sure import likelier
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
-from deltactl.diagnosis.answer.verdict import NAMELESS, claimed, too_little
+from deltactl.diagnosis.answer.verdict import NAMELESS, claimed
 from deltactl.diagnosis.answer.what_is_left import (
     doubtful_floor,
     headline_case,
-    part_explained,
-    partly,
+    mostly_left,
     surely_nothing,
 )
 from deltactl.diagnosis.report.names import (
     all_followed,
     called,
-    count,
     effect,
     listed,
     other_cause,
@@ -29,16 +27,14 @@ from deltactl.diagnosis.report.pairs import bearings, certain
 from deltactl.diagnosis.report.sizes import quantity
 from deltactl.diagnosis.report.templates import say
 
-MOST_UNNAMED = 4
-"""Unknown errors that the headline names; all have their own title below it."""
 IN_HEADLINE = 3
-"""Findings that the headline names; of more it names two, and all have their own title below."""
+"""Findings that the headline names; of more it names two, and all have their own row below."""
 
 
 def opening(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
     """The sentences an answer begins with: its verdict, or a doubt that goes before any verdict.
 
-    brief: without what a finding cannot be told from.
+    brief: without what a finding cannot be distinguished from.
     """
     says = headline(diagnosis, brief)
     if not diagnosis.doubts:
@@ -51,48 +47,25 @@ def opening(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
 def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
     """The verdict in one sentence. brief: as in `opening`."""
     fit, case = diagnosis.fit, headline_case(diagnosis)
-    nothing = diagnosis.probability_nothing_missing or 0.0
-    left = quantity(fit.rms_after_m, fit.unit, digits=2)
-    if case in ("nothing_missing", "probably_nothing"):
-        doubtful = doubtful_floor(fit)
-        none = say("headline.no_known" if doubtful else "headline.nothing")
-        start = say(f"headline.{case}", nothing=none, sure=percent(nothing))
-        end = say("headline.left" if doubtful else "headline.as_the_file_says", left=left)
-        return sentence(f"{start}{end}")
-    if case == "none_known":
-        return _none_known(diagnosis, nothing, left)
-    part, rest = partly(diagnosis)
-    key = f"partly_{rest}" if case == "partly" and rest else case
-    part = part_explained(diagnosis) if case == "explained_but" else part
-    before, after = (quantity(m, fit.unit, digits=3) for m in (fit.rms_before_m, fit.rms_after_m))
-    return sentence(
-        say(
-            f"headline.{key}",
-            what=_what(diagnosis.findings, brief),
-            part=say(
-                f"part_of_it.{part if case != 'explained_but' else part_explained(diagnosis)}"
-            ),
-            left=left,
-            before=before,
-            after=after,
-            enters=listed(_unnamed(diagnosis.findings)),
-            likely=percent(1.0 - nothing),
-        )
+    nothing = diagnosis.probability_nothing_missing
+    nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
+    before, left = (quantity(m, fit.unit, digits=2) for m in (fit.rms_before_m, fit.rms_after_m))
+    doubtful = (
+        {"nothing": "none_known", "explained": "explained_but"} if doubtful_floor(fit) else {}
     )
-
-
-def _none_known(diagnosis: Diagnosis, nothing: float, left: str) -> str:
-    """That nothing with a name is missing, and what remains all the same."""
-    rest = diagnosis.unexplained
-    little = too_little(diagnosis.fit, rest.share_of_mismatch, found=False)
-    return say(
-        "headline.surely_none_known" if surely_nothing(nothing) else "headline.none_known",
-        sure=percent(nothing),
-        small=say("headline.small") if little else "",
+    says = say(
+        f"headline.{doubtful.get(case, case)}",
+        probably="" if surely_nothing(diagnosis) else say("headline.probably"),
+        sure="" if nothing is None else say("headline.sure", sure=percent(nothing)),
+        likely=percent(1.0 - (nothing or 0.0)),
+        what=_what(diagnosis.findings, brief),
+        other=say("headline.other") if nameless else "",
+        check=say("headline.check") if mostly_left(diagnosis) else "",
         left=left,
-        what=say("headline.unmatched" if rest.depends_on else "headline.unattributed"),
-        end=say("rest.little" if little else "headline.longer"),
+        before=before,
+        enters=listed(list(dict.fromkeys(map(_enters, nameless[:IN_HEADLINE])))),
     )
+    return sentence(says)
 
 
 def _what(findings: Sequence[Finding], brief: bool) -> str:
@@ -116,30 +89,22 @@ def _named(findings: Sequence[Finding]) -> list[str]:
 
 
 def _one_kind(same: Sequence[Finding]) -> str:
-    """Findings of one kind by name; one of them with what it cannot be told from."""
+    """Findings of one kind by name; one of them with the likeliest of what else it may be."""
     if len(same) > 1:
         return effect(same[0].effect, *dict.fromkeys(one.component for one in same))
     (finding,) = same
-    name = called(finding)
-    others = [other_cause(finding.effect, o.effect, o.component) for o in finding.alternatives]
     if certain(finding):
-        return name
-    if (likeliest := likelier(finding)) is not None:
-        other = other_cause(finding.effect, likeliest.effect, likeliest.component)
-        more = len(others) - 1
-        beside = say("either.beside", others=count(more, "other")) if more > 1 else ""
-        return say("either.likelier", name=name, other=other, beside=beside)
-    case = "either.one" if len(others) == 1 else "either.several"
-    return say(case, name=name, other=others[0], number=len(others))
-
-
-def _unnamed(findings: Sequence[Finding]) -> list[str]:
-    """Where errors without a name enter, and what they follow."""
-    nameless = [one for one in findings if one.effect == NAMELESS]
-    return list(dict.fromkeys(map(_enters, nameless)))[:MOST_UNNAMED]
+        return called(finding)
+    first = likelier(finding) or finding.alternatives[0]
+    return say(
+        "headline.either" if likelier(finding) is None else "headline.likelier",
+        name=called(finding),
+        other=other_cause(finding.effect, first.effect, first.component),
+    )
 
 
 def _enters(finding: Finding) -> str:
     follows = all_followed(finding.depends_on)
     place = part_of(finding.effect, finding.component, finding.depends_on)
-    return say("enters.and_follows" if follows else "enters.at", place=place, follows=follows)
+    return say("headline.enters_follows" if follows else "headline.enters", place=place,
+               follows=follows)  # fmt: skip

@@ -6,10 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from deltactl.diagnosis.answer.how_sure import late_in_all_s
-from deltactl.diagnosis.answer.records import Diagnosis, Finding, Picture
-from deltactl.diagnosis.answer.shape_of_a_finding import period_takes_s
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import NAMELESS
-from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.report import pairs
 from deltactl.diagnosis.report.fit import unexplained
 from deltactl.diagnosis.report.names import all_followed, effect, followed, part_of
@@ -19,9 +17,6 @@ from deltactl.models.effects import VOCABULARY, Search, card_of, found_by
 from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 from deltactl.models.robot import EffectEntry, RangeSensor, RobotModel, ServoAxis, StepperAxis
-
-A_MINUTE_S = 60.0
-"""Times from here on are given in minutes."""
 
 
 def kinds_of(robot: RobotModel, answer: Diagnosis) -> Mapping[str, EffectKind]:
@@ -60,7 +55,7 @@ def _in_words(
     kinds: Mapping[str, EffectKind],
     known: Sequence[EffectEntry],
 ) -> Finding:
-    regime = finding.where.regime or _regime(finding, answer.picture, kinds is VOCABULARY)
+    regime = finding.where.regime or _regime(finding, of_delta=kinds is VOCABULARY)
     where = finding.where.model_copy(update={"regime": regime})
     says = _sentence(finding, answer, kinds, known)
     finding = finding.model_copy(update={"says": says, "where": where})
@@ -107,19 +102,11 @@ def _unknown(finding: Finding, case: str, where: str) -> str:
     return say(f"words.{case}", part=where, which=which, size=shown)
 
 
-def _regime(finding: Finding, picture: Picture | None, of_delta: bool) -> str:
-    """Where a finding shows, and how long a period takes where the axis goes at one speed."""
+def _regime(finding: Finding, of_delta: bool) -> str:
+    """Where a finding shows, by its card; of an axis, and of an unknown, with what it follows."""
+    nameless = finding.effect == NAMELESS
+    if finding.depends_on and (nameless or not of_delta):
+        return say("words.with", name=followed(finding.depends_on[0]))
     words = card_of(finding.effect).words
-    own = words.regime if of_delta else words.axis_regime
     where = part_of(finding.effect, finding.component, finding.depends_on)
-    regime = own.format(part=where)
-    if finding.effect == NAMELESS or not of_delta:
-        follows = finding.depends_on[0] if finding.depends_on else ""
-        regime = say("words.with", name=followed(follows)) if follows else regime
-    if finding.effect == NAMELESS and not finding.depends_on:
-        regime = ""
-    took_s = period_takes_s(finding, picture, COMMANDED_AXIS.steady_correlation)
-    if took_s is None:
-        return regime
-    shown = quantity(took_s, "s", digits=3) if took_s < A_MINUTE_S else f"{took_s / 60.0:.1f} min"
-    return f"{regime}{say('words.period_takes', time=shown)}"
+    return "" if nameless else (words.regime if of_delta else words.axis_regime).format(part=where)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from deltactl.diagnosis.answer.how_sure import after_its_effort, odds
+from deltactl.diagnosis.answer.how_sure import after_its_effort
 from deltactl.diagnosis.answer.picture import bare
 from deltactl.diagnosis.answer.records import Finding
 from deltactl.diagnosis.report.templates import numbered, say, templates
@@ -139,11 +139,6 @@ def percent(probability: float) -> str:
 
 
 def by_noise(p: float) -> str:
-    """What a p means, as a clause: 'noise alone would look like this in about 1 in 20 000 ...'."""
-    case, number = odds(p)
-    return say("odds.by_noise", odds=say(f"odds.{case}", number=number))
-
-
-def negligible(probability: float | None) -> bool:
-    """Whether it rounds to less than one percent."""
-    return probability is not None and percent(probability) == percent(0.0)
+    """A p value to one digit: 'p = 0.003'; no engine knows its own mistakes to the millionth."""
+    shown = f"{round(p, 6):.1g}"
+    return say("p.least") if shown == "0" else say("p.plain", p=shown)

@@ -92,7 +92,7 @@ def experiment_line(diagnosis: Diagnosis) -> str:
     plan = diagnosis.next_experiment
     if plan is None:
         return ""
-    gain, unit = plan.expected_delta_chi2, say("evidence.chi_square")
+    gain, unit = plan.expected_delta_chi2, say("run.chi_square")
     one_sided = any(tie.minutes is None and not tie.needs_drive for tie in diagnosis.open_ties)
     says = say(
         "run.may_tell" if one_sided else "run.would_tell",
@@ -171,7 +171,7 @@ def saved_lines(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) 
               ("no_entry", other))  # fmt: skip
     return [
         say(f"saved.{case}", which=listed([_in_file(one, findings) for one in group]),
-            way=ways.left_out)
+            too=say("saved.too", way=ways.save_all) if ways.save_all else "")
         for case, group in groups
         if group
     ]  # fmt: skip

@@ -1,7 +1,4 @@
-"""The report of a diagnosis: one HTML file that needs no network.
-
-One card a finding says what, how large, how sure, where, and what else it could be.
-"""
+"""The report of a diagnosis: one HTML file that needs no network."""
 
 from __future__ import annotations
 
@@ -19,53 +16,34 @@ from typing import Any
 import yaml
 
 from deltactl.charts.page import columns, heading, page, paragraph, table
-from deltactl.diagnosis.answer.how_sure import alternatives_case, exclusive, settled
-from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, ParameterResult
-from deltactl.diagnosis.answer.verdict import as_well
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.what_is_left import doubtful_floor
-from deltactl.diagnosis.report.drawings import Pair, badge, hue, interval_bar, pair_bars
+from deltactl.diagnosis.report.drawings import Pair, badge, hue, pair_bars
 from deltactl.diagnosis.report.finding import (
     Span,
-    alternatives_line,
-    as_well_line,
-    divided,
     finding_title,
     how_sure,
-    in_chi_square,
-    memory_line,
-    notes,
+    open_causes,
+    other_causes,
     span_s,
-    told_sizes,
     where_line,
+    without_line,
 )
-from deltactl.diagnosis.report.fit import fit_lines, fit_title, share_line, unexplained_line
+from deltactl.diagnosis.report.fit import fit_line, fit_title, more_of_the_fit, unexplained
 from deltactl.diagnosis.report.headline import opening
 from deltactl.diagnosis.report.limits import limit_name, limit_size
 from deltactl.diagnosis.report.machines import machine_drawing
 from deltactl.diagnosis.report.mismatch import mismatch_sections
-from deltactl.diagnosis.report.names import (
-    all_followed,
-    count,
-    effect,
-    listed,
-    other_cause,
-    percent,
-    sentence,
-)
+from deltactl.diagnosis.report.names import count, effect, listed, sentence
 from deltactl.diagnosis.report.next_run import experiment_line, hint, made_to_distinguish, tie_lines
+from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import remedies
-from deltactl.diagnosis.report.screen import remarks
-from deltactl.diagnosis.report.sizes import Size, departure, forced, number, scale_of
+from deltactl.diagnosis.report.screen import remarks, table_rows
+from deltactl.diagnosis.report.sizes import scale_of
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
 from deltactl.foundation.plain_file import said_of_output, write_whole
 from deltactl.foundation.release import own_version
-from deltactl.models.effects import Trait, has
 from deltactl.models.robot import RobotModel
-
-NOT_FROM_ZERO = frozenset(
-    {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}
-)
-"""Parameters for which zero is not 'nothing wrong', so that a bar from zero would mislead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +82,7 @@ def report_html(
         *mismatch_sections(diagnosis, robot),
         *_open_questions(diagnosis, robot),
         *_next(diagnosis),
-        *_details(diagnosis),
-        *_origin(diagnosis, origin),
+        *_details(diagnosis, origin),
     ]
     names = listed(diagnosis.recordings)
     lead = say("page.lead", recordings=names) if names else ""
@@ -123,7 +100,7 @@ def _verdict(diagnosis: Diagnosis, robot: RobotModel, ways: Ways) -> str:
     what = html.escape(say("summary.do_this"))
     parts = [
         *map(paragraph, opening(diagnosis)),
-        f'<p><strong>{what}</strong></p><ul class="do">{do}</ul>' if do else "",
+        f'<p><strong>{what}</strong></p><ol class="do">{do}</ol>' if do else "",
         *map(paragraph, (*remarks(diagnosis, ways), *tie_lines(diagnosis))),
     ]
     return f'<section class="verdict {diagnosis.verdict}">{"".join(parts)}</section>'
@@ -131,58 +108,81 @@ def _verdict(diagnosis: Diagnosis, robot: RobotModel, ways: Ways) -> str:
 
 def _improvement(diagnosis: Diagnosis) -> str:
     fit, found = diagnosis.fit, bool(diagnosis.findings)
-    scale, doubtful = scale_of(fit.unit), doubtful_floor(fit)
-    held = say("page.another_run" if fit.holdout == "run" else "page.held_out_parts")
+    scale = scale_of(fit.unit)
     pairs = [
         Pair(name, scale(before), scale(after) if found else math.nan)
         for name, before, after in (
             (say("page.this_recording"), fit.rms_before_m, fit.rms_after_m),
-            (held, fit.holdout_rms_before_m, fit.holdout_rms_after_m),
+            (say(f"page.{fit.holdout}"), fit.holdout_rms_before_m, fit.holdout_rms_after_m),
         )
     ]
-    floor = math.nan if doubtful else scale(fit.noise_floor_m)
+    floor = math.nan if doubtful_floor(fit) else scale(fit.noise_floor_m)
     bars = pair_bars(fit_title(diagnosis), pairs, floor, scale.unit)
-    doubt = doubtful or not math.isfinite(floor)
-    case = "page.rms" if not found else "page.rms_no_floor" if doubt else "page.rms_floor"
-    lines = "".join(map(paragraph, fit_lines(diagnosis)))
-    return f"{bars}{lines}{paragraph(say(case), 'note')}"
+    lines = map(paragraph, (fit_line(diagnosis), *more_of_the_fit(fit)))
+    return f"{bars}{''.join(lines)}{paragraph(say('page.rms'), 'note')}"
 
 
 def _findings(diagnosis: Diagnosis, ways: Ways) -> list[str]:
-    cards = finding_cards(diagnosis, span_s(diagnosis), ways)
-    if not cards:
-        nothing = diagnosis.verdict == "nothing_missing"
-        cards = [paragraph(say("page.nothing_shown" if nothing else "page.nothing_named"))]
-    return [heading(say("page.what_is_wrong")), *cards]
+    """A table: of each finding its sizes, and below them all that goes with it."""
+    head = heading(say("page.what_is_wrong"))
+    if not diagnosis.findings:
+        return [head, paragraph(say("page.nothing"))]
+    titles = "".join(f"<th>{title}</th>" for title in say("screen.columns").split("|"))
+    rows = "".join(finding_rows(diagnosis, span_s(diagnosis), ways))
+    inside = f'<table class="findings"><thead><tr>{titles}</tr></thead>{rows}</table>'
+    return [head, f'<div class="wide">{inside}</div>']
+
+
+def finding_rows(diagnosis: Diagnosis, span: Span, ways: Ways = TERMINAL) -> list[str]:
+    """The rows of each finding, the strongest first as the answer has them."""
+    found = []
+    for number, finding in enumerate(diagnosis.findings, 1):
+        first, *more = (list(map(html.escape, row[1:])) for row in table_rows(number, finding))
+        rows = [[badge(number), *first], *(["", *row] for row in more)]
+        cells = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
+        title = f"<p><strong>{html.escape(finding_title(finding))}</strong></p>"
+        lines = map(paragraph, _beside_sizes(finding, diagnosis, span, ways))
+        found.append(
+            f'<tbody class="hue{hue(number)}" id="finding-{number}">{cells}'
+            f'<tr><td></td><td colspan="5">{title}{"".join(lines)}</td></tr></tbody>'
+        )
+    return found
+
+
+def _beside_sizes(finding: Finding, diagnosis: Diagnosis, span: Span, ways: Ways) -> Iterator[str]:
+    """Where it shows, how sure it is, what it is worth, and what else it could be."""
+    parts = (where_line(finding, span), without_line(finding, diagnosis.fit.unit))
+    yield from filter(None, (*parts, *beside(finding, diagnosis)))
+    yield from how_sure(finding, diagnosis)
+    if not finding.alternatives:
+        return
+    way = ""
+    if open_causes(finding):
+        way = say("run.made_for_it")
+        if not made_to_distinguish(finding, diagnosis):
+            way = hint(finding, ways, diagnosis.pull_said)
+    yield say("other.line", names=other_causes(finding, in_full=True), way=way).strip()
 
 
 def _open_questions(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
-    left = unexplained_line(diagnosis) or say("page.nothing")
+    left = sentence(diagnosis.unexplained.says or unexplained(diagnosis))
     parts = [heading(say("page.what_is_left")), paragraph(left)]
-    if untested := diagnosis.not_testable:
+    untested, tested = diagnosis.not_testable, diagnosis.smallest_detectable
+    if untested or tested:
+        parts.append(heading(say("page.limits")))
+    if untested:
         rows = [(effect(one.effect, one.component), one.why) for one in untested]
-        parts += [
-            heading(say("page.not_testable")),
-            _folded(say("page.not_tested", effects=count(len(rows), "effect")), rows, "page.why"),
-        ]
-    if tested := diagnosis.smallest_detectable:
-        force = forced(diagnosis.fit.unit)
-        limits = [
-            (limit_name(one.effect, [one.component], robot, force), limit_size(one, robot))
-            for one in tested
-        ]
-        effects = say("page.tested", effects=count(len(tested), "effect"))
-        parts += [
-            heading(say("page.limits")),
-            paragraph(say("page.about_limits")),
-            _folded(effects, limits, "page.size_shown"),
-        ]
+        parts.append(_folded(say("page.not_tested", effects=count(len(rows), "effect")), rows))
+    if tested:
+        rows = [(limit_name(one.effect, [one.component], robot), limit_size(one)) for one in tested]
+        parts.append(paragraph(say("page.about_limits")))
+        parts.append(_folded(say("page.tested", effects=count(len(rows), "effect")), rows))
     return parts
 
 
-def _folded(summary: str, rows: Iterable[tuple[str, str]], second: str) -> str:
+def _folded(summary: str, rows: Iterable[tuple[str, str]]) -> str:
     shown = [(sentence(first).rstrip("."), more) for first, more in rows]
-    inside = table((say("page.effect"), say(second)), shown, numbers_from=9)
+    inside = table((), shown, numbers_from=9)
     return f"<details><summary>{html.escape(summary)}</summary>{inside}</details>"
 
 
@@ -191,29 +191,14 @@ def _next(diagnosis: Diagnosis) -> list[str]:
     if plan is None:
         return []
     job = yaml.safe_dump(_plain(plan.job), sort_keys=False, allow_unicode=True)
-    return [
-        heading(say("summary.next")),
-        paragraph(experiment_line(diagnosis)),
-        paragraph(say("page.save_job")),
-        f"<pre>{html.escape(job)}</pre>",
-    ]
+    lines = map(paragraph, (experiment_line(diagnosis), say("page.save_job")))
+    return [heading(say("page.next")), *lines, f"<pre>{html.escape(job)}</pre>"]
 
 
-def _details(diagnosis: Diagnosis) -> list[str]:
-    parts = [heading(say("page.all_figures"))]
-    if diagnosis.findings:
-        head = say("page.columns").split("|")
-        inside = table(head, list(_all_numbers(diagnosis.findings)), 4)
-        parts.append(f"<details><summary>{say('page.every_parameter')}</summary>{inside}</details>")
-    if (unit := diagnosis.fit.unit) != "m":
-        parts.append(paragraph(say("page.unit", unit=unit), "note"))
+def _details(diagnosis: Diagnosis, origin: Origin) -> list[str]:
+    """When, with what and from what the report was made, and the answer as JSON."""
     answer = json.dumps(_plain(diagnosis.to_json()), indent=1, ensure_ascii=False)
     inside = f"<pre>{html.escape(answer)}</pre>"
-    return [*parts, f"<details><summary>{say('page.as_json')}</summary>{inside}</details>"]
-
-
-def _origin(diagnosis: Diagnosis, origin: Origin) -> list[str]:
-    """When, with what and from what the report was made."""
     values = (
         f"{datetime.now().astimezone():%Y-%m-%d %H:%M}",
         own_version(),
@@ -224,7 +209,11 @@ def _origin(diagnosis: Diagnosis, origin: Origin) -> list[str]:
         " ".join(origin.remarks),
     )
     rows = [row for row in zip(say("page.origin").split("|"), values, strict=True) if row[1]]
-    return [heading(say("page.made")), table(("", ""), rows, numbers_from=9)]
+    return [
+        heading(say("page.made")),
+        table((), rows, numbers_from=9),
+        f"<details><summary>{say('page.as_json')}</summary>{inside}</details>",
+    ]
 
 
 def _plain(value: Any) -> Any:
@@ -234,108 +223,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _all_numbers(findings: Sequence[Finding]) -> Iterator[tuple[str, ...]]:
-    """Rows of every parameter in SI units, as in the answer."""
-    for row, one in enumerate(findings, 1):
-        for name, size in one.parameters.items():
-            sizes = (_si(size.value), _si(size.ci95), size.unit)
-            yield f"{row}", one.effect, one.component, name, *sizes
-
-
-def _si(value: object) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_si, value))}]"
-    if isinstance(value, float | int) and math.isfinite(value):
-        return f"{value:.6g}"
-    return "\u2013"
-
-
-def finding_cards(diagnosis: Diagnosis, span: Span, ways: Ways = TERMINAL) -> list[str]:
-    """All findings as cards, the strongest first as the answer has them."""
-    return [
-        _card(row, finding, diagnosis, span, ways)
-        for row, finding in enumerate(diagnosis.findings, 1)
-    ]
-
-
-def _card(row: int, finding: Finding, diagnosis: Diagnosis, span: Span, ways: Ways) -> str:
-    share = math.isfinite(finding.share_of_mismatch)
-    lines = {
-        "size": _sizes(finding, diagnosis),
-        "how_sure": html.escape(" ".join(how_sure(finding, diagnosis))),
-        "share": html.escape(share_line(finding, diagnosis.fit)) if share else "",
-        "where": html.escape(where_line(finding, span)),
-        "depends_on": html.escape(_depends(finding)),
-        "or_else": _alternatives(finding, diagnosis, ways),
-        "statistics": html.escape(in_chi_square(finding, row == 1)),
-    }
-    body = (f"<dt>{say(f'card.{key}')}</dt><dd>{text}</dd>" for key, text in lines.items() if text)
-    return (
-        f'<section class="finding hue{hue(row)}" id="finding-{row}"><h3>{badge(row)}'
-        f"{html.escape(finding_title(finding))}</h3><dl>{''.join(body)}</dl></section>"
-    )
-
-
-def _sizes(finding: Finding, diagnosis: Diagnosis) -> str:
-    parts = [html.escape(divided(finding))]
-    for name, result, size in told_sizes(finding):
-        bar = _bar(finding, name, result, size, diagnosis)
-        text = html.escape(f"{size.name}: {size.text}")
-        parts.append(f'<div class="size">{text}{bar}</div>')
-    parts += [f"<div>{html.escape(note)}</div>" for note in notes(finding, diagnosis)]
-    return "".join(parts)
-
-
-def _bar(
-    finding: Finding, name: str, result: ParameterResult, size: Size, diagnosis: Diagnosis
-) -> str:
-    """The interval on a line, with the smallest visible size where the answer gives one."""
-    duration = has(finding.effect, Trait.DELAY) and name == "time"
-    if name in NOT_FROM_ZERO and not duration:
-        return ""
-    own = (finding.effect, finding.component, name)
-    smallest = (
-        departure(one.value, one.unit, name) * scale_of(one.unit, name, result.value).factor
-        for one in diagnosis.smallest_detectable
-        if own == (one.effect, one.component, one.parameter) and isinstance(result.value, float)
-    )
-    return interval_bar(size, 0.0, next(smallest, math.nan))
-
-
-def _depends(finding: Finding) -> str:
-    return f"{sentence(all_followed(finding.depends_on))} {memory_line(finding)}".strip()
-
-
-def _alternatives(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
-    """What else it may be: how much worse each fits, its probability standing under How sure."""
-    if not finding.alternatives:
-        return html.escape(alternatives_line(finding))
-    surely = settled(finding)
-    shown = [one for one in finding.alternatives if not (surely and as_well(one))]
-    same = as_well_line(finding) if surely else ""
-    head = say("alternatives.far_less_head") if surely and shown else ""
-    if alternatives_case(finding) == "open":
-        head = say("card.cannot_tell")
-    told = " ".join(map(html.escape, filter(None, (same, head))))
-    way = say("run.made_for_it")
-    if not made_to_distinguish(finding, diagnosis):
-        way = hint(finding, ways, diagnosis.pull_said)
-    if not shown:
-        return f"{told} {html.escape(way)}".strip()
-    rows = "".join(_rival(finding, one) for one in shown)
-    return f"{told}<ul>{rows}</ul>{html.escape(way)}"
-
-
-def _rival(finding: Finding, other: Alternative) -> str:
-    name = html.escape(other_cause(finding.effect, other.effect, other.component))
-    known = other.probability is not None and exclusive(finding)
-    parts = [percent(other.probability or 0.0)] if known else []
-    if math.isfinite(other.delta_chi2):
-        which = "worse" if other.delta_chi2 >= 0.0 else "better"
-        size, unit = number(abs(other.delta_chi2), 1), say("evidence.chi_square")
-        case = "as_well" if as_well(other) else which
-        parts.append(say(f"card.fits_{case}", size=size, unit=unit))
-    note = f' <span class="note">({"; ".join(parts)})</span>' if parts else ""
-    return f"<li>{name}{note}</li>"

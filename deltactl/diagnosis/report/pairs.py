@@ -1,8 +1,8 @@
 """What findings have to do with each other: the rules for pairs, all of them in `RULES`.
 
 In: a finding and those beside it. Out: a sentence, and whether it asks for another remedy. A zero
-may have been set on one side of a play; a delay widens its gap in motion; a loop that rings lags by
-itself; a force that differs with the speed makes a constant one a mean.
+may have been set on one side of a play; a loop that rings lags by itself; a force that differs with
+the speed makes a constant one a mean.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ Case = Callable[[Finding, Sequence[Finding], Diagnosis], Fields | None]
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What is said of a finding of a single axis beside others of it.
+    """What is reported of a finding of a single axis beside others of it.
 
     of, beside: traits of both; an empty `beside` is an error without a name. case: what the
     template `pair.key` is filled in with; None where the rule does not apply. remedy: what has this
-    trait then asks for the remedy in the row `beside` of its card. unless: not said where another
-    rule is.
+    trait then asks for the remedy in the row `beside` of its card. unless: not reported where
+    another rule applies.
     """
 
     key: str
@@ -58,7 +58,7 @@ class Rule:
 
 
 def beside(finding: Finding, diagnosis: Diagnosis) -> list[str]:
-    """What is said of it beside others."""
+    """What is reported of it beside others."""
     given = {rule.key: rule.fields(finding, diagnosis) for rule in RULES}
     return [
         say(f"pair.{rule.key}", **fields)
@@ -92,39 +92,26 @@ def play_that_moved(zero: Finding, findings: Sequence[Finding]) -> Finding | Non
     """The play or friction by which an offset may have come about; None where it is no such one."""
     if not has(zero.effect, Trait.ZERO) or zero.component != COMPONENT:
         return None
-    most = SAYING.about_half[1]
     plays = (one for one in findings if has(one.effect, Trait.HYSTERESIS))
-    plays = (one for one in plays if "width" in one.parameters)
-    return next((one for one in plays if _off(zero) <= most * _half(one)), None)
+    widths = ((one, one.parameters["width"]) for one in plays if "width" in one.parameters)
+    return next(
+        (one for one, width in widths if _least(zero) <= 0.5 * width.components[0][2]), None
+    )
+
+
+def _least(zero: Finding) -> float:
+    """How far off it is at least, by its interval."""
+    _, low, high = zero.parameters["angle"].components[0]
+    return 0.0 if low < 0.0 < high else min(abs(low), abs(high))
 
 
 def _zero_of_play(zero: Finding, plays: Sequence[Finding], _: Diagnosis) -> Fields | None:
     """That the zero may have been set on one side of the play."""
     if (play := play_that_moved(zero, plays)) is None:
         return None
-    near = _off(zero) >= SAYING.about_half[0] * _half(play)
-    return {
-        "which": say("pair.about" if near else "pair.less_than"),
-        "much": say("pair.by_as_much" if near else "pair.by_up_to_half"),
-        "gap": card_of(play.effect).words.gap,
-        "half": unsigned(_half(play), play.parameters["width"].unit, digits=3),
-    }
-
-
-def _half(play: Finding) -> float:
-    return 0.5 * play.parameters["width"].components[0][0]
-
-
-def _off(zero: Finding) -> float:
-    return abs(zero.parameters["angle"].components[0][0])
-
-
-def _wider_in_motion(play: Finding, delays: Sequence[Finding], _: Diagnosis) -> Fields | None:
-    late_s = sum(sum(times_s(one).values()) for one in delays)
-    if "width" not in play.parameters or late_s <= 0.0:
-        return None
-    twice = quantity(2.0 * late_s, "s", digits=2)
-    return {"late": quantity(late_s, "s", digits=3), "twice": twice}
+    width = play.parameters["width"]
+    half = unsigned(0.5 * width.components[0][0], width.unit, digits=3)
+    return {"gap": card_of(play.effect).words.gap, "half": half}
 
 
 def _lags_by_itself(delay: Finding, loops: Sequence[Finding], _: Diagnosis) -> Fields | None:
@@ -150,12 +137,11 @@ def _mean_over_speeds(force: Finding, _: Sequence[Finding], all_: Diagnosis) -> 
 RULES = (
     Rule("where_it_moved", Trait.ZERO, Trait.RATIO, _where_it_moved),
     Rule("zero_of_play", Trait.ZERO, Trait.HYSTERESIS, _zero_of_play, Trait.ZERO, "where_it_moved"),
-    Rule("wider_in_motion", Trait.HYSTERESIS, Trait.DELAY, _wider_in_motion),
     Rule("lags_by_itself", Trait.DRIVE_DELAY, Trait.RINGING, _lags_by_itself, Trait.DRIVE_DELAY),
     Rule("mean_over_speeds", Trait.FORCE, None, _mean_over_speeds, Trait.CONSTANT_FORCE),
 )
-"""Beside these there are `uneven`, `harmonic`, `bearings`, `late_drives`, `together` (two) and
-`allowed_beside_a_delay` below, which name several findings by one sentence: twelve in all."""
+"""Beside these there are `uneven`, `harmonic`, `bearings`, `late_drives` and `together` (two)
+below, which name several findings by one sentence: ten in all."""
 
 
 def uneven(
@@ -183,8 +169,8 @@ def harmonic(finding: Finding, known: Sequence[EffectEntry]) -> str:
         times = abs(whole) / abs(period.components[0][0])
         number = round(times)
         if number in range(1, 5) and abs(times / number - 1.0) < SAYING.same_period:
-            which, size = say(f"harmonic.{number}"), said(abs(whole), period.unit)
-            return say("pair.harmonic", says=finding.says, which=which, period=size)
+            size = said(abs(whole), period.unit)
+            return say("pair.harmonic", says=finding.says, number=number, period=size)
     return ""
 
 
@@ -207,12 +193,6 @@ def late_drives(named: Sequence[Finding]) -> list[Finding]:
     """Drives that all follow late, which are remedied by one line; none where one does."""
     late = [one for one in named if has(one.effect, Trait.DRIVE_DELAY) and certain(one)]
     return late if len(late) > 1 else []
-
-
-def allowed_beside_a_delay(diagnosis: Diagnosis) -> bool:
-    """Whether what was allowed for may be no more than how a drive follows late."""
-    late = {o.component for o in diagnosis.findings if has(o.effect, Trait.DRIVE_DELAY)}
-    return bool(late & {one.component for one in diagnosis.allowed_for})
 
 
 def together(findings: Sequence[Finding]) -> Iterator[str]:

@@ -24,10 +24,8 @@ from deltactl.diagnosis.answer.how_sure import (
     times_s,
     worth_a_table,
 )
-from deltactl.diagnosis.answer.options import SAYING
 from deltactl.diagnosis.answer.picture import bare
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
-from deltactl.diagnosis.answer.shape_of_a_finding import changes_its_pace, too_few_periods
 from deltactl.diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
 from deltactl.diagnosis.answer.what_is_left import moves_at_rest
 from deltactl.diagnosis.report.fit import without_unit_of
@@ -90,14 +88,13 @@ def remedies(
     lines += together(diagnosis.findings)
     first = _told_apart_first(named, diagnosis)
     if lines and diagnosis.next_experiment is not None and any(map(tied, named)):
-        lines.insert(0, ways.run_first)
+        lines.insert(0, say("do.run_first", job=ways.job))
     elif lines and first:
         numbers = [f"{diagnosis.findings.index(one) + 1}" for one in first]
         which = say("do.these" if len(first) > 1 else "do.this", numbers=listed(numbers))
         lines.insert(0, say("do.tell_apart", which=which))
     if diagnosis.doubts:
-        unit = say("do.give_the_unit")
-        lines.insert(0, say("do.unit_first", give_the_unit=unit) if lines else unit)
+        lines.insert(0, say("do.give_the_unit"))
     return list(dict.fromkeys(lines))
 
 
@@ -112,16 +109,16 @@ def _named(
     for finding in _in_order(named, diagnosis):
         if finding not in late:
             certain = sure(finding, diagnosis)
-            line = remedy(finding, robot, certain, ways, other_remedy(finding, diagnosis))
+            line = remedy(finding, robot, certain, other_remedy(finding, diagnosis))
             if line and finding in _told_apart_first(named, diagnosis):
                 number = diagnosis.findings.index(finding) + 1
                 do = f"{line[:1].lower()}{line[1:]}"
                 line = say("do.if_confirmed", number=number, do=do)
             yield from filter(None, [line])
-    kept = [one for one in named if one.component == COMPONENT and _has_an_entry(one)]
-    certain = all(sure(one, diagnosis) for one in kept)
-    if kept and ways.keep and (certain or ways.unsure_too):
-        yield ways.keep.format(all="" if certain else " --all")
+    kept = [one for one in named if _has_an_entry(one)]
+    save = ways.save if all(sure(one, diagnosis) for one in kept) else ways.save_all
+    if kept and ways.save and save:
+        yield say("do.keep", save=save)
 
 
 def _unnamed(
@@ -153,7 +150,9 @@ def _told_apart_first(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Fi
 
 
 def _has_an_entry(finding: Finding) -> bool:
-    """Whether the robot file of a single axis or sensor can hold it."""
+    """Whether a robot file can hold it where it is not repaired."""
+    if finding.component != COMPONENT:
+        return has(finding.effect, Trait.ENTERED)
     return any(not kind.event for kind in forms_of(finding.effect))
 
 
@@ -182,7 +181,6 @@ def remedy(
     finding: Finding,
     robot: RobotModel | None,
     certain: bool = True,
-    ways: Ways = TERMINAL,
     beside: bool = False,
 ) -> str:
     """What to do about one finding; empty where nobody can say.
@@ -206,9 +204,6 @@ def remedy(
         factor=number(largest, max(significant(largest - 1.0, 3), 0)),
         sign=Signed(scale_of(result.unit, name, largest)(largest)),
     )
-    entered = has(finding.effect, Trait.ENTERED) and finding.component != COMPONENT
-    if entered and (certain or ways.unsure_too):
-        says += ways.describe.format(all="" if certain else " --all")
     if act_on(finding, certain) == "whichever":
         says = f"{sentence(says)} {say('do.right_for_either')}"
     return sentence(says)
@@ -246,7 +241,7 @@ def _late(finding: Finding) -> str:
     return " and ".join(
         say(f"late.{name}", size=quantity(times[name], "s", name, 3))
         for name in ("dead_time", "time")
-        if abs(times.get(name, 0.0)) >= SAYING.nothing_of_time_s
+        if round(1e6 * times.get(name, 0.0))
     )
 
 
@@ -285,8 +280,7 @@ def mapped(finding: Finding, ways: Ways = TERMINAL) -> str:
     where = "sensor" if table.follows == "distance" else finding.component
     points = len(table.size)
     step = unsigned((table.highest - table.lowest) / (points - 1), size.unit)
-    way = ways.table.format(unit=size.unit)
-    return say(f"table.{where}", points=points, step=step, way=way)
+    return say(f"table.{where}", points=points, step=step, way=ways.table, unit=size.unit)
 
 
 def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) -> str:
@@ -295,10 +289,6 @@ def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) ->
         return ""
     size = next(iter(finding.parameters.values()), None)
     driver = _driver(bare(finding.depends_on[0]))
-    if too_few_periods(finding, diagnosis.picture) is not None:
-        driver = "few_periods"
-    if changes_its_pace(finding, diagnosis.picture):
-        driver = "time.pace"
     if driver == "position" and size is not None and forced(size.unit):
         driver = "position.force"
     if uneven(finding, diagnosis.findings, () if robot is None else robot.effects):

@@ -5,41 +5,26 @@ What does not fit is in the report, and the last line says so.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from rich.markup import escape
 
-from deltactl.diagnosis.answer.how_sure import is_about, late_in_all_s, tied
+from deltactl.diagnosis.answer.how_sure import is_about
 from deltactl.diagnosis.answer.records import Diagnosis, Finding, SmallestDetectable
 from deltactl.diagnosis.answer.verdict import NAMELESS
-from deltactl.diagnosis.answer.what_is_left import apart, doubtful_floor
+from deltactl.diagnosis.answer.what_is_left import apart
 from deltactl.diagnosis.report.finding import (
-    as_well_line,
     by_priors,
-    divided,
     finding_title,
     how_sure,
-    notes,
+    open_causes,
     other_causes,
-    told_sizes,
+    shown_sizes,
 )
-from deltactl.diagnosis.report.fit import (
-    fit_lines,
-    fit_title,
-    gain,
-    unexplained_line,
-    without_unit_of,
-)
+from deltactl.diagnosis.report.fit import fit_line, fit_title, unexplained
 from deltactl.diagnosis.report.headline import opening
-from deltactl.diagnosis.report.limits import (
-    above_nothing,
-    allowed_line,
-    in_file,
-    limit_alone,
-    of_the_file,
-)
+from deltactl.diagnosis.report.limits import above_nothing, in_file, limit_alone, of_the_file
 from deltactl.diagnosis.report.names import (
     all_followed,
     count,
@@ -49,6 +34,7 @@ from deltactl.diagnosis.report.names import (
     sentence,
 )
 from deltactl.diagnosis.report.next_run import experiment_line, hint, tie_lines
+from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import main_of, remedies
 from deltactl.diagnosis.report.sizes import quantity
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
@@ -97,14 +83,13 @@ def screen_lines(
     closing : sequence of Part
         Goes before the last line, which says where everything else is.
     """
-    steps = _steps(diagnosis, robot, ways) if done is None else done
     parts = [
         _verdict(diagnosis, width),
-        steps,
+        _steps(diagnosis, robot, ways) if done is None else done,
         _table(diagnosis.findings, width),
-        _helps(diagnosis),
-        _or_else(diagnosis, ways),
-        Part([*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways)], short=2, rank=3),
+        Part(_helps(diagnosis), turns=0, rank=1),
+        Part(_or_else(diagnosis, ways), say("screen.or_else"), turns=0, rank=2),
+        Part([*_on_top(diagnosis, robot), *remarks(diagnosis, ways)], short=2, rank=3),
         *closing,
         Part(_not_shown(diagnosis, width), gap=False, rank=4),
     ]
@@ -127,7 +112,7 @@ class Sentences:
     """A paragraph for each, in the order of the answer."""
     helps: list[str]
     or_else: list[str]
-    """What else the findings could be, and what would tell."""
+    """What else the findings could be, and what would distinguish them."""
     remarks: list[str]
 
 
@@ -143,10 +128,10 @@ def sentences_by_topic(
         verdict=list(opening(diagnosis)),
         steps=list(_steps(diagnosis, robot, ways).entries),
         findings=findings,
-        helps=list(_helps(diagnosis).entries),
-        or_else=list(_or_else(diagnosis, ways).entries),
+        helps=_helps(diagnosis),
+        or_else=_or_else(diagnosis, ways),
         remarks=[
-            *_on_top(diagnosis, robot, ways),
+            *_on_top(diagnosis, robot),
             *remarks(diagnosis, ways),
             *_not_shown(diagnosis, SENTENCE),
         ],
@@ -157,23 +142,15 @@ def sentences(
     diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
 ) -> list[str]:
     """The same one after the other: `says` of the JSON."""
-    by_topic = sentences_by_topic(diagnosis, robot, ways)
-    return [
-        *by_topic.verdict,
-        *by_topic.steps,
-        *by_topic.findings,
-        *by_topic.helps,
-        *by_topic.or_else,
-        *by_topic.remarks,
-    ]
+    own = sentences_by_topic(diagnosis, robot, ways)
+    return [*own.verdict, *own.steps, *own.findings, *own.helps, *own.or_else, *own.remarks]
 
 
 def _in_full(finding: Finding, diagnosis: Diagnosis) -> Iterator[str]:
     """Its sizes with their intervals, what goes with them, and how sure it is."""
-    for _, _, size in told_sizes(finding):
+    for _, size in shown_sizes(finding):
         yield sentence(f"{size.name}: {size.text}")
-    yield from filter(None, [divided(finding)])
-    yield from notes(finding, diagnosis)
+    yield from beside(finding, diagnosis)
     yield from how_sure(finding, diagnosis)
 
 
@@ -190,8 +167,7 @@ def _verdict(diagnosis: Diagnosis, width: int) -> Part:
 
 
 def _steps(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> Part:
-    short = replace(ways, describe="", keep=ways.keep and ways.keep_briefly)
-    steps = remedies(diagnosis, robot, short)
+    steps = remedies(diagnosis, robot, ways)
     numbered = [f"{number}. {step}" for number, step in enumerate(steps, 1)]
     return Part(numbered, say("summary.do_this"))
 
@@ -201,7 +177,7 @@ def _table(findings: Sequence[Finding], width: int) -> Part:
     if not findings:
         return Part([])
     head = tuple(say("screen.columns").split("|"))
-    rows = [list(_rows(number, finding)) for number, finding in enumerate(findings, 1)]
+    rows = [list(table_rows(number, finding)) for number, finding in enumerate(findings, 1)]
     cells = [head, *(row for several in rows for row in several)]
     widths = [max(len(row[k]) for row in cells) for k in range(len(head))]
     others = sum(widths) - widths[1] + 2 * (len(head) - 1)
@@ -211,7 +187,8 @@ def _table(findings: Sequence[Finding], width: int) -> Part:
     return Part(entries, first, say("screen.more_findings", number="{number}"), turns=2)
 
 
-def _rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
+def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
+    """Its cells, the main size first; further sizes as rows below it."""
     name = finding.effect.replace("_", " ")
     if finding.effect == NAMELESS and finding.depends_on:
         name = say("screen.unknown", follows=all_followed(finding.depends_on))
@@ -219,14 +196,11 @@ def _rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     sure = "" if finding.probability is None else percent(finding.probability)
     sure = sure.replace("above", ">").replace("below", "<")
     main = main_of(finding) if finding.parameters else ""
-    told = sorted(told_sizes(finding), key=lambda size: size[0] != main)
-    sizes = [(size.name, size.shown, size.interval) for _, _, size in told]
-    if (late_s := late_in_all_s(finding)) is not None:
-        sizes = [("", quantity(late_s, "s", digits=3), "")]
-    (_, shown, interval), *others = sizes or [("", "", "")]
-    yield f"{number}", name, where, shown, interval, sure
-    for own, shown, interval in others:
-        yield "", f"  {own}", "", shown, interval, ""
+    sizes = sorted(shown_sizes(finding), key=lambda size: size[0] != main)
+    first = sizes[0][1] if sizes else None
+    yield (f"{number}", name, where, *((first.shown, first.interval) if first else ("", "")), sure)
+    for _, size in sizes[1:]:
+        yield "", f"  {size.name}", "", size.shown, size.interval, ""
 
 
 def _laid_out(row: Sequence[str], widths: Sequence[int]) -> str:
@@ -237,61 +211,40 @@ def _laid_out(row: Sequence[str], widths: Sequence[int]) -> str:
     return "\n".join([line, *(f"{' ' * (widths[0] + 2)}{name}" for name in names[1:])])
 
 
-def _helps(diagnosis: Diagnosis) -> Part:
+def _helps(diagnosis: Diagnosis) -> list[str]:
     """The error before and after, on this recording and held out, and the part that remains."""
-    fit = diagnosis.fit
-    before, after, floor, held_before, held_after = (
-        quantity(size, fit.unit, digits=3)
-        for size in (
-            fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m,
-            fit.holdout_rms_before_m, fit.holdout_rms_after_m,
-        )
-    )  # fmt: skip
-    held = say("screen.nothing_held_out")
-    if math.isfinite(fit.holdout_rms_before_m) and math.isfinite(fit.holdout_rms_after_m):
-        where, gone = say(f"screen.{fit.holdout}"), gain(diagnosis)
-        before_held = without_unit_of(held_before, held_after)
-        held = say("screen.held", where=where, before=before_held, after=held_after, gain=gone)
-    noise = "" if doubtful_floor(fit) else say("screen.floor", floor=floor)
-    title, before = fit_title(diagnosis), without_unit_of(before, after)
-    says = say("screen.helps", title=title, before=before, after=after, floor=noise, held=held)
-    if not diagnosis.findings:
-        says = " ".join(fit_lines(diagnosis))
-    return Part([line for line in (says, unexplained_line(diagnosis)) if line], turns=0, rank=1)
+    title = f"{fit_title(diagnosis)} " if diagnosis.findings else ""
+    left = diagnosis.unexplained.says or unexplained(diagnosis)
+    return [f"{title}{fit_line(diagnosis)}", sentence(left)]
 
 
-def _or_else(diagnosis: Diagnosis, ways: Ways) -> Part:
-    """What else the findings could be, and the run or the measurement that would tell."""
+def _or_else(diagnosis: Diagnosis, ways: Ways) -> list[str]:
+    """What else the findings could be, and the run or the measurement that would distinguish."""
     following = experiment_line(diagnosis)
-    entries = [f"{following} {ways.run_it}"] if following else []
+    entries = [f"{following} {ways.job}"] if following else []
     for number, finding in enumerate(diagnosis.findings, 1):
-        if tied(finding):
-            way = (
-                "" if following or diagnosis.open_ties else hint(finding, ways, diagnosis.pull_said)
-            )
-            entries.append(say("screen.other", number=number, names=other_causes(finding), way=way))
-        elif text := as_well_line(finding):
-            entries.append(say("screen.rarer", number=number, says=text))
+        if shown := open_causes(finding):
+            way = hint(finding, ways, diagnosis.pull_said)
+            way = "" if following or diagnosis.open_ties else way
+            names = other_causes(finding, shown)
+            entries.append(say("screen.other", number=number, names=names, way=way).strip())
     entries += tie_lines(diagnosis)
-    if not entries and diagnosis.findings:
-        entries = [say("alternatives.none")]
-    return Part([entry.strip() for entry in entries], say("screen.or_else"), rank=2)
+    return entries or [say("other.none")] * bool(diagnosis.findings)
 
 
-def _on_top(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> list[str]:
+def _on_top(diagnosis: Diagnosis, robot: RobotModel | None) -> list[str]:
     """Which findings are further sizes of what the robot file has already."""
     which = [
         f"{number}"
         for number, one in enumerate(diagnosis.findings, 1)
         if in_file(robot, one.effect, one.component)
     ]
-    named = say("do.these" if len(which) > 1 else "do.this", numbers=listed(which))
-    return [ways.on_top.format(which=named)] if which else []
+    return [say("screen.on_top", which=listed(which))] if which else []
 
 
 def remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
     """What was not read, not used or not compared, what is known from the robot file, and what
-    the answer as a whole hangs on.
+    the answer as a whole depends on.
     """
     by_assumption = [
         by_priors(one)
@@ -299,17 +252,16 @@ def remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
         if not any(is_about(one, finding) for finding in diagnosis.findings)
     ]
     return [
-        *([say("summary.ended_early", way=ways.all_compared)] if diagnosis.ended_early else []),
+        *([say("summary.ended_early", way=ways.thorough)] if diagnosis.ended_early else []),
         *(say("summary.left_out", why=why) for why in diagnosis.left_out),
         *(
             say("summary.thinned", hours=one.span_s / 3600, **one.model_dump())
             for one in diagnosis.thinned
         ),
         *(say("summary.not_read", why=why) for why in diagnosis.not_read),
-        *(say("fit.held_out_left_out", why=why) for why in diagnosis.not_held_out),
+        *(say("summary.not_held_out", why=why) for why in diagnosis.not_held_out),
         *of_the_file(diagnosis),
         *_agreement(diagnosis),
-        *filter(None, [allowed_line(diagnosis)]),
         *by_assumption,
     ]
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from deltactl.diagnosis.answer.options import SAYING
 from deltactl.diagnosis.answer.picture import unit_of
 from deltactl.diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from deltactl.diagnosis.report.templates import numbered, say, templates
@@ -14,8 +13,8 @@ from deltactl.models.effects import card_of
 from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis
 
 DEG = math.degrees(1.0)
-UNTOLD = frozenset(
-    {"phase", "amplitude_2", "phase_2", "start", "drag", "friction", "stiffness", "unloaded"}
+NOT_REPORTED = frozenset(
+    {"phase", "amplitude_2", "phase_2", "start", "drag", "friction", "stiffness"}
 )
 """Second parameters that mean nothing to a mechanic; the table of all numbers has them."""
 FINEST_S = 2
@@ -102,6 +101,7 @@ _RATIOS: dict[str, Scale] = {
     "asymmetry": Scale(100.0, "%"),
     "damping": Scale(100.0, "% of critical"),
     "share": Scale(100.0, "%"),
+    "unloaded": Scale(100.0, "%"),
 }
 MOMENT = "at"
 """What a point in time is called, which is no duration."""
@@ -154,20 +154,19 @@ def _name(effect: str, parameter: str, unit: str) -> str:
     return templates().get(f"parameter_in.{parameter} {unit}", name)
 
 
-def told(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterResult]:
-    """The parameters to tell: the first (the main one), and what is neither UNTOLD nor nothing."""
+def reported(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterResult]:
+    """The first (the main one), and what is neither NOT_REPORTED nor shown as nothing."""
     first = next(iter(parameters), "")
     return {
         name: p
         for name, p in parameters.items()
-        if name == first or (name not in UNTOLD and not _is_nothing(p))
+        if name == first or (name not in NOT_REPORTED and not _is_nothing(p))
     }
 
 
 def _is_nothing(result: ParameterResult) -> bool:
-    """A time that would be shown as 0.000 ms."""
-    least_s = SAYING.nothing_of_time_s
-    return result.unit == "s" and all(abs(value) < least_s for value, _, _ in result.components)
+    """A time that is shown as 0.000 ms."""
+    return result.unit == "s" and all(round(1e3 * v, 3) == 0.0 for v, _, _ in result.components)
 
 
 def quantity(value: float, unit: str, parameter: str = "", digits: int = 2) -> str:

@@ -59,45 +59,30 @@ class Signed(float):
 
 @dataclass(frozen=True, slots=True)
 class Ways:
-    """How what an answer proposes is done: by commands in a terminal, by buttons on a page.
-
-    {all} stands for the option of findings that are not sure.
+    """How what an answer proposes is done: by options in a terminal, by buttons on a page, by
+    methods in Python. An empty text: it is not offered.
     """
 
-    describe: str
-    """A finding in the robot file, instead of a repair; added to what to do."""
-    keep: str
-    """The same, of a lone machine, which no job of ours moves: a sentence of its own. Both are
-    empty where the corrected robot file is written anyway."""
-    keep_briefly: str
-    """The same where there is little room."""
-    unsure_too: bool
-    """Whether the two above can also be done with findings that are not sure."""
-    run_first: str
-    """The proposed run, before anything is taken apart."""
-    run: str
-    """The proposed run, as what would check a finding."""
-    on_top: str
-    """Of an effect that the robot file has already."""
-    left_out: str
-    """Before findings that the corrected robot file does not hold."""
-    all_compared: str
+    save: str
+    """What writes the corrected robot file."""
+    save_all: str
+    """The same with findings that are not certain."""
+    job: str
+    """What writes the job of the proposed run."""
+    thorough: str
     """What compares the rest where the search ended early."""
     or_effort: str
-    """How the effort tells causes apart, after another way; empty where nothing reads one."""
+    """How the effort would distinguish causes, after another way; empty where nothing reads one."""
     table: str
-    """Where the numbers of a table are; {unit} is what they are in."""
-    run_it: str
-    """How the job of the proposed run is obtained."""
+    """What has the numbers of a table."""
     rest: str
     """Where all is that one screen has no room for; {more} is a number of further steps."""
 
 
 def _ways(kind: str) -> Ways:
-    """The texts of `ways.kind`; a truth value is one of a YAML file."""
     head = f"ways.{kind}."
     own = {key.removeprefix(head): text for key, text in templates().items() if head in key}
-    return Ways(**own)  # type: ignore[arg-type]
+    return Ways(**own)
 
 
 TERMINAL, PAGE, PYTHON = _ways("terminal"), _ways("page"), _ways("python")

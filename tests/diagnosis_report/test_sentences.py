@@ -8,7 +8,7 @@ import pytest
 
 from deltactl.diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
 from deltactl.diagnosis.assessment.significance import as_found
-from deltactl.diagnosis.report.fit import fit_lines
+from deltactl.diagnosis.report.fit import fit_line
 from deltactl.diagnosis.report.in_words import in_words
 from deltactl.diagnosis.report.screen import sentences
 from deltactl.diagnosis.report.templates import say
@@ -31,7 +31,7 @@ def test_every_sentence_is_made(make: Any, parts: Any) -> None:
     assert sentences(answer)[0].startswith("Part of the model error is explained by")
 
 
-def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
+def test_what_cannot_be_distinguished_is_named(make: Any, parts: Any) -> None:
     tied = bare(parts["unknown"]()).model_copy(
         update={"depends_on": ["theta_3", "time"], "tied": ["time"]}
     )
@@ -44,16 +44,16 @@ def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
     [
         (
             Unexplained(share_of_mismatch=0.0, p=0.4),
-            say("left.noise", head=say("left.head_beside")),
+            say("left.noise"),
         ),
         (
             Unexplained(share_of_mismatch=0.1, depends_on=["time"], component="range_x", p=1e-4),
-            "The remaining error is more than noise (noise alone would look like this in about 1 in"
-            " 10,000 recordings); it follows the time since the start at the x sensor.",
+            "The remaining error (2.2 mm) is more than noise (p = 0.0001) and follows the time"
+            " since the start at the x sensor",
         ),
         (
             Unexplained(share_of_mismatch=0.2, p=0.4),
-            "The remaining error is more than noise and shows no pattern.",
+            "The remaining error (2.2 mm) is more than noise (p = 0.4) and shows no pattern",
         ),
     ],
 )
@@ -64,7 +64,7 @@ def test_what_is_left_is_said_as_it_is(make: Any, rest: Unexplained, says: str) 
 def test_noise_is_what_is_left_of_the_whole_mismatch(make: Any) -> None:
     rest = Unexplained(share_of_mismatch=0.0, p=0.4)
     says = in_words(make("nothing_missing", findings=[], unexplained=rest)).unexplained.says
-    assert says == say("left.noise", head=say("left.head"))
+    assert says == say("left.noise")
 
 
 @pytest.mark.parametrize("verdict", ["explained", "partly_explained", "nothing_missing"])
@@ -75,18 +75,15 @@ def test_what_goes_on_is_called_no_noise_of_a_sensor(make: Any, verdict: str) ->
         figures = {"left_correlation": correlation, "left_apart_s": 0.01, "left_lasts_s": 0.11}
         fit = make("explained").fit.model_copy(update=figures)
         answer = in_words(make(verdict, fit=fit, unexplained=rest))
-        return " ".join([answer.unexplained.says, *fit_lines(answer)])
+        return " ".join([answer.unexplained.says, fit_line(answer)])
 
     slow, quick = says(0.92), says(0.5)
-    assert (
-        "it stays much the same for about 110 ms at a time (one reading every 10 ms was used)"
-        in slow
-    )
-    assert "the noise alone" not in slow
+    assert "it stays the same for about 110 ms at a time (one reading every 10 ms was used)" in slow
+    assert "of noise" not in slow
     assert "correlation" not in quick
-    assert "the noise alone is 2.10 mm" in quick
-    assert "is consistent with measurement noise." in quick
-    assert "is consistent with measurement noise." not in slow
+    assert "2.10 mm of noise" in quick
+    assert "is consistent with measurement noise" in quick
+    assert "is consistent with measurement noise" not in slow
 
 
 def test_what_known_effects_leave_is_said_in_one_piece(make: Any) -> None:
@@ -95,8 +92,9 @@ def test_what_known_effects_leave_is_said_in_one_piece(make: Any) -> None:
     fit = make("explained").fit.model_copy(update={**figures, "left_by_known_m": 0.01})
     rest = Unexplained(share_of_mismatch=0.0, p=1.0)
     answer = in_words(make("nothing_missing", findings=[], fit=fit, unexplained=rest))
-    text = " ".join([answer.unexplained.says, *fit_lines(answer)])
-    assert "goes on for about 2.1 s at a time. That is what the effects in the robot file" in text
+    text = " ".join([answer.unexplained.says, fit_line(answer)])
+    assert "is what the effects in the robot file usually leave" in text
+    assert "the same for about 2.1 s at a time" in text
     assert "noise" not in text
 
 
@@ -105,7 +103,7 @@ def test_sentences_that_are_there_stay(make: Any) -> None:
     assert in_words(answer).findings == answer.findings
 
 
-def test_a_probability_is_told_once_and_of_findings_only(parts: Any) -> None:
+def test_a_probability_is_given_once_and_of_findings_only(parts: Any) -> None:
     play = parts["backlash"](probability=0.5)
     changes = [
         PriorSensitivity(
@@ -113,7 +111,7 @@ def test_a_probability_is_told_once_and_of_findings_only(parts: Any) -> None:
         )
         for effect in (play.effect, "joint_compliance")
     ]
-    (told,) = as_found(changes, [play])
-    assert (told.effect, told.probability) == (play.effect, 0.5)
-    assert (told.narrower, told.wider) == pytest.approx((0.125, 0.6))
+    (one,) = as_found(changes, [play])
+    assert (one.effect, one.probability) == (play.effect, 0.5)
+    assert (one.narrower, one.wider) == pytest.approx((0.125, 0.6))
     assert not as_found(changes, [parts["backlash"](probability=0.05)])
