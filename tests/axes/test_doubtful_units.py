@@ -78,4 +78,4 @@ def test_of_held_out_data_that_tell_nothing_it_is_said_why() -> None:
     assert "the command never changes" in why
     assert any(line.startswith("Held-out data left out: still.csv") for line in sentences(answer))
     answer = diagnose_recordings(AXIS, [follows()], [follows()])
-    assert any("On another run: error" in line for line in sentences(answer))
+    assert any("; on another run " in line for line in sentences(answer))

@@ -1,13 +1,13 @@
 """What would settle what is open: a motion or a measurement, the next run, or no run at all.
 
-A lone axis has no job file of ours, so there all is said in words of the effects' cards; a delta
-has its next run, and a sentence for the pairs that are hard to distinguish.
+A single axis has no job file of ours: there the effects' cards say what to measure. A delta has its
+next run, and a sentence for the pairs that are hard to distinguish.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from deltactl.diagnosis.answer.corrected_robot import (
     corrected_alike,
@@ -34,47 +34,30 @@ from deltactl.models.effects.card import Confusion
 from deltactl.models.effects.lone_axis import COMPONENT
 
 
-def _known(finding: Finding) -> Iterator[tuple[Alternative, Confusion | None]]:
-    """Each alternative with what the cards know of the pair."""
-    for one in finding.alternatives:
-        yield one, confusion(finding.effect, one.effect)
-
-
-def _on_an_axis(known: Confusion | None, ways: Ways, pull_said: bool) -> str:
-    """What separates a pair on a single axis; empty where no card knows.
-
-    pull_said: as in the answer; what the robot file has need not be entered.
-    """
-    pulls = "" if pull_said else say("apart.say_what_pulls")
-    text = known.axis if known is not None else ""
-    return text.format(or_effort=ways.or_effort, say_what_pulls=pulls)
-
-
-def way_apart(finding: Finding, ways: Ways = TERMINAL, pull_said: bool = False) -> str:
-    """How a single axis' finding is separated from its tie; empty where no row says."""
-    if finding.component != COMPONENT:
-        return ""
-    texts = (_on_an_axis(known, ways, pull_said) for _, known in _known(finding))
-    return next(filter(None, texts), "")
+def _confusions(finding: Finding) -> list[Confusion]:
+    """What the cards know of the finding and each of its alternatives."""
+    known = (confusion(finding.effect, one.effect) for one in finding.alternatives)
+    return [one for one in known if one is not None]
 
 
 def asks_for_effort(findings: Sequence[Finding]) -> bool:
-    """Whether an effort would tell one of them from what it is tied with."""
-    return any(
-        known is not None and "{or_effort}" in known.axis
-        for finding in findings
-        if finding.component == COMPONENT
-        for _, known in _known(finding)
-    )
+    """Whether an effort would distinguish one of them from what it is tied with."""
+    of_axes = (one for one in findings if one.component == COMPONENT)
+    return any("{or_effort}" in known.axis for one in of_axes for known in _confusions(one))
 
 
 def hint(finding: Finding, ways: Ways = TERMINAL, pull_said: bool = False) -> str:
-    """What would distinguish a finding from its alternatives; empty where no line says."""
-    if finding.component == COMPONENT:
-        way = way_apart(finding, ways, pull_said)
-        return say("apart.hint", way=way) if way else ""
-    texts = (known.delta for _, known in _known(finding) if known is not None)
-    return next(filter(None, texts), "")
+    """What would distinguish a finding from its alternatives; empty where no card knows.
+
+    pull_said: as in the answer; what the robot file has need not be entered.
+    """
+    known = _confusions(finding)
+    if finding.component != COMPONENT:
+        return next((one.delta for one in known if one.delta), "")
+    pulls = "" if pull_said else say("apart.say_what_pulls")
+    texts = (one.axis.format(or_effort=ways.or_effort, say_what_pulls=pulls) for one in known)
+    way = next(filter(None, texts), "")
+    return say("apart.hint", way=way) if way else ""
 
 
 def measurement(effects: frozenset[str]) -> str:
@@ -92,19 +75,20 @@ def experiment_line(diagnosis: Diagnosis) -> str:
     plan = diagnosis.next_experiment
     if plan is None:
         return ""
-    gain, unit = plan.expected_delta_chi2, say("run.chi_square")
+    gain = plan.expected_delta_chi2
     one_sided = any(tie.minutes is None and not tie.needs_drive for tie in diagnosis.open_ties)
     says = say(
-        "run.may_tell" if one_sided else "run.would_tell",
+        "run.would_tell",
+        may="may" if one_sided else "would",
         minutes=_minutes(plan.minutes),
         apart=listed([spelled(name) for name in plan.tells_apart]) or say("run.them"),
-        expected=say("run.expected", gain=gain, unit=unit) if math.isfinite(gain) else "",
+        expected=say("run.expected", gain=gain) if math.isfinite(gain) else "",
     )
     return sentence(says)
 
 
 def made_to_distinguish(finding: Finding, diagnosis: Diagnosis) -> bool:
-    """Whether the proposed run is made to tell it from what else it may be."""
+    """Whether the proposed run is made to distinguish it from what else it may be."""
     plan = diagnosis.next_experiment
     alike: list[Finding | Alternative] = [finding, *finding.alternatives]
     mine = {effect(one.effect, one.component) for one in alike}
@@ -113,11 +97,7 @@ def made_to_distinguish(finding: Finding, diagnosis: Diagnosis) -> bool:
 
 
 def _minutes(minutes: float) -> str:
-    shown = f"{minutes:.2g}"
-    known = (
-        "one_minute" if shown == "1" else "minutes" if math.isfinite(minutes) else "some_minutes"
-    )
-    return say(f"run.{known}", minutes=shown)
+    return say("run.minutes", minutes=f"{minutes:.2g}") if math.isfinite(minutes) else ""
 
 
 def tie_lines(diagnosis: Diagnosis) -> list[str]:
@@ -126,7 +106,7 @@ def tie_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def tie_line(tie: OpenTie) -> str:
-    """One pair of explanations that a run tells apart on one condition, or not at all."""
+    """One pair of explanations that a run distinguishes on one condition, or not at all."""
     case = "on_one_condition" if tie.minutes is None else "no_run"
     helps = measurement(frozenset(name.split(" ")[0] for name in (*tie.one, *tie.other)))
     return say(
@@ -149,9 +129,10 @@ def _names(side: Sequence[str]) -> str:
 
 def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
     """How many of the findings a corrected robot file holds."""
-    kept, of = len(_kept_and_left(diagnosis, all_of_them)[0]), len(diagnosis.findings)
-    case = "unchanged" if not kept else "all" if kept == of else "some"
-    return say(f"saved.{case}", kept=kept, findings=count(of, "finding"))
+    kept, of = len(_kept(diagnosis, all_of_them)), len(diagnosis.findings)
+    return say(
+        "saved.some" if kept else "saved.unchanged", kept=kept, findings=count(of, "finding")
+    )
 
 
 def saved_part(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> Part:
@@ -162,37 +143,34 @@ def saved_part(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -
 
 def saved_lines(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:
     """The same as sentences, by the numbers of the findings."""
-    kept, left = _kept_and_left(diagnosis, all_of_them)
-    findings = diagnosis.findings
-    once = [one for one in findings if not lasts(one) and _event(one)]
-    nameless = [one for one in findings if one.effect == NAMELESS]
-    other = [one for one in findings if not lasts(one) and one not in (*once, *nameless)]
-    groups = (("written", kept), ("left_out", left), ("once", once), ("no_name", nameless),
-              ("no_entry", other))  # fmt: skip
-    return [
-        say(f"saved.{case}", which=listed([_in_file(one, findings) for one in group]),
-            too=say("saved.too", way=ways.save_all) if ways.save_all else "")
-        for case, group in groups
-        if group
-    ]  # fmt: skip
+    kept, groups = _kept(diagnosis, all_of_them), dict[str, list[str]]()
+    for number, finding in enumerate(diagnosis.findings, 1):
+        groups.setdefault(_case(finding, kept), []).append(f"{number}{_how_sure(finding)}")
+    too = say("saved.too", way=ways.save_all) if ways.save_all else ""
+    cases = ("written", "left_out", "once", "no_name", "no_entry")
+    return [say(f"saved.{case}", which=listed(groups[case]), too=too)
+            for case in cases if case in groups]  # fmt: skip
 
 
-def _event(finding: Finding) -> bool:
+def _case(finding: Finding, kept: Sequence[Finding]) -> str:
+    """Whether it is written, and why not."""
+    if lasts(finding):
+        return "written" if finding in kept else "left_out"
     kind = VOCABULARY.get(finding.effect)
-    return kind is not None and kind.event
+    if kind is not None and kind.event:
+        return "once"
+    return "no_name" if finding.effect == NAMELESS else "no_entry"
 
 
-def _in_file(finding: Finding, findings: Sequence[Finding]) -> str:
-    """A finding by its number; of one that is not certain, how sure it is, or its correction."""
-    number = findings.index(finding) + 1
-    if finding.effect == NAMELESS or not lasts(finding) or settled(finding):
-        return f"{number}"
+def _how_sure(finding: Finding) -> str:
+    """In brackets, of one that is not certain: how sure it is, or its correction."""
+    if not lasts(finding) or settled(finding):
+        return ""
     if finding.probability is None:
-        return say("saved.number_open", number=number) if finding.alternatives else f"{number}"
+        return say("saved.open") if finding.alternatives else ""
     whichever = corrected_alike(finding) and sure_of_correction(finding) >= VERDICT.sure_enough
     sure_of = sure_of_correction(finding) if whichever else finding.probability
-    case = "saved.number_whichever" if whichever else "saved.number_sure"
-    return say(case, number=number, sure=percent(sure_of))
+    return say("saved.whichever" if whichever else "saved.sure", sure=percent(sure_of))
 
 
 def done_part(
@@ -212,7 +190,6 @@ def done_part(
                 say("saved.more", number="{number}"), short=2, turns=2)  # fmt: skip
 
 
-def _kept_and_left(diagnosis: Diagnosis, all_of_them: bool) -> tuple[list[Finding], list[Finding]]:
-    lasting = [one for one in diagnosis.findings if lasts(one)]
-    kept = [one for one in lasting if all_of_them or sure(one, diagnosis)]
-    return kept, [one for one in lasting if one not in kept]
+def _kept(diagnosis: Diagnosis, all_of_them: bool) -> list[Finding]:
+    lasting = (one for one in diagnosis.findings if lasts(one))
+    return [one for one in lasting if all_of_them or sure(one, diagnosis)]

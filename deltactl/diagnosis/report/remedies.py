@@ -75,62 +75,76 @@ def remedies(
     """One sentence for each finding that can be remedied, the surest and largest first, what does
     hardly anything last, a zero that play may have moved after the play.
 
-    Before them a unit that is in doubt and, where causes are tied, what tells them apart: steps
+    Before them a unit that is in doubt and, where causes are tied, what distinguishes them: steps
     are in the order in which to take them. One line where the fit as a whole is no better for what
     was found.
     """
     named = [one for one in diagnosis.findings if claimed(one)]
     if named and fits_worse(diagnosis.fit):
         return [say("do.change_nothing")]
-    lines = [*_named(named, diagnosis, robot, ways), *_unnamed(named, diagnosis, robot, ways)]
+    unconfirmed = [one for one in named if act_on(one, sure(one, diagnosis)) == "if_confirmed"]
+    lines = [
+        *_named(named, unconfirmed, diagnosis, robot),
+        *_kept(named, diagnosis, ways),
+        *_unnamed(named, diagnosis, robot, ways),
+    ]
     if moves_at_rest(diagnosis.fit) and all(one.component == COMPONENT for one in named):
         lines.append(say("do.record_the_load"))
     lines += together(diagnosis.findings)
-    first = _told_apart_first(named, diagnosis)
     if lines and diagnosis.next_experiment is not None and any(map(tied, named)):
         lines.insert(0, say("do.run_first", job=ways.job))
-    elif lines and first:
-        numbers = [f"{diagnosis.findings.index(one) + 1}" for one in first]
-        which = say("do.these" if len(first) > 1 else "do.this", numbers=listed(numbers))
-        lines.insert(0, say("do.tell_apart", which=which))
+    elif lines and unconfirmed:
+        which = listed([f"{diagnosis.findings.index(one) + 1}" for one in unconfirmed])
+        lines.insert(0, say("do.tell_apart", which=which, s="s" * (len(unconfirmed) > 1)))
     if diagnosis.doubts:
         lines.insert(0, say("do.give_the_unit"))
-    return list(dict.fromkeys(lines))
+    return list(dict.fromkeys(filter(None, lines)))
 
 
 def _named(
-    named: Sequence[Finding], diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways
+    named: Sequence[Finding],
+    unconfirmed: Sequence[Finding],
+    diagnosis: Diagnosis,
+    robot: RobotModel | None,
 ) -> Iterator[str]:
-    """A line for each of those with a name, one for all drives that follow late, and how to keep
-    what is not remedied.
-    """
+    """A line for each of those with a name, and one for all drives that follow late."""
     if late := late_drives(named):
-        yield _all_late(late, robot)
-    for finding in _in_order(named, diagnosis):
-        if finding not in late:
-            certain = sure(finding, diagnosis)
-            line = remedy(finding, robot, certain, other_remedy(finding, diagnosis))
-            if line and finding in _told_apart_first(named, diagnosis):
-                number = diagnosis.findings.index(finding) + 1
-                do = f"{line[:1].lower()}{line[1:]}"
-                line = say("do.if_confirmed", number=number, do=do)
-            yield from filter(None, [line])
+        *first, last = (quantity(sum(times_s(one).values()), "s", digits=3) for one in late)
+        size = listed([*(without_unit_of(one, last) for one in first), last])
+        yield _filled(late, robot, "several", size=size)
+    for finding in _in_order([one for one in named if one not in late], diagnosis):
+        beside = other_remedy(finding, diagnosis)
+        line = remedy(finding, robot, sure(finding, diagnosis), beside)
+        if line and finding in unconfirmed:
+            number = diagnosis.findings.index(finding) + 1
+            line = say("do.if_confirmed", number=number, do=f"{line[:1].lower()}{line[1:]}")
+        yield line
+
+
+def _kept(named: Sequence[Finding], diagnosis: Diagnosis, ways: Ways) -> Iterator[str]:
+    """How what is not repaired is entered in the robot file."""
     kept = [one for one in named if _has_an_entry(one)]
     save = ways.save if all(sure(one, diagnosis) for one in kept) else ways.save_all
     if kept and ways.save and save:
         yield say("do.keep", save=save)
 
 
+def _has_an_entry(finding: Finding) -> bool:
+    """Whether a robot file can hold it where it is not repaired."""
+    if finding.component != COMPONENT:
+        return has(finding.effect, Trait.ENTERED)
+    return any(not kind.event for kind in forms_of(finding.effect))
+
+
 def _unnamed(
     named: Sequence[Finding], diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways
 ) -> Iterator[str]:
     """A line for each of those without a name of which something is worth doing."""
-    first = say("do.correct_first") if named else ""
     for finding in diagnosis.findings:
         if finding.effect == NAMELESS and worth_a_table(finding, diagnosis, bool(named)):
-            table = mapped(finding, ways)
-            line = f"{table}{first}" if table else unnamed(finding, robot, diagnosis)
-            yield from filter(None, [line])
+            table = _mapped(finding, ways)
+            first = say("do.correct_first") if table and named else ""
+            yield f"{table}{first}" or _unknown(finding, robot, diagnosis)
 
 
 def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
@@ -142,18 +156,6 @@ def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
             ordered.remove(zero)
             ordered.insert(ordered.index(play) + 1, zero)
     return ordered
-
-
-def _told_apart_first(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
-    """Those that call for a remedy only if they are what they are named."""
-    return [one for one in named if act_on(one, sure(one, diagnosis)) == "if_confirmed"]
-
-
-def _has_an_entry(finding: Finding) -> bool:
-    """Whether a robot file can hold it where it is not repaired."""
-    if finding.component != COMPONENT:
-        return has(finding.effect, Trait.ENTERED)
-    return any(not kind.event for kind in forms_of(finding.effect))
 
 
 def machine_of(robot: RobotModel | None, component: str, name: str) -> str:
@@ -177,6 +179,22 @@ def advice(machine: str, name: str, parameter: str, size: float) -> str | None:
     return card.remedy(LAYERS[machine], (*small, parameter, ""))
 
 
+def _filled(
+    findings: Sequence[Finding],
+    robot: RobotModel | None,
+    row: str,
+    share: float = 0.0,
+    **values: object,
+) -> str:
+    """The line of their card in this row, filled in; empty where there is none."""
+    first = findings[0]
+    text = advice(machine_of(robot, first.component, first.effect), first.effect, row, share)
+    where = part_of(first.effect, first.component, first.depends_on)
+    where = where if len(findings) == 1 else parts([one.component for one in findings])
+    follows = all_followed(first.depends_on)
+    return sentence((text or "").format(part=where, follows=follows, **values))
+
+
 def remedy(
     finding: Finding,
     robot: RobotModel | None,
@@ -193,31 +211,20 @@ def remedy(
     name = main_of(finding)
     result = finding.parameters[name]
     largest = max((value for value, _, _ in result.components), key=abs)
-    text = _line_of(finding, robot, "beside" if beside else name, largest)
-    if text is None:
-        return ""
+    row = "beside" if beside else "dead" if mostly_dead(finding) else name
     shown = _late(finding) or quantity(largest, result.unit, name, 3).lstrip("+-")
-    says = text.format(
-        part=part_of(finding.effect, finding.component),
+    line = _filled(
+        [finding],
+        robot,
+        "effort" if after_its_effort(finding) else row,
+        largest - 1.0 if name == "scale" else largest,
         size=shown,
         true=_true(finding, robot, largest) or say("do.otherwise", size=shown),
         factor=number(largest, max(significant(largest - 1.0, 3), 0)),
         sign=Signed(scale_of(result.unit, name, largest)(largest)),
     )
-    if act_on(finding, certain) == "whichever":
-        says = f"{sentence(says)} {say('do.right_for_either')}"
-    return sentence(says)
-
-
-def _line_of(finding: Finding, robot: RobotModel | None, row: str, largest: float) -> str | None:
-    """The line of its card: of a delay by what makes it, of a ratio by how far it is from one."""
-    if after_its_effort(finding):
-        row = "effort"
-    elif row != "beside" and mostly_dead(finding):
-        row = "dead"
-    share = largest - 1.0 if main_of(finding) == "scale" else largest
-    machine = machine_of(robot, finding.component, finding.effect)
-    return advice(machine, finding.effect, row, share)
+    either = line and act_on(finding, certain) == "whichever"
+    return f"{line} {say('do.right_for_either')}" if either else line
 
 
 def main_of(finding: Finding) -> str:
@@ -245,15 +252,6 @@ def _late(finding: Finding) -> str:
     )
 
 
-def _all_late(late: Sequence[Finding], robot: RobotModel | None) -> str:
-    """One line for drives that all follow late: how much each is late in all."""
-    *first, last = (quantity(sum(times_s(one).values()), "s", digits=3) for one in late)
-    size = listed([*(without_unit_of(one, last) for one in first), last])
-    machine = machine_of(robot, late[0].component, late[0].effect)
-    text = advice(machine, late[0].effect, "several", 0.0) or ""
-    return sentence(text.format(part=parts([one.component for one in late]), size=size))
-
-
 def _true(finding: Finding, robot: RobotModel | None, error: float) -> str:
     """The robot file's length with what was found added; empty where it has none."""
     card, component = card_of(finding.effect), finding.component
@@ -267,7 +265,7 @@ def _true(finding: Finding, robot: RobotModel | None, error: float) -> str:
     return say("do.true_length", true=1e3 * (nominal_m + error), nominal=1e3 * nominal_m)
 
 
-def mapped(finding: Finding, ways: Ways = TERMINAL) -> str:
+def _mapped(finding: Finding, ways: Ways) -> str:
     """What to do about an unknown that follows the place of an axis, or the distance of a target.
 
     Empty where no table of it can be subtracted: of a delta, whose file takes tables; of a force.
@@ -275,7 +273,7 @@ def mapped(finding: Finding, ways: Ways = TERMINAL) -> str:
     table, size = finding.table, next(iter(finding.parameters.values()), None)
     if finding.component not in (COMPONENT, "sensor") or table is None or size is None:
         return ""
-    if finding.effect != NAMELESS or size.unit not in ("m", "rad"):
+    if size.unit not in ("m", "rad"):
         return ""
     where = "sensor" if table.follows == "distance" else finding.component
     points = len(table.size)
@@ -283,26 +281,18 @@ def mapped(finding: Finding, ways: Ways = TERMINAL) -> str:
     return say(f"table.{where}", points=points, step=step, way=ways.table, unit=size.unit)
 
 
-def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) -> str:
-    """What tells more of an unknown, or makes it smaller; empty where no row says."""
-    if not finding.depends_on:
-        return ""
+def _unknown(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) -> str:
+    """What would explain an unknown, or makes it smaller; empty where no row says."""
     size = next(iter(finding.parameters.values()), None)
+    if not finding.depends_on or size is None:
+        return ""
     driver = _driver(bare(finding.depends_on[0]))
-    if driver == "position" and size is not None and forced(size.unit):
+    if driver == "position" and forced(size.unit):
         driver = "position.force"
     if uneven(finding, diagnosis.findings, () if robot is None else robot.effects):
         driver = "direction.beside"
-    machine = machine_of(robot, finding.component, finding.effect)
-    text = advice(machine, finding.effect, driver, 0.0) or ""
-    shown = quantity(size.components[0][0], size.unit, digits=2) if size is not None else ""
-    return sentence(
-        text.format(
-            part=part_of(finding.effect, finding.component, finding.depends_on),
-            follows=all_followed(finding.depends_on),
-            size=shown,
-        )
-    )
+    shown = quantity(size.components[0][0], size.unit, digits=2)
+    return _filled([finding], robot, driver, size=shown)
 
 
 def _driver(follows: str) -> str:
