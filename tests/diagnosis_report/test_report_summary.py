@@ -51,6 +51,7 @@ def test_before_and_after_stand_against_the_noise_and_on_held_out_data(make: Any
     assert "Error 4.10 before, 2.21 mm after, 2.10 mm of noise" in text
     # (4.2^2 - 2.24^2) / (4.2^2 - 2.1^2) = 0.954
     assert "on held-out parts 4.20 before, 2.24 mm after (93 % of what" in text
+    assert "held-out parts (causes were chosen with all of it)" in text
 
 
 def test_one_off_events_are_not_expected_in_another_run(make: Any, parts: Any) -> None:

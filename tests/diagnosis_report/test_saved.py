@@ -50,7 +50,7 @@ OWN = found("home_offset", "motor1", "angle", 0.999)
 def test_what_is_taken_over_says_how_sure_it_is(make: Any) -> None:
     open_one = found("home_offset", "motor2", "angle", 0.55, ("gear_backlash", 0.45))
     answer = make("explained", findings=[OWN, open_one], next_experiment=None)
-    assert written(answer, False) == "with 2 findings"
+    assert written(answer, False) == "with 2 of 2 findings"
     (line,) = saved_lines(answer, False)
     assert line == (
         "In the robot file: 1 and 2 (the same correction for either cause, above 99 % sure to be"
@@ -92,7 +92,7 @@ def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any)
     text = " ".join(sentences(answer))
     assert "measure how far it moves between two places, with its load" in text
     assert text.index("with its load and without") < text.index("`gravity`"), "what is cheap first"
-    assert written(answer, True) == "with one finding"
+    assert written(answer, True) == "with 1 of 1 findings"
     assert saved_lines(answer, True) == ["In the robot file: 1 (50 % sure)"]
 
 

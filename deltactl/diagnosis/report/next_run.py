@@ -20,7 +20,6 @@ from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, OpenTie
 from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.report.names import (
-    count,
     effect,
     listed,
     percent,
@@ -130,9 +129,7 @@ def _names(side: Sequence[str]) -> str:
 def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
     """How many of the findings a corrected robot file holds."""
     kept, of = len(_kept(diagnosis, all_of_them)), len(diagnosis.findings)
-    return say(
-        "saved.some" if kept else "saved.unchanged", kept=kept, findings=count(of, "finding")
-    )
+    return say("saved.some" if kept else "saved.unchanged", kept=kept, of=of)
 
 
 def saved_part(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> Part:

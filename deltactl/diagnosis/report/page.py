@@ -118,8 +118,9 @@ def _improvement(diagnosis: Diagnosis) -> str:
     ]
     floor = math.nan if doubtful_floor(fit) else scale(fit.noise_floor_m)
     bars = pair_bars(fit_title(diagnosis), pairs, floor, scale.unit)
+    held = say(f"page.not_fitted_{fit.holdout}")
     lines = map(paragraph, (fit_line(diagnosis), *more_of_the_fit(fit)))
-    return f"{bars}{''.join(lines)}{paragraph(say('page.rms'), 'note')}"
+    return f"{bars}{''.join(lines)}{paragraph(say('page.rms', held=held), 'note')}"
 
 
 def _findings(diagnosis: Diagnosis, ways: Ways) -> list[str]:
