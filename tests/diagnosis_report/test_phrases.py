@@ -22,7 +22,7 @@ NAN = math.nan
 def test_moments_are_given_to_the_hundredth(parts: Any) -> None:
     moment = ParameterResult(value=73.81, ci95=[73.81, 73.8300], unit="s")
     (size,) = sizes("lost_steps", "time", moment)
-    assert size.text == "73.81 s (95 % sure between 73.81 and 73.83)"
+    assert size.text == "73.81 s (95 % interval 73.81 to 73.83)"
 
 
 @pytest.mark.parametrize(
@@ -47,11 +47,11 @@ def test_intervals_keep_two_digits_of_their_half_width() -> None:
     ends = [[0.0, 0.002], [-0.003, -0.001], [-0.001, 0.001]]
     result = ParameterResult(value=[0.001, -0.002, 0.0], ci95=ends, unit="rad")
     texts = [size.text for size in sizes("frame_tilt", "rotation", result)]
-    assert texts[0] == "+0.057 degrees (95 % sure between 0.000 and +0.115)"
+    assert texts[0] == "+0.057 degrees (95 % interval 0.000 to +0.115)"
     assert len(texts) == 3
     open_end = ParameterResult(value=5000.0, ci95=[3000.0, 1e300], unit="N m/rad")
     (size,) = sizes("joint_compliance", "stiffness", open_end)
-    assert size.text == "5000 N m/rad (95 % sure above 3000)"
+    assert size.text == "5000 N m/rad (95 % interval above 3000)"
 
 
 def test_rounding_never_leaves_a_minus_before_nothing() -> None:

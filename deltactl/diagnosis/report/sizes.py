@@ -52,32 +52,29 @@ class Size:
 
     @property
     def text(self) -> str:
-        """'0.50 degrees (95 % sure between 0.48 and 0.52)'."""
-        if not math.isfinite(self.value):
-            return self.shown
-        if math.isnan(self.low) or math.isnan(self.high):
-            return say("size.no_interval", shown=self.shown)
-        case = "size.low_end" if math.isinf(self.high) else "size.interval"
-        return say(case, shown=self.shown, low=self._of(self.low), high=self._of(self.high))
+        """'0.50 degrees (95 % interval 0.48 to 0.52)'."""
+        interval = self.interval
+        return f"{self.shown}{say('size.interval', interval=interval) if interval else ''}"
 
     @property
     def shown(self) -> str:
-        """'0.50 degrees'."""
+        """'0.50 degrees'; 'above 3000 N m/rad' where only a least size is known."""
         if math.isfinite(self.value):
             return f"{self._of(self.value)} {self.unit}".strip()
         if math.isnan(self.value):
             return say("size.not_known")
-        above = number(self.low, significant(self.low), self.signed)
-        known = math.isfinite(self.low)
-        return say("size.above" if known else "size.any", above=above, unit=self.unit)
+        if not math.isfinite(self.low):
+            return say("size.any")
+        low = number(self.low, significant(self.low), self.signed)
+        return f"{say('size.above', low=low)} {self.unit}".strip()
 
     @property
     def interval(self) -> str:
         """'0.48 to 0.52'; empty where none is known."""
         if not math.isfinite(self.value) or math.isnan(self.low) or math.isnan(self.high):
             return ""
-        case = "size.low_only" if math.isinf(self.high) else "size.from_to"
-        return say(case, low=self._of(self.low), high=self._of(self.high))
+        low, high = self._of(self.low), self._of(self.high)
+        return say("size.above", low=low) if math.isinf(self.high) else f"{low} to {high}"
 
     def _of(self, value: float) -> str:
         """One of its numbers, with as many decimals as the interval bears."""
