@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import html
 import tempfile
+import warnings
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from deltactl.foundation.errors import ConfigError, DeltactlError
+from deltactl.foundation.errors import ConfigError, DeltactlError, RecordingError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.printable import count
 from deltactl.foundation.release import OF_A_RESULT
@@ -168,8 +169,8 @@ def read(path: AnyPath, columns: Columns | None = None) -> Recording:
         The file.
     columns : mapping, optional
         Column and unit for each name that the program knows, `{"position": "angle[deg]"}`, as
-        `--set` of the command takes them. `inspect` proposes them. Without it the columns must
-        have the program's own names.
+        `--set` of the command takes them. `inspect` proposes them. Without it a table whose
+        columns have other names is read as `inspect` proposes; a warning says how.
 
     Returns
     -------
@@ -184,13 +185,38 @@ def read(path: AnyPath, columns: Columns | None = None) -> Recording:
     if not columns:
         from deltactl.recording.tables.flat_files import read_flat
 
-        return Recording(read_flat(Path(path)))
+        try:
+            return Recording(read_flat(Path(path)))
+        except RecordingError as error:
+            if (seen := _as_inspected(Path(path))) is None:
+                raise error.worded(str(error).removesuffix(error.typed)) from None
+        return seen
     with needs("diagnosis", "reading other columns"):
         from deltactl.recording.foreign.mapping import load_mapping
         from deltactl.recording.foreign.reading import read_mapped
     notes: list[str] = []
     mapping = load_mapping(None, _options(columns))
     table = read_mapped(Path(path), mapping, notes.append)
+    return Recording(table, tuple(notes))
+
+
+def _as_inspected(path: Path) -> Recording | None:
+    """A table with names of its own as its inspection reads it, with a warning; None where that
+    leaves something to be said.
+    """
+    with needs("diagnosis", "reading other columns"):
+        from deltactl.recording.foreign.inspection import inspect as look_at
+        from deltactl.recording.foreign.reading import read_mapped
+    notes: list[str] = []
+    try:
+        seen = look_at(path)
+        if seen.kind is None or seen.mapping.rate_hz is not None:
+            return None
+        table = read_mapped(path, seen.mapping, notes.append)
+    except RecordingError:
+        return None
+    notes = [f"{path.name}: is read as inspected: columns={seen.columns}", *seen.in_python, *notes]
+    warnings.warn("; ".join(notes), stacklevel=3)
     return Recording(table, tuple(notes))
 
 
@@ -213,7 +239,8 @@ def inspect(path: AnyPath, columns: Columns | None = None) -> Inspection:
     Returns
     -------
     Inspection
-        Columns, units, rate and kind of machine: `kind`, `guesses`, `warnings`, `options`.
+        Columns, units, rate and kind of machine: `kind`, `guesses`, `warnings`; `columns` is what
+        `read` takes. Printed, it says all of that.
 
     Raises
     ------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Callable
 from dataclasses import replace
@@ -128,4 +129,5 @@ def mapping_of(columns: list[str]) -> Mapping:
 
 def is_mapping_file(option: str) -> bool:
     """Whether an option names a file of mappings, and not one column."""
-    return "=" not in option or Path(option).is_file()
+    # Not Path.is_file, which raises for a heading that is longer than a file name may be.
+    return "=" not in option or os.path.isfile(option)

@@ -32,6 +32,7 @@ from deltactl.models.chain.servo_delta import ServoChain
 from deltactl.models.effects.lone_axis import said
 from deltactl.models.robot import DeltaRobot, ServoAxis, StepperAxis
 from deltactl.recording.column_measures import first_of, travel
+from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.tables.flat import FlatRecording
 
 STANDS_IN = {
@@ -284,14 +285,27 @@ def _refuse_other_units(
         return
     ratio = max(told, wide) / min(told, wide)
     if ratio > OBSERVATIONS.largest_ratio:
+        larger = names[0] if told > wide else names[1]
         refuse(
             Kind.UNITS,
             source,
             f"{names[0]} moves by {said(told, unit)} and {names[1]} by {said(wide, unit)},"
             f" a ratio of {ratio:.3g}",
-            "are the units (rad, m, microsteps) or the robot file another machine's?",
+            _unit_meant(larger, unit, ratio)
+            or "are the units (rad, m, microsteps) or the robot file another machine's?",
             column=names[0],
         )
+
+
+def _unit_meant(name: str, unit: str, ratio: float) -> str:
+    """The unit to give where one column is larger by a factor between units; empty where not."""
+    units = ("deg",) if unit == "rad" else ("mm", "cm")
+    meant = [one for one in units if abs(ratio * IN_SI[one] - 1.0) < OBSERVATIONS.near_unit]
+    return (
+        f"{name} looks like {meant[0]}: give its unit, as {name}=COLUMN[{meant[0]}]"
+        if meant
+        else ""
+    )
 
 
 def _laid_end_to_end(recordings: Sequence[FlatRecording], name: str) -> FloatArray:

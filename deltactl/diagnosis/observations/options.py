@@ -68,6 +68,8 @@ class ObservationOptions:
     largest_ratio: float = 50.0
     """Between motions asked for and seen, beyond which it is their units: degrees for radians make
     57 times. Gears and scales that are off make a few per cent."""
+    near_unit: float = 0.15
+    """How near such a ratio must be to a factor between units for that unit to be proposed."""
 
     # Velocity and acceleration from positions.
     uneven: float = 0.02

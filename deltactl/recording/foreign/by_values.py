@@ -23,7 +23,9 @@ from deltactl.recording.foreign.shapes import (
     is_stepwise,
     is_whole,
     lead,
+    of_one_motion,
     pairs_alike,
+    rising,
     roughness,
     slopes,
 )
@@ -82,7 +84,8 @@ def _asked_and_read(
     for one, other in itertools.combinations(moving, 2):
         alike = max(correlation(table[one], table[other]), 0.0)
         as_named = {movers[n].role for n in (one, other) if n in movers} == {"command", "position"}
-        if alike < GUESSES.alike and not as_named:
+        one_motion = {one, other} <= movers.keys() or of_one_motion(table[one], table[other])
+        if not as_named and not (alike >= GUESSES.alike and one_motion):
             continue
         if np.array_equal(table[one], table[other], equal_nan=True):
             continue
@@ -111,7 +114,8 @@ def _as_pair(
     """Guesses of two columns, with what they were taken for it."""
     follows_it = f"{read} follows it ({alike**2:.0%})" if alike**2 >= GUESSES.least_share else ""
     as_asked = asked in movers and movers[asked].role == "command"
-    why = ", ".join(filter(None, ["by its name" if as_asked else "", follows_it]))
+    says = movers[asked].why if as_asked else ""
+    why = ", ".join(filter(None, [says.removesuffix(f", {EARLIER}"), follows_it]))
     role = "command"
     if not as_asked and read not in movers:
         why = f"moves like {read}, {EARLIER}"
@@ -155,7 +159,7 @@ def _slope_of(
     free = _free(table, found)
     if time is None or not free or is_stepwise(table[position]):
         return {}
-    slope = np.gradient(table[position], time)
+    slope = np.gradient(table[position], *([time] if rising(time) else []))
     alike = {name: correlation(table[name], slope) for name in free}
     called = [name for name in free if said[name].role == "velocity" and alike[name] > 0.5]
     best = max(called or free, key=lambda name: alike[name])
@@ -324,7 +328,9 @@ def _of_lone(
     for name in steady[:1]:
         yield Guess(name, "command", None, said[name].unit, "it rests in turns")
     for name in others[: 0 if steady else 1]:
-        yield Guess(name, "effort", None, said[name].unit, "what is left; may be another")
+        goes = _share_of_both(table[name], table[place]) > GUESSES.alike**2
+        if known or len(rest) == 2 or goes:  # of two there is nothing else that it could be
+            yield Guess(name, "effort", None, said[name].unit, "what is left; may be another")
 
 
 def _three_motors(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 import yaml
 
 from deltactl.recording.foreign.mapping import Mapping, as_option
-from deltactl.recording.foreign.names import Guess, pulls, unit_said, without_unit
+from deltactl.recording.foreign.names import Guess, Hint, pulls, unit_said, without_unit
 from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.table_format import IN_OPTIONS
@@ -32,7 +33,7 @@ def init_words(kind: str, file: str) -> list[str]:
     return ["init", name, file, *options]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Inspection:
     """What was found in one file."""
 
@@ -101,6 +102,32 @@ class Inspection:
             unit = "1" if plainly and IN_SI[source.unit] == 1.0 else source.unit
             said.append(as_option(name, where, unit, scale, source.offset))
         return [part for one in said for part in ("--set", one)]
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """The same as `deltactl.read` takes it: column and unit by the program's own names."""
+        parts = (option.partition("=") for option in self.options[1::2])
+        return {name: source for name, _, source in parts}
+
+    @property
+    def in_python(self) -> list[str]:
+        """The warnings for whoever types no command."""
+        return [one.chosen if isinstance(one, Hint) else one for one in self.warnings]
+
+    def __repr__(self) -> str:
+        wide = max(map(len, self.table), default=0)
+        lines = [f"{self.path}: {self.kind or 'unknown'} ({self.kind_why})"]
+        for name in self.table:
+            guess = self.guesses.get(name)
+            as_what = f"{guess.name} [{guess.unit or '?'}], {guess.why}" if guess else "not used"
+            lines.append(f"  {name:{wide}}  {as_what}")
+        lines += [f"look here: {one}" for one in self.in_python]
+        if self.kind is not None:
+            lines.append(f"read it: deltactl.read({str(self.path)!r}, columns={self.columns})")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(repr(self))}</pre>"
 
     def command(self, robot: str, read: list[str]) -> list[str]:
         """The command that diagnoses this file, as words; `read` are the options that read it."""

@@ -71,6 +71,7 @@ def guess_columns(
     _twins(thin, found)
     _ranges_that_follow(thin, found)
     _measured_distance(found)
+    _distance_of_an_axis(thin, found)
     _time(thin, said, found)
     nothing = not MOTIONS & {guess.role for guess in found.values()}
     by_numbers = by_values if nothing or not named else partners
@@ -152,6 +153,17 @@ def _measured_distance(found: dict[str, Guess]) -> None:
     for name, guess in found.items():
         if guess.role == "position" and roles.count("position") == 1:
             found[name] = replace(guess, role="range", why="by its name, beside a true distance")
+
+
+def _distance_of_an_axis(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
+    """The only distance beside a command that it goes with is what an axis answered."""
+    asked = [name for name, guess in found.items() if guess.name == "command"]
+    seen = [name for name, guess in found.items() if guess.name in ("distance", "range")]
+    if len(asked) != 1 or len(seen) != 1 or "position" in {one.role for one in found.values()}:
+        return
+    if correlation(table[asked[0]], table[seen[0]]) >= GUESSES.alike:
+        why = f"by its name, and it follows {asked[0]}"
+        found[seen[0]] = replace(found[seen[0]], role="position", why=why)
 
 
 def _ranges_that_follow(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
@@ -281,7 +293,7 @@ def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
     here = "here too:"
     position = next((guess.source for guess in guesses.values() if guess.name == "position"), None)
     if position is None:
-        likely = next((one for one in left if not pulls(one)), None)
+        likely = next((one for one in left if read_name(one).used and not pulls(one)), None)
         example = shlex.join(["--set", f"position={without_unit(likely or 'COLUMN')}"])
         return f"a position or a reading was not found; say which column it is, {here} {example}"
     twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)

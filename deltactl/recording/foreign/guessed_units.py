@@ -239,14 +239,20 @@ def steps_of_a_slide(
 ) -> tuple[dict[str, Guess], list[str]]:
     """Steps beside a reading in mm as a command in mm, and what is to be looked at.
 
-    How many steps make a mm is what the recording itself shows: somebody who knows what the
-    machine is set to must say so, or a wrong setting cannot be found.
+    Where a command is there too, it is compared with the reading, and the steps are not used: a
+    count of steps goes with an angle alone. How many steps make a mm is what the recording itself
+    shows: somebody who knows what the machine is set to must say so, or a wrong setting cannot be
+    found.
     """
     by_name = {guess.name: guess for guess in guesses.values()}
     steps = by_name.get("steps_1")
     seen = by_name.get("theta_1") or by_name.get("position")
-    if steps is None or seen is None or seen.unit not in LINEAR or "command" in by_name:
+    if steps is None or seen is None or seen.unit not in LINEAR:
         return dict(guesses), []
+    position = replace(seen, role="position", index=None)
+    if "command" in by_name:
+        left = {name: one for name, one in guesses.items() if one.role != "steps"}
+        return {**left, seen.source: position}, []
     counts, read_mm = table[steps.source], table[seen.source] * IN_SI[seen.unit] * 1e3
     both = np.isfinite(counts) & np.isfinite(read_mm)
     if both.sum() < 2 or not np.ptp(counts[both]):
@@ -257,7 +263,6 @@ def steps_of_a_slide(
     per_mm = float(f"{1.0 / mm_per_step:.3g}")
     why = f"steps of a slide, {abs(per_mm):g} to the mm"
     command = replace(steps, role="command", index=None, unit="mm", scale=1.0 / per_mm, why=why)
-    position = replace(seen, role="position", index=None)
     warning = (
         f"{steps.source}: {abs(per_mm):g} steps are taken for 1 mm, as this recording moves; in the"
         f" printed command, write 1 divided by the steps per mm that are set in place of"

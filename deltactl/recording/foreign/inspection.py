@@ -38,7 +38,13 @@ from deltactl.recording.foreign.names import Guess, of_contract
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import rising
-from deltactl.recording.foreign.timing import NO_COLUMN, row_number, rows_and_times, stumbling
+from deltactl.recording.foreign.timing import (
+    NO_COLUMN,
+    NO_TIMES,
+    row_number,
+    rows_and_times,
+    stumbling,
+)
 from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.binary_tables import JOINTS, files_of, is_data_set, names_of
@@ -165,7 +171,7 @@ def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
     stumbles = None if timeless else stumbling(guesses, known, read.lines, kind)
     if stumbles:
         warnings.append(stumbles.says)
-        late = [one for one in late if one is not NO_COLUMN]
+        late = [one for one in late if one not in (NO_COLUMN, NO_TIMES)]
         base = base.model_copy(update={"rate_hz": stumbles.rate_hz or base.rate_hz})
     if NO_COLUMN in late and kind is not None:
         base = base.model_copy(update={"rate_hz": GUESSES.rate_hz})

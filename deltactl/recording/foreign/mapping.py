@@ -131,10 +131,14 @@ def _source(option: str) -> Source:
         wanted = option.partition("=")[0].strip()
         near = [] if wanted in names else difflib.get_close_matches(wanted, names, n=1)
         near = [name for name in names if name == f"{wanted}_1"] or near  # the first motor's
-        meant = f" (did you mean {near[0]}?)" if near else ""
+        longer = [
+            name for name in names if wanted and wanted not in names and name.startswith(wanted)
+        ]
+        near = sorted(longer, key=lambda name: name[-2:-1] == "_") or near  # those without a number
+        meant = f"{wanted} is no name here; did you mean {near[0]}? It " if near else ""
         raise ConfigError(
-            f"--set {option}: must be NAME=COLUMN, NAME=COLUMN[unit], NAME=COLUMN*FACTOR+OFFSET or "
-            f"NAME=VALUE with NAME one of {', '.join(names)}{meant}"
+            f"--set {option}: {meant}must be NAME=COLUMN, NAME=COLUMN[unit],"
+            f" NAME=COLUMN*FACTOR+OFFSET or NAME=VALUE with NAME one of {', '.join(names)}"
         )
     unit = match["unit"] or "1"
     if unit not in IN_SI:

@@ -48,7 +48,9 @@ def no_column(path: Path, name: str, wanted: str, there: list[str]) -> Recording
 
 def no_time(path: Path, there: list[str]) -> RecordingError:
     """What is said where nobody says which column holds the times."""
-    return RecordingError(f"{path}: {NO_TIME}; the table has {_listed(there)}")
+    times = [one for one in there if _may_be("t", one)]
+    meant = f"'{without_unit(times[0])}' looks like one: " if times else ""
+    return RecordingError(f"{path}: {meant}{NO_TIME}; the table has {_listed(there)}")
 
 
 def other_separator(path: Path, said: str | None) -> str:

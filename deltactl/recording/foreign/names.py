@@ -80,6 +80,13 @@ SUPPLY = frozenset(["bus", "supply", "dc", "battery", "versorgung"])
 """Words of what feeds a drive, which says nothing of the motion."""
 SEEN = frozenset(["act", "meas", "mes", "fb", "fbk", "is"])
 """Short words for what was measured, which say so only after a number."""
+OF_SURROUNDINGS = frozenset(
+    [
+        "temp", "temperature", "temperatur", "humidity", "feuchte", "pressure", "luftdruck",
+        "wind", "rain", "regen", "co2", "illuminance", "lux", "brightness", "dewpoint",
+    ]
+)  # fmt: skip
+"""Words of what moves no axis, whatever else is in the name: temp_setpoint, pressure_actual."""
 OF_NO_USE = frozenset(
     [
         "accel", "acceleration", "beschleunigung", "gyro", "jerk", "error", "err", "ferror",
@@ -206,7 +213,11 @@ def read_name(name: str, unit_line: str = "") -> Named:
     unit = unit or ending
     if OF_NO_USE.intersection(words) or SUPPLY.intersection(words):
         return Named(None, unit, None, used=False)
+    if _asks_for_speed(words):
+        return Named(None, unit, None, used=False)
     role, index = _role(words), None
+    if role != "temp_c" and OF_SURROUNDINGS.intersection(words):
+        return Named(None, unit, None, used=False)
     whole = "_".join(words)
     stem, number = list[str](), None
     if (numbered := _NUMBERED.match(whole)) and numbered[1]:
@@ -317,6 +328,12 @@ def _qualified(words: list[str]) -> bool:
     """Whether a word is beside a quantity of its own: control_position, control_torque."""
     other = {ROLE_OF.get(word) for word in words if word not in QUALIFIES}
     return bool(QUALIFIES.intersection(words) and other & {"position", "velocity", "effort"})
+
+
+def _asks_for_speed(words: list[str]) -> bool:
+    """Whether words are those of a speed that was asked for, which no position follows."""
+    roles = {ROLE_OF.get(word) for word in words}
+    return "velocity" in roles and ("command" in roles or _qualified(words))
 
 
 def _role(words: list[str]) -> str | None:

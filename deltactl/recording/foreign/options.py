@@ -21,6 +21,9 @@ class GuessOptions:
     """Rows that two columns must both hold to be compared."""
     alike: float = 0.8
     """Correlation from which two columns are one motion, asked for and seen."""
+    as_far: float = 2.0
+    """Times by which two columns without names that are one motion differ in travel at most: a
+    reading that lags or overshoots more is rarer than a second joint."""
     alike_slope: float = 0.95
     """Correlation with the slope of another from which a column is its velocity."""
     least_share: float = 0.1

@@ -107,7 +107,10 @@ def _without_times(
     """
     if not needs_no_times(named):
         raise no_time(path, there)
-    tell(f"{path.name}: has no times, and a distance sensor needs none: rows count as one a second")
+    tell(
+        f"{path.name}: has no times, and a distance sensor needs none: only the order of the rows"
+        " is used"
+    )
     return 1.0
 
 
@@ -202,14 +205,18 @@ def _at_place(table: Iterable[str], wanted: str) -> list[str]:
 def unit_of(path: Path, column: str, name: str, source: Source) -> str:
     """The unit that was given; else the one that the heading says.
 
-    Raises RecordingError where both are said and are not the same. A factor that was given, 1 too,
+    Raises RecordingError where both are said and are not the same, and for a length that is to be
+    read as an angle, or an angle as a length. A factor that was given, 1 too,
     is taken as it is.
     """
     heading = unit_said(column, name)
     if "scale" in source.model_fields_set:
         return source.unit
     if "unit" not in source.model_fields_set:
+        if heading != "m":  # theta_m may be an angle of a motor
+            _refuse_other_quantity(path, column, name, heading or "1")
         return heading or "1"
+    _refuse_other_quantity(path, column, name, source.unit)
     if heading is not None and _contradict(heading, source.unit):
         plain = without_unit(column)
         raise RecordingError(
@@ -218,6 +225,19 @@ def unit_of(path: Path, column: str, name: str, source: Source) -> str:
             f' --set "{name}={plain}[{source.unit}]*1"'
         )
     return source.unit
+
+
+def _refuse_other_quantity(path: Path, column: str, name: str, unit: str) -> None:
+    """Raise RecordingError where a column that is an angle has a unit of length, or the reverse."""
+    wrong, is_a, other = {
+        "rad": (LINEAR, "an angle", "position (and command) of an axis that slides"),
+        "m": (ROTARY, "a length", "position (and command) of an axis that turns"),
+    }.get(UNITS[name], ((), "", ""))
+    if unit in wrong:
+        raise RecordingError(
+            f"{path}: {name} is {is_a}, and column '{column}' is in {unit}; read it as {other},"
+            f" or give the right unit"
+        )
 
 
 def _contradict(heading: str, given: str) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator, Mapping
 import numpy as np
 
 from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.units import UNIT_FACTORS
 from deltactl.recording.reading.run import FloatArray
 
 
@@ -143,7 +144,11 @@ def is_stepwise(values: FloatArray) -> bool:
 
 
 def pairs_alike(table: Mapping[str, FloatArray], names: list[str]) -> Iterator[tuple[str, str]]:
-    """Columns two by two that move alike, what was asked for first; each column once."""
+    """Columns two by two that move alike, what was asked for first; each column once.
+
+    They go as far, or one is another unit of the other, and among many columns they share their
+    range: joints of an arm move alike as well.
+    """
     both = itertools.combinations(names, 2)
     alike = sorted(((correlation(table[a], table[b]), a, b) for a, b in both), reverse=True)
     used: set[str] = set()
@@ -151,10 +156,24 @@ def pairs_alike(table: Mapping[str, FloatArray], names: list[str]) -> Iterator[t
     for likeness, a, b in alike:
         if likeness < GUESSES.alike or a in used or b in used:
             continue
+        apart = len(table) > GUESSES.few_columns and not same_range(table[a], table[b])
+        if not of_one_motion(table[a], table[b]) or apart:
+            continue
         used |= {a, b}
         pairs.append((a, b) if asks(table[a], table[b]) else (b, a))
     order = {name: place for place, name in enumerate(names)}
     yield from sorted(pairs, key=lambda pair: order[pair[0]])
+
+
+def of_one_motion(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two motions go as far, or differ by a factor between units or by counts."""
+    if is_count(one) != is_count(other):
+        return True  # a step of a motor may be as small as any
+    wide, told = (float(np.nanmax(values) - np.nanmin(values)) for values in (one, other))
+    ratio = max(wide, told) / max(min(wide, told), 1e-300)
+    return ratio < GUESSES.as_far or any(
+        abs(ratio / factor - 1.0) < GUESSES.near_unit for factor in UNIT_FACTORS
+    )
 
 
 def slopes(

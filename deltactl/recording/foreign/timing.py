@@ -23,6 +23,11 @@ from deltactl.recording.tables.cells import (
 from deltactl.recording.tables.flat import GAP_PERIODS
 
 Facts = list[tuple[str, str]]
+NO_TIMES = (
+    "no column increases all the way, so that none is the time; where the rows are evenly spaced,"
+    " say how many come a second: --set rate_hz=RATE"
+)
+"""The same of a table that no command is printed for."""
 NO_COLUMN = (
     f"no column increases all the way: the printed command takes {GUESSES.rate_hz:g} rows a second;"
     " put the right number in place of it in --set rate_hz"
@@ -51,7 +56,7 @@ def rows_and_times(
     if time is None and kind == "range_sensor":
         return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
     if time is None:
-        return [("rows", str(rows))], [NO_COLUMN]
+        return [("rows", str(rows))], [NO_TIMES if kind is None else NO_COLUMN]
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
     parts = next(
         (table[guess.source] for guess in guesses.values() if guess.role == "segment"), None

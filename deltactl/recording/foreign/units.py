@@ -32,6 +32,8 @@ IN_SI = {
     "turn/s": 2.0 * np.pi,
 }  # fmt: skip
 """Units by their size in the contract's."""
+UNIT_FACTORS = (1.0 / IN_SI["deg"], 1.0 / IN_SI["mm"], 1.0 / IN_SI["cm"])
+"""How many degrees are one radian, and mm and cm one metre."""
 TIMES = ("s", "ms", "us", "ns", "min")
 ROTARY = ("rad", "mrad", "deg", "arcmin", "arcsec", "turn")
 LINEAR = ("m", "mm", "cm", "um", "inch")
