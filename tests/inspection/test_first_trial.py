@@ -178,3 +178,28 @@ def test_a_unit_that_is_missing_is_proposed(tmp_path: Path) -> None:
     read = dc.read(path, {"t": "t", "command": "asked", "position": "seen_mm"})
     with pytest.raises(RefusedRecording, match=r"command looks like mm.*command=COLUMN\[mm\]"):
         dc.diagnose(read, dc.Robot.from_text(SLIDE, "slide.yaml"))
+
+
+def test_an_effort_of_the_programs_own_name_is_offered(deltactl: Deltactl, tmp_path: Path) -> None:
+    """And the words that are shown make a robot file with which it is used."""
+    place = np.sin(0.5 * T_S)
+    push = 3.0 * np.gradient(np.gradient(place, T_S), T_S) + 0.2 * np.sign(np.gradient(place))
+    write(
+        tmp_path / "log.csv", "t,command,position,effort", T_S, place, place + 1e-2 * NOISE[0], push
+    )
+    shown = deltactl("inspect", "log.csv").stdout.splitlines()
+    (line,) = [one for one in shown if "to use the effort" in one]
+    options = [word.strip(",") for word in line.split() if word.startswith("--")]
+    (init,) = [one.split(":", 1)[1] for one in shown if one.startswith("describe the machine:")]
+    sizes = [word for option in options for word in (option, "3")]
+    deltactl(*shlex.split(init)[1:], *sizes)
+    (typed,) = [one.split(":", 1)[1] for one in shown if one.startswith("diagnose it:")]
+    assert "effort is not used" not in deltactl(*shlex.split(typed)[1:]).stderr
+
+
+def test_joints_of_a_whole_arm_are_offered_together(tmp_path: Path) -> None:
+    names = [f"{what}_{n}" for what in ("theta", "effort") for n in range(1, 7)]
+    columns = [np.sin((0.3 + 0.1 * n) * T_S) + NOISE[n % 6] for n in range(12)]
+    path = write(tmp_path / "arm.csv", ",".join(["t", *names]), T_S, *columns)
+    (says,) = [one for one in inspect(path).warnings if "more joints than one" in one]
+    assert "deltactl init chain" in says

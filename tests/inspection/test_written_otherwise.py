@@ -100,10 +100,11 @@ def test_a_sensor_beside_a_ruler_needs_no_times(deltactl: Deltactl, tmp_path: Pa
     done = deltactl("diagnose", "tof.csv", "--robot", "tof.yaml", *OF_A_RULER)
     assert done.stderr.splitlines() == [
         "tof.csv: is read with tabs between, decimal point",
-        "tof.csv: has no times, and a distance sensor needs none: rows count as one a second",
+        "tof.csv: has no times, and a distance sensor needs none: where a time is"
+        " reported, one row is one second",
     ]
     write(tmp_path / "ours.csv", ["distance", "range"], [1e-3 * TRUE_MM, 1e-3 * READ_MM], ",")
-    assert "one a second" in deltactl("diagnose", "ours.csv", "--robot", "tof.yaml").stderr
+    assert "one row is one second" in deltactl("diagnose", "ours.csv", "--robot", "tof.yaml").stderr
 
 
 def test_of_other_machines_it_is_said_what_to_type_for_times(tmp_path: Path) -> None:

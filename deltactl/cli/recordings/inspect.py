@@ -152,19 +152,22 @@ def _show(seen: Inspection, robot: str | None, save: Path | None) -> None:
         for line in says:
             _say_broken(line.format(weight=weight))
     read = ["--columns", str(save)] if save is not None else seen.options
-    if robot is None and save is None and (effort := _unused_effort(read, seen)):
-        at = read.index(effort)
-        read = [*read[: at - 1], *read[at + 1 :]]
-        also = "--inertia and --effort-gain, and to the command --set"
-        _say_broken(f"  to use the effort too, add to that {also} {shlex.quote(effort)}")
+    if robot is None and save is None and _has_unused_effort(seen):
+        also = "  to use the effort too, add to that --inertia and --effort-gain"
+        if (
+            effort := next((word for word in read if word.startswith("effort=")), None)
+        ) is not None:
+            at = read.index(effort)
+            read = [*read[: at - 1], *read[at + 1 :]]
+            also += f", and to the command --set {shlex.quote(effort)}"
+        _say_broken(also)
     _say_command("diagnose it:           ", seen.command(robot or _new(seen), read))
 
 
-def _unused_effort(read: list[str], seen: Inspection) -> str | None:
-    """The option of an effort beside a command, which needs a robot file with an inertia."""
-    if seen.kind != "servo_axis" or seen.needs_inertia:
-        return None
-    return next((word for word in read if word.startswith("effort=")), None)
+def _has_unused_effort(seen: Inspection) -> bool:
+    """Whether an effort is beside a command, which needs a robot file with an inertia."""
+    there = {guess.name for guess in seen.guesses.values()}
+    return seen.kind == "servo_axis" and not seen.needs_inertia and "effort" in there
 
 
 def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:

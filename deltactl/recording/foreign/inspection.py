@@ -34,7 +34,7 @@ from deltactl.recording.foreign.guessed_units import (
 from deltactl.recording.foreign.joints import of_data_set, one_joint
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
-from deltactl.recording.foreign.names import Guess, of_contract
+from deltactl.recording.foreign.names import Guess, of_contract, read_name
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import rising
@@ -46,6 +46,7 @@ from deltactl.recording.foreign.timing import (
     stumbling,
 )
 from deltactl.recording.foreign.units import IN_SI
+from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.binary_tables import JOINTS, files_of, is_data_set, names_of
 from deltactl.recording.tables.flat import UNITS
@@ -152,6 +153,7 @@ def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
         warnings.append(
             f"there are more joints than one: {', '.join(others[:6])}"
             f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
+            f"{OF_AN_ARM if _are_of_an_arm(others) else ''}"
         )
     guesses, of_load = from_outside(guesses, known)
     left = [name for name, one in known.items() if name not in guesses and not rising(one)]
@@ -203,6 +205,15 @@ def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
         mapping, warnings, counter, named=named,
         stumbles=stumbles.name if stumbles else None,
     )  # fmt: skip
+
+
+OF_AN_ARM = "; all joints of an arm together, with its URDF: deltactl init chain"
+
+
+def _are_of_an_arm(others: Sequence[str]) -> bool:
+    """Whether readings of more joints than a delta has are numbered."""
+    read = [one for one in others if read_name(one).role == "position"]
+    return len([one for one in read if any(map(str.isdigit, one))]) >= MOTORS
 
 
 def _without_times(guesses: AnyMapping[str, Guess]) -> dict[str, Guess]:

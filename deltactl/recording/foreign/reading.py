@@ -108,8 +108,8 @@ def _without_times(
     if not needs_no_times(named):
         raise no_time(path, there)
     tell(
-        f"{path.name}: has no times, and a distance sensor needs none: only the order of the rows"
-        " is used"
+        f"{path.name}: has no times, and a distance sensor needs none: where a time is reported,"
+        " one row is one second"
     )
     return 1.0
 
