@@ -20,7 +20,7 @@ from deltactl.firmware_py.robot_file import RobotFile
 THICK_M, THIN_M, PLATE_M = 0.012, 0.006, 0.01
 """Radii of the drawn arms and rods, and thickness of the plates; no robot file says them."""
 LIGHT_KG = 1e-5
-"""Of a link that only joins two hinges: simulators refuse a moving link without mass."""
+"""A link that only joins two hinges has this mass: simulators refuse a moving link without mass."""
 EFFORT_NM = 100.0
 """URDF needs a limit of torque; no robot file says one."""
 PASSIVE_RAD = math.pi
