@@ -203,3 +203,12 @@ def test_joints_of_a_whole_arm_are_offered_together(tmp_path: Path) -> None:
     path = write(tmp_path / "arm.csv", ",".join(["t", *names]), T_S, *columns)
     (says,) = [one for one in inspect(path).warnings if "more joints than one" in one]
     assert "deltactl init chain" in says
+
+
+def test_places_alone_are_asked_for_the_motors(tmp_path: Path) -> None:
+    """Not for a position, of which there are three."""
+    turn = 100.0 * np.cos(T_S), 100.0 * np.sin(T_S), NOISE[0] - 300.0
+    found = inspect(write(tmp_path / "places.csv", "X,Y,Z", *turn))
+    assert found.kind is None
+    assert "command_1" in found.kind_why
+    assert "position=" not in found.kind_why

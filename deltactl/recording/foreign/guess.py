@@ -291,6 +291,11 @@ def kind_of(
 def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
     """What is needed besides, and how it is said; `left`: columns that nothing is known of."""
     here = "here too:"
+    if {"pos_x", "pos_y", "pos_z"} <= {guess.name for guess in guesses.values()}:
+        return (
+            "places of a platform were found, and no angles or steps of its three motors beside"
+            f" them; say which columns these are, {here} --set command_1=COLUMN, or steps_1, to 3"
+        )
     position = next((guess.source for guess in guesses.values() if guess.name == "position"), None)
     if position is None:
         likely = next((one for one in left if read_name(one).used and not pulls(one)), None)
