@@ -60,8 +60,8 @@ def test_what_a_delta_was_doing_names_its_motors_and_its_platform_each_once() ->
     names = [one.name for one in found]
     assert len(names) == len(set(names))
     assert not [name for name in names if "the axis" in name]
-    assert {"motor 1 moves forward", "the platform moves towards -z"} <= set(names)
-    assert "within 1 s after the platform reversed along y" in names
+    assert {"motor 1 moves forward", "the platform along z moves backward"} <= set(names)
+    assert "within 1 s after the platform along y reversed" in names
     axis = picture.model_copy(update={"covariates": {"velocity": way}})
     assert "the axis moves forward" in [one.name for one in by_regime(axis, mismatches(picture))]
 

@@ -73,8 +73,8 @@ def limit_name(name: str, components: Sequence[str], robot: RobotModel | None) -
 
 def limit_size(one: SmallestDetectable) -> str:
     """A detection limit as a size; what yields is seen from this softness on."""
-    case = "softer" if one.parameter == "stiffness" else "plain"
-    return say(f"limits.{case}", size=limit_alone(one))
+    size = limit_alone(one)
+    return say("page.softer", size=size) if one.parameter == "stiffness" else size
 
 
 def limit_alone(one: SmallestDetectable) -> str:

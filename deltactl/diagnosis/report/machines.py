@@ -29,7 +29,6 @@ from deltactl.diagnosis.report.drawings import (
     rod,
 )
 from deltactl.diagnosis.report.names import called, unknown
-from deltactl.diagnosis.report.pairs import uneven
 from deltactl.diagnosis.report.templates import say
 from deltactl.models.effects import card_of
 from deltactl.models.linkage import Linkage, forward
@@ -96,13 +95,9 @@ def _legend(findings: Sequence[Finding], robot: RobotModel) -> str:
         if finding.effect == "unknown":
             part = "sensor" if isinstance(robot, RangeSensor) else finding.component
             what = unknown(part, finding.depends_on)
-            what = say("name.uneven") if uneven(finding, findings, robot.effects) else what
         rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{html.escape(what)}</a></li>')
-    found = {f.component for f in findings}
-    note = ""
-    if isinstance(robot, DeltaRobot):
-        note = _note("numbers")
-    if any(o.component not in found for f in findings for o in f.alternatives):
+    note = _note("numbers") if isinstance(robot, DeltaRobot) else ""
+    if any(finding.alternatives for finding in findings):
         note += _note("dashed")
     return f'<ol class="legend-list">{"".join(rows)}</ol>{note}'
 
@@ -220,9 +215,8 @@ def sensor_scene(robot: RangeSensor) -> Scene:
 
 def widened(marks: dict[str, list[Mark]]) -> dict[str, list[Mark]]:
     """Marks of a lone sensor: whatever is wrong, it is the sensor."""
-    every = [mark for some in marks.values() for mark in some]
-    sure = {mark.number: mark for mark in every if not mark.maybe}
-    return {"sensor": list(sure.values())}
+    every = (mark for some in marks.values() for mark in some if not mark.maybe)
+    return {"sensor": list({mark.number: mark for mark in every}.values())}
 
 
 def _block(name: str, left: float, top: float, width: float, height: float) -> Part:

@@ -11,7 +11,7 @@ import numpy as np
 from deltactl.charts.cells import grid_of
 from deltactl.charts.figures import LineChart
 from deltactl.charts.means import Curve, Mismatch, binned, explained_by, far_out, rms, smoothed
-from deltactl.charts.page import HINT, columns, heading, paragraph
+from deltactl.charts.page import HINT, columns, heading, paragraph, unfolds
 from deltactl.charts.spec import Colour, Series, Span, Style, keep
 from deltactl.diagnosis.answer.picture import FloatArray, bare
 from deltactl.diagnosis.answer.records import Channel, Diagnosis, Finding, Picture
@@ -140,16 +140,14 @@ def _time_chart(picture: Picture, one: Mismatch, spans: Sequence[Span], most: in
     began_s, time = _clock(picture)
     x, at = curve.x - began_s, picture.t_s[rows] - began_s
     readings, quiet = one.readings[rows], Colour.QUIET
-    names = [say(f"chart.{key}") for key in ("readings_before", "before_smoothed")]
-    if one.unchanged:
-        names = [say(f"chart.{key}") for key in ("readings", "smoothed")]
+    when = None if one.unchanged else "before"
+    names = [_named("chart.readings", when), _named("chart.smoothed", when)]
     series = [
         Series(names[0], at, readings, quiet, Style.POINTS, hidden=faint),
         Series(names[1], x, curve.before, Colour.SECOND),
     ]
     if not one.unchanged:
-        series.append(Series(say("chart.after_smoothed"), x, curve.after, Colour.FIRST))
-    far = "chart.one_far_out" if one.far_out == 1 else "chart.far_out"
+        series.append(Series(_named("chart.smoothed", "after"), x, curve.after, Colour.FIRST))
     return LineChart(
         one.name.capitalize(),
         time,
@@ -157,9 +155,14 @@ def _time_chart(picture: Picture, one: Mismatch, spans: Sequence[Span], most: in
         series,
         spans=[replace(span, start=span.start - began_s, end=span.end - began_s) for span in spans],
         group=TIME_GROUP,
-        note=say(far, readings=count(one.far_out, "reading")) if one.far_out else "",
+        note=say("chart.far_out", readings=count(one.far_out, "reading")) if one.far_out else "",
         height_px=230,
     )
+
+
+def _named(what: str, when: str | None) -> str:
+    name = say(what)
+    return name if when is None else say("chart.when", what=name, when=say(f"chart.{when}"))
 
 
 def _clock(picture: Picture) -> tuple[float, str]:
@@ -219,9 +222,9 @@ def place_maps(covariates: Mapping[str, FloatArray], channels: Sequence[Mismatch
         grid = grid_of(first * 1e3, second * 1e3, channels)
         if grid is None:
             continue
-        maps = {"before": grid.before, "after": grid.after}
-        for when, values in ({"": grid.before} if unchanged else maps).items():
-            caption = say(f"map.{key}_{when}" if when else f"map.{key}")
+        maps: dict[str | None, FloatArray] = {"before": grid.before, "after": grid.after}
+        for when, values in ({None: grid.before} if unchanged else maps).items():
+            caption = _named(f"map.{key}", when)
             ends = _colours(values[values > grid.noise], least)
             parts.append(cell_map(caption, grid, values, ends, (f"{across} [mm]", f"{up} [mm]")))
     if not parts:
@@ -253,12 +256,8 @@ def _driver_section(title: str, charts: Sequence[LineChart], banded: bool) -> li
     about = say("chart.means", band=say("chart.band" if banded else "chart.no_band"))
     parts = [heading(say(f"chart.{title}")), paragraph(about), columns(shown[:SHOWN_FIRST])]
     if rest := shown[SHOWN_FIRST:MOST_DRIVER_CHARTS]:
-        parts.append(_behind_a_click(len(rest), columns(rest)))
+        parts.append(unfolds(say("chart.more", number=len(rest)), [columns(rest)]))
     return parts
-
-
-def _behind_a_click(number: int, inside: str) -> str:
-    return f"<details><summary>{say('chart.more', number=number)}</summary>{inside}</details>"
 
 
 def ranked(
@@ -307,14 +306,14 @@ def _by_regime(diagnosis: Diagnosis, picture: Picture, channels: Sequence[Mismat
     noise = diagnosis.fit.noise_floor_m * scale_of(chosen[0].source_unit).factor
     noise = math.nan if doubtful_floor(diagnosis.fit) else noise
     pairs[1:] = sorted(pairs[1:], key=lambda one: -one.before)
-    note = say("chart.about_regimes", counted=_counted(chosen, picture))
     unit = chosen[0].unit
     parts = [
         heading(say("chart.by_regime")),
-        pair_bars("", pairs[:SHOWN_REGIMES], noise, unit, note),
+        pair_bars("", pairs[:SHOWN_REGIMES], noise, unit, say("chart.about_regimes")),
     ]
     if rest := pairs[SHOWN_REGIMES:]:
-        parts.append(_behind_a_click(len(rest), pair_bars("", rest, noise, unit)))
+        bars = pair_bars("", rest, noise, unit)
+        parts.append(unfolds(say("chart.more", number=len(rest)), [bars]))
     return parts
 
 
@@ -340,21 +339,7 @@ def by_regime(picture: Picture, channels: Sequence[Mismatch]) -> list[Pair]:
 
 def _regime_name(regime: Regime) -> str:
     which = regime.which
-    who = part(f"motor{which}") if which in "123" and which else part("axis")
-    kind = "platform" if which in "xyz" and which else "motor"
-    return say(
-        f"regime.{kind}_{regime.case}", who=who, which=which, seconds=f"{AFTER_REVERSAL_S:.0f}"
-    )
-
-
-def _counted(channels: Sequence[Mismatch], picture: Picture) -> str:
-    """Which readings the figures are of: the same as those at the top of the report."""
-    left_out = sum(
-        int((np.isfinite(one.observed) & ~one.counted).sum())
-        for one in picture.channels
-        if one.counted is not None
-    )
-    case = "one_left_out" if left_out == 1 else "left_out"
-    if not left_out:
-        case = "far_out_too" if any(one.far_out for one in channels) else "all"
-    return say(f"counted.{case}", outliers=count(left_out, "outlier"))
+    who = part(f"motor{which}" if which else "axis")
+    if which and which in "xyz":
+        who = say("regime.platform", which=which)
+    return say(f"regime.{regime.case}", who=who, seconds=f"{AFTER_REVERSAL_S:.0f}")

@@ -15,7 +15,7 @@ from typing import Any
 
 import yaml
 
-from deltactl.charts.page import columns, heading, page, paragraph, table
+from deltactl.charts.page import columns, facts, folded, heading, page, paragraph, unfolds
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.what_is_left import doubtful_floor
 from deltactl.diagnosis.report.drawings import Pair, badge, hue, pair_bars
@@ -183,8 +183,7 @@ def _open_questions(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
 
 def _folded(summary: str, rows: Iterable[tuple[str, str]]) -> str:
     shown = [(sentence(first).rstrip("."), more) for first, more in rows]
-    inside = table((), shown, numbers_from=9)
-    return f"<details><summary>{html.escape(summary)}</summary>{inside}</details>"
+    return unfolds(summary, [facts(shown)])
 
 
 def _next(diagnosis: Diagnosis) -> list[str]:
@@ -199,7 +198,6 @@ def _next(diagnosis: Diagnosis) -> list[str]:
 def _details(diagnosis: Diagnosis, origin: Origin) -> list[str]:
     """When, with what and from what the report was made, and the answer as JSON."""
     answer = json.dumps(_plain(diagnosis.to_json()), indent=1, ensure_ascii=False)
-    inside = f"<pre>{html.escape(answer)}</pre>"
     values = (
         f"{datetime.now().astimezone():%Y-%m-%d %H:%M}",
         own_version(),
@@ -212,8 +210,8 @@ def _details(diagnosis: Diagnosis, origin: Origin) -> list[str]:
     rows = [row for row in zip(say("page.origin").split("|"), values, strict=True) if row[1]]
     return [
         heading(say("page.made")),
-        table((), rows, numbers_from=9),
-        f"<details><summary>{say('page.as_json')}</summary>{inside}</details>",
+        facts(rows),
+        folded(say("page.as_json"), answer),
     ]
 
 

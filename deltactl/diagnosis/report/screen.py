@@ -221,7 +221,7 @@ def _helps(diagnosis: Diagnosis) -> list[str]:
 def _or_else(diagnosis: Diagnosis, ways: Ways) -> list[str]:
     """What else the findings could be, and the run or the measurement that would distinguish."""
     following = experiment_line(diagnosis)
-    entries = [f"{following} {ways.job}"] if following else []
+    entries = [f"{following}{say('run.get', job=ways.job)}"] if following else []
     for number, finding in enumerate(diagnosis.findings, 1):
         if shown := open_causes(finding):
             way = hint(finding, ways, diagnosis.pull_said)

@@ -176,7 +176,7 @@ def quantity(value: float, unit: str, parameter: str = "", digits: int = 2) -> s
 
 
 def unsigned(value: float, unit: str, parameter: str = "", digits: int = 2) -> str:
-    """The same without the plus sign."""
+    """`quantity` without the plus sign."""
     return quantity(value, unit, parameter, digits).lstrip("+")
 
 
