@@ -40,5 +40,5 @@ def test_a_home_angle_that_is_allowed_for_is_told_with_its_size(delta: DeltaRobo
     assert home.component == "motor2"
     assert home.parameters["angle"].value == pytest.approx(HOME_RAD, rel=0.1)
     (said,) = [line for line in answer.says if "were allowed for" in line]
-    assert "a wrong home angle of motor 2 (+0.15 degrees)" in said
+    assert "a wrong home angle of motor 2 (+0.15 degrees, usually up to " in said
     assert "More than careful building" not in said

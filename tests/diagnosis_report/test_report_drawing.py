@@ -11,8 +11,8 @@ from deltactl.diagnosis.answer.records import Alternative
 from deltactl.diagnosis.report.drawings import BADGE_RADIUS, Mark, badge_places, hull
 from deltactl.diagnosis.report.machines import (
     DeltaDrawing,
+    axis_parts_of,
     axis_scene,
-    lone_parts_of,
     machine_drawing,
     parts_of,
     sensor_scene,
@@ -41,7 +41,7 @@ def test_every_effect_of_a_lone_machine_is_on_its_drawing(parts: Any) -> None:
     names = {one.name for one in axis_scene(axes[0]).parts}
     for chain in (command_effects("rotary"), effort_effects("linear")):
         for name in (*chain, "unknown"):
-            assert set(lone_parts_of(name, "axis")) <= names
+            assert set(axis_parts_of(name, "axis")) <= names
     assert {"sensor"} <= {one.name for one in sensor_scene(sensor).parts}
     for name in (*sensor_effects(), "unknown"):
         finding = parts["backlash"](effect=name, component="axis")

@@ -90,8 +90,8 @@ def late_in_all_s(finding: Finding) -> float | None:
 
 def after_its_effort(finding: Finding) -> bool:
     """Whether a delay is that of a motion behind the effort that makes it: a dead time alone."""
-    lone = has(finding.effect, Trait.DRIVE_DELAY) and finding.component == COMPONENT
-    return lone and set(finding.parameters) == {"dead_time"}
+    alone = has(finding.effect, Trait.DRIVE_DELAY) and finding.component == COMPONENT
+    return alone and set(finding.parameters) == {"dead_time"}
 
 
 def times_s(finding: Finding) -> dict[str, float]:

@@ -67,7 +67,7 @@ class SayingOptions:
     settled_p: float = 0.95
     """A finding more probable than this is not called open, whatever its alternatives."""
     fewest_moved: float = 1.0 / 3.0
-    """Share of the rests in which an axis must have moved to be said to."""
+    """Share of the rests in which an axis must have moved to count as moving."""
     moved_of_left: float = 2.0
     """Times what is left, by which it must have: one glide in hours is none."""
     mostly_left: float = 0.5

@@ -184,7 +184,7 @@ def _label(label: Label) -> str:
 def badge_places(
     parts: Sequence[Part], marks: Mapping[str, Sequence[Mark]]
 ) -> list[tuple[Point, int]]:
-    """Where the number of which finding goes: at its part, or beside what stands there already."""
+    """Where the number of which finding goes: at its part, or beside what is there already."""
     places: list[tuple[Point, int]] = []
     for part in parts:
         sure = [mark for mark in marks.get(part.name, ()) if not mark.maybe]
@@ -194,7 +194,7 @@ def badge_places(
 
 
 def _free(wanted: Point, taken: Sequence[Point]) -> Point:
-    """The place nearest to the one wanted, on a grid around it, where no other badge stands."""
+    """The place nearest to the one wanted, on a grid around it, where no other badge is."""
     step = 2.2 * BADGE_RADIUS
     reach = range(-len(taken), len(taken) + 1)
     ways = sorted(((i, j) for i in reach for j in reach), key=lambda way: (hypot(*way), -way[0]))

@@ -46,7 +46,7 @@ def _held(diagnosis: Diagnosis) -> str:
 
 
 def _gain(diagnosis: Diagnosis) -> str:
-    """How much of the held-out error is gone, in brackets; empty where that cannot be said."""
+    """How much of the held-out error is gone, in brackets; empty where that is not known."""
     fit, share = diagnosis.fit, gone(diagnosis)
     if fit.holdout == "run" and once(diagnosis):
         return say("gain.once")

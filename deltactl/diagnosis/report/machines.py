@@ -67,23 +67,15 @@ AXIS_Y = 60.0
 
 def machine_drawing(robot: RobotModel, findings: Sequence[Finding]) -> str:
     """The machine as SVG with the findings' components marked, and a legend, as HTML."""
-    marks = marks_of(findings, lone=not isinstance(robot, DeltaRobot | ChainRobot))
-    if isinstance(robot, ChainRobot):
-        marks = chain_marks(robot, findings)
-    if isinstance(robot, RangeSensor):
-        marks = widened(marks)
-    drawn = _scene(robot).svg(marks)
-    return f'<figure class="drawing">{drawn}{_legend(findings, robot)}</figure>'
-
-
-def _scene(robot: RobotModel) -> Scene:
     if isinstance(robot, DeltaRobot):
-        return DeltaDrawing(robot).build()
-    if isinstance(robot, RangeSensor):
-        return sensor_scene(robot)
-    if isinstance(robot, ChainRobot):
-        return chain_scene(robot)
-    return axis_scene(robot)
+        scene, marks = DeltaDrawing(robot).build(), marks_of(findings, single=False)
+    elif isinstance(robot, ChainRobot):
+        scene, marks = chain_scene(robot), chain_marks(robot, findings)
+    elif isinstance(robot, RangeSensor):
+        scene, marks = sensor_scene(robot), widened(marks_of(findings, single=True))
+    else:
+        scene, marks = axis_scene(robot), marks_of(findings, single=True)
+    return f'<figure class="drawing">{scene.svg(marks)}{_legend(findings, robot)}</figure>'
 
 
 def _legend(findings: Sequence[Finding], robot: RobotModel) -> str:
@@ -127,14 +119,14 @@ def parts_of(effect: str, component: str) -> list[str]:
     return {"frame": ["base"], "platform": ["platform"]}.get(component, [])
 
 
-def lone_parts_of(effect: str, component: str) -> list[str]:
-    """The same for a lone axis or a lone sensor, where every component is `axis`."""
+def axis_parts_of(effect: str, component: str) -> list[str]:
+    """The same for a single axis or sensor, where every component is `axis`."""
     return list(card_of(effect).drawing.axis)
 
 
-def marks_of(findings: Sequence[Finding], lone: bool) -> dict[str, list[Mark]]:
+def marks_of(findings: Sequence[Finding], single: bool) -> dict[str, list[Mark]]:
     """Part -> the findings that touch it, alternatives after the findings themselves."""
-    find = lone_parts_of if lone else parts_of
+    find = axis_parts_of if single else parts_of
     marks: dict[str, list[Mark]] = {}
     for number, finding in enumerate(findings, 1):
         for name in find(finding.effect, finding.component):
@@ -151,7 +143,7 @@ def axis_scene(robot: StepperAxis | ServoAxis) -> Scene:
     """Motor, gearbox, shaft, bearing, load, and the encoder below it."""
     linear = isinstance(robot, ServoAxis) and robot.motion == "linear"
     scene = Scene(say("drawing.axis", name=robot.name))
-    scene.parts.append(_bar("shaft", 60.0, 290.0, 5.0, depth=-1.0))
+    scene.parts.append(_shaft(60.0, 290.0))
     scene.parts.append(_block("motor", 0.0, 34.0, 70.0, 52.0))
     scene.parts.append(_block("gear", 78.0, 28.0, 44.0, 64.0))
     scene.parts.append(_block("bearing", 166.0, 40.0, 22.0, 40.0))
@@ -163,8 +155,7 @@ def axis_scene(robot: StepperAxis | ServoAxis) -> Scene:
         shape = (circle((264.0, AXIS_Y), 36.0), line((264.0, AXIS_Y), (292.0, 40.0)))
         corners = ((228.0, 24.0), (300.0, 96.0))
         scene.parts.append(Part("load", shape, corners, (264.0, 14.0), 1.0))
-    scene.parts.append(_block("encoder", 240.0, 108.0, 48.0, 24.0))
-    scene.parts[-1] = _badge_beside(scene.parts[-1], 302.0, 120.0)
+    scene.parts.append(_block("encoder", 240.0, 108.0, 48.0, 24.0, at=(302.0, 120.0)))
     gear = "screw" if linear else "gearbox"
     scene.labels += [
         Label("motor", (35.0, 106.0)),
@@ -181,7 +172,7 @@ def chain_scene(robot: ChainRobot) -> Scene:
     """The joints in a row, as blocks on one shaft, and the link that carries a load."""
     scene = Scene(say("drawing.axis", name=robot.name))
     apart = 330.0 / (len(robot.joints) + 1)
-    scene.parts.append(_bar("shaft", 10.0, 330.0, 5.0, depth=-1.0))
+    scene.parts.append(_shaft(10.0, 330.0))
     for number, joint in enumerate(robot.joints):
         scene.parts.append(_block(joint, number * apart, 38.0, 0.6 * apart, 44.0))
         scene.labels.append(Label(str(number + 1), ((number + 0.3) * apart, 104.0)))
@@ -214,23 +205,23 @@ def sensor_scene(robot: RangeSensor) -> Scene:
 
 
 def widened(marks: dict[str, list[Mark]]) -> dict[str, list[Mark]]:
-    """Marks of a lone sensor: whatever is wrong, it is the sensor."""
+    """Marks of a single sensor: whatever is wrong, it is the sensor."""
     every = (mark for some in marks.values() for mark in some if not mark.maybe)
     return {"sensor": list({mark.number: mark for mark in every}.values())}
 
 
-def _block(name: str, left: float, top: float, width: float, height: float) -> Part:
+def _block(
+    name: str, left: float, top: float, width: float, height: float, at: Point | None = None
+) -> Part:
+    """at: where its badge goes; None: above it."""
     corners = box(left, top, width, height)
-    return Part(name, (polygon(corners),), tuple(corners), (left + width / 2, top - 14.0), 1.0)
+    badge_at = at or (left + width / 2, top - 14.0)
+    return Part(name, (polygon(corners),), tuple(corners), badge_at, 1.0)
 
 
-def _badge_beside(part: Part, x: float, y: float) -> Part:
-    return Part(part.name, part.shapes, part.corners, (x, y), part.depth, part.style)
-
-
-def _bar(name: str, left: float, right: float, half: float, depth: float) -> Part:
-    corners = box(left, AXIS_Y - half, right - left, 2.0 * half)
-    return Part(name, (polygon(corners),), tuple(corners), (142.0, 24.0), depth)
+def _shaft(left: float, right: float) -> Part:
+    corners = box(left, AXIS_Y - 5.0, right - left, 10.0)
+    return Part("shaft", (polygon(corners),), tuple(corners), (142.0, 24.0), -1.0)
 
 
 class DeltaDrawing:

@@ -40,9 +40,9 @@ TOP_SHARE = 0.98
 FROM_ZERO = 0.3
 """Colours begin at zero where the least of a map is less than this share of its most."""
 QUIET_SIGMAS = 2.0
-"""The darkest colour stands for at least so many standard deviations of a reading."""
+"""The darkest colour means at least so many standard deviations of a reading."""
 SHOWN_FIRST = 4
-"""Charts by place, and by other quantities, that stand open; the rest is behind a click."""
+"""Charts by place, and by other quantities, that are open; the rest is behind a click."""
 MOST_DRIVER_CHARTS = 12
 SHOWN_REGIMES = 9
 FEWEST_MEANS = 4
@@ -236,7 +236,7 @@ def _colours(shown: FloatArray, least: float) -> tuple[float, float]:
     """From where to where the colours of a map go: over the cells that it shows, so that places
     can be told apart; from zero where some are next to nothing.
 
-    least: what the darkest colour stands for at least.
+    least: what the darkest colour means at least.
     """
     if not len(shown):
         return 0.0, least

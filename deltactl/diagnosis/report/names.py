@@ -85,7 +85,7 @@ def _phrase(name: str, components: Sequence[str], where: str) -> str:
 
 
 def other_cause(finding: str, other: str, component: str) -> str:
-    """An alternative to an effect, said as what it is when it looks like that effect."""
+    """An alternative to an effect, called what it is when it looks like that effect."""
     phrase = effect(other, component)
     known = card_of(finding).confusion(other)
     own = known.called if known is not None else ""

@@ -147,7 +147,7 @@ below, which name several findings by one sentence: ten in all."""
 def uneven(
     finding: Finding, findings: Sequence[Finding], known: Sequence[EffectEntry] = ()
 ) -> bool:
-    """Whether an unknown follows the direction of a lone axis though friction or play is found.
+    """Whether an unknown follows the direction of a single axis though friction or play is found.
 
     known: effects of the robot file, from an earlier diagnosis. Friction and play are the same
     along the whole travel; what is left of the direction changes along it.
@@ -196,13 +196,15 @@ def late_drives(named: Sequence[Finding]) -> list[Finding]:
 
 
 def together(findings: Sequence[Finding]) -> Iterator[str]:
-    """Which corrections are made together: by the distance of a lone sensor, of zero and ratio."""
-    lone = [one for one in findings if one.component in (COMPONENT, "sensor")]
+    """Which corrections are made together: by the distance of a sensor, of zero and ratio."""
+    single = [one for one in findings if one.component in (COMPONENT, "sensor")]
     by_distance = [
-        one for one in lone if has(one.effect, Trait.BY_DISTANCE) or one.depends_on == ["distance"]
+        one
+        for one in single
+        if has(one.effect, Trait.BY_DISTANCE) or one.depends_on == ["distance"]
     ]
     if len(by_distance) > 1:
         yield say("pair.distances")
-    of_axis = [one.effect for one in lone if one.component == COMPONENT and claimed(one)]
+    of_axis = [one.effect for one in single if one.component == COMPONENT and claimed(one)]
     if all(any(has(one, trait) for one in of_axis) for trait in (Trait.ZERO, Trait.RATIO)):
         yield say("pair.zero_and_ratio")
