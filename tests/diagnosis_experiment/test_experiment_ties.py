@@ -147,7 +147,7 @@ def test_no_motion_is_proposed_where_none_can_help(
     proposal = proposed(model, fitter, [tie])
     assert proposal.experiment is None
     line = tie_line(*proposal.open)
-    assert line.startswith("No safe run, not even one of 8 minutes, can tell")
+    assert line.startswith("No safe run, not even one of 8 min, can tell")
     assert "weigh the platform" in line
 
 

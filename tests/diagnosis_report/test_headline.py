@@ -52,8 +52,10 @@ def test_what_is_left_is_given_where_it_need_not_be_noise(make: Any) -> None:
     fit = figures.model_copy(update={"rms_after_m": 0.3 * figures.rms_before_m})
     rest = Unexplained(share_of_mismatch=0.0)
     says = headline(make("explained", fit=fit, unexplained=rest))
-    assert says.endswith("1.2 mm of 4.1 mm is left and shows no pattern.")
-    assert "left" not in headline(make("explained", unexplained=rest))
+    assert says.endswith("; 1.2 mm of 4.1 mm is left.")
+    noise = {"findings": make("partly_explained").findings, "unexplained": rest}
+    for verdict in ("explained", "partly_explained"):
+        assert "left" not in headline(make(verdict, **noise))
 
 
 def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> None:

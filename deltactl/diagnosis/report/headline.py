@@ -47,22 +47,20 @@ def opening(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
 def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
     """The verdict in one sentence. brief: as in `opening`."""
     fit, case = diagnosis.fit, headline_case(diagnosis)
-    nothing = diagnosis.probability_nothing_missing
+    nothing, doubtful = diagnosis.probability_nothing_missing, doubtful_floor(fit)
     nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
     before, left = (quantity(m, fit.unit, digits=2) for m in (fit.rms_before_m, fit.rms_after_m))
-    doubtful = (
-        {"nothing": "none_known", "explained": "explained_but"} if doubtful_floor(fit) else {}
-    )
+    remains = doubtful or (case == "partly" and diagnosis.unexplained.share_of_mismatch > 0.0)
     says = say(
-        f"headline.{doubtful.get(case, case)}",
+        "headline.none_known" if case == "nothing" and doubtful else f"headline.{case}",
         probably="" if surely_nothing(diagnosis) else say("headline.probably"),
         sure="" if nothing is None else say("headline.sure", sure=percent(nothing)),
         likely=percent(1.0 - (nothing or 0.0)),
         what=_what(diagnosis.findings, brief),
         other=say("headline.other") if nameless else "",
+        remains=say("headline.remains", left=left, before=before) if remains else "",
         check=say("headline.check") if mostly_left(diagnosis) else "",
         left=left,
-        before=before,
         enters=listed(list(dict.fromkeys(map(_enters, nameless[:IN_HEADLINE])))),
     )
     return sentence(says)
@@ -71,29 +69,31 @@ def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
 def _what(findings: Sequence[Finding], brief: bool) -> str:
     """The findings with a name, as many as a headline takes."""
     shown = [finding for finding in findings if claimed(finding)]
-    named = list(dict.fromkeys(map(called, shown))) if brief else _named(shown)
+    named = _named(shown, brief)
     if len(named) > IN_HEADLINE:
         more = say("headline.more", number=len(named) - IN_HEADLINE + 1)
         named = [*named[: IN_HEADLINE - 1], more]
     return listed(named)
 
 
-def _named(findings: Sequence[Finding]) -> list[str]:
+def _named(findings: Sequence[Finding], brief: bool) -> list[str]:
     """Findings by name, those of one kind at several parts as one where nothing else is open."""
     both, phrase = bearings(findings)
     alike: dict[str, list[Finding]] = {}
     for finding in findings:
-        own = finding.effect if certain(finding) else f"{finding.effect}@{finding.component}"
+        own = (
+            finding.effect if brief or certain(finding) else f"{finding.effect}@{finding.component}"
+        )
         alike.setdefault(phrase if finding in both else own, []).append(finding)
-    return [phrase if same == both else _one_kind(same) for same in alike.values()]
+    return [phrase if same == both else _one_kind(same, brief) for same in alike.values()]
 
 
-def _one_kind(same: Sequence[Finding]) -> str:
+def _one_kind(same: Sequence[Finding], brief: bool) -> str:
     """Findings of one kind by name; one of them with the likeliest of what else it may be."""
     if len(same) > 1:
         return effect(same[0].effect, *dict.fromkeys(one.component for one in same))
     (finding,) = same
-    if certain(finding):
+    if brief or certain(finding):
         return called(finding)
     first = likelier(finding) or finding.alternatives[0]
     return say(
