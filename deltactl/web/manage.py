@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from deltactl.web.style import labelled, marked
+from deltactl.web.style import marked, small
 
 Do = Callable[..., Any]
 
@@ -21,16 +21,11 @@ class Manage:
         self._asked: Any = None
         with ui.row().classes("gap-0 items-center no-wrap"):
             if rename is not None:
-                self._button("edit", "rename", self._ask_name)
+                small(f"rename {name}", "edit", self._ask_name, "rename-it")
             if download is not None:
-                self._button("download", "download", download)
+                small(f"download {name}", "download", download, "download-it")
             if delete is not None:
-                self._button("delete", "delete", self._ask_twice)
-
-    def _button(self, icon: str, word: str, call: Any) -> None:
-        button = ui.button(icon=icon, on_click=call).props("flat dense round size=sm")
-        marked(labelled(button, f"{word} {self._name}"), f"{word}-it")
-        button.tooltip(word)
+                small(f"delete {name}", "delete", self._ask_twice, "delete-it")
 
     def below(self) -> None:
         """Where the questions appear: called once, in the place for them."""

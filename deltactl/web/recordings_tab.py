@@ -67,7 +67,7 @@ class RecordingRow:
         self._visit, self._listed = visit, listed
         self._open = False
         self._tick: Any = None
-        with ui.card().classes("w-full p-2 gap-1") as self.card:
+        with ui.card().classes("recording w-full p-2 gap-1") as self.card:
             with ui.row().classes("w-full items-center gap-2"):
                 if not listed.parts:
                     self._tick = ui.checkbox(on_change=ticked).props("dense data-testid=tick")

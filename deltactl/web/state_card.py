@@ -16,7 +16,7 @@ from deltactl.web.behind.link import Seen
 from deltactl.web.motion_card import BY_HAND_JOBS, MotionCard
 from deltactl.web.plots import LivePlots
 from deltactl.web.scene import RobotScene
-from deltactl.web.style import labelled, marked
+from deltactl.web.style import marked, small
 from deltactl.web.trial_cards import HiddenFaultCard, TrialCard
 from deltactl.web.visit import Visit, offer, what_next, why_not
 
@@ -238,7 +238,7 @@ class StateCard:
         self._queue.clear()
         with self._queue:
             for place, (number, name) in enumerate(waiting, 1):
-                with ui.row().classes("w-full items-center gap-2 no-wrap"):
+                with ui.row().classes("w-full items-center gap-0 no-wrap"):
                     ui.label(f"{place}. then {name}").classes("grow ellipsis text-sm").props(
                         "data-testid=waiting"
                     )
@@ -246,17 +246,15 @@ class StateCard:
                         for word, to in (("up", place - 1), ("down", place + 1)):
                             self._mover(word, number, name, to, len(waiting))
                         leave_out = partial(self._leave_out, number, name)
-                        leave = ui.button("Leave out", icon="close", on_click=leave_out)
-                        labelled(leave.props("no-caps dense flat"), f"leave out {name}")
-                        marked(leave, f"leave-out-{place}")
+                        small(f"leave out {name}", "close", leave_out, f"leave-out-{place}")
 
     def _mover(self, word: str, number: int, name: str, to: int, most: int) -> None:
-        """An arrow; absent where there is no place to go to."""
-        if not 1 <= to <= most:
-            return
-        button = ui.button(icon=ARROWS[word], on_click=partial(self._move, number, name, to))
-        labelled(button.props("flat dense round size=sm"), f"move {name} {word}")
-        marked(button, f"move-{word}-{to}")
+        """An arrow; room for one where there is no place to go to."""
+        if 1 <= to <= most:
+            move = partial(self._move, number, name, to)
+            small(f"move {name} {word}", ARROWS[word], move, f"move-{word}-{to}")
+        else:
+            ui.element("div").classes("w-7 shrink-0")
 
     async def _move(self, number: int, name: str, place: int) -> None:
         def call() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Final, TypeVar
 
@@ -32,7 +33,7 @@ STYLE = """
 .jog .q-btn--outline { background: rgba(148, 163, 184, 0.14); }
 .jog-cross:focus-within { outline: 2px solid #3b82f6; }
 .plots { height: 470px; } .mistake { background: rgba(220, 38, 38, 0.22); }
-.preview { height: 220px; }
+.preview { height: 220px; } .recording > :empty { display: none; }
 .history { display: grid; gap: 2px 14px; overflow-wrap: anywhere;
   grid-template-columns: minmax(0, 1fr) auto minmax(0, 2fr) auto auto; }
 .history > :not(:nth-child(5n + 1), :nth-child(5n + 3)) { white-space: nowrap; }
@@ -198,6 +199,12 @@ def marked(part: Part, mark: str) -> Part:
 def labelled(part: Part, text: str) -> Part:
     """Say to screen readers what an element is."""
     return attribute(part, "aria-label", text)
+
+
+def small(says: str, icon: str, call: Callable[[], Any], mark: str) -> ui.button:
+    """A round button with an icon alone; a title, as a tooltip would stay on a touch screen."""
+    button = ui.button(icon=icon, on_click=call).props("flat dense round size=sm")
+    return marked(attribute(labelled(button, says), "title", says), mark)
 
 
 def tell_problem(text: str) -> None:
