@@ -23,6 +23,7 @@ SIZES = {"desktop": (1280, 800, False), "phone": (390, 844, True)}
 LOOKS = ("light", "dark")
 SETTLE_S = 4.0
 PATIENCE_S = 120.0
+LIVE = "document.querySelector('.plots-card .plots')?.scrollIntoView({block: 'center'})"
 COLOURS = 200
 """Of a picture's palette: small files that still look right."""
 
@@ -53,8 +54,6 @@ def show_plots(browser: Browser, client: Client) -> None:
     browser.says("state", "running", PATIENCE_S)
     browser.find("plots").click()
     time.sleep(4.0 * SETTLE_S)
-    below = "document.querySelector('.plots').scrollIntoView({block: 'end'})"
-    browser.driver.execute_script(below)
 
 
 SHOWN: dict[str, tuple[str, Callable[[Browser, Client], None]]] = {
@@ -91,6 +90,7 @@ def take(browser: Browser, folder: Path, name: str) -> None:
         for size, shape in SIZES.items():
             turn(browser, look, *shape)
             time.sleep(SETTLE_S)
+            browser.driver.execute_script(LIVE)
             save(browser, folder / name.format(size, look))
 
 

@@ -44,7 +44,7 @@ def options(curves: Curves, scrolls: bool, cursor: bool = False) -> dict[str, An
         })  # fmt: skip
         y_axes.append({
             "type": "value", "gridIndex": number, "scale": True, "splitNumber": 2,
-            "axisLabel": {"color": GREY},
+            "axisLabel": {"color": GREY}, "axisLine": {"show": False},
             "splitLine": {"lineStyle": {"color": GREY, "opacity": 0.3}},
         })  # fmt: skip
         titles.append({
