@@ -15,8 +15,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from benchmarks.page_pictures import SETTLE_S, save, turn
-from deltactl.charts.figures import Colour, LineChart, Series
+from deltactl.charts.figures import LineChart
 from deltactl.charts.page import page
+from deltactl.charts.spec import Colour, Series
 from deltactl.firmware_py.run_report.tracking import robot_of, track
 from deltactl.recording.reading.reader import read_run
 from tests.rigs.documented import ROOT, blocks

@@ -37,7 +37,7 @@ class TokensOfUser:
         ui.label("Tokens for programs").classes("font-bold text-sm")
         ui.label(SAYS).classes("text-xs text-gray-600 max-w-xs")
         self._label = ui.input("What for").props("dense").classes("w-full")
-        self._looks = ui.checkbox("may only look and stop").props("dense")
+        self._looks = ui.checkbox("may only look and stop").props("dense").classes("w-full")
         make = ui.button("Make a token", icon="key", on_click=self._make)
         make.props("no-caps dense outline data-testid=make-token").classes("px-2")
         self._shown = ui.label().classes("font-mono text-xs break-all max-w-xs select-all")
