@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtr, stdtrit
 
 from deltactl.fleet.task import Row
 from deltactl.models.effects import VOCABULARY
@@ -157,8 +157,8 @@ def _line(course: Course, limits: dict[str, float]) -> Trend | None:
     free = len(days) - 2
     spread = math.sqrt(max(1.0 if usable.any() else 0.0, float(rest @ rest) / free))
     error = math.sqrt(inverse[1, 1]) * spread
-    reach = float(stats.t.ppf(0.975, free)) * error
-    p = float(2.0 * stats.t.sf(abs(slope) / error, free)) if error > 0.0 else 0.0
+    reach = float(stdtrit(free, 0.975)) * error
+    p = float(2.0 * stdtr(free, -abs(slope) / error)) if error > 0.0 else 0.0
     _, effect, _, parameter = course.key
     limit = limits.get(f"{effect}.{parameter}")
     if limit is not None and limit * at_zero < 0.0:

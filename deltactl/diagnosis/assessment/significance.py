@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import f
+from scipy.special import fdtrc
 
 from deltactl.diagnosis.answer.records import Finding, PriorSensitivity
 from deltactl.diagnosis.assessment.options import ASSESSMENT
@@ -49,7 +49,7 @@ def chance(
     if gain <= 0.0:
         return 1.0
     scale = max(better.chi2 / left, 1.0)
-    single = float(f.sf(gain / more / scale, more, left))
+    single = float(fdtrc(more, left, gain / more / scale))
     return min(1.0, single * tests(selected))
 
 

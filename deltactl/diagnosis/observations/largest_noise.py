@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import gammaincinv
 
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
@@ -77,10 +78,8 @@ class NoiseBounds:
 
 def _at_most(seen: Spectrum, level: float) -> FloatArray:
     """What a mean periodogram's expectation exceeds with a chance of at most `level`, (m,)."""
-    from scipy.stats import chi2
-
     freedom = max(seen.segments, 2.0)
-    most: FloatArray = seen.power * (freedom / chi2.ppf(level, freedom))
+    most: FloatArray = seen.power * (freedom / (2.0 * gammaincinv(freedom / 2.0, level)))
     return most
 
 

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell
 from deltactl.diagnosis.answer.records import (
@@ -75,7 +75,7 @@ def allowed_for(fitter: Fitter, solution: Solution) -> list[AllowedFor]:
 def _clear(off: FloatArray, cov: FloatArray) -> bool:
     """Whether fitted numbers (k,) are as far off nothing as chance hardly brings them."""
     gain = float(off @ np.linalg.pinv(cov, hermitian=True) @ off)
-    return bool(chi2.sf(gain, len(off)) < chi2.sf(ASSESSMENT.clearly_off**2, 1))
+    return bool(chdtrc(len(off), gain) < chdtrc(1, ASSESSMENT.clearly_off**2))
 
 
 def diagnose_model(
