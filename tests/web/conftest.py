@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,7 @@ from selenium.webdriver.remote.webelement import WebElement
 
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.web.access.users import SCRYPT
 
 READY_S = 60.0
 PATIENCE_S = 30.0
@@ -216,24 +218,72 @@ def a_chromium(size: tuple[int, int] = DESK, drawn: bool = True) -> webdriver.Ch
 
 
 @pytest.fixture(scope="module")
-def chromium() -> Iterator[Open]:
+def quick_hashes() -> Iterator[None]:
+    """Passwords of a file of tests cost next to nothing to hash, and as little to guess."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(SCRYPT, "n", 2)
+        yield
+
+
+Size = tuple[int, int]
+
+
+@pytest.fixture(scope="session")
+def resting() -> Iterator[dict[Size, list[webdriver.Chrome]]]:
+    """Browsers without 3D, by the size of their window, that wait for the next file of tests."""
+    waiting: dict[Size, list[webdriver.Chrome]] = defaultdict(list)
+    yield waiting
+    for browsers in waiting.values():
+        for one in browsers:
+            one.quit()
+
+
+def as_new(driver: webdriver.Chrome, origin: str) -> None:
+    """One empty tab, without cookies, what pages stored, what they logged, and emulation."""
+    used = driver.window_handles
+    driver.switch_to.new_window("tab")
+    empty = driver.current_window_handle
+    for one in used:
+        driver.switch_to.window(one)
+        driver.close()
+    driver.switch_to.window(empty)
+    driver.execute_cdp_cmd("Network.clearBrowserCookies", {})
+    if origin.startswith("http"):
+        all_of_it = {"origin": origin, "storageTypes": "all"}
+        driver.execute_cdp_cmd("Storage.clearDataForOrigin", all_of_it)
+    driver.get_log("browser")
+
+
+@pytest.fixture(scope="module")
+def chromium(resting: dict[Size, list[webdriver.Chrome]]) -> Iterator[Open]:
     """Opens pages: `chromium(url, size, drawn)`, of which few tests look at the robot in 3D.
 
-    All are closed at the end of a file of tests: a dozen of them leave no time for the pulses.
+    All pages are closed at the end of a file of tests: a dozen of them leave no time for the
+    pulses. Browsers without 3D are lent to the next file, as if they were new.
     Skips where there is no Chromium.
     """
-    opened: list[webdriver.Chrome] = []
+    drawing: list[webdriver.Chrome] = []
+    lent: list[tuple[webdriver.Chrome, Size, str]] = []
 
-    def make(url: str, size: tuple[int, int] = DESK, drawn: bool = False) -> Browser:
-        one = a_chromium(size, drawn)
-        opened.append(one)
-        one.set_page_load_timeout(60.0)
+    def make(url: str, size: Size = DESK, drawn: bool = False) -> Browser:
+        if drawn or not resting[size]:
+            one = a_chromium(size, drawn)
+            one.set_page_load_timeout(60.0)
+        else:
+            one = resting[size].pop()
+        if drawn:
+            drawing.append(one)
+        else:
+            lent.append((one, size, url))
         one.get(url)
         return Browser(one)
 
     yield make
-    for one in opened:
+    for one in drawing:
         one.quit()
+    for one, size, url in lent:
+        as_new(one, url)
+        resting[size].append(one)
 
 
 @pytest.fixture(scope="module")

@@ -57,7 +57,7 @@ class Here:
 
 
 @pytest.fixture(scope="module")
-def here(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Here]:
+def here(tmp_path_factory: pytest.TempPathFactory, quick_hashes: None) -> Iterator[Here]:
     folder = tmp_path_factory.mktemp("api")
     users = folder / "users.yaml"
     add_user(users, "ada", "operator", PASSWORD)

@@ -52,7 +52,7 @@ def hostile(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
 
 @pytest.fixture(scope="module")
 def browser(hostile: WebPage, chromium: Open) -> Browser:
-    return chromium(hostile.url, drawn=True)
+    return chromium(hostile.url)
 
 
 def shown(browser: Browser) -> str:

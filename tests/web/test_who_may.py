@@ -22,16 +22,26 @@ from starlette.websockets import WebSocketDisconnect
 from deltactl.foundation.errors import ConfigError
 from deltactl.web.access.guard import MAX_BODY, Guard
 from deltactl.web.access.login import add_login
-from deltactl.web.access.users import LASTS_S, Sessions, Users, add_user, load_users, right
+from deltactl.web.access.users import (
+    LASTS_S,
+    SCRYPT,
+    Sessions,
+    Users,
+    add_user,
+    load_users,
+    right,
+)
 from deltactl.web.serve import Where, not_cut_off, serve
 
 HERE = "http://127.0.0.1:8080"
 WS = "ws://127.0.0.1:8080/ws"
 PASSWORD = "correct horse battery"
+SHIPPED = dict(SCRYPT)
+pytestmark = pytest.mark.usefixtures("quick_hashes")
 
 
 @pytest.fixture(scope="module")
-def users_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def users_file(tmp_path_factory: pytest.TempPathFactory, quick_hashes: None) -> Path:
     path = tmp_path_factory.mktemp("who") / "users.yaml"
     add_user(path, "ada", "operator", PASSWORD)
     add_user(path, "hall", "viewer", PASSWORD + "!")
@@ -358,6 +368,12 @@ def test_what_the_end_of_the_service_cuts_off_is_one_line(
     assert len(said) == 1
     assert said[0].startswith("Cancel 1 running task")
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_guess_costs_memory_and_time() -> None:
+    """No less than the OWASP Password Storage Cheat Sheet (2024) asks of a hash of 16 MB."""
+    assert 128 * SHIPPED["n"] * SHIPPED["r"] >= 2**24
+    assert SHIPPED["n"] * SHIPPED["p"] >= 5 * 2**14
 
 
 def test_the_file_holds_hashes_and_only_the_service_reads_it(users_file: Path) -> None:

@@ -97,6 +97,7 @@ _SLASHED = re.compile(
     rf"(\d\d?|\d{{4}})/(\d\d?)/(\d\d?|\d{{4}})(?:,? ({_CLOCK})(?: ?([AaPp])[Mm])?)?"
 )
 _OF_DAY = re.compile(r"(\d\d?:\d\d:\d\d(?:[.,]\d+)?)(?: ?([AaPp])[Mm])?")
+_MOMENT = re.compile("|".join(form.pattern for form in (_ISO, _GERMAN, _SLASHED, _OF_DAY)))
 _DAY_S = 86400.0
 _MONTHS = 12
 _MIDNIGHT = "00:00:00"
@@ -110,7 +111,7 @@ def is_moment(cell: str) -> bool:
     a date alone, or 12:00:00.5.
     """
     begins = cell[:1].isdecimal()  # as all four do: most cells that are asked about are words
-    return begins and any(form.fullmatch(cell) for form in (_ISO, _GERMAN, _SLASHED, _OF_DAY))
+    return begins and _MOMENT.fullmatch(cell) is not None
 
 
 def is_date(cell: str) -> bool:
