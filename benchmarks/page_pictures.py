@@ -24,7 +24,7 @@ LOOKS = ("light", "dark")
 SETTLE_S = 4.0
 PATIENCE_S = 120.0
 LIVE = "document.querySelector('.plots-card .plots')?.scrollIntoView({block: 'center'})"
-COLOURS = 200
+COLOURS = 255
 """Of a picture's palette: small files that still look right."""
 
 
@@ -80,8 +80,9 @@ def save(browser: Browser, path: Path) -> None:
     """What the browser shows, as a PNG with a palette."""
     shot = browser.driver.execute_cdp_cmd("Page.captureScreenshot", {"format": "png"})
     picture = Image.open(io.BytesIO(base64.b64decode(shot["data"]))).convert("RGB")
-    rare = Image.Quantize.MAXCOVERAGE  # the amber ball is a few pixels, and stays amber
-    picture.quantize(COLOURS, rare, dither=Image.Dither.NONE).save(path, optimize=True)
+    # The means move the palette to colours of few pixels too: the amber ball stays amber.
+    few = picture.quantize(COLOURS, kmeans=8, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)
 
 
 def take(browser: Browser, folder: Path, name: str) -> None:

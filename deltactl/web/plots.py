@@ -45,6 +45,7 @@ def options(curves: Curves, scrolls: bool, cursor: bool = False) -> dict[str, An
         y_axes.append({
             "type": "value", "gridIndex": number, "scale": True, "splitNumber": 2,
             "axisLabel": {"color": GREY}, "axisLine": {"show": False},
+            "axisTick": {"show": False},
             "splitLine": {"lineStyle": {"color": GREY, "opacity": 0.3}},
         })  # fmt: skip
         titles.append({

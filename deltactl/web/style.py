@@ -35,7 +35,7 @@ STYLE = """
 .plots { height: 470px; } .mistake { background: rgba(220, 38, 38, 0.22); }
 .preview { height: 220px; } .recording > :empty { display: none; }
 .history { display: grid; gap: 2px 14px; overflow-wrap: anywhere;
-  grid-template-columns: minmax(0, 1fr) auto minmax(0, 2fr) auto auto; }
+  grid-template-columns: minmax(0, 1fr) auto minmax(0, 1fr) auto auto; }
 .history > :not(:nth-child(5n + 1), :nth-child(5n + 3)) { white-space: nowrap; }
 .console { font-family: monospace; font-size: 12px; max-height: 70vh; overflow-y: auto; }
 .log-line { white-space: pre-wrap; overflow-wrap: anywhere; }
