@@ -7,7 +7,7 @@ import tempfile
 import warnings
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -286,9 +286,10 @@ def _mapped_frame(frame: pd.DataFrame, columns: Columns, source: str) -> Recordi
             made = read(path, columns)
         except DeltactlError as error:
             raise error.worded(_renamed(str(error), path, source)) from None
-    table = made.table
-    renamed = FlatRecording(table.t_s, table.columns, table.extra, source, table.taken_from)
-    return Recording(renamed, tuple(_renamed(note, path, source) for note in made.notes))
+    return Recording(
+        replace(made.table, source=source),
+        tuple(_renamed(note, path, source) for note in made.notes),
+    )
 
 
 def _renamed(text: str, path: Path, source: str) -> str:

@@ -9,6 +9,7 @@ long, is wrong there, and a fit would pay for it with its time constants.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -28,8 +29,7 @@ def without_gross(recording: FlatRecording, names: Sequence[str]) -> FlatRecordi
             emptied[name] = np.where(gross, np.nan, values)
     if not emptied:
         return recording
-    columns = {**recording.columns, **emptied}
-    return FlatRecording(recording.t_s, columns, recording.extra, recording.source)
+    return replace(recording, columns={**recording.columns, **emptied})
 
 
 def gross_outliers(values: FloatArray) -> BoolArray:

@@ -71,13 +71,14 @@ def read_mapped(
     for name, values in table.items():
         if name not in used and name not in named and (timed or name != "t"):
             named[name] = values
+    counted = "t" not in named and mapping.rate_hz is None
     if "t" not in named:
         rate_hz = mapping.rate_hz or _without_times(path, set(named), list(table), tell)
         named["t"] = np.arange(rows) / rate_hz
     t_s = _going_on(named.pop("t"), named.get("segment"))
     given = [k for k, source in mapping.columns.items() if source.model_fields_set & SAID]
     recording = from_columns({"t": t_s, **named}, str(path), lines or None)
-    return replace(recording, units_given=frozenset(given))
+    return replace(recording, units_given=frozenset(given), timed=not counted)
 
 
 def _tell_gaps(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -61,7 +61,7 @@ class FlatRecording:
     t_s: shape (n,), strictly increasing. columns: contract name -> shape (n,), without `t`.
     extra: columns the contract does not know, numbers or texts. source: file it came from.
     taken_from: rows that the file has, where these are only some of them; else 0.
-    units_given: columns whose unit somebody gave.
+    units_given: columns whose unit somebody gave. timed: False where rows are only counted.
     """
 
     t_s: FloatArray
@@ -70,6 +70,7 @@ class FlatRecording:
     source: str = ""
     taken_from: int = 0
     units_given: frozenset[str] = frozenset()
+    timed: bool = True
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -134,13 +135,11 @@ class FlatRecording:
 
     def rows(self, which: slice | AnyArray) -> FlatRecording:
         """Some of the rows: a slice, a mask of shape (n,), or increasing indices."""
-        return FlatRecording(
+        return replace(
+            self,
             t_s=self.t_s[which],
             columns={name: values[which] for name, values in self.columns.items()},
             extra={name: values[which] for name, values in self.extra.items()},
-            source=self.source,
-            taken_from=self.taken_from,
-            units_given=self.units_given,
         )
 
     def _optional(self, names: list[str]) -> FloatArray | None:

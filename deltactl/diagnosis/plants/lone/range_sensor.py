@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +43,7 @@ class RangeSensorPlant(LeftOver):
     def __init__(self, robot: RangeSensor, recordings: Sequence[FlatRecording]):
         self.robot = robot
         recordings = averaged(recordings)
+        self._timed = all(recording.timed for recording in recordings)
         self.channel = "range"
         self.readings: Readings = gather(recordings, [self.channel], {self.channel: "m"})
         self.t_s = self.readings.t_s
@@ -94,9 +96,9 @@ class RangeSensorPlant(LeftOver):
 
     @cached_property
     def in_time(self) -> bool:
-        """Whether the rows are in order of time: a table sorted by distance has none."""
+        """Whether the rows are in order of time: a table without times may be sorted by distance."""
         steps = np.diff(self.distance[self.rows])
-        return not self.moves or not ((steps >= 0.0).all() or (steps <= 0.0).all())
+        return self._timed or not self.moves or not ((steps >= 0.0).all() or (steps <= 0.0).all())
 
     @cached_property
     def mismatch(self) -> float:
@@ -257,4 +259,4 @@ def _averaged(recording: FlatRecording) -> FlatRecording:
         return averaged
 
     columns = {name: mean(recording.columns[name]) for name in ("distance", "range")}
-    return FlatRecording(mean(recording.t_s), columns, {}, recording.source)
+    return replace(recording, t_s=mean(recording.t_s), columns=columns, extra={})
