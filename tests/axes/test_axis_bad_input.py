@@ -51,7 +51,7 @@ def test_bad_columns_get_one_line(
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_reading_that_moves_before_its_command_is_refused(rigs: ModuleType, seed: int) -> None:
+def test_a_reading_that_moves_before_its_command_is_doubted(rigs: ModuleType, seed: int) -> None:
     recording = rigs.FollowingRig(lag_s=0.1, play=0.01).record(seed)
     columns = recording.columns
     t_s, command, position = recording.t_s, columns["command"], columns["position"]
@@ -59,8 +59,8 @@ def test_a_reading_that_moves_before_its_command_is_refused(rigs: ModuleType, se
     assert lead_s(t_s, command, command) == 0.0
     assert lead_s(t_s, position, command) > 0.02
     columns["command"], columns["position"] = position, command
-    with pytest.raises(RecordingError, match="before its command does; are the two columns"):
-        diagnose_recordings(FOLLOWS, [recording])
+    (doubt,) = diagnose_recordings(FOLLOWS, [recording]).doubts
+    assert "before its command" in doubt
 
 
 def test_motions_that_do_not_fit_are_told_with_their_units(rigs: ModuleType) -> None:

@@ -68,7 +68,7 @@ def test_millimetres_read_as_metres_are_doubted_of_a_sensor() -> None:
             "t": np.arange(len(distance)) * 0.1, "distance": unit * distance, "range": unit * seen
         }  # fmt: skip
         answer = diagnose_recordings(sensor, [from_columns(columns, "tag.csv")])
-        assert sentences(answer)[0].startswith("Settle the unit first: distance") == doubted
+        assert sentences(answer)[0].startswith("Settle this first: distance") == doubted
 
 
 def test_of_held_out_data_that_tell_nothing_it_is_said_why() -> None:

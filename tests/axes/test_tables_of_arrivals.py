@@ -8,7 +8,7 @@ import pytest
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
-from deltactl.diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
+from deltactl.diagnosis.plants.lone.travel import arrivals, direction_of, turns
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
@@ -117,12 +117,6 @@ def test_a_table_comes_back_to_its_ends_from_beyond() -> None:
     commanded = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0, 0.0, 1.0, 1.0, 2.0])
     way = direction_of(commanded, np.arange(10) == 0, hair=0.01)
     assert arrivals(commanded, way, 0.01).tolist() == [0, 1, 1, -1, -1, -1, 1, 1, 0, 1]
-
-
-def test_places_are_counted_not_rows() -> None:
-    assert count_places(np.repeat(PLACES_M, 30)) == 5
-    assert count_places(np.full(4, 0.1)) == 1
-    assert count_places(np.linspace(0.0, 1.0, 5000)) > 100
 
 
 def test_what_foretells_blocks_left_out_is_claimed() -> None:

@@ -139,7 +139,7 @@ def test_a_table_of_degrees_beside_our_names_is_diagnosed_as_it_is_inspected(
     assert found.returncode == 0, found.stderr
     assert "position=theta[deg]" in found.stderr
     assert re.search(r"\+(1\.99|2\.00)\d* degrees", found.stdout)
-    assert "Settle the unit first" not in found.stdout
+    assert "Settle this first" not in found.stdout
 
 
 def test_columns_of_the_contract_beyond_a_joint_get_the_proposal_of_inspect(
@@ -152,4 +152,4 @@ def test_columns_of_the_contract_beyond_a_joint_get_the_proposal_of_inspect(
     (tmp_path / "far.csv").write_text(heading)
     found = deltactl("diagnose", "far.csv", "--robot", "axis.yaml")
     assert "--set 'position=position[deg]' --set 'command=command[deg]'" in found.stderr
-    assert found.stdout.startswith("Settle the unit first")
+    assert found.stdout.startswith("Settle this first")

@@ -176,9 +176,7 @@ def test_degrees_typed_as_rad_are_doubted_on_the_command_line(
         (tmp_path / "r.yaml").write_text("kind: servo_axis\nname: a\nmotion: rotary\n")
         sets = ["--set", "position=q[rad]", "--set", "command=soll[rad]"]
         done = deltactl("diagnose", "a.csv", "--robot", "r.yaml", *sets)
-        assert (done.stdout.startswith("Settle the unit first: position of a.csv")) == (
-            turn == 360.0
-        )
+        assert (done.stdout.startswith("Settle this first: position of a.csv")) == (turn == 360.0)
         assert ('--set "position=q[deg]"' in done.stderr) == (turn == 360.0)
 
 
@@ -195,7 +193,7 @@ def test_radians_over_many_turns_are_told_by_reading_and_by_the_answer(tmp_path:
     answer = diagnose_recordings(TURNING, [recording])
     (line,) = answer.doubts
     assert " turns. A motor may turn so far" in line
-    assert sentences(answer)[0] == f"Settle the unit first: {line}"
+    assert sentences(answer)[0] == f"Settle this first: {line}"
     assert line in answer.says[0]
 
 

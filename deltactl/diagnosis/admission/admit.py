@@ -134,7 +134,9 @@ def admit(
     except RefusedRecording as error:
         refusal = _with_what_to_type(error.refusal, robot, every)
         return Admission(robot, recordings, holdout, (refusal,))
-    doubts = (doubts_of(robot, recording) for recording in recordings)
+    doubts = [doubts_of(robot, recording) for recording in recordings]
+    if isinstance(machine, Lone) and isinstance(machine.plant, CommandedAxis):
+        doubts.append(axis_match.ahead_of_command(machine.plant, recordings[0].source))
     kept = tuple(doubt for doubt in doubts if doubt is not None)
     return Admission(robot, recordings, holdout, (), kept, machine)
 
@@ -283,7 +285,6 @@ def _lone(
     others, left_out = _held_out(plant, holdout)
     if isinstance(whole, CommandedAxis):
         axis_match.check_direction(whole, source)
-        axis_match.check_order(whole, source)
     if isinstance(whole, ForcedAxis):
         axis_match.check_velocity([*recordings, *holdout])
         axis_match.check_force(whole)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.refusal import Kind, Refusal, refuse
+from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal, refuse
 from deltactl.diagnosis.answer.records import Finding, Fit
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -62,15 +62,16 @@ def check_direction(plant: CommandedAxis, source: str) -> None:
             refuse(Kind.SIGN, source, why, "is a sign or a column wrong?", column=plant.name)
 
 
-def check_order(plant: CommandedAxis, source: str) -> None:
-    """Refuse a reading that moves before its command does. Raises RefusedRecording."""
+def ahead_of_command(plant: CommandedAxis, source: str) -> Doubt | None:
+    """That a reading moves before its command does, as that of a loop with feed-forward may."""
     for part in plant.parts:
         known = np.asarray(part, dtype=bool) & plant.readings.valid[:, 0]
         ahead_s = lead_s(plant.t_s[known], plant.commanded[known], plant.observed[known])
         if ahead_s > 0.0:
-            why = f"{plant.name} moves {ahead_s:.2g} s before its command does"
-            remedy = "are the two columns swapped, or their times those of two clocks?"
-            refuse(Kind.EXCHANGED, source, why, remedy, column=plant.name)
+            why = f"{plant.name} of {source} moves {ahead_s:.2g} s before its command does."
+            remedy = "Unless its drive overshoots, the two columns are swapped, or have two clocks."
+            return Doubt(source, plant.name, f"{why} {remedy}")
+    return None
 
 
 def lead_s(t_s: FloatArray, commanded: FloatArray, observed: FloatArray) -> float:

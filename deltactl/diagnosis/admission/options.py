@@ -117,8 +117,9 @@ class AdmissionOptions:
     """Correlation with its command below which a reading runs against it."""
     ahead: float = 0.9
     """A reading that fits its command (with an offset and a ratio) so much better when that is
-    taken earlier than it came leads it: columns are swapped. Of 45 recordings of other people's
-    machines none comes below 1.003; two with the columns swapped come to 0.70 and 0.27."""
+    taken earlier than it came leads it: columns are swapped, or the drive overshoots. Of 45
+    recordings of other people's machines none comes below 1.003; two with the columns swapped come
+    to 0.70 and 0.27."""
     most_ahead_s: float = 1.0
     """So far ahead is looked; a tenth of the recording where that is shorter."""
     shifts: int = 30

@@ -141,7 +141,7 @@ def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Pos
     below a step of the reading): nothing can be weighed beside them then.
     """
     free = Laplace(plant, noise_beyond(plant, named, left_over=True))
-    if not np.isfinite(free(named.keys).log_evidence):
+    if not np.isfinite(free(named.keys, [named]).log_evidence):
         return free, Posterior([named], [1.0])
     return free, HillClimb(free, named.keys, left_over=True).run()
 

@@ -168,13 +168,8 @@ def fine_waves(axis: RecordedAxis) -> tuple[float, float]:
 
 
 def most_waves(axis: RecordedAxis) -> float:
-    """Waves over the travel that samples can follow: two a wave, of rows and of places alike.
-
-    Many readings at few places (a table of arrivals) show no wave between them.
-    """
-    pace = float(np.median(np.abs(np.diff(axis.commanded[axis.rows]))))
-    finest = max(2.0 * pace, COMMANDED_AXIS.coarsest_steps * axis.resolution, 1e-300)
-    return min(COMMANDED_AXIS.most_waves, axis.span / finest, 0.5 * axis.places)
+    """Waves over the travel of a wheel or a screw, as far as the readings can follow."""
+    return min(COMMANDED_AXIS.most_waves, axis.resolved_waves)
 
 
 def highest_hz(axis: RecordedAxis) -> float:

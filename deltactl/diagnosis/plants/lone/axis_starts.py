@@ -36,9 +36,10 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
             for side in COMMANDED_AXIS.side_starts
         ]
     if key == "gear":
-        return [{"gear.waves": w} for w in _likely_waves(axis, residual)]
+        ends = 1.1 * COMMANDED_AXIS.fewest_waves, most_waves(axis)
+        return [{"gear.waves": w} for w in _likely_waves(axis, residual, *ends)]
     if key == "teeth":
-        return [{"teeth.waves": w} for w in _likely_teeth(axis, residual)]
+        return [{"teeth.waves": w} for w in _likely_waves(axis, residual, *fine_waves(axis))]
     if key == "jump":
         return [{"jump.moment": _likely_jump(axis, residual)}]
     if key == "ringing":
@@ -59,27 +60,17 @@ def _widths(axis: RecordedAxis, key: str, width: float) -> dict[str, float]:
     return {f"{key}.width": 0.5 * width, f"{key}.grip": 0.5 * width / usual_load(axis)}
 
 
-def _likely_waves(axis: RecordedAxis, residual: FloatArray) -> list[float]:
-    """Peaks of the residual's spectrum over the travel, slow changes and a line taken off."""
-    rows = axis.rows[:: max(1, len(axis.rows) // COMMANDED_AXIS.rows_scanned)]
-    at = axis.commanded[rows] / axis.span
-    most = most_waves(axis)
-    steps = int(COMMANDED_AXIS.steps_a_wave * most)
-    waves = np.linspace(1.1 * COMMANDED_AXIS.fewest_waves, most, steps)
-    turns = np.exp(2j * np.pi * np.outer(at, waves))
-    return _peaks(waves, np.abs(_less_slow(axis, residual, rows, at) @ turns) ** 2)
+def _likely_waves(
+    axis: RecordedAxis, residual: FloatArray, fewest: float, most: float
+) -> list[float]:
+    """Peaks of the residual's spectrum over the travel, slow changes and a line taken off.
 
-
-def _likely_teeth(axis: RecordedAxis, residual: FloatArray) -> list[float]:
-    """The same of fine waves, at the places that the prediction comes to.
-
-    Behind a lag or a play that is elsewhere on the way there than on the way back, by more than a
-    fine wave.
+    At the places that the prediction comes to: behind a lag or a play that is elsewhere on the way
+    there than on the way back, by more than a fine wave.
     """
     at = (axis.observed - residual)[axis.rows] / axis.span
-    low, high = fine_waves(axis)
     step = 1.0 / COMMANDED_AXIS.steps_a_wave
-    waves = step * np.arange(np.ceil(low / step), high / step)
+    waves = step * np.arange(np.ceil(fewest / step), most / step)
     return _peaks(waves, spectrum(_less_slow(axis, residual, axis.rows, at), at, waves))
 
 

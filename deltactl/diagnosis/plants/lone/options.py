@@ -51,8 +51,6 @@ class CommandedAxisOptions:
     """Correlation of command and time above which an axis turns steadily and they are one."""
     least_move_share: float = 1e-6
     """Share of the travel: a command that changes by less rests."""
-    cells_of_travel: int = 200
-    """Commands within one are one place."""
     clipped_quantile: float = 0.99
     """Quantile of the squared model error: single wild readings do not set the scale of what may
     differ."""
@@ -152,8 +150,6 @@ class CommandedAxisOptions:
     """Places in a play of the robot file that are tried: a twentieth of it is below any finding."""
     wave_starts: int = 3
     """Highest peaks of the residual's spectrum over the travel that are fitted,"""
-    rows_scanned: int = 800
-    """Rows of the residual that the scan for long ones looks at: more show no other peak."""
     waves_apart: float = 0.6
     """and how far they are apart: nearer is the same peak. In waves over the travel."""
     steps_a_wave: int = 6

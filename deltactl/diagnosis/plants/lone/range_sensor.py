@@ -96,7 +96,7 @@ class RangeSensorPlant(LeftOver):
 
     @cached_property
     def in_time(self) -> bool:
-        """Whether the rows are in order of time: a table without times may be sorted by distance."""
+        """Whether rows are in order of time: a table without times may be sorted by distance."""
         steps = np.diff(self.distance[self.rows])
         return self._timed or not self.moves or not ((steps >= 0.0).all() or (steps <= 0.0).all())
 

@@ -21,7 +21,6 @@ from deltactl.diagnosis.plants.lone.known_effects import Foretold, begun, foreto
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.travel import (
     arrivals,
-    count_places,
     direction_of,
     ends_earlier_move,
     rests_under_loads,
@@ -190,11 +189,6 @@ class RecordedAxis:
     def arrived(self) -> bool:
         """Whether rows are so far apart that every move is over before the next is read."""
         return self.readings.period_s > COMMANDED_AXIS.longest_lag_s
-
-    @cached_property
-    def places(self) -> int:
-        """How many places the axis was read at."""
-        return count_places(self.commanded[self.rows])
 
     @cached_property
     def resolved_waves(self) -> float:

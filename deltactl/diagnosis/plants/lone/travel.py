@@ -8,14 +8,6 @@ from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntA
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 
 
-def count_places(commanded: FloatArray) -> int:
-    """How many places a command visits: the travel in cells, and in how many of them it rests."""
-    low, span = float(np.min(commanded)), float(np.ptp(commanded))
-    if not span > 0.0:
-        return 1
-    return len(np.unique(np.round((commanded - low) * (COMMANDED_AXIS.cells_of_travel / span))))
-
-
 def direction_of(commanded: FloatArray, fresh: BoolArray, hair: float) -> FloatArray:
     """Way of the last move, (n,): 1 up, -1 down, kept while it rests; 0 until the first move.
 
