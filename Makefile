@@ -18,7 +18,7 @@ EXTRAS   = $(if $(WITH),[$(WITH)])
 QUIET   := $(shell test -t 2 || echo --quiet)
 INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install $(QUIET) --disable-pip-version-check -c constraints.txt
 
-.PHONY: run demo extras test test-clock test-page check newcomer studies release-check reference site hil-aarch64 benchmarks clean
+.PHONY: run demo extras test test-beside test-clock test-page check style types newcomer studies release-check reference site hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
@@ -36,9 +36,14 @@ TWO := -n 2 --dist loadfile --no-loadscope-reorder
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 # Without it every process that a test starts compiles all its modules again.
 test: export PYTHONDONTWRITEBYTECODE =
-test: check
-	$(ONE_THREAD) $(BIN)/python -m pytest $(TWO) -m "not realtime" $(AGAIN)
+test: style
+	@# mypy has one process: the tests begin on the other core.
+	$(MAKE) --no-print-directory -k -j 2 types test-beside
 	$(MAKE) --no-print-directory -k -j $(LANES) test-clock test-page
+
+# Two processes and no more: a job is planned at a low priority, and waits where both cores are taken.
+test-beside: $(VENV)/.test
+	$(ONE_THREAD) $(BIN)/python -m pytest $(TWO) -m "not realtime" $(AGAIN)
 
 # Tests against the clock, in two lanes. Those of the page wait most of the time, and their robot bears
 # pauses: on a machine that does nothing else, `make test LANES=2` runs both lanes at once.
@@ -49,9 +54,13 @@ test-clock: $(VENV)/.test
 test-page: $(VENV)/.test
 	$(BIN)/python -m pytest -m realtime tests/web $(AGAIN)
 
-check: $(VENV)/.test
+check: style types
+
+style: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+types: $(VENV)/.test
 	@# Types are checked against one numpy, that of Python 3.11; numpy 2 has other stubs.
 	if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 12))'; \
 	then $(BIN)/mypy; else echo "mypy: run on Python 3.11 only"; fi
