@@ -225,7 +225,7 @@ def test_drives_that_are_all_late_are_one_line(make: Any) -> None:
     (line,) = remedies(answer)
     assert line == (
         "Command motors 1, 2 and 3 earlier, or raise the gains in their control (which shortens no"
-        " dead time): they are late by 128, 103 and 87.0 ms."
+        " dead time): they are late by 128 ms, 103 ms and 87.0 ms."
     )
     assert headline(answer) == (
         "The model error is explained by drives of motors 1, 2 and 3 that follow late."

@@ -48,9 +48,9 @@ def test_a_finding_has_size_interval_probability_and_alternatives(make: Any) -> 
 
 def test_before_and_after_stand_against_the_noise_and_on_held_out_data(make: Any) -> None:
     text = report_text(make("explained"))
-    assert "Error 4.10 before, 2.21 mm after, 2.10 mm of noise" in text
+    assert "Error 4.10 mm before, 2.21 mm after, 2.10 mm of noise" in text
     # (4.2^2 - 2.24^2) / (4.2^2 - 2.1^2) = 0.954
-    assert "on held-out parts 4.20 before, 2.24 mm after (93 % of what" in text
+    assert "on held-out parts 4.20 mm before, 2.24 mm after (93 % of what" in text
     assert "held-out parts (causes were chosen with all of it)" in text
 
 
@@ -128,9 +128,9 @@ def test_a_linear_axis_has_millimetres_and_newtons(make: Any, parts: Any) -> Non
     assert "orque" not in text
     assert "asymmetry 5.0 % 2.0 to 8.0" in text
     assert "friction in the axis" in text
-    assert "20.0 before, 0.500 mm after" in text
+    assert "20.0 mm before, 0.500 mm after" in text
     fit = fit.model_copy(update={"unit": "rad"})
-    assert "1.15 before" in report_text(make("explained", fit=fit))
+    assert "1.15 degrees before" in report_text(make("explained", fit=fit))
 
 
 def test_it_says_where_the_search_ended_early(make: Any) -> None:

@@ -31,16 +31,17 @@ def fit_line(diagnosis: Diagnosis) -> str:
     held = _held(diagnosis) if found else ""
     if not found and fit.holdout == "run" and math.isfinite(fit.holdout_rms_before_m):
         held = say("fit.elsewhere", size=_shown(fit, fit.holdout_rms_before_m))
-    before, after = _pair(fit, fit.rms_before_m, fit.rms_after_m)
+    before, after = (_shown(fit, m) for m in (fit.rms_before_m, fit.rms_after_m))
     case = "found" if found or diagnosis.loosely_built else "nothing"
     return say(f"fit.{case}", before=before, after=after, noise=noise, held=held)
 
 
 def _held(diagnosis: Diagnosis) -> str:
     fit = diagnosis.fit
-    if not (math.isfinite(fit.holdout_rms_before_m) and math.isfinite(fit.holdout_rms_after_m)):
+    sizes = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
+    if not all(map(math.isfinite, sizes)):
         return say("fit.nothing_held_out")
-    before, after = _pair(fit, fit.holdout_rms_before_m, fit.holdout_rms_after_m)
+    before, after = (_shown(fit, m) for m in sizes)
     where = say("fit.run" if fit.holdout == "run" else "fit.blocks")
     return say("fit.held", where=where, before=before, after=after, gain=_gain(diagnosis))
 
@@ -59,16 +60,6 @@ def _gain(diagnosis: Diagnosis) -> str:
 
 def _shown(fit: Fit, size_m: float | None, digits: int = 3) -> str:
     return quantity(math.nan if size_m is None else size_m, fit.unit, digits=digits)
-
-
-def _pair(fit: Fit, before_m: float, after_m: float) -> tuple[str, str]:
-    before, after = _shown(fit, before_m), _shown(fit, after_m)
-    return without_unit_of(before, after), after
-
-
-def without_unit_of(size: str, other: str) -> str:
-    """A size that is followed by another in the same unit."""
-    return size.removesuffix(f" {other.partition(' ')[2]}")
 
 
 def unexplained(answer: Diagnosis) -> str:

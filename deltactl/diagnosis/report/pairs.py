@@ -8,8 +8,7 @@ the speed makes a constant one a mean.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -24,68 +23,51 @@ from deltactl.models.effects import Trait, card_of, has
 from deltactl.models.effects.lone_axis import COMPONENT, said
 from deltactl.models.robot import EffectEntry
 
-Fields = Mapping[str, object]
-Case = Callable[[Finding, Sequence[Finding], Diagnosis], Fields | None]
-
-
-@dataclass(frozen=True, slots=True)
-class Rule:
-    """What is reported of a finding of a single axis beside others of it.
-
-    of, beside: traits of both; an empty `beside` is an error without a name. case: what the
-    template `pair.key` is filled in with; None where the rule does not apply. remedy: what has this
-    trait then asks for the remedy in the row `beside` of its card. unless: not reported where
-    another rule applies.
-    """
-
-    key: str
-    of: Trait
-    beside: Trait | None
-    case: Case
-    remedy: Trait | None = None
-    unless: str = ""
-
-    def fields(self, finding: Finding, diagnosis: Diagnosis) -> Fields | None:
-        """Those of the template; None where the rule does not apply."""
-        if not has(finding.effect, self.of) or finding.component != COMPONENT:
-            return None
-        others = [
-            one
-            for one in diagnosis.findings
-            if (one.effect == NAMELESS if self.beside is None else has(one.effect, self.beside))
-        ]
-        return self.case(finding, others, diagnosis) if others else None
-
 
 def beside(finding: Finding, diagnosis: Diagnosis) -> list[str]:
-    """What is reported of it beside others."""
-    given = {rule.key: rule.fields(finding, diagnosis) for rule in RULES}
-    return [
-        say(f"pair.{rule.key}", **fields)
-        for rule in RULES
-        if (fields := given[rule.key]) is not None and given.get(rule.unless) is None
-    ]
+    """What is reported of a finding of a single axis beside others of it."""
+    if finding.component != COMPONENT:
+        return []
+    lines = [rule(finding, diagnosis) for rule in RULES]
+    return [line for line in lines if line]
 
 
 def other_remedy(finding: Finding, diagnosis: Diagnosis) -> bool:
-    """Whether what was found beside it asks for another remedy."""
-    return any(
-        rule.remedy is not None
-        and has(finding.effect, rule.remedy)
-        and rule.fields(finding, diagnosis) is not None
-        for rule in RULES
-    )
+    """Whether what was found beside it asks for the remedy in the row `beside` of its card."""
+    if finding.component != COMPONENT:
+        return False
+    if has(finding.effect, Trait.ZERO):
+        return play_that_moved(finding, diagnosis.findings) is not None
+    if has(finding.effect, Trait.CONSTANT_FORCE):
+        return bool(differs_with_speed(finding, diagnosis.findings))
+    return bool(_lags_by_itself(finding, diagnosis))
 
 
-def _where_it_moved(zero: Finding, ratios: Sequence[Finding], all_: Diagnosis) -> Fields | None:
-    """What a zero amounts to where the axis moved, far from its zero."""
-    place = None if all_.picture is None else all_.picture.covariates.get("position")
-    if place is None or abs(middle := float(np.mean(place))) < float(np.ptp(place)):
-        return None
-    angle, scale = zero.parameters["angle"], ratios[0].parameters["scale"]
-    there = angle.components[0][0] + (scale.components[0][0] - 1.0) * middle
-    size = unsigned(abs(there), angle.unit)
-    return {"middle": unsigned(middle, angle.unit, digits=3), "size": size, "there": Signed(there)}
+def _first(diagnosis: Diagnosis, trait: Trait) -> Finding | None:
+    """The strongest finding of a single axis with this trait."""
+    of_axis = (one for one in diagnosis.findings if one.component == COMPONENT)
+    return next((one for one in of_axis if has(one.effect, trait)), None)
+
+
+def _about_a_zero(zero: Finding, diagnosis: Diagnosis) -> str:
+    """What a zero amounts to where the axis moved, far from its zero, by the ratio beside it; else
+    that it may have been set on one side of the play.
+    """
+    if not has(zero.effect, Trait.ZERO):
+        return ""
+    place = None if diagnosis.picture is None else diagnosis.picture.covariates.get("position")
+    ratio, play = _first(diagnosis, Trait.RATIO), play_that_moved(zero, diagnosis.findings)
+    middle = 0.0 if place is None else float(np.mean(place))
+    if place is not None and ratio is not None and abs(middle) >= float(np.ptp(place)):
+        angle, scale = zero.parameters["angle"], ratio.parameters["scale"]
+        there = angle.components[0][0] + (scale.components[0][0] - 1.0) * middle
+        size, at = unsigned(abs(there), angle.unit), unsigned(middle, angle.unit, digits=3)
+        return say("pair.where_it_moved", middle=at, size=size, there=Signed(there))
+    if play is None:
+        return ""
+    width = play.parameters["width"]
+    half = unsigned(0.5 * width.components[0][0], width.unit, digits=3)
+    return say("pair.zero_of_play", gap=card_of(play.effect).words.gap, half=half)
 
 
 def play_that_moved(zero: Finding, findings: Sequence[Finding]) -> Finding | None:
@@ -105,43 +87,30 @@ def _least(zero: Finding) -> float:
     return 0.0 if low < 0.0 < high else min(abs(low), abs(high))
 
 
-def _zero_of_play(zero: Finding, plays: Sequence[Finding], _: Diagnosis) -> Fields | None:
-    """That the zero may have been set on one side of the play."""
-    if (play := play_that_moved(zero, plays)) is None:
-        return None
-    width = play.parameters["width"]
-    half = unsigned(0.5 * width.components[0][0], width.unit, digits=3)
-    return {"gap": card_of(play.effect).words.gap, "half": half}
-
-
-def _lags_by_itself(delay: Finding, loops: Sequence[Finding], _: Diagnosis) -> Fields | None:
+def _lags_by_itself(delay: Finding, diagnosis: Diagnosis) -> str:
     """That a loop that rings may well be all that makes an axis late.
 
     A loop of second order, damped against the ground, is late at a steady speed by 2 zeta / omega.
     """
-    rings = [one for one in loops if one.component == COMPONENT]
-    if not rings:
-        return None
-    sizes = {name: one.components[0][0] for name, one in rings[0].parameters.items()}
+    rings = _first(diagnosis, Trait.RINGING)
+    if rings is None or not has(delay.effect, Trait.DRIVE_DELAY):
+        return ""
+    sizes = {name: one.components[0][0] for name, one in rings.parameters.items()}
     late_s = sizes.get("damping", 0.0) / (math.pi * sizes.get("frequency", math.inf))
     if not late_s > SAYING.much_of_delay * sum(times_s(delay).values()) > 0.0:
-        return None
-    return {"by": quantity(late_s, "s", digits=2)}
+        return ""
+    return say("pair.lags_by_itself", by=quantity(late_s, "s", digits=2))
 
 
-def _mean_over_speeds(force: Finding, _: Sequence[Finding], all_: Diagnosis) -> Fields | None:
-    number = differs_with_speed(force, all_.findings)
-    return {"number": number} if number else None
+def _mean_over_speeds(force: Finding, diagnosis: Diagnosis) -> str:
+    """That a constant force is a mean, beside one that differs with the speed."""
+    number = differs_with_speed(force, diagnosis.findings)
+    return say("pair.mean_over_speeds", number=number) if number else ""
 
 
-RULES = (
-    Rule("where_it_moved", Trait.ZERO, Trait.RATIO, _where_it_moved),
-    Rule("zero_of_play", Trait.ZERO, Trait.HYSTERESIS, _zero_of_play, Trait.ZERO, "where_it_moved"),
-    Rule("lags_by_itself", Trait.DRIVE_DELAY, Trait.RINGING, _lags_by_itself, Trait.DRIVE_DELAY),
-    Rule("mean_over_speeds", Trait.FORCE, None, _mean_over_speeds, Trait.CONSTANT_FORCE),
-)
+RULES = (_about_a_zero, _lags_by_itself, _mean_over_speeds)
 """Beside these there are `uneven`, `harmonic`, `bearings`, `late_drives` and `together` (two)
-below, which name several findings by one sentence: ten in all."""
+below, which name several findings by one sentence: nine in all."""
 
 
 def uneven(

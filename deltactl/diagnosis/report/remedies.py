@@ -28,7 +28,6 @@ from deltactl.diagnosis.answer.picture import bare
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
 from deltactl.diagnosis.answer.what_is_left import moves_at_rest
-from deltactl.diagnosis.report.fit import without_unit_of
 from deltactl.diagnosis.report.names import (
     all_followed,
     listed,
@@ -109,9 +108,8 @@ def _named(
 ) -> Iterator[str]:
     """A line for each of those with a name, and one for all drives that follow late."""
     if late := late_drives(named):
-        *first, last = (quantity(sum(times_s(one).values()), "s", digits=3) for one in late)
-        size = listed([*(without_unit_of(one, last) for one in first), last])
-        yield _filled(late, robot, "several", size=size)
+        times = [quantity(sum(times_s(one).values()), "s", digits=3) for one in late]
+        yield _filled(late, robot, "several", size=listed(times))
     for finding in _in_order([one for one in named if one not in late], diagnosis):
         beside = other_remedy(finding, diagnosis)
         line = remedy(finding, robot, sure(finding, diagnosis), beside)
