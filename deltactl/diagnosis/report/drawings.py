@@ -1,5 +1,5 @@
-"""Drawings of HTML and SVG: a machine as named parts with the marks of findings on top, bars before
-and after, and maps of cells.
+"""Drawings of HTML and SVG: a machine as named parts with the marks of findings on top, and bars
+before and after.
 """
 
 from __future__ import annotations
@@ -10,11 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot
 
-import numpy as np
-
-from deltactl.charts.cells import CELLS, Grid
-from deltactl.charts.means import BoolArray
-from deltactl.charts.spec import FloatArray
 from deltactl.diagnosis.report.sizes import number, significant
 from deltactl.diagnosis.report.templates import say
 
@@ -27,8 +22,6 @@ MARGIN = 14.0
 LEAST_WIDTH = 320.0
 LABEL_HEIGHT = 14.0
 LETTER_WIDTH = 7.4
-LEVELS = 6
-SIDE_PX, LEFT_PX, BOTTOM_PX = 220.0, 46.0, 34.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,69 +246,3 @@ def _pair(pair: Pair, noise: float, top: float, unit: str, digits: int) -> str:
         f'<i class="became" style="width:{width(pair.after):.2f}%"></i>{line}</div>'
         f"<span>{html.escape(text)}</span></div>"
     )
-
-
-def cell_map(
-    caption: str,
-    grid: Grid,
-    values: FloatArray,
-    ends: tuple[float, float],
-    labels: tuple[str, str],
-) -> str:
-    """A map of a grid's values, with its key; ends: where the palest and the darkest colour are."""
-    least, top = ends
-    quiet = values <= grid.noise
-    paths = [_cells("passed", grid.passed), _cells("noise", quiet)]
-    for level in range(LEVELS):
-        low, high = (least + k / LEVELS * (top - least) for k in (level, level + 1))
-        first, last = level == 0, level == LEVELS - 1
-        here = ((values >= low) | first) & ((values < high) | last)
-        paths.append(_cells(f"level{level}", here & ~quiet))
-    width, height = LEFT_PX + SIDE_PX + 6.0, SIDE_PX + BOTTOM_PX
-    frame = f'<rect class="frame" x="{LEFT_PX}" y="0" width="{SIDE_PX}" height="{SIDE_PX}"/>'
-    return (
-        f'<figure class="map"><figcaption>{caption}</figcaption>'
-        f'<svg viewBox="0 -2 {width:.0f} {height + 2:.0f}" role="img" aria-label="{caption}">'
-        f"{frame}{''.join(paths)}{_axes(grid, *labels)}</svg>"
-        f"{_key(ends, bool(quiet.any()), bool(grid.passed.any()))}</figure>"
-    )
-
-
-def _cells(kind: str, chosen: BoolArray) -> str:
-    """The chosen cells, painted a little larger, so that no gap shows between them."""
-    size = SIDE_PX / CELLS
-    rows, cols = np.nonzero(chosen)
-    cells = "".join(
-        f"M{LEFT_PX + col * size:.1f} {SIDE_PX - (row + 1) * size:.1f}"
-        f"h{size + 0.3:.1f}v{size + 0.3:.1f}h-{size + 0.3:.1f}z"
-        for row, col in zip(rows.tolist(), cols.tolist(), strict=True)
-    )
-    return f'<path class="{kind}" d="{cells}"/>' if cells else ""
-
-
-def _axes(grid: Grid, x: str, y: str) -> str:
-    def word(at: tuple[float, float], anchor: str, text: str) -> str:
-        return f'<text x="{at[0]:.0f}" y="{at[1]:.0f}" text-anchor="{anchor}">{text}</text>'
-
-    def end(value: float) -> str:
-        return number(value, 0)
-
-    below, left, right = SIDE_PX + 14.0, LEFT_PX, LEFT_PX + SIDE_PX
-    return (
-        word((left, below), "start", end(float(grid.across[0])))
-        + word((right, below), "end", end(float(grid.across[-1])))
-        + word((0.5 * (left + right), below + 4.0), "middle", x)
-        + word((left - 4.0, SIDE_PX), "end", end(float(grid.up[0])))
-        + word((left - 4.0, 12.0), "end", end(float(grid.up[-1])))
-        + word((left - 4.0, 0.5 * SIDE_PX), "end", y)
-    )
-
-
-def _key(ends: tuple[float, float], quiet: bool, passed: bool) -> str:
-    swatches = "".join(f'<i class="level{level}"></i>' for level in range(LEVELS))
-    lower, upper = (number(end, max(0, significant(ends[1], 2))) for end in ends)
-    noise = f' <i class="noise"></i> {say("map.quiet")}' if quiet else ""
-    few = f' <i class="passed"></i> {say("map.passed")}' if passed else ""
-    least = say("map.least", least=lower) if ends[0] > 0.0 else "0"
-    most = say("map.most", top=upper)
-    return f'<p class="note ramp">{least} {swatches} {most}{noise}{few}</p>'

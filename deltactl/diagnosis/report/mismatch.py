@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from deltactl.charts.cell_maps import cell_map
 from deltactl.charts.cells import grid_of
 from deltactl.charts.figures import LineChart
 from deltactl.charts.means import Curve, Mismatch, binned, explained_by, far_out, rms, smoothed
@@ -17,7 +18,7 @@ from deltactl.diagnosis.answer.picture import FloatArray, bare
 from deltactl.diagnosis.answer.records import Channel, Diagnosis, Finding, Picture
 from deltactl.diagnosis.answer.regimes import AFTER_REVERSAL_S, FEWEST_ROWS, Regime, regimes
 from deltactl.diagnosis.answer.what_is_left import doubtful_floor
-from deltactl.diagnosis.report.drawings import Pair, cell_map, hue, pair_bars
+from deltactl.diagnosis.report.drawings import Pair, hue, pair_bars
 from deltactl.diagnosis.report.finding import stretches
 from deltactl.diagnosis.report.names import channel as channel_name
 from deltactl.diagnosis.report.names import count, followed, part
@@ -35,10 +36,6 @@ FINDING_COLOURS = (Colour.BAD, Colour.SECOND, Colour.COMMANDED, Colour.FIRST, Co
 TIME_GROUP = "time"
 LATE_S = 1e6
 """Times that begin later are those of a clock, not of the recording."""
-TOP_SHARE = 0.98
-"""The darkest colour starts at this quantile of the cells; one wild cell does not rule."""
-FROM_ZERO = 0.3
-"""Colours begin at zero where the least of a map is less than this share of its most."""
 QUIET_SIGMAS = 2.0
 """The darkest colour means at least so many standard deviations of a reading."""
 SHOWN_FIRST = 4
@@ -225,24 +222,11 @@ def place_maps(covariates: Mapping[str, FloatArray], channels: Sequence[Mismatch
         maps: dict[str | None, FloatArray] = {"before": grid.before, "after": grid.after}
         for when, values in ({None: grid.before} if unchanged else maps).items():
             caption = _named(f"map.{key}", when)
-            ends = _colours(values[values > grid.noise], least)
-            parts.append(cell_map(caption, grid, values, ends, (f"{across} [mm]", f"{up} [mm]")))
+            labels = f"{across} [mm]", f"{up} [mm]"
+            parts.append(cell_map(caption, grid, values, least, labels))
     if not parts:
         return ""
     return paragraph(say("map.about")) + f'<div class="maps">{columns(parts)}</div>'
-
-
-def _colours(shown: FloatArray, least: float) -> tuple[float, float]:
-    """From where to where the colours of a map go: over the cells that it shows, so that places
-    can be told apart; from zero where some are next to nothing.
-
-    least: what the darkest colour means at least.
-    """
-    if not len(shown):
-        return 0.0, least
-    low, top = (float(x) for x in np.quantile(shown, [1.0 - TOP_SHARE, TOP_SHARE]))
-    top = max(top, least)
-    return (low if low > FROM_ZERO * top else 0.0), top
 
 
 def _driver_section(title: str, charts: Sequence[LineChart], banded: bool) -> list[str]:
