@@ -17,6 +17,7 @@ SHORT, WHOLE = 3, 99
 _LEAD = re.compile(r"\s*(?:- |\d+\. )?")
 """Goes before a sentence, and is as wide as the indent of the lines that follow."""
 _NUMBER_AND_UNIT = re.compile(r"((?<!\S)[(+\u2212-]?[\d.]+) (?=[^\W\d]|%)")
+_UNIT_OF_TWO = re.compile("(?<=\u00a0N) (?=m)")
 _ENDS = ((r"(?<=[.!?]) (?=[A-Z])", "."), (r"(?<=[;:]) ", "."), (r"(?<=,) ", " ..."))
 """Where an entry may be cut, and what then ends it."""
 
@@ -124,7 +125,7 @@ def wrapped(text: str, width: int) -> list[str]:
         return [text]
     found = _LEAD.match(text)
     lines = textwrap.wrap(
-        _NUMBER_AND_UNIT.sub("\\1\u00a0", text),
+        _UNIT_OF_TWO.sub("\u00a0", _NUMBER_AND_UNIT.sub("\\1\u00a0", text)),
         width,
         subsequent_indent=" " * (found.end() if found else 0),
         break_long_words=False,

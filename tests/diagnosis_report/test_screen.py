@@ -26,6 +26,7 @@ from deltactl.diagnosis.report.finding import shown_sizes
 from deltactl.diagnosis.report.remedies import remedies
 from deltactl.diagnosis.report.screen import marked, screen_lines
 from deltactl.diagnosis.report.templates import PAGE, PYTHON, TERMINAL, Ways, say
+from deltactl.foundation.one_screen import wrapped
 from deltactl.models.effects import CARDS
 from deltactl.models.robot import RobotModel, ServoAxis
 from tests.axes import axis_rigs
@@ -180,3 +181,8 @@ def test_less_room_takes_less_but_keeps_the_verdict(make: Any) -> None:
 def test_text_of_others_is_shown_as_it_is(make: Any, hostile: str) -> None:
     answer = make("nothing_missing", left_out=[hostile])
     assert any(hostile in line for line in shown(answer))
+
+
+def test_a_number_stays_with_a_unit_of_two_words() -> None:
+    text = "the friction is 3.00 N m before"
+    assert wrapped(text, text.index(" m "))[1].startswith("3.00 N m")
