@@ -113,8 +113,8 @@ def preview_options(paths_m: list[list[list[float]]]) -> dict[str, Any]:
             axes.append({
                 "type": "value", "gridIndex": number, "splitNumber": 2,
                 "min": round(centre - half), "max": round(centre + half),
-                "axisLabel": {"color": GREY}, "splitLine": {"show": False},
-                "axisLine": {"onZero": False},
+                "axisLabel": {"color": GREY, "showMinLabel": False, "showMaxLabel": False},
+                "splitLine": {"show": False}, "axisLine": {"onZero": False},
             })  # fmt: skip
         series += [
             {

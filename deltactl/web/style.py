@@ -33,7 +33,8 @@ STYLE = """
 .jog .q-btn--outline { background: rgba(148, 163, 184, 0.14); }
 .jog-cross:focus-within { outline: 2px solid #3b82f6; }
 .plots { height: 470px; } .mistake { background: rgba(220, 38, 38, 0.22); }
-.preview { height: 220px; } .recording > :empty { display: none; }
+.preview { height: auto; aspect-ratio: 2.1; max-width: 640px; }
+.recording > :empty { display: none; }
 .history { display: grid; gap: 2px 14px; overflow-wrap: anywhere;
   grid-template-columns: minmax(0, 1fr) auto minmax(0, 1fr) auto auto; }
 .history > :not(:nth-child(5n + 1), :nth-child(5n + 3)) { white-space: nowrap; }

@@ -79,7 +79,8 @@ def test_every_text_can_be_read(browser: Browser, simulated: WebPage, scheme: st
 def told_of_runs(browser: Browser) -> bool:
     """Whether the page tells of what ran before on this robot, which may take another sheet."""
     told = browser.driver.find_elements(
-        By.CSS_SELECTOR, '.news, [data-testid="trial"], [data-testid="ended"]'
+        By.CSS_SELECTOR,
+        '.news, [data-testid="trial"], [data-testid="ended"], .history > :nth-child(6)',
     )
     return any(one.is_displayed() for one in told)
 

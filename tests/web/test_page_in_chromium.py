@@ -167,9 +167,10 @@ def test_what_follows_a_diagnosis_is_a_click_away(
 
 
 SHOWN = """
-const { scene, renderer } = getElement(document.querySelector(".nicegui-scene"));
-const plots = getElement(document.querySelector(".plots")).chart.getOption().series;
+const { scene, renderer } = getElement(document.querySelector(".nicegui-scene")) ?? {};
+const plots = getElement(document.querySelector(".plots"))?.chart?.getOption()?.series;
 const row = (name) => plots.find((one) => one.id === name).data;
+if (!scene || !plots || !row("cursor 0")[0]) return null;
 return {
   slider: Number(document.querySelector('[data-testid="time"]').ariaValueNow),
   cursor: row("cursor 0")[0][0],
@@ -195,6 +196,7 @@ def test_playback_moves_slider_cursor_and_platform_together(
                  "the run is not listed")  # fmt: skip
     browser.press("play-it")
     browser.find("play", 3 * PATIENCE_S).click()
+    browser.wait(lambda: shown(browser), "neither drawing nor cursor", 3 * PATIENCE_S)
     browser.wait(lambda: shown(browser)["slider"] > 0.5, "the slider does not move")
     browser.press("play")
     knob = browser.find("time").find_element(By.CSS_SELECTOR, "[tabindex]")
