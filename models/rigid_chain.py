@@ -47,6 +47,8 @@ class RigidChain:
         """Rotor inertia that the model has already, (joints,) [kg m2 or kg]."""
         self.friction = np.array(self._model.dof_frictionloss[self._speed])
         """Coulomb friction that the model has already, (joints,) [N m or N]."""
+        self.damping = np.array(self._model.dof_damping[self._speed])
+        """Viscous friction that the model has already, (joints,) [N m s/rad or N s/m]."""
 
     def _compiled(self, load_at: FloatArray | None = None) -> Any:
         """The model, with a point mass of 1 kg on the last link."""
@@ -141,7 +143,7 @@ class RigidChain:
 
 def moving_joints(path: Path) -> list[str]:
     """Names of the joints of a URDF or MJCF that turn or slide. Raises as `RigidChain` does."""
-    root = _parsed(path)
+    root = document_of(path)
     if root.tag == "robot":
         found = [one.get("name", "") for one in root.iter("joint") if one.get("type") in MOVING]
     else:
@@ -153,9 +155,11 @@ def moving_joints(path: Path) -> list[str]:
     return found
 
 
-def _parsed(path: Path) -> ET.Element:
+def document_of(path: Path) -> ET.Element:
+    """The XML of a URDF or MJCF, with its comments. Raises as `RigidChain` does."""
     try:
-        root = ET.fromstring(path.read_text(encoding="utf-8"))
+        builder = ET.TreeBuilder(insert_comments=True)
+        root = ET.fromstring(path.read_text(encoding="utf-8"), ET.XMLParser(target=builder))
     except FileNotFoundError:
         raise MissingFile(
             f"{path}: no such file; `model` is a URDF or MJCF, beside the robot file"
@@ -170,7 +174,7 @@ def _parsed(path: Path) -> ET.Element:
 
 def _without_shapes(path: Path) -> str:
     """The text of a model, without what only a drawing or a collision needs."""
-    root = _parsed(path)
+    root = document_of(path)
     if root.tag == "robot":
         _refuse_loops(path, root)
         _refuse_weightless(path, root)

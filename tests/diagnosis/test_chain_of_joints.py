@@ -29,7 +29,7 @@ LOAD_KG, LOAD_AT = 0.8, np.array([0.25, 0.03, 0.0])
 FRICTION_NM = 1.5
 
 
-def _urdf(without: str = "") -> str:
+def urdf_text(without: str = "") -> str:
     parts = ['<robot name="three"><link name="base"/>']
     for j, name in enumerate(JOINTS):
         parent = "base" if j == 0 else f"body_{JOINTS[j - 1]}"
@@ -90,7 +90,7 @@ def _efforts(q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, load_kg: float) -> 
     return torque
 
 
-def _recorded(
+def recorded(
     folder: Path, friction_nm: float = 0.0, load_kg: float = 0.0, names: str = "theta_{n}"
 ) -> Path:
     """A table of 25 s at 100 Hz of Fourier series, with noise of encoders and currents."""
@@ -118,14 +118,14 @@ def _recorded(
 
 @pytest.fixture
 def robot(tmp_path: Path) -> Path:
-    (tmp_path / "arm.urdf").write_text(_urdf())
+    (tmp_path / "arm.urdf").write_text(urdf_text())
     file = tmp_path / "arm.yaml"
     chain(file, tmp_path / "arm.urdf")
     return file
 
 
 def test_hidden_friction_and_load_are_found_with_their_sizes(robot: Path) -> None:
-    answer = diagnose([_recorded(robot.parent, FRICTION_NM, LOAD_KG)], robot)
+    answer = diagnose([recorded(robot.parent, FRICTION_NM, LOAD_KG)], robot)
     found = {(one.effect, one.component): one for one in answer.findings}
     assert set(found) == {("joint_friction", "shoulder"), ("payload", "body_elbow")}
     friction = found["joint_friction", "shoulder"].parameters["torque"].components[0]
@@ -139,7 +139,7 @@ def test_hidden_friction_and_load_are_found_with_their_sizes(robot: Path) -> Non
 
 
 def test_nothing_is_found_where_nothing_is_hidden(robot: Path) -> None:
-    answer = diagnose([_recorded(robot.parent)], robot)
+    answer = diagnose([recorded(robot.parent)], robot)
     assert answer.findings == []
     assert answer.verdict == "nothing_missing"
 
@@ -148,7 +148,7 @@ def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
     stated = {"effect": "joint_friction", "component": "shoulder"}
     entry: dict[str, Any] = {**stated, "parameters": {"torque": FRICTION_NM}}
     robot.write_text(f"{robot.read_text()}effects: [{entry}]\n")
-    answer = diagnose([_recorded(robot.parent, FRICTION_NM)], robot)
+    answer = diagnose([recorded(robot.parent, FRICTION_NM)], robot)
     assert answer.findings == []
 
 
@@ -162,12 +162,12 @@ def _refused(robot: Path, recording: Path) -> str:
 
 def test_an_unknown_joint_is_refused_with_the_nearest_name(robot: Path) -> None:
     robot.write_text(robot.read_text().replace("shoulder", "sholder"))
-    assert "'shoulder'" in _refused(robot, _recorded(robot.parent))
+    assert "'shoulder'" in _refused(robot, recorded(robot.parent))
 
 
 def test_a_link_without_mass_is_refused_by_name(robot: Path) -> None:
-    robot.with_name("arm.urdf").write_text(_urdf(without="elbow"))
-    says = _refused(robot, _recorded(robot.parent))
+    robot.with_name("arm.urdf").write_text(urdf_text(without="elbow"))
+    says = _refused(robot, recorded(robot.parent))
     assert "body_elbow" in says
     assert "<inertial>" in says
 
@@ -175,12 +175,12 @@ def test_a_link_without_mass_is_refused_by_name(robot: Path) -> None:
 def test_a_loop_is_refused(robot: Path) -> None:
     ends = '<parent link="base"/><child link="body_elbow"/>'
     loop = f'<joint name="rod" type="revolute">{ends}</joint>'
-    robot.with_name("arm.urdf").write_text(_urdf().replace("</robot>", f"{loop}</robot>"))
-    assert "'rod'" in _refused(robot, _recorded(robot.parent))
+    robot.with_name("arm.urdf").write_text(urdf_text().replace("</robot>", f"{loop}</robot>"))
+    assert "'rod'" in _refused(robot, recorded(robot.parent))
 
 
 def test_a_missing_column_is_refused_by_joint(robot: Path) -> None:
-    table = _recorded(robot.parent)
+    table = recorded(robot.parent)
     table.write_text(table.read_text().replace("effort_2", "current_b", 1))
     says = _refused(robot, table)
     assert "effort_2" in says
@@ -188,7 +188,7 @@ def test_a_missing_column_is_refused_by_joint(robot: Path) -> None:
 
 
 def test_degrees_are_refused(robot: Path) -> None:
-    table = _recorded(robot.parent)
+    table = recorded(robot.parent)
     head, *rows = table.read_text().splitlines()
     cells = np.loadtxt(rows, delimiter=",")
     cells[:, 1:4] = np.rad2deg(cells[:, 1:4])
@@ -197,7 +197,7 @@ def test_degrees_are_refused(robot: Path) -> None:
 
 
 def test_joints_may_be_columns_by_name(robot: Path) -> None:
-    named = _recorded(robot.parent, names="theta_{joint}")
+    named = recorded(robot.parent, names="theta_{joint}")
     head, rest = named.read_text().split("\n", 1)
     named.write_text(f"{head},position\n" + "\n".join(f"{row},0" for row in rest.splitlines()))
     assert diagnose([named], robot).findings == []

@@ -222,13 +222,15 @@ def export(
     """Turn a recorded run into a flat table, or a run or a robot into files of other programs.
 
     A table has one row every 20 ms. An .mcap has JointState, TF and the robot's URDF, for
-    Foxglove and rviz. MuJoCo reads the .xml, in which the loops of the delta are closed.
+    Foxglove and rviz. MuJoCo reads the .xml, in which the loops of the delta are closed. The model
+    of a chain of joints gets the friction and the load that were found.
 
     ```
     deltactl export recordings/heart.mcap heart.csv
     deltactl export recordings/heart.mcap heart-ros2.mcap
     deltactl export zhao-2023.yaml zhao.urdf
     deltactl export zhao-2023.yaml zhao.xml
+    deltactl export arm-corrected.yaml arm-corrected.urdf
     ```
     """
     from deltactl.cli.robot.show import ROBOT_FORMATS, export_recording, export_robot, export_to_ros

@@ -17,6 +17,7 @@ from deltactl.firmware_py.run_report.tracking import (
     said_of_home,
     track,
 )
+from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.release import own_version
 from deltactl.models.robot import AXES
 from deltactl.recording.reading.reader import read_run
@@ -80,20 +81,45 @@ ROBOT_FORMATS = (".urdf", ".xml", ".mjcf")
 
 
 def export_robot(robot: Path, out: Path) -> None:
-    """`deltactl export` of a robot file: as URDF, or as MJCF with the loops closed."""
+    """`deltactl export` of a robot file: as URDF, or as MJCF with the loops closed.
+
+    Of a chain its model, with the effects of the file in it.
+    """
     from deltactl.firmware_py.exporting.mjcf import mjcf_text
     from deltactl.firmware_py.exporting.urdf import urdf_text
     from deltactl.firmware_py.named_files import ROBOT_KEY, find
     from deltactl.firmware_py.robot_file import load_robot
     from deltactl.foundation.plain_file import said_of_output, write_whole
+    from deltactl.foundation.strict_yaml import Document
 
-    described = load_robot(find(str(robot), key=ROBOT_KEY))
+    file = find(str(robot), key=ROBOT_KEY)
+    if Document.read(file).data.get("kind") == "chain":
+        _export_chain(file, out)
+        return
+    described = load_robot(file)
     urdf = out.suffix.lower() == ".urdf"
     text = urdf_text(described) if urdf else mjcf_text(described)
     with said_of_output(out):
         write_whole(out, text)
     what = "URDF, a tree cut at forearms 2 and 3" if urdf else "MJCF, with its loops closed"
     say(f"{out}: {described.name} as {what}")
+
+
+def _export_chain(robot: Path, out: Path) -> None:
+    """The model of a chain with what was found in it, and beside it its robot file."""
+    from deltactl.foundation.plain_file import said_of_output, write_whole
+    from deltactl.repair.corrected_model import corrected_model
+
+    made, file = corrected_model(robot, out), out.with_suffix(".yaml")
+    if file.exists() and file.resolve() == robot.resolve():
+        raise ConfigError(f"{file}: is the robot file itself; name the model otherwise")
+    for path, text in ((out, made.model), (file, made.robot)):
+        with said_of_output(path):
+            write_whole(path, text)
+    for effects, where in ((made.written, "in the model"), (made.kept, "stays in the robot file")):
+        for one in effects:
+            say(f"{one.effect.replace('_', ' ')} of {one.component}: {where}")
+    say(f"{out}: the model; {file}: the robot file that uses it")
 
 
 def export_to_ros(recording: Path, out: Path) -> None:

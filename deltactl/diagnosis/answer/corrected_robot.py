@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Iterable
 from datetime import date
@@ -18,6 +19,7 @@ from deltactl.diagnosis.answer.verdict import differs_with_speed
 from deltactl.foundation.plain_file import said_of_output, write_whole
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.effects import VOCABULARY, Port, Trait, has
+from deltactl.models.effects.chain_joints import chain_effects
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.lone_axis import COMPONENT, forms_of
 from deltactl.models.merged_effects import merged
@@ -27,6 +29,7 @@ from deltactl.models.robot_files import named_for_file, with_effects_in
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
 MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)
 """Where an effect is in the robot, and not in what sees it."""
+_MODEL = re.compile(r"^model:.*$", re.MULTILINE)
 _SECTION = re.compile(r"^effects:.*\n?(?:(?:[ \t#-].*)?\n)*", re.MULTILINE)
 
 
@@ -72,12 +75,17 @@ def with_effects(text: str, entries: Iterable[EffectEntry], slides: bool = False
     plain = [_plain(entry) for entry in entries]
     if slides:
         plain = [named_for_file(one) for one in plain]
-    block = yaml.safe_dump({"effects": plain}, sort_keys=False)
+    block = yaml.safe_dump({"effects": plain}, sort_keys=False) if plain else ""
     if text.lstrip("\ufeff \t\n").startswith("{"):  # one value in braces has no section to replace
         data = Document(Path("robot"), text).data
         text = yaml.safe_dump({key: data[key] for key in data if key != "effects"}, sort_keys=False)
     rest = _SECTION.sub("", text.replace(f"{HEADING}\n", "").rstrip() + "\n").rstrip()
-    return f"{rest}\n\n{HEADING}\n{block}"
+    return f"{rest}\n\n{HEADING}\n{block}" if block else f"{rest}\n"
+
+
+def with_model(text: str, model: str) -> str:
+    """The text of a chain's robot file with another model, relative to where it is written."""
+    return _MODEL.sub(f"model: {model}", text)
 
 
 def _plain(entry: EffectEntry) -> dict[str, Any]:
@@ -100,6 +108,10 @@ def save_corrected(
     Raises RecordingError when it exists or cannot be written.
     """
     text = corrected_text(robot_file, diagnosis, all_of_them)
+    model = Document.read(robot_file).data.get("model")
+    if isinstance(model, str) and out.resolve().parent != robot_file.resolve().parent:
+        there = os.path.relpath(robot_file.resolve().parent / model, out.resolve().parent)
+        text = with_model(text, Path(there).as_posix())
     with said_of_output(out, fresh=True):
         write_whole(out, text, fresh=not replace)
 
@@ -110,6 +122,9 @@ def lasts(finding: Finding) -> bool:
     forms = [known] if known is not None else []
     if finding.component == COMPONENT:
         forms = forms_of(finding.effect)
+    elif known is None or finding.component not in known.components:  # a joint of a chain
+        kinds = chain_effects({finding.component: False}, finding.component)
+        forms = [kinds[finding.effect]] if finding.effect in kinds else []
     # A servo delta's friction is a torque here and a width there: only what the file can say.
     return any(
         not kind.event and names <= {parameter.name for parameter in kind.parameters}
