@@ -30,6 +30,7 @@ HOMONYMS = {
     "models/robot.py": 2,
     "deltactl/reference/words.py": 2,
     "firmware_py/exporting/urdf.py": 1,
+    "deltactl/repair/corrected_model.py": 1,
     "firmware_py/robot_file.py": 1,
     "firmware_py/describing/questions.py": 3,
     "firmware_py/describing/robot_text.py": 5,
