@@ -202,15 +202,17 @@ def read(path: AnyPath, columns: Columns | None = None) -> Recording:
 
 def _as_inspected(path: Path) -> Recording | None:
     """A table with names of its own as its inspection reads it, with a warning; None where that
-    leaves something to be said.
+    leaves something to be said, as the unit of a motion.
     """
     with needs("diagnosis", "reading other columns"):
         from deltactl.recording.foreign.inspection import inspect as look_at
+        from deltactl.recording.foreign.names import Hint
         from deltactl.recording.foreign.reading import read_mapped
     notes: list[str] = []
     try:
         seen = look_at(path)
-        if seen.kind is None or seen.mapping.rate_hz is not None:
+        guessed = any(isinstance(one, Hint) for one in seen.warnings)
+        if guessed or seen.kind is None or seen.mapping.rate_hz is not None:
             return None
         table = read_mapped(path, seen.mapping, notes.append)
     except RecordingError:
