@@ -251,7 +251,7 @@ def as_new(driver: webdriver.Chrome, origin: str) -> None:
     if origin.startswith("http"):
         all_of_it = {"origin": origin, "storageTypes": "all"}
         driver.execute_cdp_cmd("Storage.clearDataForOrigin", all_of_it)
-    driver.get_log("browser")
+    driver.execute("getLog", {"type": "browser"})  # which is emptied by it
 
 
 @pytest.fixture(scope="module")
