@@ -42,7 +42,7 @@ def test_a_slides_file_says_offset_and_leaves_an_even_tie_out(
     assert "robot file: new.yaml, with 2 of 3 findings" in said
     assert "once more with --save-robot" not in said, "it was just given"
     assert "In the robot file: 1 and 2 (88 % sure)" in said
-    assert "Left out, as not certain (--save-robot NEW.yaml --all writes it too): 3 (5" in said
+    assert "Left out, not certain (--save-robot NEW.yaml --all writes it too): 3 (5" in said
     assert said.endswith("check it: deltactl diagnose slide.csv --robot new.yaml")
 
     text = (tmp_path / "new.yaml").read_text(encoding="utf-8")

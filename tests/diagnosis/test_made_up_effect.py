@@ -94,7 +94,7 @@ def test_it_is_worded_and_drawn(answer: Diagnosis, delta: DeltaRobot) -> None:
     text = "\n".join(sentences(answer, delta))
     assert "a cable that pulls at motor 2" in text
     assert "Give the cable of motor 2 more slack" in text
-    assert next(iter(marks_of(answer.findings, lone=False))) == "gear2"
+    assert next(iter(marks_of(answer.findings, single=False))) == "gear2"
 
 
 def test_it_is_written_to_a_corrected_file_and_compensated(

@@ -90,7 +90,6 @@ def _table(source: str = "x.csv", **columns: np.ndarray) -> FlatRecording:
         (FOLLOWS, _table(command=WAVE, position=0.0 * WAVE), Kind.STILL, "position"),
         (FOLLOWS, _table(command=1e3 * WAVE, position=LATE), Kind.UNITS, "position"),
         (FOLLOWS, _table(command=WAVE, position=-LATE), Kind.SIGN, "position"),
-        (FOLLOWS, _table(command=LATE, position=WAVE), Kind.EXCHANGED, "position"),
         (FORCED, _table(position=WAVE, effort=1e3 * WAVE), Kind.UNITS, "effort"),
         (FORCED, _table(position=WAVE, effort=0.0 * WAVE), Kind.STILL, "effort"),
         (STEPS, _table(steps_1=HALF_A_STEP, theta_1=LATE), Kind.UNITS, "steps_1"),

@@ -87,7 +87,7 @@ def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any)
     assert written(answer, False) == "unchanged: nothing is certain enough"
     (line,) = saved_lines(answer, False)
     assert line.startswith(
-        "Left out, as not certain (--save-robot NEW.yaml --all writes it too): 1 (50 % sure)"
+        "Left out, not certain (--save-robot NEW.yaml --all writes it too): 1 (50 % sure)"
     )
     text = " ".join(sentences(answer))
     assert "measure how far it moves between two places, with its load" in text
