@@ -1,4 +1,4 @@
-"""What the figures of a fit amount to: whether what is left is noise, and how much is gone.
+"""What the figures of a fit amount to: whether the remaining error is noise, and how much is gone.
 
 In: the fit, or the answer that has it. Out: facts that the report renders.
 """
@@ -25,7 +25,7 @@ def doubtful_floor(fit: Fit) -> bool:
 
 
 def beyond_rest(fit: Fit) -> bool:
-    """Whether what is left is much more than readings scatter at one place."""
+    """Whether the remaining error is much more than readings scatter at one place."""
     within = fit.scatter_within_m
     return within is not None and fit.rms_after_m > VERDICT.beyond_rest * within
 
@@ -39,7 +39,7 @@ def moves_at_rest(fit: Fit) -> bool:
 
 
 def left_by_file(fit: Fit) -> bool:
-    """Whether what is left is no more than effects of the robot file leave."""
+    """Whether the remaining error is no more than effects of the robot file leave."""
     return goes_on(fit) and fit.left_by_known_m > VERDICT.most_of_rest * fit.rms_after_m
 
 

@@ -1,4 +1,4 @@
-"""Before and after the findings against the noise floor, and what is left, in sentences."""
+"""Before and after the findings against the noise floor, and the remaining error, in sentences."""
 
 from __future__ import annotations
 

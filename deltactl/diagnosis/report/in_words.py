@@ -1,4 +1,4 @@
-"""The sentences of an answer's fields: of each finding, where it shows, and what is left."""
+"""The sentences of an answer's fields: of each finding, where it shows, and the remaining error."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def in_words(
     kinds: Mapping[str, EffectKind] = VOCABULARY,
     known: Sequence[EffectEntry] = (),
 ) -> Diagnosis:
-    """The same answer with a sentence for each finding and for what is left.
+    """The same answer with a sentence for each finding and for the remaining error.
 
     kinds: the effects of the machine by name, which know their own sentences. known: effects that
     the robot file has already. What has a sentence keeps it.

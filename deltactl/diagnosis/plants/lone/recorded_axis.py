@@ -175,7 +175,7 @@ class RecordedAxis:
 
     @cached_property
     def direction(self) -> FloatArray:
-        """Way of the last move of the command (n,): 1 up, -1 down, 0 where nobody knows."""
+        """Way of the last move of the command (n,): 1 up, -1 down, 0 where it is not known."""
         hair = max(self.resolution, COMMANDED_AXIS.least_move_share * self.span)
         way = direction_of(self.commanded, self.readings.fresh, hair)
         return arrivals(self.commanded, way, hair) if self.arrived else way
