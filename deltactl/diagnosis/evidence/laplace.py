@@ -257,11 +257,25 @@ class Laplace:
                 gram[span, beside] += product
                 if other is not block:
                     gram[beside, span] += product.T
-        theta: FloatArray = np.linalg.solve(gram, share)
+        theta = self._within_tolerance(gram, share)
         explained = np.zeros(len(white))
         for block, span in zip(blocks, spans, strict=True):
             explained += block[1] @ theta[span]
         return theta, explained
+
+    def _within_tolerance(self, gram: FloatArray, share: FloatArray) -> FloatArray:
+        """Sizes (p,) that minimise the cost while those that are free stay tolerances: beyond them
+        lies a finding, which a stretched tolerance would take the place of.
+        """
+        theta: FloatArray = np.linalg.solve(gram, share)
+        free = np.arange(len(theta)) < self._free.values.shape[1]
+        beyond = free & (np.abs(theta) > EVIDENCE.tolerated)
+        if beyond.any():
+            theta[beyond] = np.clip(theta[beyond], -EVIDENCE.tolerated, EVIDENCE.tolerated)
+            rest = ~beyond
+            known = share[rest] - gram[np.ix_(rest, beyond)] @ theta[beyond]
+            theta[rest] = np.linalg.solve(gram[np.ix_(rest, rest)], known)
+        return theta
 
     def _product(self, one: Block, other: Block) -> FloatArray:
         """Scalar products of two blocks; kept, for those that are the same at every point."""

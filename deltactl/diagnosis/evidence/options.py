@@ -33,6 +33,10 @@ class EvidenceOptions:
     """Sum of the coefficients up to which autocorrelation is corrected: what remembers more than
     ten readings is rather a model error that no column follows."""
 
+    tolerated: float = 2.0
+    """Standard deviations of what is off on any machine as built, beyond which it is a finding:
+    machines within them are 95 %."""
+
     # The noise of a machine whose model error is a sum of known columns.
     tempering_rounds: int = 3
     """The first fit takes the whole model error for noise, each further one what the last fit

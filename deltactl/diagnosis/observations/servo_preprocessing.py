@@ -16,7 +16,7 @@ from deltactl.diagnosis.observations.readings import (
     BoolArray,
     FloatArray,
     IntArray,
-    bridged,
+    smoothly_bridged,
     starts_of,
 )
 from deltactl.foundation.scatter import MAD_TO_SIGMA
@@ -126,7 +126,7 @@ def _observed(recording: FlatRecording, chain: ServoChain, motion: Motion) -> Fl
 
 
 def _three(recording: FlatRecording, stem: str) -> FloatArray:
-    return np.stack([bridged(recording, f"{stem}_{joint}") for joint in JOINTS], axis=1)
+    return np.stack([smoothly_bridged(recording, f"{stem}_{joint}") for joint in JOINTS], axis=1)
 
 
 def _motion(

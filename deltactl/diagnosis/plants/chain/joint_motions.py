@@ -16,8 +16,8 @@ from deltactl.diagnosis.observations.readings import (
     FloatArray,
     IntArray,
     Readings,
-    bridged,
     gather,
+    smoothly_bridged,
 )
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.models.robot import ChainRobot
@@ -134,7 +134,7 @@ def joint_motions(
 
 def _side_by_side(recordings: Sequence[FlatRecording], robot: ChainRobot, stem: str) -> FloatArray:
     names = [name for name, _ in columns_of(robot, stem)]
-    each = [np.stack([bridged(one, name) for name in names], axis=1) for one in recordings]
+    each = [np.stack([smoothly_bridged(one, name) for name in names], axis=1) for one in recordings]
     return np.concatenate(each)
 
 

@@ -25,6 +25,7 @@ from deltactl.diagnosis.observations.readings import (
     Readings,
     bridged,
     gather,
+    smoothly_bridged,
 )
 from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
@@ -72,9 +73,11 @@ class ForcedAxis(LeftOver):
         name = first_of(recordings[0], ("position", "theta_1")) or "position"
         unit = {name: "m" if robot.motion == "linear" else "rad"}
         self.readings: Readings = gather(recordings, [name], unit)
-        self.position = np.concatenate([bridged(r, name) for r in recordings])
+        self.position = np.concatenate([smoothly_bridged(r, name) for r in recordings])
         self.t_s = sampling_times(self.readings.t_s, self.readings.fresh, self.position)
-        self.force = robot.effort_gain * np.concatenate([bridged(r, "effort") for r in recordings])
+        self.force = robot.effort_gain * np.concatenate(
+            [smoothly_bridged(r, "effort") for r in recordings]
+        )
         self.let_go = not float(np.ptp(self.force)) > 0.0
         self.rounding = 0.0
         self._stribeck_at: dict[float, Columns] = {}
@@ -103,7 +106,7 @@ class ForcedAxis(LeftOver):
     def _motion(self, recordings: Sequence[FlatRecording], narrower: float) -> Motion:
         velocity = None
         if all(first_of(r, ["velocity"]) for r in recordings):
-            velocity = np.concatenate([bridged(r, "velocity") for r in recordings])
+            velocity = np.concatenate([smoothly_bridged(r, "velocity") for r in recordings])
         return motion_of(self.t_s, self.readings.fresh, self.position, velocity, narrower)
 
     def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
