@@ -13,6 +13,7 @@ import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
 from deltactl.diagnosis.plants.spline_terms import carried_over
@@ -99,11 +100,13 @@ def over_what_it_follows(selected: Selected, key: str, at: FloatArray) -> FloatA
 
 def _less_free(plant: RegressionPlant, left: FloatArray) -> FloatArray:
     """What is left on the rows that count, once what is free there is fitted."""
-    shapes, chosen = plant.free().values[plant.rows], left[plant.rows]
-    if not shapes.shape[1]:
+    from scipy.optimize import lsq_linear  # takes 0.1 s to import
+
+    free, chosen = plant.free(), left[plant.rows]
+    if not len(free.spread):
         return chosen
-    size, *_ = np.linalg.lstsq(shapes, chosen, rcond=None)
-    remaining: FloatArray = chosen - shapes @ size
+    most, shapes = EVIDENCE.tolerated * free.spread, free.values[plant.rows]
+    remaining: FloatArray = chosen - shapes @ lsq_linear(shapes, chosen, (-most, most)).x
     return remaining
 
 

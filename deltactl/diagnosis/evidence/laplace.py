@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtr
@@ -51,7 +51,6 @@ class Explanation:
     spreads: FloatArray
     white: FloatArray
     """Whitened residual (m,)."""
-    free_count: int
 
     @property
     def tangent(self) -> FloatArray:
@@ -67,6 +66,7 @@ class Laplace:
         self.plant, self.noise, self._before = plant, noise, before
         self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
         self._free = plant.free()
+        self._frees: dict[frozenset[str], Columns] = {frozenset(): self._free}
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = {}
         self._products: dict[tuple[str, str], tuple[Block, Block, FloatArray]] = {}
@@ -225,7 +225,18 @@ class Laplace:
         return float(left @ left), left
 
     def _columns(self, keys: frozenset[str], base: FloatArray, point: Point) -> list[Columns]:
-        return [self._free, *(self.plant.columns(key, base, point) for key in sorted(keys))]
+        return [
+            self._free_beside(keys),
+            *(self.plant.columns(key, base, point) for key in sorted(keys)),
+        ]
+
+    def _free_beside(self, keys: frozenset[str]) -> Columns:
+        """What is free, less the tolerances whose sizes regressors of the set take over."""
+        taken = frozenset(self.by_key[key].takes_over for key in keys) - {""}
+        if taken not in self._frees:
+            kept = np.array([name not in taken for name in self._free.names], dtype=float)
+            self._frees[taken] = replace(self._free, values=self._free.values * kept)
+        return self._frees[taken]
 
     def _whitened(
         self, keys: frozenset[str], point: Point
@@ -331,7 +342,6 @@ class Laplace:
             penalised=penalised,
             log_evidence=odds - 0.5 * (penalised + occam + chosen - halves),
             shapes=tuple(shapes), names=tuple(names), spreads=spreads, white=left,
-            free_count=self._free.values.shape[1],
         )  # fmt: skip
 
     def _is_found(self, key: str, linear: dict[str, FloatArray]) -> bool:

@@ -34,6 +34,8 @@ class Motion:
     top_speed: float
     low_passed: Callable[[FloatArray], FloatArray]
     slope: Callable[[FloatArray], FloatArray]
+    earlier: Callable[[FloatArray], Callable[[float], FloatArray]]
+    """Values (n,) some seconds before, within each stretch."""
     passes: Callable[[FloatArray], FloatArray]
     """Power (m,) that the low-pass leaves at angles (m,) a sample."""
 
@@ -96,6 +98,21 @@ def motion_of(
                 changing[part] = make_interp_spline(t_s[part], values[part], SPLINE)(t_s[part], 1)
         return changing
 
+    def earlier(values: FloatArray) -> Callable[[float], FloatArray]:
+        curves = [
+            make_interp_spline(t_s[part], values[part], SPLINE)
+            if part.stop - part.start > SPLINE else None for part in stretches
+        ]  # fmt: skip
+
+        def at(late_s: float) -> FloatArray:
+            found = values.copy()
+            for part, curve in zip(stretches, curves, strict=True):
+                if curve is not None:
+                    found[part] = curve(np.maximum(t_s[part] - late_s, t_s[part][0]))
+            return found
+
+        return at
+
     # Filtered last, as the force is: what a filter does where a stretch ends is then the same.
     speed = low_passed(position, 1) if velocity is None else low_passed(velocity)
     rise = low_passed(position, 2) if velocity is None else low_passed(velocity, 1)
@@ -110,7 +127,7 @@ def motion_of(
     top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
         low_passed(position), speed, rise, settled, cut_off_hz, float(noise), max(top, 1e-300),
-        low_passed, slope, passes,
+        low_passed, slope, earlier, passes,
     )  # fmt: skip
 
 

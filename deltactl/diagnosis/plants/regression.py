@@ -79,6 +79,8 @@ class Regressor:
     """Linear sizes that no machine has below zero."""
     as_built: float = 0.0
     """Linear size up to which any machine is off, so that it is no finding."""
+    takes_over: str = ""
+    """Name of the free column that is a tolerance of the same quantity."""
     mapped: bool = False
     """A map of the position in detail has it as well: beside one it must be distinct."""
     left_over: bool = False

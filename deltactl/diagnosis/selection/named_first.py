@@ -236,7 +236,7 @@ def _shift(plant: RegressionPlant, best: Explanation) -> dict[str, float]:
     return {
         name: abs(again[name] - size)
         for name, size in named_sizes(best).items()
-        if name in again and name not in best.sizes
+        if name in again
     }
 
 

@@ -8,7 +8,7 @@ Technol. 21, 428-444).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -94,7 +94,7 @@ class ForcedAxis(LeftOver):
 
     def _low_passed(self, recordings: Sequence[FlatRecording], narrower: float) -> None:
         """Motion and forces behind a low-pass, and the samples that count of them."""
-        for name in ("_rests", "_direction"):
+        for name in ("_rests", "_direction", "_earlier"):
             self.__dict__.pop(name, None)
         self._stribeck_at.clear()
         self.motion = self._motion(recordings, narrower)
@@ -204,19 +204,30 @@ class ForcedAxis(LeftOver):
         if not self.let_go:
             slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
             speed = Size("speed", "flat", top, slowest, fastest, 0.002 * top)
-            late = instead("effort/lag")
+            step_s, longest_s = 0.05 * self.readings.period_s, FORCED_AXIS.longest_lag_s
+            late = Size("dead_time", "half", FORCED_AXIS.dead_time_spread_s, 0.0, longest_s, step_s)
             found += [
                 named("effort/offset", equivalents=instead("effort/offset")),
                 named("effort/gain", as_built=FORCED_AXIS.as_stated),
                 named("effort/spring", follows=("position",)),
-                named("effort/lag", alone=False, positive=("dead_time",), equivalents=late),
+                named(
+                    "effort/lag", sizes=(late,), alone=False, takes_over="late",
+                    equivalents=instead("effort/lag"),
+                ),
                 named("effort/stribeck", sizes=(speed,), alone=False, positive=("torque",)),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """Nothing is predicted of what the robot file does not explain, (n,)."""
-        return np.zeros(len(self.t_s))
+        """Effort less what it was when the motion that it makes was commanded, (n,)."""
+        if "lag" not in keys:
+            return np.zeros(len(self.t_s))
+        return self.filtered_force - self._earlier(sizes["lag.dead_time"])
+
+    @cached_property
+    def _earlier(self) -> Callable[[float], FloatArray]:
+        """Low-passed effort (n,) some seconds before each reading, within its stretch."""
+        return self.motion.earlier(self.filtered_force)
 
     def free(self) -> Columns:
         """Effort is held between samples and filtered before it is recorded: no finding."""
@@ -233,6 +244,8 @@ class ForcedAxis(LeftOver):
         """Forces (n, k) of one regressor, low-passed like the effort."""
         if key.startswith(UNKNOWN):
             return self.unknown(key)
+        if key == "lag":
+            return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
         if key == "spring":
             return self._spring
         if key == "stribeck":
@@ -281,7 +294,6 @@ class ForcedAxis(LeftOver):
                 FILE_SPREADS.gain_share,
                 "scale",
             ),
-            "lag": (self._changing, FORCED_AXIS.dead_time_spread_s, "dead_time"),
         }
         return {
             key: Columns(shape[:, None], np.array([spread]), (name,))
@@ -296,8 +308,7 @@ class ForcedAxis(LeftOver):
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes (n, j) that no spline term may take the place of."""
-        left_out = {"lag"}
-        left_out |= {"offset"} if self.let_go else set()
+        left_out = {"offset"} if self.let_go else set()
         named = [c.values[:, 0] for key, c in self._shapes.items() if key not in left_out]
         return np.stack(named, axis=1)
 
@@ -368,9 +379,11 @@ class ForcedAxis(LeftOver):
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
         """Friction that drives, a mass below zero, a Stribeck speed at its bound."""
-        for key in keys & {"friction", "viscous", "stribeck", "lag"}:
+        for key in keys & {"friction", "viscous", "stribeck"}:
             if linear[key][0] <= 0.0:
                 return True
+        if "lag" in keys and not 0.0 < sizes["lag.dead_time"] < FORCED_AXIS.longest_lag_s:
+            return True
         if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
             return True
         if "gain" in keys and linear["gain"][0] <= -1.0:
@@ -383,4 +396,6 @@ class ForcedAxis(LeftOver):
         if key == "stribeck":
             top = self.motion.top_speed
             return [{"stribeck.speed": share * top} for share in FORCED_AXIS.speed_starts]
+        if key == "lag":
+            return [{"lag.dead_time": late_s} for late_s in FORCED_AXIS.lag_starts_s]
         return [{}]

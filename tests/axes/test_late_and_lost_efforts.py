@@ -1,0 +1,53 @@
+"""A late drive is named with its time; positions that a log lost are no error of the model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.models.robot import ServoAxis
+from deltactl.recording.tables.flat import FlatRecording, from_columns
+
+pytest.importorskip("scipy", reason="the diagnosis needs the extra 'diagnosis'")
+
+SLIDE = ServoAxis(kind="servo_axis", name="slide", motion="linear", inertia=2.0)
+PERIOD_S = 0.005
+
+
+def pushed(late_s: float = 0.0, lost: float = 0.0) -> FlatRecording:
+    """A slide that follows its effort late, and of whose positions some are lost."""
+    rng = np.random.default_rng(3)
+    t_s = np.arange(0.0, 20.0, PERIOD_S)
+    swings = ((0.1, 3.0, 0.0), (0.03, 11.0, 1.0), (0.01, 23.0, 2.0))
+
+    def effort_n(at_s: np.ndarray) -> np.ndarray:
+        pulls = (
+            -2.0 * size * rate**2 * np.sin(rate * at_s + phase) for size, rate, phase in swings
+        )
+        return np.asarray(sum(pulls))
+
+    position = np.asarray(sum(size * np.sin(rate * t_s + phase) for size, rate, phase in swings))
+    position[rng.random(len(t_s)) < lost] = np.nan
+    effort = effort_n(t_s + late_s) + rng.normal(0.0, 0.05, len(t_s))
+    return from_columns({"t": t_s, "position": position, "effort": effort}, "pushed")
+
+
+def test_a_drive_some_periods_late_is_named_with_its_time() -> None:
+    answer = diagnose_recordings(SLIDE, [pushed(late_s=2.0 * PERIOD_S)])
+    assert [one.effect for one in answer.findings] == ["following_lag"]
+    late = answer.findings[0].parameters["dead_time"]
+    assert late.value == pytest.approx(2.0 * PERIOD_S, abs=0.2 * PERIOD_S)
+    assert answer.fit.holdout_rms_after_m < 0.2 * answer.fit.holdout_rms_before_m
+
+
+def test_less_than_half_a_period_is_no_finding() -> None:
+    assert diagnose_recordings(SLIDE, [pushed(late_s=0.3 * PERIOD_S)]).findings == []
+
+
+def test_positions_that_were_lost_are_no_error_of_the_model() -> None:
+    whole, holed = pushed(), pushed(lost=0.01)
+    answers = [diagnose_recordings(SLIDE, [one]) for one in (whole, holed)]
+    assert [answer.verdict for answer in answers] == ["nothing_missing"] * 2
+    left = [answer.fit.rms_after_m for answer in answers]
+    assert left[1] == pytest.approx(left[0], rel=0.2)
