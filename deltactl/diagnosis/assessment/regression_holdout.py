@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
-from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.evidence.laplace import Explanation, Laplace, tolerated
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
 from deltactl.diagnosis.plants.spline_terms import carried_over
@@ -105,7 +104,7 @@ def _less_free(plant: RegressionPlant, left: FloatArray) -> FloatArray:
     free, chosen = plant.free(), left[plant.rows]
     if not len(free.spread):
         return chosen
-    most, shapes = EVIDENCE.tolerated * free.spread, free.values[plant.rows]
+    most, shapes = tolerated(plant) * free.spread, free.values[plant.rows]
     remaining: FloatArray = chosen - shapes @ lsq_linear(shapes, chosen, (-most, most)).x
     return remaining
 

@@ -66,7 +66,8 @@ class Laplace:
         self.plant, self.noise, self._before = plant, noise, before
         self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
         self._free = plant.free()
-        self._frees: dict[frozenset[str], Columns] = {frozenset(): self._free}
+        self._tolerated = tolerated(plant)
+        self._frees: dict[frozenset[str], Columns] = {}
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = {}
         self._products: dict[tuple[str, str], tuple[Block, Block, FloatArray]] = {}
@@ -233,6 +234,8 @@ class Laplace:
     def _free_beside(self, keys: frozenset[str]) -> Columns:
         """What is free, less the tolerances whose sizes regressors of the set take over."""
         taken = frozenset(self.by_key[key].takes_over for key in keys) - {""}
+        if not taken:
+            return self._free
         if taken not in self._frees:
             kept = np.array([name not in taken for name in self._free.names], dtype=float)
             self._frees[taken] = replace(self._free, values=self._free.values * kept)
@@ -275,14 +278,12 @@ class Laplace:
         return theta, explained
 
     def _within_tolerance(self, gram: FloatArray, share: FloatArray) -> FloatArray:
-        """Sizes (p,) that minimise the cost while those that are free stay tolerances: beyond them
-        lies a finding, which a stretched tolerance would take the place of.
-        """
+        """Sizes (p,) that minimise the cost while tolerances stay within what machines have."""
         theta: FloatArray = np.linalg.solve(gram, share)
-        free = np.arange(len(theta)) < self._free.values.shape[1]
-        beyond = free & (np.abs(theta) > EVIDENCE.tolerated)
+        most = np.concatenate([self._tolerated, np.full(len(theta) - len(self._tolerated), np.inf)])
+        beyond = np.abs(theta) > most
         if beyond.any():
-            theta[beyond] = np.clip(theta[beyond], -EVIDENCE.tolerated, EVIDENCE.tolerated)
+            theta[beyond] = np.clip(theta[beyond], -most[beyond], most[beyond])
             rest = ~beyond
             known = share[rest] - gram[np.ix_(rest, beyond)] @ theta[beyond]
             theta[rest] = np.linalg.solve(gram[np.ix_(rest, rest)], known)
@@ -336,7 +337,7 @@ class Laplace:
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         return Explanation(
-            keys=keys, found=frozenset(key for key in keys if self._is_found(key, linear)),
+            keys=keys, found=frozenset(key for key in keys if self._is_found(key, linear, point)),
             sizes=point, linear=linear, predicted=predicted,
             residual=self.plant.observed - predicted, chi2=float(left @ left),
             penalised=penalised,
@@ -344,9 +345,10 @@ class Laplace:
             shapes=tuple(shapes), names=tuple(names), spreads=spreads, white=left,
         )  # fmt: skip
 
-    def _is_found(self, key: str, linear: dict[str, FloatArray]) -> bool:
-        as_built = self.by_key[key].as_built
-        return not as_built or float(np.abs(linear[key]).max()) > as_built
+    def _is_found(self, key: str, linear: dict[str, FloatArray], point: Point) -> bool:
+        regressor = self.by_key[key]
+        sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
+        return not regressor.as_built or float(np.abs(sizes).max()) > regressor.as_built
 
     @staticmethod
     def _within(
@@ -362,6 +364,16 @@ class Laplace:
             if size.prior == "half":
                 total += 2.0 * np.log(2.0 * ndtr(point[name] / (size.spread * spread)))
         return float(total)
+
+
+def tolerated(plant: RegressionPlant) -> FloatArray:
+    """Prior spreads (k,) within which each free column stays: beyond, the regressor that takes it
+    over is a finding, whose place a stretched tolerance would take.
+    """
+    bounded = {r.takes_over for r in plant.regressors}
+    free = plant.free()
+    names = free.names or ("",) * len(free.spread)
+    return np.array([EVIDENCE.tolerated if name and name in bounded else np.inf for name in names])
 
 
 def _side_by_side(rows: int, shapes: Sequence[FloatArray]) -> FloatArray:

@@ -78,7 +78,7 @@ class Regressor:
     positive: tuple[str, ...] = ()
     """Linear sizes that no machine has below zero."""
     as_built: float = 0.0
-    """Linear size up to which any machine is off, so that it is no finding."""
+    """Size up to which any machine is off, so that it is no finding."""
     takes_over: str = ""
     """Name of the free column that is a tolerance of the same quantity."""
     mapped: bool = False

@@ -234,9 +234,7 @@ def _shift(plant: RegressionPlant, best: Explanation) -> dict[str, float]:
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
     again = named_sizes(Laplace(other, saturated_noise(other))(keys, [best]))
     return {
-        name: abs(again[name] - size)
-        for name, size in named_sizes(best).items()
-        if name in again
+        name: abs(again[name] - size) for name, size in named_sizes(best).items() if name in again
     }
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
 
 from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
 from deltactl.diagnosis.observations.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.outliers import without_gross
@@ -212,6 +213,7 @@ class ForcedAxis(LeftOver):
                 named("effort/spring", follows=("position",)),
                 named(
                     "effort/lag", sizes=(late,), alone=False, takes_over="late",
+                    as_built=EVIDENCE.tolerated * self._apart_s,
                     equivalents=instead("effort/lag"),
                 ),
                 named("effort/stribeck", sizes=(speed,), alone=False, positive=("torque",)),
@@ -233,8 +235,12 @@ class ForcedAxis(LeftOver):
         """Effort is held between samples and filtered before it is recorded: no finding."""
         if self.let_go:
             return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
-        spread = max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.readings.period_s)
-        return Columns(self._changing[:, None], np.array([spread]), ("late",))
+        return Columns(self._changing[:, None], np.array([self._apart_s]), ("late",))
+
+    @property
+    def _apart_s(self) -> float:
+        """Usual time between effort and position, by the clocks."""
+        return max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.readings.period_s)
 
     @cached_property
     def _changing(self) -> FloatArray:
