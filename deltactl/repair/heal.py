@@ -26,7 +26,7 @@ from deltactl.firmware_py.planner.plan import home_counts, plan_of
 from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.program.totals import program_of, summarise_program
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
-from deltactl.foundation.errors import ConfigError, MotionError
+from deltactl.foundation.errors import ConfigError, DeltactlError, MotionError
 from deltactl.foundation.plain_file import write_whole
 from deltactl.repair.compared import Distance, Gain, Seen, distance, gain
 from deltactl.repair.correct import held_back, trained
@@ -63,6 +63,7 @@ SURVEY_RADPS, DWELL_S = 0.2, 0.4
 
 HEALED, NOTHING, ROLLED_BACK, REFUSED = "healed", "nothing_to_heal", "rolled_back", "refused"
 OLD_IN_FORCE = "the old robot file is in force"
+GO_ON = "'deltactl heal' with --continue goes on"
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,15 +86,25 @@ class Healer:
     def __init__(self, order: Order, patient: Patient, say: Say):
         self._order, self._patient, self._say = order, patient, say
         self._begun_s = time.monotonic()
+        self._doing = "before anything moved"
         self._earlier: list[dict[str, str]] = []
         self._robot = self._checked()
         self._state = self._begin()
 
     def heal(self) -> dict[str, Any]:
-        """The answer, as JSON. Raises DeltactlError; then the old robot file is in force."""
+        """The answer, as JSON. Raises DeltactlError, which names the file in force."""
         if self._state.answer is not None:
             return self._state.answer
-        robot = self._robot
+        try:
+            return self._carried_out(self._robot)
+        except DeltactlError as error:
+            kept = self._state.is_exchanged
+            says = "the corrected robot file is in force" if kept else OLD_IN_FORCE
+            raise error.worded(f"{self._doing}: {error}; {says}; {GO_ON}") from error
+
+    def _carried_out(self, robot: RobotFile) -> dict[str, Any]:
+        if self._state.kept is not None and self._state.is_exchanged:
+            return self._ended(self._kept(self._state.kept))
         self._record_survey(robot)
         answer = self._diagnosed()
         for _ in range(MOST_EXPERIMENTS - len(self._state.of(EXPERIMENT))):
@@ -114,7 +125,8 @@ class Healer:
             raise ConfigError(f"{order.out}: no healing was begun here; leave --continue out")
         now = digest_of(robot_file)
         if order.go_on and old is not None:
-            if old.answer is None and old.old_sha256 == now and old.job == order.job.resolve():
+            same = old.old_sha256 == now or (old.kept is not None and old.is_exchanged)
+            if old.answer is None and same and old.job == order.job.resolve():
                 self._say(f"going on after: {old.step or 'nothing yet'}")
                 return old
             self._earlier = (old.answer or {}).get("by_hand", [])
@@ -144,7 +156,7 @@ class Healer:
     def _record_survey(self, robot: RobotFile) -> None:
         if self._state.of(SURVEY):
             return
-        self._say("homing, and holding the sensors against each other (about 5 s)")
+        self._do("homing, and holding the sensors against each other (about 5 s)")
         homed = self._patient.home(self._order.robot_file)
         self._say(f"home: {homed.text}; readings scatter by {homed.noise_m * 1e3:.2f} mm")
         seconds = self._survey_s(robot, homed.noise_m)
@@ -177,17 +189,19 @@ class Healer:
 
     def _run(self, kind: str, job: Path, what: str, robot_file: Path | None = None) -> Recorded:
         """Run and record a job by the robot file in force, or by another, and write it down."""
-        self._say(f"{what}")
+        self._do(what)
         number = len(self._state.recordings)
         name = self._order.out.resolve() / f"{kind}-{number}-{time.time_ns() // 1_000_000}"
         robot_file = robot_file or self._order.robot_file
-        try:
-            ran = self._patient.run(job, robot_file, name)
-        except MotionError as error:
-            raise error.worded(f"{kind}: {error}; {OLD_IN_FORCE}") from error
+        ran = self._patient.run(job, robot_file, name)
         made = Recorded(kind=kind, file=ran.recording, seconds=ran.seconds)
         self._write(what, recordings=(*self._state.recordings, made))
         return made
+
+    def _do(self, what: str) -> None:
+        """Something that takes a while begins."""
+        self._doing = what.partition(" (")[0]
+        self._say(what)
 
     def _write(self, step: str, **changes: Any) -> None:
         self._state = self._state.model_copy(update={"step": step, **changes})
@@ -202,7 +216,7 @@ class Healer:
             answer = Diagnosis.model_validate_json(kept.read_text(encoding="utf-8"))
             if answer.recordings == [str(file) for file in files]:
                 return answer
-        self._say(f"{step} (about a minute on a PC)")
+        self._do(f"{step} (about a minute on a PC)")
         answer = diagnose(files, self._order.robot_file)
         write_whole(kept, json.dumps(answer.to_json()) + "\n")
         self._write(step)
@@ -247,10 +261,16 @@ class Healer:
         }
         if better.sign != 1:
             return found | measured | {"outcome": ROLLED_BACK}
-        self._say("keeping the correction")
+        self._do("keeping the correction, and homing by it")
+        kept = found | measured | {"outcome": HEALED}
+        self._write("a correction that is to be kept", kept=kept)
         self._state = exchange(self._order.out, self._state, candidate.read_text(encoding="utf-8"))
-        self._patient.home(path)
-        return found | measured | {"outcome": HEALED}
+        return self._kept(kept)
+
+    def _kept(self, answer: dict[str, Any]) -> dict[str, Any]:
+        """The corrected file has taken the place of the old one: the robot is homed by it."""
+        self._patient.home(self._order.robot_file)
+        return answer
 
     def _ranked(self, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
         """What each correction is worth; nothing for a network, which learned all of them."""
@@ -265,7 +285,7 @@ class Healer:
         """The same with a network that learned the correction, where the job takes one."""
         if not isinstance(load_job(self._order.job).inverse_kinematics, NetworkIk):
             return robot
-        self._say("training the network of the corrected robot (about half a minute)")
+        self._do("training the network of the corrected robot (about half a minute)")
         learned = trained(robot, candidate.with_suffix(".tflite"))
         if learned is None:
             return robot

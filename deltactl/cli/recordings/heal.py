@@ -111,13 +111,12 @@ def heal(
 def _patient(
     robot_file: Path, folder: Path, simulate: bool, socket: Path | None
 ) -> Iterator[Patient]:
-    from deltactl.firmware_py.daemon.client import Client, daemon_answers
+    from deltactl.firmware_py.daemon.client import daemon_answers
     from deltactl.firmware_py.machine import is_raspberry_pi
     from deltactl.repair.patients import DaemonPatient, SimulatedPatient
 
     if not simulate and daemon_answers(socket):
-        with Client(socket) as client:
-            yield DaemonPatient(client, robot_file)
+        yield DaemonPatient(socket, robot_file)
         return
     if not simulate:
         if socket is not None or is_raspberry_pi():
