@@ -26,7 +26,8 @@ from deltactl.foundation.errors import MotionError
 from deltactl.models.inverse_kinematics import TargetMapper
 
 MERGE_S = 20e-6
-"""Steps of different motors this near to each other are one tick."""
+"""Steps of different motors this near to each other are one tick; nearer ones are wherever the step
+output cannot tell two ticks apart."""
 BETWEEN_COUNTS_S = 0.004
 """What is smooth already is smoothed by so little more."""
 Made = tuple[Int64Array, Int64Array, int]
@@ -54,8 +55,10 @@ class LeadStream:
         self.active = (late or ringing is not None) and not (together or as_given)
         """The gpiozero backend cannot step motors one shortly after the other."""
         step_s = 1.0 / robot.limits.step_rate_hz
+        window_s = max(min(MERGE_S, step_s / 6.0), robot.tick_s)
+        # Merging takes up to a window from the distance of two steps.
         fastest = min(
-            robot.limits.step_rate_hz, robot.limits.joint_speed_radps / robot.drive.rad_per_step
+            1.0 / (step_s + window_s), robot.limits.joint_speed_radps / robot.drive.rad_per_step
         )
         acceleration = robot.limits.joint_acceleration_radps2 / robot.drive.rad_per_step
         self._ringing, least_s, reach_s = ringing, 0.0, 0.0
@@ -69,7 +72,7 @@ class LeadStream:
             for dead, lag in pairs
         ]
         self._gate = StepGate()
-        self._gate.rules(min(ns(MERGE_S), ns(step_s / 6.0)), ns(step_s))
+        self._gate.rules(ns(window_s), ns(step_s))
 
     def chunks(self, planned: Iterator[Chunk]) -> Iterator[Chunk]:
         """The same motion, nothing of it lost."""
