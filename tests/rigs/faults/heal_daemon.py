@@ -1,7 +1,7 @@
 """A daemon on the simulated robot whose sensors and drives fail when standard input says so.
 
 `python -m tests.rigs.faults.heal_daemon FOLDER`, with `mine.yaml` in the folder. The words are
-`blind` and `see` (all three sensors), `trip N` (a drive's alarm) and `mend`.
+`blind` and `see` (all three sensors), and `trip N` (a drive's alarm).
 """
 
 from __future__ import annotations
@@ -33,8 +33,6 @@ def obey(controller: Controller) -> None:
         words = line.split()
         if words[0] == "trip":
             bench.trip(int(words[1]))
-        elif words[0] == "mend":
-            bench.lines.cycle_power()
         else:
             for chip in rig.chips.values():
                 chip.faults.raw_status = BLIND_RAW_STATUS if words[0] == "blind" else None

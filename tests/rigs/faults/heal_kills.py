@@ -111,9 +111,9 @@ class HealStand:
         if self.daemon.poll() is not None:
             self.daemon = self._start()
         self.tell("see")
-        self.tell("mend")
         with Client(self.socket) as client:
             if client.status().state in ("stopped", "fault"):
+                client.power_off()  # a drive without power forgets its alarm
                 wait_for(lambda: _acknowledged(client), SETTLES_S)
 
     def state(self) -> dict[str, Any]:
