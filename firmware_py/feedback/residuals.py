@@ -14,6 +14,9 @@ from deltactl.firmware_py.compensation.lead import accepted_lags_s
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S, ns
 from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.chain.active import at, of_entries
+from deltactl.models.effects import Trait, has
+from deltactl.models.effects.kind import Port, scalar
 from deltactl.models.robot import AXES, FloatArray
 
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]
@@ -70,6 +73,12 @@ class Residuals:
         )
 
 
+def _readings_late_s(robot: RobotFile) -> float:
+    """By how much all readings are late, as the robot file says [s]."""
+    clock = at(of_entries(robot.effects), Port.CLOCK)
+    return sum(scalar(one.values, "time") for one in clock if has(one.kind.name, Trait.DELAY))
+
+
 class Expectation:
     """Knows the edges sent, and so where the arms should be when a sample was taken."""
 
@@ -79,7 +88,8 @@ class Expectation:
         self._sensors = robot.sensors
         self._dead_s, self._lag_s = accepted_lags_s(robot)
         late_s = float((self._dead_s + np.minimum(LAGS * self._lag_s, MOST_KEPT_S)).max())
-        self._kept_ns = EDGES_KEPT_NS + ns(late_s)
+        self._read_late_ns = ns(_readings_late_s(robot))
+        self._kept_ns = EDGES_KEPT_NS + ns(late_s) + self._read_late_ns
         self.reset((0, 0, 0), 0)
 
     def reset(self, counts: Counts, now_ns: int) -> None:
@@ -128,7 +138,8 @@ class Expectation:
         return excess_m
 
     def _followed_at(self, t_ns: Int64Array) -> FloatArray:
-        """Counts (n, 3) at which drives are that follow late, as the robot file says."""
+        """Counts (n, 3) that readings of these times show: drives and readings may be late."""
+        t_ns = t_ns - self._read_late_ns
         counts = self._counts_at(t_ns).astype(np.float64)
         for motor in np.flatnonzero(self._dead_s + self._lag_s):
             seen_ns = t_ns - ns(float(self._dead_s[motor]))
