@@ -87,7 +87,7 @@ def fastest_hz(robot: RobotFile) -> float:
 def stretch(robot: RobotFile, t_s: FloatArray, angles_rad: FloatArray, jump_hz: float) -> float:
     """How many times as long a path must take, so that drives can be led along it; 1 or more.
 
-    A drive is commanded to x + T x', whose rate is v + T a, and in k times the time v / k + T a / k^2.
+    A drive is commanded to x + T x', at v + T a, and in k times the time at v / k + T a / k^2.
     angles_rad: (n, 3), commanded at t_s (n,); jump_hz: as for `Lead`.
     """
     _, lags = lags_s(robot)
