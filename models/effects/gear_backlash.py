@@ -118,6 +118,9 @@ CARD = EffectCard(
         # wears or is set by hand; without a known load, tooth play is what a geared stepper has
         "pulled/play": -1.0,
         "stepper/play": -1.0,
+        # arms are preloaded
+        "pose/play": -2.5,
+        "pose/hang": -4.0,
     },
     words=Words(
         noun="backlash in the gear or coupling of {part}",

@@ -48,6 +48,7 @@ CARD = EffectCard(
     log_odds={
         # wears or is set by hand
         "command/offset": -1.0,
+        "pose/home": -1.0,
     },
     words=Words(
         noun="a wrong home angle of {part}",

@@ -68,6 +68,7 @@ CARD = EffectCard(
     log_odds={
         # wears or is set by hand
         "command/droop": -1.0,
+        "pose/droop": -1.0,
     },
     words=Words(
         noun="shafts of {part} that yield under load",

@@ -71,6 +71,8 @@ CARD = EffectCard(
     log_odds={
         # ranging takes tens of milliseconds, and few stamps allow for it
         "range/late": -1.5,
+        # arms swing for a second after a move, and people wait for it
+        "pose/rest": -3.0,
     },
     words=Words(
         noun="readings that come late",

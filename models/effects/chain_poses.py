@@ -1,0 +1,131 @@
+"""What can be wrong with where a chain of joints is: effects of the vocabulary, at each joint.
+
+Angles are at the joint's output, true less read (or commanded, where nothing is read). Each effect
+has sizes in which the angle is linear, and parameters that people know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from deltactl.models.effects import column_of
+from deltactl.models.effects.kind import EffectKind, Parameter, Port
+from deltactl.models.effects.link_geometry import OFF
+from deltactl.models.effects.link_geometry import says as geometry_says
+from deltactl.models.effects.lone_axis import LINEAR_UNIT, said
+from deltactl.models.effects.servo_joints import SERVO_EFFECTS
+from deltactl.models.robot import FloatArray
+
+SENSORS = "sensors"
+"""The component of what is wrong with the poses that were read, and with no joint."""
+Given = Mapping[str, Any]
+WAVE = (("amplitude", "rad"), ("period", "rad"), ("phase", "rad"))
+
+
+@dataclass(frozen=True, slots=True)
+class PoseEffect:
+    """One effect: its parameters with their units, its text with {size} and {part}, and the sizes
+    (k,) of its columns by the parameters of a robot file.
+    """
+
+    key: str
+    parameters: tuple[tuple[str, str], ...]
+    text: str
+    from_file: Callable[[Given], FloatArray]
+    nothing: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """The effect."""
+        return column_of(f"pose/{self.key}")[0]
+
+    @property
+    def log_odds(self) -> float:
+        """That a joint has it."""
+        return column_of(f"pose/{self.key}")[1]
+
+
+def _plain(name: str) -> Callable[[Given], FloatArray]:
+    return lambda given: np.array([float(given.get(name, 0.0))])
+
+
+def _phasor(given: Given) -> FloatArray:
+    """Sine and cosine part of a wave."""
+    size, phase = float(given["amplitude"]), float(given.get("phase", 0.0))
+    return size * np.array([np.cos(phase), np.sin(phase)])
+
+
+GEAR_WAVE = "the gear or encoder of {part} has a periodic error of {size} every {period}"
+POSE_EFFECTS = {
+    one.key: one
+    for one in (
+        PoseEffect("home", (("angle", "rad"),), "the zero of {part} is off by {size}", _plain("angle")),
+        PoseEffect(
+            "ratio", (("scale", "1"),), "{part} moves {size} times as far as it should",
+            lambda given: np.array([float(given.get("scale", 1.0)) - 1.0]), 1.0,
+        ),
+        PoseEffect("wave", WAVE, GEAR_WAVE, _phasor),
+        PoseEffect("second", WAVE, GEAR_WAVE, _phasor),
+        PoseEffect("gear", WAVE, GEAR_WAVE, _phasor),
+        PoseEffect(
+            "droop", (("stiffness", "N m/rad"),), "{part} yields under weight, with a stiffness of {size}",
+            lambda given: np.array([1.0 / float(given["stiffness"])]), np.inf,
+        ),
+        PoseEffect(
+            "play", (("width", "rad"),), "{part} has play of {size}: where it rests depends on the way"
+            " it came", _plain("width"),
+        ),
+        PoseEffect(
+            "hang", (("width", "rad"),), "{part} has play of {size}: it hangs to the side that its weight"
+            " pulls", _plain("width"),
+        ),
+        PoseEffect(
+            "geometry", tuple((name, "m" if name[0] == "d" else "rad") for name in OFF), "", np.zeros
+        ),
+        PoseEffect(
+            "bend", (("compliance", "rad/(N m)"),), "the bearing or link at {part} bends under weight by"
+            " {size}", _plain("compliance"),
+        ),
+        PoseEffect(
+            "windup", (("share", "1"),), "{part} goes on by {size} times what its encoder is short of its"
+            " command", _plain("share"),
+        ),
+        PoseEffect(
+            "rest", (("share_of_last_move", "1"),), "poses are read when {size} of the last move is yet"
+            " to come", _plain("share_of_last_move"),
+        ),
+    )
+}  # fmt: skip
+
+
+def pose_effects(slides: Mapping[str, bool]) -> dict[str, EffectKind]:
+    """Kinds by name, with their sentences; slides: of each joint whether it does."""
+    made = {}
+    for one in POSE_EFFECTS.values():
+        made.setdefault(one.name, _kind(one, slides))
+    return made
+
+
+def _kind(one: PoseEffect, slides: Mapping[str, bool]) -> EffectKind:
+    def says(component: str, values: Given) -> str:
+        if one.key == "geometry":
+            return geometry_says(component, values)
+        shown = {}
+        for name, unit in one.parameters:
+            unit = LINEAR_UNIT.get(unit, unit) if slides.get(component, False) else unit
+            shown[name] = said(float(values.get(name, np.nan)), unit)
+        return one.text.format(size=shown[one.parameters[0][0]], part=component, **shown)
+
+    parameters = tuple(
+        Parameter(name, unit, -1e12, 1e12, default=0.0 if place else None)
+        for place, (name, unit) in enumerate(one.parameters)
+    )
+    operate = next(iter(SERVO_EFFECTS.values())).operate
+    components = (SENSORS,) if one.key == "rest" else tuple(slides)
+    return EffectKind(
+        one.name, Port.ARM, components, parameters, operate, says, nothing=one.nothing
+    )

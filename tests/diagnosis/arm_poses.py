@@ -1,0 +1,120 @@
+"""A six-axis arm with hidden errors, looked at by a tracker, that shares no code with the models.
+
+Its frames are multiplied out joint by joint, and the moments of its weights are summed as points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+JOINTS = ("base_pan", "shoulder", "elbow", "roll", "pitch", "flange")
+AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], dtype=float)
+ORIGINS = np.array(
+    [[0, 0, 0.25], [0.12, 0, 0.2], [0, 0, 0.55], [0.2, 0, 0.1], [0.35, 0, 0], [0.09, 0, 0]]
+)
+MASSES = np.array([12.0, 10.0, 7.0, 3.0, 2.0, 1.0])
+CENTRES = np.array(
+    [[0.05, 0, 0.1], [0, 0, 0.25], [0.1, 0, 0.05], [0.15, 0, 0], [0.04, 0, 0], [0.05, 0, 0.02]]
+)
+PULL = np.array([0.0, 0.0, -9.81])
+REACHES = np.array([2.5, 1.0, 1.2, 2.8, 1.8, 3.0])
+
+
+@dataclass
+class Hidden:
+    """What is wrong; nothing by default. off: shift [m] and turn [rad] before each joint."""
+
+    home_rad: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    ratio: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    off: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    compliance: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    wave_rad: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    waves: np.ndarray = field(default_factory=lambda: np.ones(6))
+    play_rad: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    tool_m: np.ndarray = field(default_factory=lambda: np.array([0.11, 0.02, 0.06]))
+    noise_m: float = 2e-5
+
+
+def turn(vector: np.ndarray) -> np.ndarray:
+    """Rotation matrix of a rotation vector (Rodrigues)."""
+    angle = float(np.linalg.norm(vector))
+    if angle == 0.0:
+        return np.eye(3)
+    x, y, z = vector / angle
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+def _frames(q: np.ndarray, off: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Frame, place and axis of each link in one pose."""
+    frame, place, found = np.eye(3), np.zeros(3), []
+    for j in range(6):
+        place = place + frame @ (ORIGINS[j] + off[j, :3])
+        frame = frame @ turn(off[j, 3:])
+        axis = frame @ AXES[j]
+        frame = frame @ turn(AXES[j] * q[j])
+        found.append((frame, place, axis))
+    return found
+
+
+def torques(q: np.ndarray) -> np.ndarray:
+    """What weight does to each joint, (6,) [N m]."""
+    links, made = _frames(q, np.zeros((6, 6))), np.zeros(6)
+    for j in range(6):
+        _, anchor, axis = links[j]
+        for k in range(j, 6):
+            frame, place, _ = links[k]
+            made[j] += axis @ np.cross(place + frame @ CENTRES[k] - anchor, MASSES[k] * PULL)
+    return made
+
+
+def place(q: np.ndarray, hidden: Hidden) -> tuple[np.ndarray, np.ndarray]:
+    """Where the reflector is, and how the flange is turned."""
+    frame, at, _ = _frames(q, hidden.off)[-1]
+    return at + frame @ hidden.tool_m, frame
+
+
+def measured(hidden: Hidden, count: int = 300, seed: int = 3) -> np.ndarray:
+    """Rows of six angles and the reflector's place in the tracker's frame, [rad] and [m]."""
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-1.0, 1.0, (count, 6)) * REACHES
+    q[:, 4] += 0.6
+    base, shift = turn(np.array([0.3, -1.9, 0.8])), np.array([2.1, -0.7, 0.4])
+    rows, before = [], q[0]
+    for angles in q:
+        way = np.sign(angles - before)
+        true = angles + hidden.home_rad + hidden.ratio * angles + 0.5 * hidden.play_rad * way
+        true = true + hidden.wave_rad * np.sin(hidden.waves * angles)
+        true = true + hidden.compliance * torques(angles)
+        point, _ = place(true, hidden)
+        seen = base @ point + shift + hidden.noise_m * rng.standard_normal(3)
+        rows.append([*angles, *seen])
+        before = angles
+    return np.array(rows)
+
+
+def table(folder: Path, rows: np.ndarray, name: str = "poses.csv") -> Path:
+    """The rows as a table without times."""
+    head = [f"theta_{n}" for n in range(1, 7)] + [f"pos_{axis}" for axis in "xyz"]
+    path = folder / name
+    np.savetxt(path, rows, "%.9g", ",", header=",".join(head), comments="")
+    return path
+
+
+def urdf_text() -> str:
+    """The arm as its drawing has it."""
+    parts = ['<robot name="six"><link name="base"/>']
+    for j, name in enumerate(JOINTS):
+        parent = "base" if j == 0 else f"link_{JOINTS[j - 1]}"
+        origin, axis, centre = (" ".join(map(str, rows[j])) for rows in (ORIGINS, AXES, CENTRES))
+        parts.append(
+            f'<joint name="{name}" type="revolute"><parent link="{parent}"/>'
+            f'<child link="link_{name}"/><origin xyz="{origin}"/><axis xyz="{axis}"/>'
+            '<limit lower="-3.2" upper="3.2" effort="9" velocity="9"/></joint>'
+            f'<link name="link_{name}"><inertial><origin xyz="{centre}"/><mass value="{MASSES[j]}"/>'
+            '<inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        )
+    return "".join([*parts, "</robot>"])
