@@ -59,47 +59,48 @@ def _phasor(given: Given) -> FloatArray:
     return size * np.array([np.cos(phase), np.sin(phase)])
 
 
+def _ratio(given: Given) -> FloatArray:
+    return np.array([float(given.get("scale", 1.0)) - 1.0])
+
+
+def _yielding(given: Given) -> FloatArray:
+    return np.array([1.0 / float(given["stiffness"])])
+
+
+def _none(given: Given) -> FloatArray:
+    """Geometry is no size of one direction: it enters the model as it is."""
+    return np.zeros(0)
+
+
 GEAR_WAVE = "the gear or encoder of {part} has a periodic error of {size} every {period}"
+YIELDS = "{part} yields under weight, with a stiffness of {size}"
+PLAYS = "{part} has play of {size}: where it rests depends on the way it came"
+HANGS = "{part} has play of {size}: it hangs to the side that its weight pulls"
+BENDS = "the bearing or link at {part} bends under weight by {size}"
+WINDS = "{part} goes on by {size} times what its encoder is short of its command"
+SWINGS = "poses are read when {size} of the last move is yet to come"
+OFFS = tuple((name, "m" if name.startswith("d") else "rad") for name in OFF)
 POSE_EFFECTS = {
     one.key: one
     for one in (
-        PoseEffect("home", (("angle", "rad"),), "the zero of {part} is off by {size}", _plain("angle")),
         PoseEffect(
-            "ratio", (("scale", "1"),), "{part} moves {size} times as far as it should",
-            lambda given: np.array([float(given.get("scale", 1.0)) - 1.0]), 1.0,
+            "home", (("angle", "rad"),), "the zero of {part} is off by {size}", _plain("angle")
+        ),
+        PoseEffect(
+            "ratio", (("scale", "1"),), "{part} moves {size} times as far as it should", _ratio, 1.0
         ),
         PoseEffect("wave", WAVE, GEAR_WAVE, _phasor),
         PoseEffect("second", WAVE, GEAR_WAVE, _phasor),
         PoseEffect("gear", WAVE, GEAR_WAVE, _phasor),
-        PoseEffect(
-            "droop", (("stiffness", "N m/rad"),), "{part} yields under weight, with a stiffness of {size}",
-            lambda given: np.array([1.0 / float(given["stiffness"])]), np.inf,
-        ),
-        PoseEffect(
-            "play", (("width", "rad"),), "{part} has play of {size}: where it rests depends on the way"
-            " it came", _plain("width"),
-        ),
-        PoseEffect(
-            "hang", (("width", "rad"),), "{part} has play of {size}: it hangs to the side that its weight"
-            " pulls", _plain("width"),
-        ),
-        PoseEffect(
-            "geometry", tuple((name, "m" if name[0] == "d" else "rad") for name in OFF), "", np.zeros
-        ),
-        PoseEffect(
-            "bend", (("compliance", "rad/(N m)"),), "the bearing or link at {part} bends under weight by"
-            " {size}", _plain("compliance"),
-        ),
-        PoseEffect(
-            "windup", (("share", "1"),), "{part} goes on by {size} times what its encoder is short of its"
-            " command", _plain("share"),
-        ),
-        PoseEffect(
-            "rest", (("share_of_last_move", "1"),), "poses are read when {size} of the last move is yet"
-            " to come", _plain("share_of_last_move"),
-        ),
+        PoseEffect("droop", (("stiffness", "N m/rad"),), YIELDS, _yielding, np.inf),
+        PoseEffect("play", (("width", "rad"),), PLAYS, _plain("width")),
+        PoseEffect("hang", (("width", "rad"),), HANGS, _plain("width")),
+        PoseEffect("geometry", OFFS, "", _none),
+        PoseEffect("bend", (("compliance", "rad/(N m)"),), BENDS, _plain("compliance")),
+        PoseEffect("windup", (("share", "1"),), WINDS, _plain("share")),
+        PoseEffect("rest", (("share_of_last_move", "1"),), SWINGS, _plain("share_of_last_move")),
     )
-}  # fmt: skip
+}
 
 
 def pose_effects(slides: Mapping[str, bool]) -> dict[str, EffectKind]:

@@ -60,7 +60,7 @@ CARD = EffectCard(
     confusions=(
         Confusion(
             "home_offset",
-            axis="measure poses with {part} turned further, and the orientation of the tool as well",
+            axis="measure poses with {part} turned further, and the tool's orientation",
         ),
     ),
 )

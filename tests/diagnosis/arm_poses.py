@@ -96,9 +96,11 @@ def measured(hidden: Hidden, count: int = 300, seed: int = 3) -> np.ndarray:
     return np.array(rows)
 
 
-def table(folder: Path, rows: np.ndarray, name: str = "poses.csv") -> Path:
-    """The rows as a table without times."""
+def table(folder: Path, rows: np.ndarray, name: str = "poses.csv", times: bool = True) -> Path:
+    """The rows as a table, a pose every five seconds."""
     head = [f"theta_{n}" for n in range(1, 7)] + [f"pos_{axis}" for axis in "xyz"]
+    if times:
+        head, rows = ["t", *head], np.column_stack([5.0 * np.arange(len(rows)), rows])
     path = folder / name
     np.savetxt(path, rows, "%.9g", ",", header=",".join(head), comments="")
     return path

@@ -26,6 +26,8 @@ from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal
 from deltactl.diagnosis.admission.robot_match import check_belongs, check_input
 from deltactl.diagnosis.observations.servo_preprocessing import reads_disturbance, sensor_rounds
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
+from deltactl.diagnosis.plants.chain.pose_readings import measures_poses
+from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -48,7 +50,7 @@ from deltactl.recording.tables.flat import FlatRecording
 
 LoneRobot = StepperAxis | ServoAxis | RangeSensor
 LonePlant = CommandedAxis | ForcedAxis | RangeSensorPlant
-AnyPlant = LonePlant | ServoDelta | ChainPlant
+AnyPlant = LonePlant | ServoDelta | ChainPlant | PosePlant
 Progress = Callable[[str], None]
 P = TypeVar("P")
 
@@ -258,12 +260,35 @@ def _chain(
     chain = RigidChain(Path(robot.model), robot.joints, robot.gravity)
     chain_columns.check_effects(robot, chain)
 
+    if all(measures_poses(robot, one) for one in recordings):
+        return _poses(robot, chain, recordings, holdout)
+
     def plant(recordings: Sequence[FlatRecording]) -> ChainPlant:
         for recording in recordings:
             axis_match.check_times(recording)
             chain_columns.check_joints(robot, chain, recording)
         plant = ChainPlant(robot, recordings, chain)
         chain_columns.check_motion(plant)
+        return plant
+
+    others, left_out = _held_out(plant, holdout)
+    singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
+    return Lone(plant(recordings), others, left_out, singles)
+
+
+def _poses(
+    robot: ChainRobot,
+    chain: RigidChain,
+    recordings: Sequence[FlatRecording],
+    holdout: Sequence[FlatRecording],
+) -> Lone:
+    """A chain that was measured from outside."""
+
+    def plant(recordings: Sequence[FlatRecording]) -> PosePlant:
+        for recording in recordings:
+            chain_columns.check_poses(robot, chain, recording)
+        plant = PosePlant(robot, recordings, chain)
+        chain_columns.check_placed(plant)
         return plant
 
     others, left_out = _held_out(plant, holdout)

@@ -94,8 +94,10 @@ class PoseModel:
         self.links = [*(chain.moving_link(link) for link in links), chain.tip]
         self.carried = np.array([chain.carries(link) for link in self.links])
         self.channels = 3 * len(poses.targets) + 3 * (poses.turned is not None)
-        self.known: dict[str, FloatArray] = {}
-        """Sizes of the robot file, of keys that it has."""
+        self.given = np.zeros_like(poses.at)
+        """What effects of the robot file change of the angles, (n, joints)."""
+        self.given_bends: list[tuple[int, FloatArray]] = []
+        """The same of rotations (n, 3) at joints."""
         self.off = np.zeros((len(chain.joints), 6))
         """Geometry of the robot file beyond the model's."""
 
@@ -111,7 +113,7 @@ class PoseModel:
 
     def at(self, shapes: Shapes, sizes: Mapping[str, FloatArray]) -> At:
         """The chain with these sizes and the present setup."""
-        angles, off = self.poses.at.copy(), self.off.copy()
+        angles, off = self.poses.at + self.given, self.off.copy()
         for key, (joint, shape) in shapes.angles.items():
             angles[:, joint] += shape @ sizes.get(key, np.zeros(shape.shape[1]))
         for key, (joint, change) in shapes.offs.items():
@@ -125,6 +127,8 @@ class PoseModel:
         found = At(self._left(placed, points), placed, points[:, :-1], arms)
         for key in shapes.bends:
             found.left[:] -= self.column(found, shapes, key)[..., 0] * sizes.get(key, 0.0)
+        for joint, bend in self.given_bends:
+            found.left[:] -= self._turned(found, joint, bend[:, :, None])[..., 0]
         return found
 
     @property
@@ -248,11 +252,11 @@ class PoseModel:
     ) -> tuple[dict[str, FloatArray], At]:  # fmt: skip
         """The most probable sizes of some keys with base and targets, each step linearised anew.
 
-        spreads: of the sizes around those of the robot file.
+        spreads: of the sizes beyond those of the robot file.
         """
         found = {key: np.array(size, dtype=float) for key, size in sizes.items()}
         for key in keys:
-            found.setdefault(key, self.known.get(key, np.zeros(shapes.count(key))).copy())
+            found.setdefault(key, np.zeros(shapes.count(key)))
         at = self.at(shapes, found)
         for _ in range(ROUNDS):
             placing = self.placing(at)
@@ -264,8 +268,7 @@ class PoseModel:
             for name, first, end in zip(names, ends, ends[1:], strict=False):
                 if name in keys:
                     prior[first:end] = spreads[name] ** -2.0
-                    off = found[name] - self.known.get(name, 0.0)
-                    pulled[first:end] = -off * prior[first:end]
+                    pulled[first:end] = -found[name] * prior[first:end]
             step = _step(matrix, at.left[self.valid], prior, pulled)
             for name, first, end in zip(names, ends, ends[1:], strict=False):
                 self._take(name, step[first:end], found)

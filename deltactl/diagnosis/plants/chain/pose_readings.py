@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,12 +11,11 @@ from scipy.spatial.transform import Rotation
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.chain.joint_motions import columns_of
 from deltactl.models.robot import ChainRobot
-from deltactl.recording.tables.flat import AnyArray, FlatRecording
+from deltactl.recording.tables.flat import TARGET, AnyArray, FlatRecording
 
 QUATERNION = ("quat_x", "quat_y", "quat_z", "quat_w")
 ROTATION = ("rotvec_x", "rotvec_y", "rotvec_z")
 IN_MM = "_mm"
-TARGET = re.compile(rf"(pos\d*)_x(?:{IN_MM})?")
 SMALLEST_MOVE = 1e-4
 """Share of a joint's range below which it rested: encoders and loops are noisy."""
 

@@ -16,9 +16,10 @@ import numpy as np
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shapes
-from deltactl.diagnosis.plants.chain.pose_readings import last_way, poses_of
+from deltactl.diagnosis.plants.chain.pose_readings import ROTATION, last_way, poses_of
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import (
     Columns,
@@ -36,15 +37,23 @@ from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
-UNKNOWN = "left"
+UNKNOWN, GEOMETRY = "left", "geometry"
 WAVES = ("wave", "second", "gear")
+COMMONEST = (
+    "home", GEOMETRY, "droop", "windup", "wave", "second", "play", "rest", "ratio", "gear", "bend",
+    "hang",
+)  # fmt: skip
+"""The order in which they are part of the set that shows the noise."""
 POSITIVE = ("droop", "play", "hang", "bend", "rest")
 """No joint has less than none of these."""
 ANYWHERE = 1.0
 """Prior spread [m, rad] of placements, which have been found already."""
+ROUNDED = 1e-6
+"""Part of a direction of length 1 that is rounding."""
+SHORTEST_RAD = 1e-3
+"""Range of a joint that is none."""
 NO_ERROR = 1e-9
 """Following error [rad, m] that is none."""
-GEOMETRY = "geometry"
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,9 +114,12 @@ class PosePlant(KeepsBeside):
         start = self.model.at(self.shapes, {})
         self.tops = self._tops(start)
         self._joint_shapes(start)
+        self._enter_known(start)
         self.model.place(self.shapes, {})
-        self.spanned = self._geometry(self.model.at(self.shapes, {}))
-        self._enter_known()
+        placed = self.model.at(self.shapes, {})
+        self.placed_only = placed.left
+        """What base and targets alone leave, (poses, channels)."""
+        self.spanned = self._geometry(placed)
         self.waves: dict[str, tuple[int, int]] = {}
         """Waves a turn of the gear's error at each joint, and among how many they were chosen."""
         self.spreads: dict[str, FloatArray] = {}
@@ -238,8 +250,8 @@ class PosePlant(KeepsBeside):
             "home": POSES.zero_rad, "ratio": POSES.ratio_share, "wave": POSES.wave_rad,
             "second": POSES.wave_rad, "gear": POSES.gear_rad, "play": POSES.play_rad,
             "hang": POSES.play_rad, "windup": POSES.at_once, "rest": POSES.unsettled,
-            "droop": POSES.sag_rad / self.tops.get(joint, 1.0) if stem == "droop" else 0.0,
-            "bend": POSES.sag_rad / self.tops.get(f"across {joint}", 1.0) if stem == "bend" else 0.0,
+            "droop": POSES.sag_rad / (self.tops.get(joint) or 1.0),
+            "bend": POSES.sag_rad / (self.tops.get(f"across {joint}") or 1.0),
             GEOMETRY: 1.0, UNKNOWN: POSES.unknown_rad,
         }  # fmt: skip
         return np.full(self.shapes.count(key), usual[stem])
@@ -250,21 +262,31 @@ class PosePlant(KeepsBeside):
         parts = (self.shapes.angles, self.shapes.offs, self.shapes.bends, self.shapes.steps)
         return [key for part in parts for key in part if not key.startswith(UNKNOWN)]
 
-    def _enter_known(self) -> None:
-        """Sizes of the robot file, where the fit begins."""
+    def _enter_known(self, at: At) -> None:
+        """What the effects of the robot file do, so that all that is found lies beyond it."""
         for entry in self.robot.effects:
-            one = next((e for e in POSE_EFFECTS.values() if e.name == entry.effect), None)
-            values = {n: np.asarray(v, dtype=float) for n, v in entry.parameters.items()}
-            if one is None or not {entry.component} & {*self.joints, SENSORS}:
-                continue
-            if entry.effect == POSE_EFFECTS[GEOMETRY].name:
+            stem = next((k for k, e in POSE_EFFECTS.items() if e.name == entry.effect), "")
+            values = {n: float(np.mean(v)) for n, v in entry.parameters.items()}
+            if stem == "rest":
+                self.model.given -= values.get("share_of_last_move", 0.0) * self.poses.step
+            elif stem and entry.component in self.joints:
                 j = self.joints.index(entry.component)
-                self.model.off[j] += [float(values.get(n, 0.0)) for n in OFF]
-                continue
-            key, size = one.from_file(values)
-            key = f"{key} {entry.component}"
-            if key in self.named:
-                self.model.known[key] = size
+                if stem == GEOMETRY:
+                    self.model.off[j] += [values.get(name, 0.0) for name in OFF]
+                elif stem == "bend":
+                    self.model.given_bends.append((j, values["compliance"] * _across(at, j)))
+                else:
+                    self.model.given[:, j] += self._given(stem, j, values, at)
+
+    def _given(self, stem: str, j: int, values: Mapping[str, float], at: At) -> FloatArray:
+        """Change (n,) of a joint's angle by an effect of the robot file."""
+        size = POSE_EFFECTS[stem].from_file(values)
+        if stem in WAVES:
+            shape = _wave(self.poses.at[:, j], 2.0 * np.pi / values["period"])
+        else:
+            shape = self._angle(f"{stem} {self.joints[j]}", at)
+        given: FloatArray = shape @ size
+        return given
 
     def _settle(self) -> None:
         """Linearise at the most probable sizes of all that has a name, together."""
@@ -289,10 +311,16 @@ class PosePlant(KeepsBeside):
         )
         self.observed = self.laid(at.left)
         for key, size in self.best.items():
-            self.observed += each[key] @ (size - self.model.known.get(key, 0.0))
+            self.observed += each[key] @ size
         self.drawn_on = self.laid(self._measured()) - self.observed
         self.readings.values[:, 0] = self.observed
         self.done_by_known = None
+
+    @property
+    def names(self) -> list[str]:
+        """What was measured, by channel."""
+        places = [f"{target}_{axis}" for target in self.poses.targets for axis in "xyz"]
+        return places if self.poses.turned is None else [*places, *ROTATION]
 
     def _measured(self) -> FloatArray:
         """What was read, (poses, channels)."""
@@ -328,8 +356,21 @@ class PosePlant(KeepsBeside):
             self.waves[joint] = (n, len(waves))
             self.shapes.angles[f"gear {joint}"] = (j, _wave(q, n))
 
+    def _shows_noise(self) -> set[str]:
+        """Keys of the saturated set: of few poses those that most arms have, as a set with a column
+        for every few readings follows the noise.
+        """
+        room = len(self.rows) // EVIDENCE.readings_a_column - self._free.values.shape[1]
+        found = set()
+        for key in sorted(self.named, key=lambda key: COMMONEST.index(key.split(" ")[0])):
+            room -= self.shapes.count(key)
+            if room < 0:
+                break
+            found.add(key)
+        return found
+
     def _regressors(self) -> list[Regressor]:
-        found = []
+        found, saturated = [], self._shows_noise()
         for key in self.named:
             stem, _, component = key.partition(" ")
             one = POSE_EFFECTS[stem]
@@ -341,7 +382,7 @@ class PosePlant(KeepsBeside):
                 found.append(
                     Regressor(
                         key, one.name, odds, component, equivalents=same, alone=False,
-                        positive=positive, places=places,
+                        positive=positive, places=places, saturated=key in saturated,
                     )
                 )  # fmt: skip
         for key in self.shapes.angles:
@@ -409,7 +450,7 @@ class PosePlant(KeepsBeside):
             {key: (j, self._angle(key, start)) for key, (j, _) in shapes.angles.items()},
             shapes.offs,
             {key: (j, _across(start, j)) for key, (j, _) in shapes.bends.items()},
-            {key: -self.poses.step for key in shapes.steps},
+            dict.fromkeys(shapes.steps, -self.poses.step),
         )
 
     def shown(self, key: str) -> Sequence[Shown]:
@@ -443,14 +484,12 @@ class PosePlant(KeepsBeside):
         """
         stem, _, joint = key.partition(" ")
         waves = {"wave": 1, "second": 2}.get(stem) or self.waves[joint][0]
-        best = self.best[key]
-        expected = float(np.arctan2(best[1], best[0]))
         q = self.poses.at[:, self.joints.index(joint)]
-        apart = float(np.sqrt(12.0)) / max(float(np.ptp(q)), 1e-3)
+        apart = float(np.sqrt(12.0)) / max(float(np.ptp(q)), SHORTEST_RAD)
 
         def period(v: Draws) -> FloatArray:
-            phase = np.arctan2(v["part1"], v["part0"])
-            off = np.angle(np.exp(1j * (phase - expected)))
+            wave = np.asarray(v["part0"]) + 1j * np.asarray(v["part1"])
+            off = np.angle(wave * np.conj(np.mean(wave)))
             return np.asarray(2.0 * np.pi / (waves + apart * off))
 
         return [
@@ -470,7 +509,7 @@ class PosePlant(KeepsBeside):
         return [{}]
 
 
-def _wave(q: FloatArray, waves: int) -> FloatArray:
+def _wave(q: FloatArray, waves: float) -> FloatArray:
     """Sine and cosine of so many waves a turn, (n, 2)."""
     return np.stack([np.sin(waves * q), np.cos(waves * q)], axis=1)
 
@@ -509,7 +548,7 @@ class _Basis:
         left, size, right = np.linalg.svd(self._beyond(block), full_matrices=False)
         kept = size > POSES.spanned * max(whole, 1e-300)
         self._spans = np.concatenate([self._spans, left[:, kept]], axis=1)
-        directions: FloatArray = right[kept].T
+        directions: FloatArray = np.where(np.abs(right[kept]) < ROUNDED, 0.0, right[kept]).T
         return directions
 
 
