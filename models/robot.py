@@ -302,7 +302,7 @@ class ChainRobot(RuledModel):
     zero: Literal["absolute", "arbitrary"] = "absolute"
     """arbitrary: the zeros of the joints say nothing, and are no findings."""
     placement: Literal["arbitrary", "known"] = "arbitrary"
-    """known: base and targets below are as measured, and may be findings."""
+    """known: where base and targets below are is where the search for both begins."""
     base: BasePlacement = BasePlacement()
     """Of measured poses."""
     targets: dict[str, Target] = Field(default_factory=dict)

@@ -105,7 +105,7 @@ POSE_EFFECTS = {
 
 def pose_effects(slides: Mapping[str, bool]) -> dict[str, EffectKind]:
     """Kinds by name, with their sentences; slides: of each joint whether it does."""
-    made = {}
+    made: dict[str, EffectKind] = {}
     for one in POSE_EFFECTS.values():
         made.setdefault(one.name, _kind(one, slides))
     return made

@@ -116,7 +116,8 @@ def urdf_text() -> str:
             f'<joint name="{name}" type="revolute"><parent link="{parent}"/>'
             f'<child link="link_{name}"/><origin xyz="{origin}"/><axis xyz="{axis}"/>'
             '<limit lower="-3.2" upper="3.2" effort="9" velocity="9"/></joint>'
-            f'<link name="link_{name}"><inertial><origin xyz="{centre}"/><mass value="{MASSES[j]}"/>'
+            f'<link name="link_{name}"><inertial><origin xyz="{centre}"/>'
+            f'<mass value="{MASSES[j]}"/>'
             '<inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>'
         )
     return "".join([*parts, "</robot>"])

@@ -90,6 +90,7 @@ class PoseModel:
     def __init__(self, robot: ChainRobot, chain: RigidChain, poses: Poses):
         self.chain, self.poses = chain, poses
         self.setup = Setup.of(robot, poses)
+        self.placed_well = robot.placement == "known"
         links = [robot.targets[t].link if t in robot.targets else "" for t in poses.targets]
         self.links = [*(chain.moving_link(link) for link in links), chain.tip]
         self.carried = np.array([chain.carries(link) for link in self.links])
@@ -186,7 +187,7 @@ class PoseModel:
             return self._turned(at, joint, bend[:, :, None])
         if key in shapes.steps:
             each = [self.jacobian(at, j) * s[:, None] for j, s in enumerate(shapes.steps[key].T)]
-            return np.sum(each, axis=0)[:, :, None]
+            return np.asarray(np.sum(each, axis=0)[:, :, None])
         joint, change = shapes.offs[key]
         return self.geometry(at, joint) @ change
 
@@ -223,7 +224,7 @@ class PoseModel:
     def place(self, shapes: Shapes, sizes: Mapping[str, FloatArray]) -> None:
         """Find base and targets at these sizes, from anywhere."""
         placed = self.at(shapes, sizes).placed
-        for _ in range(ROUNDS):
+        for _ in range(0 if self.placed_well else ROUNDS):
             points = placed.links + np.einsum("nkij,kj->nki", placed.frames, self._tools)
             for part in range(len(self.setup.turns)):
                 own = self.poses.part == part

@@ -70,6 +70,7 @@ class PoseOptions:
     sag_rad: float = 2e-3
     """At the largest weight that a joint holds in these poses."""
     play_rad: float = 1e-3
+    """Of gears that are not preloaded."""
     off_m: float = 2e-3
     off_rad: float = 2e-3
     """Of castings that were bolted together."""
@@ -208,7 +209,8 @@ class PosePlant(KeepsBeside):
             "home": np.ones(len(q)), "ratio": q, "droop": load, "hang": 0.5 * np.sign(load),
             "play": 0.5 * last_way(self.poses)[:, j], "windup": ahead[:, j],
         }  # fmt: skip
-        return plain[stem][:, None]
+        shape: FloatArray = plain[stem][:, None]
+        return shape
 
     def _geometry(self, at: At) -> dict[str, str]:
         """Enter the directions of geometry that are not spanned; those that are, and by what."""
