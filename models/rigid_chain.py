@@ -181,6 +181,19 @@ class RigidChain:
         made.loads[:] = np.sum(made.axes * along, axis=2)
         return made
 
+    def frame_of(self, joint: str) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
+        """Of the body that a joint of an MJCF moves its place (3,) [m] and its turn (3, 3) against
+        the body before it, and in its own frame the joint's anchor and axis; None where another
+        joint moves it too.
+        """
+        number = int(self._model.joint(joint).id)
+        body = int(self._model.jnt_bodyid[number])
+        if int(self._model.body_jntnum[body]) > 1:
+            return None
+        turn = _turns(self._model.body_quat[body][None])[0]
+        anchor, axis = self._model.jnt_pos[number], self._model.jnt_axis[number]
+        return self._model.body_pos[body].copy(), turn, anchor.copy(), axis.copy()
+
     def carries(self, link: str) -> BoolArray:
         """Which joints move a link, (joints,)."""
         body, above = int(self._model.body(link).id), set()

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import Compensated, Confusion, Drawing, EffectCard, Trait, Words
+from deltactl.models.effects.card import (
+    Compensated,
+    Confusion,
+    Drawing,
+    EffectCard,
+    Rule,
+    Trait,
+    Words,
+)
 
 CARD = EffectCard(
     name="link_bending",
@@ -24,6 +32,7 @@ CARD = EffectCard(
     },
     drawing=Drawing(everywhere=("link",)),
     traits=frozenset({Trait.UNDER_LOAD, Trait.BEHIND_READING}),
+    rule=Rule.SUM,
     compensated=Compensated.INVERSE,
     confusions=(
         Confusion(

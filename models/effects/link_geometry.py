@@ -55,7 +55,7 @@ CARD = EffectCard(
     },
     drawing=Drawing(everywhere=("link",)),
     traits=frozenset({Trait.ENTERED}),
-    rule=Rule.SUM,
+    rule=Rule.EACH,
     compensated=Compensated.INVERSE,
     confusions=(
         Confusion(

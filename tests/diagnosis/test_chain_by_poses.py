@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.proofs.measured_arm import Hidden, measured, table, urdf_text
 from deltactl.cli.main import main
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis, ParameterResult
 from deltactl.diagnosis.api import diagnose
 from deltactl.foundation.errors import DeltactlError
-from tests.diagnosis.arm_poses import Hidden, measured, table, urdf_text
 
 pytest.importorskip("mujoco")
 

@@ -88,8 +88,10 @@ class PoseOptions:
     """Waves a turn of a joint that are searched for: two a turn of a motor behind a gear of 120."""
     least_load: float = 1e-3
     """Share of the largest load on any joint that is none."""
-    fewest_per_wave: float = 2.0
-    """Poses for each wave that a joint makes over its range, where they are that few."""
+    same_angle: float = 1e-3
+    """Share of its range within which a joint is at one angle: a grid of poses has few."""
+    repeats: float = 2.0
+    """Poses at each angle from which on they are a grid, between whose angles no wave is seen."""
 
 
 POSES = PoseOptions()
@@ -348,8 +350,7 @@ class PosePlant(KeepsBeside):
             along = self.model.jacobian(at, j) * valid
             pull, weight = np.sum(along * left, axis=1), np.sum(along**2, axis=1)
             waves = np.arange(POSES.harmonics[0], POSES.finest_waves + 1)
-            share = np.ptp(q) / (2.0 * np.pi)
-            waves = waves[waves * share < len(q) / POSES.fewest_per_wave]
+            waves = waves[waves < _finest(q)]
             if not len(waves):
                 continue
             turned = np.exp(1j * np.outer(waves, q))
@@ -514,6 +515,14 @@ class PosePlant(KeepsBeside):
 def _wave(q: FloatArray, waves: float) -> FloatArray:
     """Sine and cosine of so many waves a turn, (n, 2)."""
     return np.stack([np.sin(waves * q), np.cos(waves * q)], axis=1)
+
+
+def _finest(q: FloatArray) -> float:
+    """Waves a turn that angles (n,) tell from coarser ones; any, where they are no grid."""
+    span = float(np.ptp(q))
+    angles = len(np.unique(np.round((q - q.min()) / (POSES.same_angle * span))))
+    grid = len(q) > POSES.repeats * angles
+    return np.pi * angles / span if grid else np.inf
 
 
 def _across(at: At, joint: int) -> FloatArray:

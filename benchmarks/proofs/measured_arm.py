@@ -35,6 +35,11 @@ class Hidden:
     waves: np.ndarray = field(default_factory=lambda: np.ones(6))
     play_rad: np.ndarray = field(default_factory=lambda: np.zeros(6))
     tool_m: np.ndarray = field(default_factory=lambda: np.array([0.11, 0.02, 0.06]))
+    ahead_rad: float = 0.0
+    """Usual command less encoder; with it the table has commands."""
+    windup: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    missing: float = 0.0
+    """Share of the last move that is yet to come."""
     noise_m: float = 2e-5
 
 
@@ -78,7 +83,9 @@ def place(q: np.ndarray, hidden: Hidden) -> tuple[np.ndarray, np.ndarray]:
 
 
 def measured(hidden: Hidden, count: int = 300, seed: int = 3) -> np.ndarray:
-    """Rows of six angles and the reflector's place in the tracker's frame, [rad] and [m]."""
+    """Rows of six angles, six commands where there are any, and the reflector's place in the
+    tracker's frame, [rad] and [m].
+    """
     rng = np.random.default_rng(seed)
     q = rng.uniform(-1.0, 1.0, (count, 6)) * REACHES
     q[:, 4] += 0.6
@@ -88,17 +95,21 @@ def measured(hidden: Hidden, count: int = 300, seed: int = 3) -> np.ndarray:
         way = np.sign(angles - before)
         true = angles + hidden.home_rad + hidden.ratio * angles + 0.5 * hidden.play_rad * way
         true = true + hidden.wave_rad * np.sin(hidden.waves * angles)
-        true = true + hidden.compliance * torques(angles)
+        true = true + hidden.compliance * torques(angles) + hidden.missing * (before - angles)
+        ahead = hidden.ahead_rad * rng.standard_normal(6)
+        true = true + hidden.windup * ahead
         point, _ = place(true, hidden)
         seen = base @ point + shift + hidden.noise_m * rng.standard_normal(3)
-        rows.append([*angles, *seen])
+        rows.append([*angles, *(angles + ahead if hidden.ahead_rad else ()), *seen])
         before = angles
     return np.array(rows)
 
 
 def table(folder: Path, rows: np.ndarray, name: str = "poses.csv", times: bool = True) -> Path:
     """The rows as a table, a pose every five seconds."""
-    head = [f"theta_{n}" for n in range(1, 7)] + [f"pos_{axis}" for axis in "xyz"]
+    angles = [f"theta_{n}" for n in range(1, 7)]
+    commands = [f"command_{n}" for n in range(1, 7)] if rows.shape[1] > 9 else []
+    head = [*angles, *commands, *(f"pos_{axis}" for axis in "xyz")]
     if times:
         head, rows = ["t", *head], np.column_stack([5.0 * np.arange(len(rows)), rows])
     path = folder / name
