@@ -260,15 +260,6 @@ Positive = Annotated[float, Field(gt=0.0, description="turn the sign of the colu
 
 
 Metres = Annotated[float, Field(ge=-100.0, le=100.0, description="metres, within a workshop")]
-Radians = Annotated[float, Field(ge=-6.3, le=6.3, description="radians, within one turn")]
-
-
-class BasePlacement(StrictModel):
-    """Where the base of a chain is in the frame in which its poses are measured."""
-
-    xyz: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.0)
-    rpy: tuple[Radians, Radians, Radians] = (0.0, 0.0, 0.0)
-    """Turned about x, then y, then z of that frame."""
 
 
 class Target(StrictModel):
@@ -302,9 +293,9 @@ class ChainRobot(RuledModel):
     zero: Literal["absolute", "arbitrary"] = "absolute"
     """arbitrary: the zeros of the joints say nothing, and are no findings."""
     placement: Literal["arbitrary", "known"] = "arbitrary"
-    """known: where base and targets below are is where the search for both begins."""
-    base: BasePlacement = BasePlacement()
-    """Of measured poses."""
+    """known: base and targets are looked for from here on."""
+    base: dict[Literal["xyz", "rpy"], tuple[Metres, Metres, Metres]] = Field(default_factory=dict)
+    """In the frame of measured poses: metres; radians about its x, then y, then z."""
     targets: dict[str, Target] = Field(default_factory=dict)
     """By the columns of their places: pos (pos_x, pos_y, pos_z), pos1, pos2."""
     effects: tuple[EffectEntry, ...] = ()

@@ -11,13 +11,16 @@ from pathlib import Path
 import numpy as np
 
 JOINTS = ("base_pan", "shoulder", "elbow", "roll", "pitch", "flange")
-AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], dtype=float)
+AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0]], dtype=float)
 ORIGINS = np.array(
-    [[0, 0, 0.25], [0.12, 0, 0.2], [0, 0, 0.55], [0.2, 0, 0.1], [0.35, 0, 0], [0.09, 0, 0]]
+    [[0, 0, 0.25], [0.12, 0, 0.2], [0, 0, 0.55], [0.2, 0, 0.1], [0, 0, 0.35], [0.09, 0, 0]]
 )
+TURNS = np.zeros((6, 3))
+TURNS[3:5, 1] = 0.5 * np.pi, -0.5 * np.pi
+"""How each joint's frame is turned against the link before it: the roll joint turns about its z."""
 MASSES = np.array([12.0, 10.0, 7.0, 3.0, 2.0, 1.0])
 CENTRES = np.array(
-    [[0.05, 0, 0.1], [0, 0, 0.25], [0.1, 0, 0.05], [0.15, 0, 0], [0.04, 0, 0], [0.05, 0, 0.02]]
+    [[0.05, 0, 0.1], [0, 0, 0.25], [0.1, 0, 0.05], [0, 0, 0.15], [0.04, 0, 0], [0.05, 0, 0.02]]
 )
 PULL = np.array([0.0, 0.0, -9.81])
 REACHES = np.array([2.5, 1.0, 1.2, 2.8, 1.8, 3.0])
@@ -58,7 +61,7 @@ def _frames(q: np.ndarray, off: np.ndarray) -> list[tuple[np.ndarray, np.ndarray
     frame, place, found = np.eye(3), np.zeros(3), []
     for j in range(6):
         place = place + frame @ (ORIGINS[j] + off[j, :3])
-        frame = frame @ turn(off[j, 3:])
+        frame = frame @ turn(off[j, 3:]) @ turn(TURNS[j])
         axis = frame @ AXES[j]
         frame = frame @ turn(AXES[j] * q[j])
         found.append((frame, place, axis))
@@ -105,11 +108,57 @@ def measured(hidden: Hidden, count: int = 300, seed: int = 3) -> np.ndarray:
     return np.array(rows)
 
 
-def table(folder: Path, rows: np.ndarray, name: str = "poses.csv", times: bool = True) -> Path:
-    """The rows as a table, a pose every five seconds."""
+def oriented(hidden: Hidden, count: int = 150, seed: int = 4) -> tuple[list[str], np.ndarray]:
+    """Heading and rows of angles, places of a reflector at the elbow and one at the tool, and the
+    tool's orientation as a quaternion.
+    """
+    rng = np.random.default_rng(seed)
+    base, hand = turn(np.array([1.1, 0.4, -2.0])), turn(np.array([0.2, -0.5, 0.9]))
+    shift, elbow = np.array([-1.0, 0.6, 0.2]), np.array([0.15, -0.08, 0.05])
+    rows = []
+    for angles in rng.uniform(-1.0, 1.0, (count, 6)) * REACHES:
+        links = _frames(angles + hidden.home_rad, hidden.off)
+        seen = []
+        for (frame, at, _), off in ((links[2], elbow), (links[5], hidden.tool_m)):
+            noise = hidden.noise_m * rng.standard_normal(3)
+            seen += [*(base @ (at + frame @ off) + shift + noise)]
+        wobble = turn(1e-4 * rng.standard_normal(3))
+        rows.append([*angles, *seen, *_quaternion(base @ wobble @ links[5][0] @ hand)])
+    head = [f"theta_{n}" for n in range(1, 7)]
+    head += [f"pos{k}_{axis}" for k in (1, 2) for axis in "xyz"] + [f"quat_{q}" for q in "wxyz"]
+    return head, np.array(rows)
+
+
+def _quaternion(turned: np.ndarray) -> np.ndarray:
+    """w, x, y, z of a rotation matrix: the direction that all its images keep (Bar-Itzhack)."""
+    (a, b, c), (d, e, f), (g, h, i) = turned
+    matrix = np.array(
+        [
+            [a + e + i, h - f, c - g, d - b],
+            [h - f, a - e - i, b + d, c + g],
+            [c - g, b + d, e - a - i, f + h],
+            [d - b, c + g, f + h, i - a - e],
+        ]
+    )
+    return np.asarray(np.linalg.eigh(matrix)[1][:, -1])
+
+
+def heading(rows: np.ndarray) -> list[str]:
+    """Of what `measured` makes."""
     angles = [f"theta_{n}" for n in range(1, 7)]
     commands = [f"command_{n}" for n in range(1, 7)] if rows.shape[1] > 9 else []
-    head = [*angles, *commands, *(f"pos_{axis}" for axis in "xyz")]
+    return [*angles, *commands, *(f"pos_{axis}" for axis in "xyz")]
+
+
+def table(
+    folder: Path,
+    rows: np.ndarray,
+    name: str = "poses.csv",
+    times: bool = True,
+    head: list[str] | None = None,
+) -> Path:
+    """The rows as a table, a pose every five seconds."""
+    head = head or heading(rows)
     if times:
         head, rows = ["t", *head], np.column_stack([5.0 * np.arange(len(rows)), rows])
     path = folder / name
@@ -122,10 +171,11 @@ def urdf_text() -> str:
     parts = ['<robot name="six"><link name="base"/>']
     for j, name in enumerate(JOINTS):
         parent = "base" if j == 0 else f"link_{JOINTS[j - 1]}"
-        origin, axis, centre = (" ".join(map(str, rows[j])) for rows in (ORIGINS, AXES, CENTRES))
+        vectors = (ORIGINS, TURNS, AXES, CENTRES)
+        origin, rpy, axis, centre = (" ".join(map(str, rows[j])) for rows in vectors)
         parts.append(
             f'<joint name="{name}" type="revolute"><parent link="{parent}"/>'
-            f'<child link="link_{name}"/><origin xyz="{origin}"/><axis xyz="{axis}"/>'
+            f'<child link="link_{name}"/><origin xyz="{origin}" rpy="{rpy}"/><axis xyz="{axis}"/>'
             '<limit lower="-3.2" upper="3.2" effort="9" velocity="9"/></joint>'
             f'<link name="link_{name}"><inertial><origin xyz="{centre}"/>'
             f'<mass value="{MASSES[j]}"/>'

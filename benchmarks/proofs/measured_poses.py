@@ -23,7 +23,7 @@ from deltactl.diagnosis.api import diagnose
 Rng = np.random.Generator
 Expected = tuple[str, str, str, float]
 """Effect, component, parameter, size."""
-LENGTHS = ((1, 0), (2, 2), (3, 2), (4, 0))
+LENGTHS = ((1, 0), (2, 2), (3, 2), (4, 2))
 """Joint and direction of lengths that no zero makes up for."""
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -158,7 +159,9 @@ def _place_in_urdf(model: _Model, joint: str, off: FloatArray) -> None:
     else:
         turn = turn * Rotation.from_rotvec(axis * off[6])
     origin.set("xyz", _text_of(shift))
-    origin.set("rpy", _text_of(turn.as_euler("xyz")))
+    with warnings.catch_warnings():  # at a right angle roll and yaw are one turn: either will do
+        warnings.simplefilter("ignore", UserWarning)
+        origin.set("rpy", _text_of(turn.as_euler("xyz")))
 
 
 def _place_in_mjcf(model: _Model, joint: str, off: FloatArray) -> None:

@@ -16,7 +16,7 @@ CARD = EffectCard(
     name="drive_windup",
     log_odds={
         # a drive that is short of its command pushes, and what it pushes through gives way
-        "pose/windup": -1.5,
+        "pose/windup": -2.5,
     },
     words=Words(
         noun="an output of {part} that differs from its encoder by the following error",

@@ -140,6 +140,10 @@ CARD = EffectCard(
             "take up the play of {part} ({size} at its output) at coupling, set screws and gear; or"
             " come to each place from the same side"
         ),
+        "chain/": (
+            "take up the play of {part} ({size} at its output) at its gear, or come to each place "
+            "from the same side"
+        ),
         "servo_axis/": (
             "see first whether the drive of {part} has a dead zone, and narrow it, or raise its P "
             "gain: within a dead zone a servo does not correct, which looks the same as play "

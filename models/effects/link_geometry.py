@@ -49,8 +49,8 @@ CARD = EffectCard(
     ),
     remedies={
         "": (
-            "write the place and direction of {part} that were found into the model (deltactl "
-            "diagnose --correct, then deltactl export), or into the controller's own calibration"
+            "write the place and direction of {part} into the model (`--save-robot`, then "
+            "`deltactl export`), or into the controller's own calibration"
         ),
     },
     drawing=Drawing(everywhere=("link",)),

@@ -81,6 +81,7 @@ CARD = EffectCard(
         sizes={"time": "late by"},
     ),
     remedies={
+        "chain/": "wait longer before a pose is read: {size} of the last move is yet to come",
         "": "allow for readings that come {size} late, or read them faster",
         "axis/": "take {size} off the times of the readings, or read them faster",
         "sensor/": "take {size} off the times of the readings, or read them faster",

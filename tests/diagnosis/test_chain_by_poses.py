@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.proofs.measured_arm import Hidden, measured, table, urdf_text
+from benchmarks.proofs.measured_arm import Hidden, measured, oriented, table, urdf_text
 from deltactl.cli.main import main
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis, ParameterResult
@@ -95,6 +95,29 @@ def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
     ]
     robot.write_text(f"{robot.read_text()}effects: {stated}\n")
     assert _answer(robot, hidden, 100).findings == []
+
+
+def test_following_errors_and_an_arm_not_yet_at_rest_are_told_apart(robot: Path) -> None:
+    hidden = Hidden(ahead_rad=5e-4, missing=0.001)
+    hidden.windup[1] = 0.7
+    answer = _answer(robot, hidden)
+    assert _found(answer) == {("drive_windup", "shoulder"), ("sensor_latency", "sensors")}
+    found = {one.effect: one.parameters for one in answer.findings}
+    assert _holds(found["drive_windup"]["share"], 0.7)
+    assert _holds(found["sensor_latency"]["share_of_last_move"], 0.001)
+
+
+def test_two_reflectors_and_an_orientation_show_what_one_place_does_not(robot: Path) -> None:
+    hidden = Hidden()
+    hidden.home_rad[3], hidden.off[5, 5] = 0.004, 0.005
+    head, rows = oriented(hidden)
+    text = robot.read_text() + "targets: {pos1: {link: link_elbow}, pos2: {link: link_flange}}\n"
+    robot.write_text(text)
+    answer = diagnose([table(robot.parent, rows, head=head)], robot)
+    assert _found(answer) == {("home_offset", "roll"), ("link_geometry", "flange")}
+    found = {one.effect: one.parameters for one in answer.findings}
+    assert _holds(found["home_offset"]["angle"], 0.004)
+    assert _holds(found["link_geometry"]["rz"], 0.005)
 
 
 def _refused(robot: Path, rows: np.ndarray) -> str:

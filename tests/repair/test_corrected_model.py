@@ -41,7 +41,7 @@ def _export(source: Path, out: Path) -> str:
 
 def test_a_urdf_corrected_by_poses_has_zeros_and_lengths_in_it(tmp_path: Path) -> None:
     hidden = Hidden()
-    hidden.home_rad[2], hidden.off[3, 2], hidden.off[2, 3] = 0.015, 0.002, 0.003
+    hidden.home_rad[2:4], hidden.off[4, 2], hidden.off[2, 3] = 0.015, 0.002, 0.003
     (tmp_path / "arm.urdf").write_text(six_joint_urdf())
     robot, out = tmp_path / "arm.yaml", tmp_path / "corrected.urdf"
     chain(robot, tmp_path / "arm.urdf")

@@ -64,10 +64,12 @@ class Setup:
     def of(cls, robot: ChainRobot, poses: Poses) -> Setup:
         """As the robot file has it."""
         parts = int(poses.part.max()) + 1
-        turn = Rotation.from_euler("xyz", robot.base.rpy).as_matrix()
+        nowhere = (0.0, 0.0, 0.0)
+        turn = Rotation.from_euler("xyz", robot.base.get("rpy", nowhere)).as_matrix()
+        shift = np.array(robot.base.get("xyz", nowhere))
         tools = [robot.targets[t].xyz if t in robot.targets else (0, 0, 0) for t in poses.targets]
         return cls(
-            np.tile(turn, (parts, 1, 1)), np.tile(np.array(robot.base.xyz, float), (parts, 1)),
+            np.tile(turn, (parts, 1, 1)), np.tile(shift, (parts, 1)),
             np.array(tools, dtype=float), np.eye(3),
         )  # fmt: skip
 

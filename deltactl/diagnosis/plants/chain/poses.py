@@ -464,10 +464,8 @@ class PosePlant(KeepsBeside):
         if stem == GEOMETRY:
             change = self.shapes.offs[key][1]
             units = ["m"] * 3 + ["rad"] * 3
-            return [
-                Shown(n, u, _along(change[i]))
-                for i, (n, u) in enumerate(zip(OFF, units, strict=True))
-            ]
+            order = np.argsort(-np.abs(change @ self.best[key]), kind="stable")
+            return [Shown(OFF[i], units[i], _along(change[i])) for i in order]
         if stem in WAVES:
             return self._shown_wave(key)
         slides = component in self.joints and self.chain.slides[self.joints.index(component)]
