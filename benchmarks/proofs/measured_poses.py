@@ -19,10 +19,11 @@ from benchmarks.proofs.measured_arm import JOINTS, Hidden, measured, table, urdf
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
+from deltactl.models.effects.chain_poses import POSE_EFFECTS
 
 Rng = np.random.Generator
 Expected = tuple[str, str, str, float]
-"""Effect, component, parameter, size."""
+"""Effect (by its column while it is drawn), component, parameter, size."""
 LENGTHS = ((1, 0), (2, 2), (3, 2), (4, 2))
 """Joint and direction of lengths that no zero makes up for."""
 
@@ -30,43 +31,43 @@ LENGTHS = ((1, 0), (2, 2), (3, 2), (4, 2))
 def _zero(hidden: Hidden, rng: Rng) -> Expected:
     joint = int(rng.integers(1, 5))
     hidden.home_rad[joint] = _signed(rng, 1e-3, 2e-2)
-    return "home_offset", JOINTS[joint], "angle", hidden.home_rad[joint]
+    return "home", JOINTS[joint], "angle", hidden.home_rad[joint]
 
 
 def _length(hidden: Hidden, rng: Rng) -> Expected:
     joint, axis = LENGTHS[int(rng.integers(len(LENGTHS)))]
     hidden.off[joint, axis] = _signed(rng, 2e-4, 3e-3)
-    return "link_geometry", JOINTS[joint], f"d{'xyz'[axis]}", hidden.off[joint, axis]
+    return "geometry", JOINTS[joint], f"d{'xyz'[axis]}", hidden.off[joint, axis]
 
 
 def _yielding(hidden: Hidden, rng: Rng) -> Expected:
     joint = int(rng.integers(1, 3))
     hidden.compliance[joint] = abs(_signed(rng, 3e-6, 4e-5))
-    return "joint_compliance", JOINTS[joint], "stiffness", 1.0 / hidden.compliance[joint]
+    return "droop", JOINTS[joint], "stiffness", 1.0 / hidden.compliance[joint]
 
 
 def _wave(hidden: Hidden, rng: Rng) -> Expected:
     joint = int(rng.integers(0, 5))
     hidden.wave_rad[joint] = abs(_signed(rng, 1e-4, 1e-3))
     hidden.waves[joint] = rng.choice([1, 2, 100])
-    return "transmission_error", JOINTS[joint], "amplitude", hidden.wave_rad[joint]
+    return "wave", JOINTS[joint], "amplitude", hidden.wave_rad[joint]
 
 
 def _play(hidden: Hidden, rng: Rng) -> Expected:
     joint = int(rng.integers(0, 5))
     hidden.play_rad[joint] = abs(_signed(rng, 1e-4, 2e-3))
-    return "gear_backlash", JOINTS[joint], "width", hidden.play_rad[joint]
+    return "play", JOINTS[joint], "width", hidden.play_rad[joint]
 
 
 def _windup(hidden: Hidden, rng: Rng) -> Expected:
     joint = int(rng.integers(0, 5))
     hidden.ahead_rad, hidden.windup[joint] = 5e-4, _signed(rng, 0.2, 1.0)
-    return "drive_windup", JOINTS[joint], "share", hidden.windup[joint]
+    return "windup", JOINTS[joint], "share", hidden.windup[joint]
 
 
 def _unsettled(hidden: Hidden, rng: Rng) -> Expected:
     hidden.missing = abs(_signed(rng, 2e-4, 5e-3))
-    return "sensor_latency", "sensors", "share_of_last_move", hidden.missing
+    return "rest", "sensors", "share_of_last_move", hidden.missing
 
 
 FAULTS: tuple[Callable[[Hidden, Rng], Expected], ...] = (
@@ -85,6 +86,7 @@ def drawn(seed: int, number: int) -> tuple[Hidden, list[Expected], int]:
     count = number // 2 % 3  # none, one, two
     chosen = rng.choice(len(FAULTS), count, replace=False)
     expected = [FAULTS[int(which)](hidden, rng) for which in chosen]
+    expected = [(POSE_EFFECTS[key].name, *rest) for key, *rest in expected]
     return hidden, expected, int(rng.choice([60, 120, 250]))
 
 
