@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from deltactl.models.robot import FloatArray
+
 JOINTS = ("base_pan", "shoulder", "elbow", "roll", "pitch", "flange")
 AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0]], dtype=float)
 ORIGINS = np.array(
@@ -30,33 +32,34 @@ REACHES = np.array([2.5, 1.0, 1.2, 2.8, 1.8, 3.0])
 class Hidden:
     """What is wrong; nothing by default. off: shift [m] and turn [rad] before each joint."""
 
-    home_rad: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    ratio: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    off: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
-    compliance: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    wave_rad: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    waves: np.ndarray = field(default_factory=lambda: np.ones(6))
-    play_rad: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    tool_m: np.ndarray = field(default_factory=lambda: np.array([0.11, 0.02, 0.06]))
+    home_rad: FloatArray = field(default_factory=lambda: np.zeros(6))
+    ratio: FloatArray = field(default_factory=lambda: np.zeros(6))
+    off: FloatArray = field(default_factory=lambda: np.zeros((6, 6)))
+    compliance: FloatArray = field(default_factory=lambda: np.zeros(6))
+    wave_rad: FloatArray = field(default_factory=lambda: np.zeros(6))
+    waves: FloatArray = field(default_factory=lambda: np.ones(6))
+    play_rad: FloatArray = field(default_factory=lambda: np.zeros(6))
+    tool_m: FloatArray = field(default_factory=lambda: np.array([0.11, 0.02, 0.06]))
     ahead_rad: float = 0.0
     """Usual command less encoder; with it the table has commands."""
-    windup: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    windup: FloatArray = field(default_factory=lambda: np.zeros(6))
     missing: float = 0.0
     """Share of the last move that is yet to come."""
     noise_m: float = 2e-5
 
 
-def turn(vector: np.ndarray) -> np.ndarray:
+def turn(vector: FloatArray) -> FloatArray:
     """Rotation matrix of a rotation vector (Rodrigues)."""
     angle = float(np.linalg.norm(vector))
     if angle == 0.0:
         return np.eye(3)
     x, y, z = vector / angle
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    turned: FloatArray = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return turned
 
 
-def _frames(q: np.ndarray, off: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def _frames(q: FloatArray, off: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
     """Frame, place and axis of each link in one pose."""
     frame, place, found = np.eye(3), np.zeros(3), []
     for j in range(6):
@@ -68,7 +71,7 @@ def _frames(q: np.ndarray, off: np.ndarray) -> list[tuple[np.ndarray, np.ndarray
     return found
 
 
-def torques(q: np.ndarray) -> np.ndarray:
+def torques(q: FloatArray) -> FloatArray:
     """What weight does to each joint, (6,) [N m]."""
     links, made = _frames(q, np.zeros((6, 6))), np.zeros(6)
     for j in range(6):
@@ -79,13 +82,13 @@ def torques(q: np.ndarray) -> np.ndarray:
     return made
 
 
-def place(q: np.ndarray, hidden: Hidden) -> tuple[np.ndarray, np.ndarray]:
+def place(q: FloatArray, hidden: Hidden) -> tuple[FloatArray, FloatArray]:
     """Where the reflector is, and how the flange is turned."""
     frame, at, _ = _frames(q, hidden.off)[-1]
     return at + frame @ hidden.tool_m, frame
 
 
-def measured(hidden: Hidden, count: int = 300, seed: int = 3) -> np.ndarray:
+def measured(hidden: Hidden, count: int = 300, seed: int = 3) -> FloatArray:
     """Rows of six angles, six commands where there are any, and the reflector's place in the
     tracker's frame, [rad] and [m].
     """
@@ -108,7 +111,7 @@ def measured(hidden: Hidden, count: int = 300, seed: int = 3) -> np.ndarray:
     return np.array(rows)
 
 
-def oriented(hidden: Hidden, count: int = 150, seed: int = 4) -> tuple[list[str], np.ndarray]:
+def oriented(hidden: Hidden, count: int = 150, seed: int = 4) -> tuple[list[str], FloatArray]:
     """Heading and rows of angles, places of a reflector at the elbow and one at the tool, and the
     tool's orientation as a quaternion.
     """
@@ -129,7 +132,7 @@ def oriented(hidden: Hidden, count: int = 150, seed: int = 4) -> tuple[list[str]
     return head, np.array(rows)
 
 
-def _quaternion(turned: np.ndarray) -> np.ndarray:
+def _quaternion(turned: FloatArray) -> FloatArray:
     """w, x, y, z of a rotation matrix: the direction that all its images keep (Bar-Itzhack)."""
     (a, b, c), (d, e, f), (g, h, i) = turned
     matrix = np.array(
@@ -143,7 +146,7 @@ def _quaternion(turned: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.eigh(matrix)[1][:, -1])
 
 
-def heading(rows: np.ndarray) -> list[str]:
+def heading(rows: FloatArray) -> list[str]:
     """Of what `measured` makes."""
     angles = [f"theta_{n}" for n in range(1, 7)]
     commands = [f"command_{n}" for n in range(1, 7)] if rows.shape[1] > 9 else []
@@ -152,7 +155,7 @@ def heading(rows: np.ndarray) -> list[str]:
 
 def table(
     folder: Path,
-    rows: np.ndarray,
+    rows: FloatArray,
     name: str = "poses.csv",
     times: bool = True,
     head: list[str] | None = None,

@@ -86,7 +86,7 @@ def drawn(seed: int, number: int) -> tuple[Hidden, list[Expected], int]:
     count = number // 2 % 3  # none, one, two
     chosen = rng.choice(len(FAULTS), count, replace=False)
     expected = [FAULTS[int(which)](hidden, rng) for which in chosen]
-    expected = [(POSE_EFFECTS[key].name, *rest) for key, *rest in expected]
+    expected = [(POSE_EFFECTS[k].name, joint, name, size) for k, joint, name, size in expected]
     return hidden, expected, int(rng.choice([60, 120, 250]))
 
 
