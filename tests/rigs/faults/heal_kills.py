@@ -38,6 +38,8 @@ HEART = {
 }
 ENGAGED = ("homing", "planning", "running", "paused")
 START_S, SETTLES_S, HEALS_S, WATCHED_S = 60.0, 10.0, 400.0, 0.5
+NOT_BEGUN = "no daemon answers"
+"""Said where the daemon was killed before the healing had begun."""
 MOST_DISTURBED = 3
 """So often a healing may end by itself in a row, as a machine without a free core makes it."""
 PROGRAM = Path(__file__).resolve().parents[3]
@@ -235,7 +237,7 @@ def judge(stand: HealStand, healing: subprocess.Popen[str], seen: Interrupted) -
     seen.exchanged = state.get("exchange") is not None and stand.robot_file.read_text() != stand.old
     if not seen.exchanged:
         seen.demand(stand.robot_file.read_text() == stand.old, "the robot file is changed")
-    if healing.returncode > 0:
+    if healing.returncode > 0 and NOT_BEGUN not in err:
         seen.demand("robot file is in force" in err, f"does not say which file is in force: {err}")
     if healing.returncode == 0:  # it came too late, or cost nothing
         seen.demand(json.loads(out)["outcome"] == "healed", "ends, and is not healed")
