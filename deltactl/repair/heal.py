@@ -21,16 +21,20 @@ from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.experiment.propose import write_job
+from deltactl.diagnosis.report.page import write_report
 from deltactl.firmware_py.job_file import NetworkIk, load_job
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import home_counts, plan_of
 from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.program.totals import program_of, summarise_program
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, MotionError
-from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.plain_file import check_place, said_of_output, write_whole
+from deltactl.models.robot_files import load_with_effects
 from deltactl.repair.compared import Distance, Gain, Seen, distance, gain
 from deltactl.repair.correct import held_back, trained
 from deltactl.repair.healing_state import (
+    BEFORE,
     EXPERIMENT,
     NEW,
     OLD,
@@ -137,14 +141,20 @@ class Healer:
         return new
 
     def _checked(self) -> RobotFile:
-        """Before anything moves: the job, and a robot that is seen. Raises ConfigError."""
-        robot = load_robot(self._order.robot_file)
+        """Before anything moves: the job, and a robot that is seen and whose file can be written.
+
+        Raises ConfigError, RecordingError.
+        """
+        path = self._order.robot_file
+        if path.resolve().parent == CONFIG_FOLDER.resolve():
+            raise ConfigError(f"{path.name}: is an example; copy {path} first, and heal the copy")
+        robot = load_robot(path)
+        with said_of_output(path):
+            check_place(path)
         if robot.drive.kind == "servo":
-            raise ConfigError(
-                f"{self._order.robot_file}: has servo drives; only steppers can be healed"
-            )
+            raise ConfigError(f"{path}: has servo drives; only steppers can be healed")
         if robot.sensors is None:
-            raise ConfigError(f"{self._order.robot_file}: has no sensors; nothing can be measured")
+            raise ConfigError(f"{path}: has no sensors; nothing can be measured")
         self._check_job(self._order.job, robot)
         plan_of(self._order.job, robot)
         return robot
@@ -331,9 +341,13 @@ class Healer:
         return work
 
     def _ended(self, answer: dict[str, Any]) -> dict[str, Any]:
+        report = self._order.out / "report.html"
+        old = self._order.out / BEFORE if self._state.is_exchanged else self._order.robot_file
+        write_report(self._diagnosed(), load_with_effects(old), report)
         open_now = {(one["effect"], one["component"]) for one in answer["by_hand"]}
         answer |= {
             "robot": str(self._order.robot_file),
+            "report": str(report),
             "job": str(self._order.job),
             "robot_s": self._state.robot_s,
             "took_s": time.monotonic() - self._begun_s,
