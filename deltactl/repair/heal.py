@@ -67,7 +67,7 @@ SURVEY_RADPS, DWELL_S = 0.2, 0.4
 
 HEALED, NOTHING, ROLLED_BACK, REFUSED = "healed", "nothing_to_heal", "rolled_back", "refused"
 OLD_IN_FORCE = "the old robot file is in force"
-GO_ON = "'deltactl heal' with --continue goes on"
+GO_ON = "it goes on from there with --continue, or with Heal on the page"
 
 
 @dataclass(frozen=True, slots=True)
