@@ -32,7 +32,7 @@ LIMITS_S = {
     "playback": 300.0,
     "run_report": 600.0,
     "diagnose": 1800.0,
-    "heal": 7200.0,
+    "heal": 3600.0,
 }
 """From its start, not counting its turn: some ten times what the largest took that is let in."""
 INSTEAD = {
