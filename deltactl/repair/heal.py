@@ -46,24 +46,16 @@ from deltactl.repair.healing_state import (
     read_healing,
     write_healing,
 )
-from deltactl.repair.limit import limit_of
 from deltactl.repair.patients import Patient
 from deltactl.repair.played import played
+from deltactl.repair.surveys import POSE_S, first_s, more_s, survey_job
 from deltactl.repair.worth import Worth, ranked
 
 Say = Callable[[str], None]
 CANDIDATE = "corrected.yaml"
-MOST_EXPERIMENTS = 2
+MOST_EXPERIMENTS, MOST_SURVEYS = 2, 2
 MOST_DRAWINGS = 5
 """So often is the job drawn before and after, while noise hides which is better."""
-SIZES = 40
-"""As many small errors of building as a survey has to tell apart."""
-READINGS_PER_S = 150.0
-SURVEY_S = (120.0, 300.0)
-LEAST_WANTED_M = 5e-5
-POSE_S = 6.6
-"""Mean time to a random pose and at it, at the speed of a survey."""
-SURVEY_RADPS, DWELL_S = 0.2, 0.4
 
 HEALED, NOTHING, ROLLED_BACK, REFUSED = "healed", "nothing_to_heal", "rolled_back", "refused"
 OLD_IN_FORCE = "the old robot file is in force"
@@ -109,12 +101,16 @@ class Healer:
     def _carried_out(self, robot: RobotFile) -> dict[str, Any]:
         if self._state.kept is not None and self._state.is_exchanged:
             return self._ended(self._kept(self._state.kept))
-        self._record_survey(robot)
+        if not self._state.of(SURVEY):
+            self._record_first_survey(robot)
         answer = self._diagnosed()
         for _ in range(MOST_EXPERIMENTS - len(self._state.of(EXPERIMENT))):
             if answer.next_experiment is None or all(sure(one, answer) for one in answer.findings):
                 break
             self._record_experiment(answer)
+            answer = self._diagnosed()
+        while (more_s := self._more_s(answer)) > 0.0:
+            self._record_survey(robot, more_s)
             answer = self._diagnosed()
         return self._ended(self._treated(robot, answer))
 
@@ -163,27 +159,37 @@ class Healer:
         program = program_of(job, robot)
         summarise_program(program, home_counts(program.robot))
 
-    def _record_survey(self, robot: RobotFile) -> None:
-        if self._state.of(SURVEY):
-            return
+    def _record_first_survey(self, robot: RobotFile) -> None:
         self._do("homing, and holding the sensors against each other (about 5 s)")
         homed = self._patient.home(self._order.robot_file)
         self._say(f"home: {homed.text}; readings scatter by {homed.noise_m * 1e3:.2f} mm")
-        seconds = self._survey_s(robot, homed.noise_m)
-        job = self._order.out / "survey.yaml"
-        poses = max(4, round(seconds / POSE_S))
-        write_whole(job, yaml.safe_dump(survey_job(robot, self._order.robot_file, poses)))
-        self._check_job(job, robot)
-        self._run(SURVEY, job, f"survey of {poses} poses ({seconds / 60.0:.0f} min)")
+        given = self._order.minutes
+        noise_m, path = homed.noise_m, self._order.robot_file
+        seconds = first_s(self._order.job, path, noise_m) if given is None else 60.0 * given
+        self._record_survey(robot, seconds)
 
-    def _survey_s(self, robot: RobotFile, noise: float) -> float:
-        """So long that noise leaves the wanted accuracy, if it is the limit of the job."""
-        if self._order.minutes is not None:
-            return 60.0 * self._order.minutes
-        job = self._order.job
-        limit = limit_of(plan_of(job, robot), coverage_of(job, self._order.robot_file))
-        wanted_m = max(LEAST_WANTED_M, 0.0 if limit is None else limit.rms_m)
-        return min(max(SIZES * (noise / wanted_m) ** 2 / READINGS_PER_S, SURVEY_S[0]), SURVEY_S[1])
+    def _record_survey(self, robot: RobotFile, seconds: float) -> None:
+        number, poses = len(self._state.of(SURVEY)) + 1, max(4, round(seconds / POSE_S))
+        job = self._order.out / ("survey.yaml" if number == 1 else f"survey-{number}.yaml")
+        survey = survey_job(robot, self._order.robot_file, poses, number)
+        write_whole(job, yaml.safe_dump(survey))
+        self._check_job(job, robot)
+        again = "" if number == 1 else "another "
+        self._run(SURVEY, job, f"{again}survey of {poses} poses ({seconds / 60.0:.0f} min)")
+
+    def _more_s(self, answer: Diagnosis) -> float:
+        """How much longer the sizes have to be surveyed [s]; 0 for a length that was given."""
+        surveys = self._state.of(SURVEY)
+        if self._order.minutes is not None or len(surveys) >= MOST_SURVEYS:
+            return 0.0
+        text = corrected_text(self._order.robot_file, answer, tables=Tables.JOINTS)
+        write_whole(self._candidate, text)
+        surveyed_s = sum(one.seconds for one in surveys)
+        return more_s(self._order.job, self._candidate, surveyed_s, self._state.robot_s)
+
+    @property
+    def _candidate(self) -> Path:
+        return self._order.out.resolve() / CANDIDATE
 
     def _record_experiment(self, answer: Diagnosis) -> None:
         experiment = answer.next_experiment
@@ -237,7 +243,7 @@ class Healer:
         path = self._order.robot_file
         found: dict[str, Any] = {"found": [finding.says for finding in answer.findings]}
         text = corrected_text(path, answer, tables=Tables.JOINTS)
-        candidate = self._order.out.resolve() / CANDIDATE
+        candidate = self._candidate
         write_whole(candidate, text)
         try:
             corrected = self._with_network(load_robot(candidate), candidate)
@@ -320,7 +326,7 @@ class Healer:
                 return before, after, better
 
     def _seen(self, kind: str) -> list[Seen]:
-        file = self._order.robot_file if kind == OLD else self._order.out.resolve() / CANDIDATE
+        file = self._order.robot_file if kind == OLD else self._candidate
         return [self._patient.seen(one.file, self._order.job, file) for one in self._state.of(kind)]
 
     def _by_hand(
@@ -360,24 +366,6 @@ class Healer:
         }
         self._write("the end", answer=answer)
         return answer
-
-
-def survey_job(robot: RobotFile, robot_file: Path, poses: int) -> dict[str, Any]:
-    """Random poses within the limits of the robot file, slowly, as a job."""
-    low, high = robot.limits.arm_deg
-    return {
-        "name": "survey",
-        "robot": str(robot_file.resolve()),
-        "path": {
-            "shape": "survey",
-            "count": poses,
-            "angle_deg": [low, high],
-            "dwell_s": DWELL_S,
-            "seed": 1,
-        },
-        "timing": {"mode": "together", "t_pwm_s": robot.drive.rad_per_step / SURVEY_RADPS},
-        "inverse_kinematics": {"kind": "geometry"},
-    }
 
 
 def _item(effect: str, component: str, says: str, why: str) -> dict[str, str]:
