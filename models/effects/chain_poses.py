@@ -20,7 +20,7 @@ from deltactl.models.effects.lone_axis import LINEAR_UNIT, said
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 from deltactl.models.robot import FloatArray
 
-SENSORS = "sensors"
+SENSORS, MISSING = "sensors", "share_of_last_move"
 """The component of what is wrong with the poses that were read, and with no joint."""
 Given = Mapping[str, Any]
 WAVE = (("amplitude", "rad"), ("period", "rad"), ("phase", "rad"))
@@ -36,6 +36,10 @@ class PoseEffect:
     parameters: tuple[tuple[str, str], ...]
     text: str
     from_file: Callable[[Given], FloatArray]
+    spread: float
+    """Usual size [rad or m]; of what yields, at the largest weight."""
+    positive: bool = False
+    """Whether no joint has less than none of it."""
     nothing: float = 0.0
 
     @property
@@ -77,30 +81,33 @@ YIELDS = "{part} yields under weight, with a stiffness of {size}"
 PLAYS = "{part} has play of {size}: where it rests depends on the way it came"
 HANGS = "{part} has play of {size}: it hangs to the side that its weight pulls"
 BENDS = "the bearing or link at {part} bends under weight by {size}"
-WINDS = "{part} goes on by {size} times what its encoder is short of its command"
+WINDS = "{part} is nearer its command than its encoder says, by {size} of what is between them"
 SWINGS = "poses are read when {size} of the last move is yet to come"
 OFFS = tuple((name, "m" if name.startswith("d") else "rad") for name in OFF)
+ZERO, RATIO = "the zero of {part} is off by {size}", "{part} moves {size} times as far as it should"
 POSE_EFFECTS = {
     one.key: one
     for one in (
-        PoseEffect(
-            "home", (("angle", "rad"),), "the zero of {part} is off by {size}", _plain("angle")
-        ),
-        PoseEffect(
-            "ratio", (("scale", "1"),), "{part} moves {size} times as far as it should", _ratio, 1.0
-        ),
-        PoseEffect("wave", WAVE, GEAR_WAVE, _phasor),
-        PoseEffect("second", WAVE, GEAR_WAVE, _phasor),
-        PoseEffect("gear", WAVE, GEAR_WAVE, _phasor),
-        PoseEffect("droop", (("stiffness", "N m/rad"),), YIELDS, _yielding, np.inf),
-        PoseEffect("play", (("width", "rad"),), PLAYS, _plain("width")),
-        PoseEffect("hang", (("width", "rad"),), HANGS, _plain("width")),
-        PoseEffect("geometry", OFFS, "", _none),
-        PoseEffect("bend", (("compliance", "rad/(N m)"),), BENDS, _plain("compliance")),
-        PoseEffect("windup", (("share", "1"),), WINDS, _plain("share")),
-        PoseEffect("rest", (("share_of_last_move", "1"),), SWINGS, _plain("share_of_last_move")),
+        # a mark on a joint, set by eye
+        PoseEffect("home", (("angle", "rad"),), ZERO, _plain("angle"), 1e-2),
+        # castings that were bolted together
+        PoseEffect("geometry", OFFS, "", _none, 2e-3),
+        PoseEffect("droop", (("stiffness", "N m/rad"),), YIELDS, _yielding, 2e-3, True, np.inf),
+        PoseEffect("windup", (("share", "1"),), WINDS, _plain("share"), 1.0),
+        # an encoder's disc or a gear's ring that runs out of centre
+        PoseEffect("wave", WAVE, GEAR_WAVE, _phasor, 1e-3),
+        PoseEffect("second", WAVE, GEAR_WAVE, _phasor, 1e-3),
+        # gears that are not preloaded
+        PoseEffect("play", (("width", "rad"),), PLAYS, _plain("width"), 1e-3, True),
+        PoseEffect("rest", ((MISSING, "1"),), SWINGS, _plain(MISSING), 0.05, True),
+        PoseEffect("ratio", (("scale", "1"),), RATIO, _ratio, 1e-3, nothing=1.0),
+        # a strain wave gear
+        PoseEffect("gear", WAVE, GEAR_WAVE, _phasor, 3e-4),
+        PoseEffect("bend", (("compliance", "rad/(N m)"),), BENDS, _plain("compliance"), 2e-3, True),
+        PoseEffect("hang", (("width", "rad"),), HANGS, _plain("width"), 1e-3, True),
     )
 }
+"""By key, the commonest first: of few poses only these are part of the set that shows the noise."""
 
 
 def pose_effects(slides: Mapping[str, bool]) -> dict[str, EffectKind]:

@@ -1,4 +1,6 @@
-"""A joint's output follows the drive's following error, as behind a gear that winds up."""
+"""A joint is nearer its command than its encoder says (or, below zero, farther from it): its gear
+winds up with what the drive pulls, or the encoder is the noisier of both.
+"""
 
 from __future__ import annotations
 
@@ -19,15 +21,15 @@ CARD = EffectCard(
         "pose/windup": -2.5,
     },
     words=Words(
-        noun="an output of {part} that differs from its encoder by the following error",
-        several="outputs of {part} that differ from their encoders by the following errors",
+        noun="a position of {part} between its encoder and its command",
+        several="positions of {part} between their encoders and their commands",
         regime="where {part} is short of its command",
         axis_regime="where it is short of its command",
     ),
     remedies={
         "": (
             "look for what gives way between encoder and output of {part}, or for an encoder that "
-            "reads late: its output goes on by {size} times the following error"
+            "is noisy or read late: {part} is nearer its command by {size} of the following error"
         ),
     },
     drawing=Drawing(axis=("gear",)),
