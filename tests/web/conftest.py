@@ -28,6 +28,8 @@ from deltactl.web.access.users import SCRYPT
 
 READY_S = 60.0
 PATIENCE_S = 30.0
+LOOK_S = 0.15
+"""The longest pause between two looks at a page."""
 NICE = 15
 DESK, PHONE = (1280, 900), (400, 800)
 CIRCLE = """name: {name}
@@ -95,6 +97,7 @@ class Browser:
     ) -> None:
         """Wait for something; fail with words when it does not come."""
         give_up_s = time.monotonic() + within_s
+        pause_s = 0.02
         while True:
             try:
                 if condition():
@@ -105,7 +108,9 @@ class Browser:
                 latched = self.driver.find_elements(By.CSS_SELECTOR, '[data-testid="latched"]')
                 seen = "; ".join(one.text for one in latched if one.text)
                 pytest.fail(f"{otherwise if isinstance(otherwise, str) else otherwise()} {seen}")
-            time.sleep(0.02)
+            # Each look costs the browser as much as a tenth of a second of the page.
+            time.sleep(pause_s)
+            pause_s = min(1.5 * pause_s, LOOK_S)
 
 
 Open = Callable[..., Browser]
