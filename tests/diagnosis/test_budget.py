@@ -68,7 +68,7 @@ def test_what_is_remembered_is_not_counted() -> None:
 
 
 def test_a_search_without_patience_ends_with_what_it_has(delta: DeltaRobot, record: Record) -> None:
-    model = DeltaModel(delta, [record(SCALE, RATIO, ARM, seconds=30.0)])
+    model = DeltaModel(delta, [record(SCALE, RATIO, ARM, seconds=60.0)])
     short, long = (
         explain(prepare(model, model.readings.valid.copy(), budget), 0.0, lambda _: None)
         for budget in (Budget(most=20.0), Budget())

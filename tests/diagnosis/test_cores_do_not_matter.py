@@ -24,7 +24,7 @@ def test_one_core_and_two_answer_alike(
     delta: DeltaRobot, record: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(side_by_side, "_cores", lambda: 2)
-    recording = record(*CAUSES, seconds=15.0)
+    recording = record(*CAUSES, seconds=30.0)
     anew = Context()  # without the `alone` of all tests
     on_two = anew.run(diagnose_recordings, delta, [recording])
     with alone():
