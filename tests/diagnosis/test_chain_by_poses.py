@@ -15,6 +15,7 @@ from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis, ParameterResult
 from deltactl.diagnosis.api import diagnose
 from deltactl.foundation.errors import DeltactlError
+from deltactl.recording.foreign.inspection import inspect
 
 pytest.importorskip("mujoco")
 
@@ -156,6 +157,13 @@ def test_a_missing_angle_is_refused_by_joint(robot: Path) -> None:
     recorded.write_text(recorded.read_text().replace("theta_4", "angle_d", 1))
     with pytest.raises(DeltactlError, match="'roll'"):
         diagnose([recorded], robot)
+
+
+def test_inspect_sees_a_chain_that_was_measured(robot: Path) -> None:
+    seen = inspect(table(robot.parent, measured(Hidden(), 20), times=False))
+    assert seen.kind == "chain"
+    assert seen.guesses["theta_6"].name == "theta_6"
+    assert seen.options == []
 
 
 def test_a_table_of_poses_needs_no_times(

@@ -98,7 +98,13 @@ def _as_inspected(
         return None
     units = {name: source.unit for name, source in seen.mapping.columns.items()}
     wrong = isinstance(robot, ServoAxis) and other_motion(units, robot.motion)
-    if robot is None or seen.kind != robot.kind or seen.mapping.rate_hz is not None or wrong:
+    if (
+        not seen.options
+        or robot is None
+        or seen.kind != robot.kind
+        or seen.mapping.rate_hz is not None
+        or wrong
+    ):
         return None
     recording = read_mapped(path, seen.mapping)
     tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")

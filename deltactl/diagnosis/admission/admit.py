@@ -161,11 +161,16 @@ def _with_what_to_type(
     refusal: Refusal, robot: RobotModel, recordings: Sequence[FlatRecording]
 ) -> Refusal:
     """A refusal for want of columns, with the machine or the columns that the table looks like."""
-    if refusal.kind is Kind.COLUMNS:
+    if refusal.kind is Kind.COLUMNS and not _by_poses(robot, recordings):
         for recording in recordings:
             if recording.source == refusal.source:
                 return of_another_kind(refusal, robot, recording)
     return refusal
+
+
+def _by_poses(robot: RobotModel, recordings: Sequence[FlatRecording]) -> bool:
+    """Whether a chain was measured from outside, of which other names need no guess."""
+    return isinstance(robot, ChainRobot) and any(measures_poses(robot, r) for r in recordings)
 
 
 def _machine(
