@@ -131,7 +131,7 @@ def main() -> None:
             named, wrong = _named(answer, expected)
             right[len(expected)].append(named == len(expected) and not wrong)
             held += _held(answer, expected)
-            if not right[len(expected)][-1]:
+            if not right[len(expected)][-1] or not all(_held(answer, expected)):
                 print(number, count, f"{hidden.noise_m:.1e}", expected)
                 for f in answer.findings:
                     print("   ", f.effect, f.component, f.says)
