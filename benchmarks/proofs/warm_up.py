@@ -1,8 +1,8 @@
 """Warm-up and wear over robot-years: python -m benchmarks.proofs.warm_up [--years 100].
 
 Each robot works by its own hours for a year, at a temperature that swings over the day and since
-it was switched on. A sensor, a length and a friction follow the temperature, by up to four times
-what one run detects; chance finds something in one run of 200; the play of one motor grows. Runs
+it was switched on. Three of the effects that do so follow the temperature, by up to four times what
+one run detects; chance finds something in one run of 200; the play of one motor grows. Runs
 are drawn from what one run detects (80 % power at the limit, as `run_checks` measures it) and not
 diagnosed; what they announce is worked out by the code of `deltactl service check-runs`. Printed:
 false announcements a robot-year, and the play at its announcement in detection limits.
@@ -18,16 +18,19 @@ from typing import Any
 import numpy as np
 
 from deltactl.fleet.checks import RunsOfARobot
+from deltactl.models.effects import CARDS, with_trait
+from deltactl.models.effects.card import Trait
+from deltactl.models.effects.gear_backlash import EFFECT as PLAY
+from deltactl.models.effects.kind import EffectKind
 
 Row = dict[str, Any]
 HOUR_S, DAY_S, DAYS = 3600.0, 86400.0, 365
-FOLLOWING = (("sensor_offset", "range_y", "offset", "m"), ("forearm_length", "arm2",
-             "length_error", "m"), ("viscous_friction", "motor3", "coefficient", ""))  # fmt: skip
-BY_CHANCE = [(effect, f"motor{motor}") for effect in ("gear_ratio", "home_offset", "gear_backlash",
-             "transmission_error", "joint_friction") for motor in (1, 2, 3)]  # fmt: skip
+FOLLOWING = [CARDS[name].kind for name in with_trait(Trait.WARMS) if CARDS[name].kind is not None]
+BY_CHANCE = [(card.kind, name) for card in CARDS.values() if card.kind is not None
+             for name in card.kind.components]  # fmt: skip
 CRITICAL, AT_LIMIT = 3.3, 3.3 + 0.84
 """Standard deviations from which a run has a finding, and of one at the limit: 80 % power."""
-CHANCE = 1.0 / 200.0
+CHANCE, AT_ONCE = 1.0 / 200.0, 3
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,8 @@ def year(seed: int) -> Year:
     """One robot, run by run."""
     rng = np.random.default_rng([seed, 41])
     t_s = run_times_s(rng)
-    strengths = rng.uniform(0.5, 4.0, len(FOLLOWING))
+    follow = [FOLLOWING[place] for place in rng.permutation(len(FOLLOWING))[:AT_ONCE]]
+    strengths = rng.uniform(0.5, 4.0, AT_ONCE)
     # The robot file was made at the temperature of some hour of work.
     made, warm = rng.integers(len(t_s)), warmth(rng, t_s)
     swings = [much * 0.5 * (warm - warm[made]) for much in strengths]
@@ -83,18 +87,19 @@ def year(seed: int) -> Year:
     known: set[tuple[str, str]] = set()
     for number, time_s in enumerate(t_s.tolist()):
         sizes = [
-            _size(name, swing[number], rng) for name, swing in zip(FOLLOWING, swings, strict=True)
+            _size(kind, kind.components[-1], swing[number], rng)
+            for kind, swing in zip(follow, swings, strict=True)
         ]
-        sizes.append(_size(("gear_backlash", "motor1", "width", "rad"), play[number], rng))
+        sizes.append(_size(PLAY, PLAY.components[0], play[number], rng))
         if rng.random() < CHANCE:
-            effect, component = BY_CHANCE[rng.integers(len(BY_CHANCE))]
-            sizes.append(_row(effect, component, "size", "", float(rng.choice([-1.0, 1.0]))))
+            kind, component = BY_CHANCE[rng.integers(len(BY_CHANCE))]
+            sizes.append(_row(kind, component, float(rng.choice([-1.0, 1.0]))))
         findings = [size for size in sizes if size is not None]
         runs.add({"recording": f"{number}", "robot": "r", "time_s": time_s, "verdict": "x",
                   "findings": findings})  # fmt: skip
         told = {(one.effect, one.component) for one in runs.announced()}
         for key in told - known:
-            if key == ("gear_backlash", "motor1"):
+            if key == (PLAY.name, PLAY.components[0]):
                 play_at = play[number] if math.isnan(play_at) else play_at
             else:
                 false += 1
@@ -102,14 +107,17 @@ def year(seed: int) -> Year:
     return Year(false, play_at)
 
 
-def _size(name: tuple[str, str, str, str], size: float, rng: np.random.Generator) -> Row | None:
+def _size(kind: EffectKind, component: str, size: float, rng: np.random.Generator) -> Row | None:
     value = found(rng, size)
-    return None if value is None else _row(*name, value)
+    return None if value is None else _row(kind, component, value)
 
 
-def _row(effect: str, component: str, parameter: str, unit: str, value: float) -> Row:
-    return {"effect": effect, "component": component, "parameter": parameter, "unit": unit,
-            "value": value, "probability": 0.95}  # fmt: skip
+def _row(kind: EffectKind, component: str, value: float) -> Row:
+    """A finding whose first parameter is so many detection limits off."""
+    parameter = kind.parameters[0]
+    neutral = 1.0 if parameter.name.startswith("scale") else 0.0
+    return {"effect": kind.name, "component": component, "parameter": parameter.name,
+            "unit": parameter.unit, "value": neutral + value, "probability": 0.95}  # fmt: skip
 
 
 def main() -> None:
