@@ -31,23 +31,32 @@ demo: $(VENV)/.test
 # program to the clock of a machine that others use too. Each name there is a defect to look into.
 AGAIN := --reruns 1 --reruns-delay 2 -r R
 # A file of tests stays with one process: what its tests share is made once.
-TWO := -n 2 --dist loadfile --no-loadscope-reorder
+WORKERS ?= 2
+TWO := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 # Two processes on two cores: more threads of the arithmetic libraries only wait for each other.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+# Tests against the clock, in lanes. They wait most of the time, and the robot of the page bears pauses:
+# on a machine that does nothing else, `make test LANES=2` runs both lanes at once, and `make test LANES=3`
+# the other tests beside them, in the time that the lanes leave idle.
+LANES ?= 1
+IDLE  := $(shell chrt --idle 0 true 2>/dev/null && echo chrt --idle 0 || echo nice -n 19)
 # Without it every process that a test starts compiles all its modules again.
 test: export PYTHONDONTWRITEBYTECODE =
+ifeq ($(LANES),3)
+test: export BESIDE := $(IDLE)
+test: style
+	$(MAKE) --no-print-directory -k -j 4 types test-beside test-clock test-page
+else
 test: style
 	@# mypy has one process: the tests begin on the other core.
 	$(MAKE) --no-print-directory -k -j 2 types test-beside
 	$(MAKE) --no-print-directory -k -j $(LANES) test-clock test-page
+endif
 
-# Two processes and no more: a job is planned at a low priority, and waits where both cores are taken.
+# As many processes as cores: a job is planned at a low priority, and waits where all cores are taken.
 test-beside: $(VENV)/.test
-	$(ONE_THREAD) $(BIN)/python -m pytest $(TWO) -m "not realtime" $(AGAIN)
+	$(ONE_THREAD) $(BESIDE) $(BIN)/python -m pytest $(TWO) -m "not realtime" $(AGAIN)
 
-# Tests against the clock, in two lanes. Those of the page wait most of the time, and their robot bears
-# pauses: on a machine that does nothing else, `make test LANES=2` runs both lanes at once.
-LANES ?= 1
 test-clock: $(VENV)/.test
 	$(BIN)/python -m pytest -m realtime --ignore tests/web $(AGAIN)
 
@@ -63,7 +72,7 @@ style: $(VENV)/.test
 types: $(VENV)/.test
 	@# Types are checked against one numpy, that of Python 3.11; numpy 2 has other stubs.
 	if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 12))'; \
-	then $(BIN)/mypy; else echo "mypy: run on Python 3.11 only"; fi
+	then $(BESIDE) $(BIN)/mypy; else echo "mypy: run on Python 3.11 only"; fi
 
 # The hardware-in-the-loop tests once more, on an emulated 64-bit ARM machine.
 hil-aarch64:

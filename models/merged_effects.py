@@ -6,7 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from deltactl.models.effects import Rule, card_of, effect_kind
+from deltactl.models.effects import VOCABULARY, Rule, card_of, effect_kind
+from deltactl.models.effects.chain_poses import pose_effects
+from deltactl.models.effects.kind import EffectKind
 from deltactl.models.effects.tables import looked_up
 from deltactl.models.robot import EffectEntry, FoundBy
 
@@ -39,9 +41,11 @@ def together(old: EffectEntry, new: EffectEntry) -> EffectEntry:
     before, after = _filled(old), _filled(new)
     # What little is left says little about the other parameters: the accepted ones stay.
     values = before | after if rule is Rule.NEWEST else after | before
-    main = effect_kind(new.effect).main.name
+    main = _kind(new.effect).main.name
     if rule is Rule.SUM:
         values[main] = _sum(before[main], after[main])
+    elif rule is Rule.EACH:
+        values = {n: _sum(before.get(n, 0.0), after.get(n, 0.0)) for n in before | after}
     elif rule is Rule.PRODUCT:
         values[main] = _one(before[main]) * _one(after[main])
     elif rule is Rule.SERIES:
@@ -78,9 +82,16 @@ def _is_again(old: EffectEntry, new: EffectEntry) -> bool:
     return abs(one - other) <= SAME_PERIOD * one
 
 
+def _kind(name: str) -> EffectKind:
+    """An effect of the vocabulary, or of a chain's poses alone. Raises ConfigError."""
+    return (
+        effect_kind(name) if name in VOCABULARY else pose_effects({}).get(name) or effect_kind(name)
+    )
+
+
 def _filled(entry: EffectEntry) -> dict[str, Number]:
     """Parameters with the defaults of the vocabulary."""
-    kind = effect_kind(entry.effect)
+    kind = _kind(entry.effect)
     given = {p.name: p.default for p in kind.parameters if p.default is not None}
     # A file cannot say infinity; it leaves out what has it for a default.
     finite = {name: value for name, value in given.items() if np.isfinite(value)}

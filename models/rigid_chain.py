@@ -1,4 +1,4 @@
-"""A robot that a URDF or MJCF describes: the efforts at its joints that a motion needs.
+"""A robot that a URDF or MJCF describes: where its links are, and what moves its joints.
 
 MuJoCo reads both formats and does the inverse dynamics. Shapes are looked at by nobody here, so
 meshes may be missing.
@@ -6,24 +6,49 @@ meshes may be missing.
 
 from __future__ import annotations
 
+import copy
 import difflib
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from deltactl.foundation.errors import ConfigError, MissingFile
 from deltactl.foundation.extras import needs
 from deltactl.models.robot import FloatArray
 
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+IntArray = np.ndarray[Any, np.dtype[np.intp]]
 EXTRA = "chain"
 FROM_AFAR_M = 0.1
 """Distance from the flange at which loads are tried; the load's columns are exact at any."""
 BODY = "mass", "first_x", "first_y", "first_z", "xx", "yy", "zz", "xy", "xz", "yz"
 """Moments of a load about the frame of the link that carries it [kg, kg m, kg m2]."""
 MOVING = ("revolute", "continuous", "prismatic")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """Where a chain is in some poses, in the axes of its base [m]; joints in their order.
+
+    links (n, k, 3) and frames (n, k, 3, 3): of the links that were asked for. anchors, axes
+    (n, joints, 3): of the joints. parents (n, joints, 3, 3): frame of the link before each joint.
+    moments (n, joints, 3): of the weight of all that a joint carries, about its anchor [N m].
+    loads (n, joints): effort of that weight along the joint [N m or N].
+    """
+
+    links: FloatArray
+    frames: FloatArray
+    anchors: FloatArray
+    axes: FloatArray
+    parents: FloatArray
+    moments: FloatArray
+    loads: FloatArray
 
 
 class RigidChain:
@@ -125,6 +150,93 @@ class RigidChain:
         columns: FloatArray = made @ np.linalg.inv(moments)
         return columns
 
+    def placed(self, at: FloatArray, links: Sequence[str], off: FloatArray | None = None) -> Placed:
+        """Places of links and joints at positions (n, joints) in rad or m.
+
+        off: (joints, 6) shift [m] and turn [rad] of the fixed transform before each joint, in the
+        frame of the link before it.
+        """
+        model = self._model if off is None else self._moved(off)
+        data, own = self._mujoco.MjData(model), self._numbers
+        body = model.jnt_bodyid[own]
+        asked = np.array([model.body(link).id for link in links])
+        pull = model.opt.gravity * model.body_subtreemass[body][:, None]
+        fixed = _turns(self._model.body_quat[body]) @ np.swapaxes(self._origins, 1, 2)
+        before = self._model.body_parentid[body]
+        (count, joints), k = at.shape, len(links)
+        made = Placed(
+            np.empty((count, k, 3)), np.empty((count, k, 3, 3)), np.empty((count, joints, 3)),
+            np.empty((count, joints, 3)), np.empty((count, joints, 3, 3)),
+            np.empty((count, joints, 3)), np.empty((count, joints)),
+        )  # fmt: skip
+        for row in range(count):
+            data.qpos[self._position] = at[row]
+            self._mujoco.mj_kinematics(model, data)
+            self._mujoco.mj_comPos(model, data)
+            made.links[row], made.frames[row] = data.xpos[asked], data.xmat[asked].reshape(-1, 3, 3)
+            made.anchors[row], made.axes[row] = data.xanchor[own], data.xaxis[own]
+            made.parents[row] = data.xmat[before].reshape(-1, 3, 3) @ fixed
+            made.moments[row] = np.cross(data.subtree_com[body] - data.xanchor[own], pull)
+        along = np.where(np.array(self.slides)[:, None], pull, made.moments)
+        made.loads[:] = np.sum(made.axes * along, axis=2)
+        return made
+
+    def frame_of(self, joint: str) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
+        """Of the body that a joint of an MJCF moves its place (3,) [m] and its turn (3, 3) against
+        the body before it, and in its own frame the joint's anchor and axis; None where another
+        joint moves it too.
+        """
+        number = int(self._model.joint(joint).id)
+        body = int(self._model.jnt_bodyid[number])
+        if int(self._model.body_jntnum[body]) > 1:
+            return None
+        turn = _turns(self._model.body_quat[body][None])[0]
+        anchor, axis = self._model.jnt_pos[number], self._model.jnt_axis[number]
+        return self._model.body_pos[body].copy(), turn, anchor.copy(), axis.copy()
+
+    def carries(self, link: str) -> BoolArray:
+        """Which joints move a link, (joints,)."""
+        body, above = int(self._model.body(link).id), set()
+        while body:
+            above.add(body)
+            body = int(self._model.body_parentid[body])
+        return np.array([int(b) in above for b in self._model.jnt_bodyid[self._numbers]])
+
+    def moving_link(self, name: str) -> str:
+        """A link, or the last of the chain where it is none that a joint moves by itself."""
+        known = [self._model.body(b).name for b in range(1, self._bodies)]
+        return name if name in known else self.tip
+
+    @property
+    def _numbers(self) -> IntArray:
+        return np.array([int(self._model.joint(name).id) for name in self.joints])
+
+    @cached_property
+    def _origins(self) -> FloatArray:
+        """How each joint's frame is turned against the link before it, (joints, 3, 3)."""
+        root = document_of(self.path)
+        if root.tag != "robot":
+            return _turns(self._model.body_quat[self._model.jnt_bodyid[self._numbers]])
+        turned = []
+        for name in self.joints:
+            origin = root.find(f"joint[@name='{name}']/origin")
+            text = "0 0 0" if origin is None else origin.get("rpy", "0 0 0")
+            turned.append(Rotation.from_euler("xyz", [float(x) for x in text.split()]).as_matrix())
+        return np.array(turned)
+
+    def _moved(self, off: FloatArray) -> Any:
+        """The model with its joints elsewhere; a joint turns about its own anchor."""
+        model = copy.copy(self._model)
+        for number, joint in enumerate(self._numbers):
+            body, anchor = int(model.jnt_bodyid[joint]), model.jnt_pos[joint]
+            before = _turns(model.body_quat[body][None])[0]
+            parent = before @ self._origins[number].T
+            after = parent @ Rotation.from_rotvec(off[number, 3:]).as_matrix() @ parent.T @ before
+            x, y, z, w = Rotation.from_matrix(after).as_quat()
+            model.body_pos[body] += parent @ off[number, :3] + before @ anchor - after @ anchor
+            model.body_quat[body] = w, x, y, z
+        return model
+
     @property
     def mass_kg(self) -> float:
         """Mass of all that moves."""
@@ -139,6 +251,12 @@ class RigidChain:
     @property
     def _bodies(self) -> int:
         return int(self._model.nbody)
+
+
+def _turns(quaternions: FloatArray) -> FloatArray:
+    """Rotations (n, 3, 3) of quaternions (n, 4), as MuJoCo writes them: w first."""
+    turns: FloatArray = Rotation.from_quat(quaternions[:, [1, 2, 3, 0]]).as_matrix()
+    return turns
 
 
 def moving_joints(path: Path) -> list[str]:

@@ -259,6 +259,18 @@ class RangeSensor(StrictModel):
 Positive = Annotated[float, Field(gt=0.0, description="turn the sign of the column instead")]
 
 
+Metres = Annotated[float, Field(ge=-100.0, le=100.0, description="metres, within a workshop")]
+
+
+class Target(StrictModel):
+    """A reflector or marker on a chain."""
+
+    link: Annotated[str, Field(min_length=1)]
+    """That carries it."""
+    xyz: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.0)
+    """In the link's frame."""
+
+
 class ChainRobot(RuledModel):
     """An arm or gantry that a URDF or MJCF describes."""
 
@@ -278,6 +290,14 @@ class ChainRobot(RuledModel):
     """Motor turns per joint turn."""
     gravity: bool = True
     """Whether efforts hold weights."""
+    zero: Literal["absolute", "arbitrary"] = "absolute"
+    """arbitrary: the zeros of the joints say nothing, and are no findings."""
+    placement: Literal["arbitrary", "known"] = "arbitrary"
+    """known: base and targets are looked for from here on."""
+    base: dict[Literal["xyz", "rpy"], tuple[Metres, Metres, Metres]] = Field(default_factory=dict)
+    """In the frame of measured poses: metres; radians about its x, then y, then z."""
+    targets: dict[str, Target] = Field(default_factory=dict)
+    """By the columns of their places: pos (pos_x, pos_y, pos_z), pos1, pos2."""
     effects: tuple[EffectEntry, ...] = ()
     """What is known of it already."""
 

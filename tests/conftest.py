@@ -110,6 +110,8 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    # Those of the page wait most: begun last, they would leave a processor idle at the end.
+    items.sort(key=lambda item: not item.nodeid.startswith("tests/web/"))
     for item in items:
         if any(part in item.nodeid for part in REAL_TIME):
             item.add_marker(pytest.mark.realtime)

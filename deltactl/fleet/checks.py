@@ -2,23 +2,31 @@
 
 A finding counts when two of three runs in a row have it, at the same component; what one run has
 and the next two have not was chance. It is over when two runs in a row have it no more.
+
+Sensors, lengths and friction change with the temperature, over a day or since the machine was
+switched on, and come back. An effect of that kind is announced once it has been there for a whole
+day, with one sign, and twice as long as it ever was before it went: wear and what was knocked
+stay, and what the sun does goes away at night.
 """
 
 from __future__ import annotations
 
 import json
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from statistics import median
 
 from deltactl.fleet.task import Book, Row, diagnose_one, stamp_of
 from deltactl.foundation.errors import DeltactlError
 from deltactl.foundation.one_screen import Part
 from deltactl.foundation.plain_file import write_whole
+from deltactl.models.effects import CARDS, has
+from deltactl.models.effects.card import Trait
 from deltactl.recording.writing.retention import ENDING
 
 FOLDER = "checks"
@@ -28,6 +36,13 @@ ENOUGH, OF = 2, 3
 announced late; what chance finds in a healthy run, it hardly finds at the same place in two of
 three."""
 MISSED = 2
+PAUSE_S, COLD_RUNS = 4 * 3600.0, 5
+"""After so long a pause a machine is cold, or nearly; so many such runs are remembered."""
+DAY_S = 24 * 3600.0
+"""What comes and goes with the temperature has come round by then."""
+LONGER = 2.0
+"""What was there before and went has to stay so many times as long as ever, and what stays of it
+through a day has to be as much as what comes and goes."""
 LIKELY = 0.5
 """Findings less probable than this are not counted."""
 SHORTEST_S = 10.0
@@ -145,10 +160,111 @@ class RunChecks:
 
 def standing(rows: Sequence[Row]) -> list[Announcement]:
     """What is announced after the runs of one robot."""
-    ordered = sorted(rows, key=lambda row: float(row["time_s"]))
-    keys = {key for row in ordered for key in _found(row)}
-    found = (_standing(ordered, key) for key in sorted(keys))
-    return [mismatch for mismatch in found if mismatch is not None]
+    runs = RunsOfARobot()
+    for row in sorted(rows, key=lambda row: float(row["time_s"])):
+        runs.add(row)
+    return runs.announced()
+
+
+class RunsOfARobot:
+    """What its runs had, one after the other, by effect and component."""
+
+    def __init__(self) -> None:
+        self._followed: dict[tuple[str, str], _Followed] = {}
+
+    def add(self, row: Row) -> None:
+        """The next run."""
+        found = _found(row)
+        for key in found.keys() - self._followed.keys():
+            self._followed[key] = _Followed(key, found[key])
+        for key, followed in self._followed.items():
+            followed.add(row, found.get(key))
+
+    def announced(self) -> list[Announcement]:
+        """What holds after them."""
+        every = (self._followed[key].announced() for key in sorted(self._followed))
+        return [one for one in every if one is not None]
+
+
+class _Followed:
+    """One effect at one component."""
+
+    def __init__(self, key: tuple[str, str], size: Row):
+        self._key = key
+        named = size.get("named", key[0])
+        self._waits_s = DAY_S if named in CARDS and has(named, Trait.WARMS) else 0.0
+        self._comes_and_goes = self._waits_s > 0.0
+        self._had: list[Row | None] = []
+        self._first: Row | None = None
+        """The run since which it holds; None while it does not."""
+        self._lasted_s = 0.0
+        """For how long, with no more than `PAUSE_S` for a pause: what nobody saw shows nothing."""
+        self._is_announced = False
+        self._newest: Row = {}
+        self._sizes: deque[tuple[float, float]] = deque()
+        """Of the last day: when, and how far off."""
+        self._cold: deque[float] = deque(maxlen=COLD_RUNS)
+        """How far off it was in runs after a pause; 0 where it was not found."""
+        self._ran_s: float | None = None
+
+    def add(self, row: Row, size: Row | None) -> None:
+        """A run, with the finding or without."""
+        time_s = float(row["time_s"])
+        gap_s = PAUSE_S if self._ran_s is None else time_s - self._ran_s
+        self._lasted_s += min(gap_s, PAUSE_S)
+        if gap_s >= PAUSE_S:
+            self._cold.append(0.0 if size is None else abs(_off(size)))
+        self._ran_s = time_s
+        if size is not None:
+            if self._comes_and_goes and self._newest and _off(size) * _off(self._newest) < 0.0:
+                self._end()  # it swings about what the robot file says
+            self._newest = {**size, "recording": row["recording"], "robot": row["robot"]}
+            if self._comes_and_goes:
+                self._sizes.append((time_s, abs(_off(size))))
+                while self._sizes[0][0] < time_s - DAY_S:
+                    self._sizes.popleft()
+        self._had = [*self._had[1 - OF :], None if size is None else row]
+        seen = [one for one in self._had if one is not None]
+        if self._first is None:
+            if len(seen) >= ENOUGH:
+                self._first = seen[0]
+                self._lasted_s = 0.0
+                self._cold.clear()
+        elif not any(self._had[-MISSED:]):
+            self._end()
+        ready = self._first is not None and self._lasted_s >= self._waits_s and not self._swings
+        self._is_announced = self._is_announced or ready
+
+    def announced(self) -> Announcement | None:
+        """It, where it holds, and for as long as has to be waited."""
+        if self._first is None or not self._is_announced:
+            return None
+        size = self._newest
+        sure = size.get("probability")
+        return Announcement(
+            size["robot"],
+            *self._key,
+            _in_words(size, self._key),
+            float(self._first["time_s"]),
+            1.0 if sure is None else float(sure),
+            size["recording"],
+        )
+
+    @property
+    def _swings(self) -> bool:
+        """Whether more of it comes and goes, within a day or after pauses, than stays."""
+        if not self._comes_and_goes:
+            return False
+        sizes = sorted(off for _, off in self._sizes)
+        aside = len(sizes) // 10
+        least = min(sizes[aside], median(self._cold)) if self._cold else sizes[aside]
+        return sizes[-1 - aside] > LONGER * least
+
+    def _end(self) -> None:
+        """What came and went has to stay longer than before, to be more than that."""
+        if self._comes_and_goes and self._first is not None:
+            self._waits_s = max(self._waits_s, LONGER * self._lasted_s)
+        self._first, self._had, self._is_announced = None, [], False
 
 
 def read_announced(recordings: Path) -> list[Announcement]:
@@ -160,32 +276,9 @@ def read_announced(recordings: Path) -> list[Announcement]:
         return []
 
 
-def _standing(rows: list[Row], key: tuple[str, str]) -> Announcement | None:
-    holds, first = False, rows[0]
-    newest: dict[str, Any] = {}
-    had: list[Row | None] = []
-    for row in rows:
-        size = _found(row).get(key)
-        had.append(row if size else None)
-        if size is not None:
-            newest = {**size, "recording": row["recording"]}
-        seen = [finding for finding in had[-OF:] if finding is not None]
-        if holds:
-            holds = any(had[-MISSED:])
-        elif len(seen) >= ENOUGH:
-            holds, first = True, seen[0]
-    if not holds:
-        return None
-    says = _in_words(newest, key)
-    sure = newest.get("probability")
-    return Announcement(
-        rows[-1]["robot"],
-        *key,
-        says,
-        float(first["time_s"]),
-        1.0 if sure is None else float(sure),
-        newest["recording"],
-    )
+def _off(size: Row) -> float:
+    """How far a size is from that of a machine without the effect, with its sign."""
+    return float(size["value"]) - (1.0 if size["parameter"].startswith("scale") else 0.0)
 
 
 def _in_words(size: Row, key: tuple[str, str]) -> str:

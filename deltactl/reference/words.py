@@ -142,6 +142,7 @@ ARGUMENT_WORDS = {
         "Absolute path of another file of this machine", "/var/lib/deltactl/my-delta.yaml"
     ),
     "robot_text": ArgumentWords("Its text instead of a path", _ROBOT),
+    "trial": ArgumentWords("That file is in force until this connection ends", True, False),
     "job": ArgumentWords("Absolute path of the job", "/var/lib/deltactl/circle.yaml"),
     "job_text": ArgumentWords("Its text instead of a path", _JOB),
     "name": ArgumentWords(

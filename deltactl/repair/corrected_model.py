@@ -1,30 +1,40 @@
 """The URDF or MJCF of a chain with what was found written into it, for the user's own simulator.
 
-Friction, damping, rotor inertia and a load are properties of the model. What is not (a gain, an
-offset, a late effort; rotor inertia in a URDF, which has no place for it) stays in the robot file.
+Friction, damping, rotor inertia, a load, geometry and the zeros of joints are properties of the
+model. What is not (a gain, an offset, a late effort, what yields; rotor inertia in a URDF, which
+has no place for it) stays in the robot file.
 """
 
 from __future__ import annotations
 
 import math
 import os
+import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
 
 from deltactl.diagnosis.answer.corrected_robot import with_effects, with_model
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.effects.chain_joints import JOINT_EFFECTS, LOAD
+from deltactl.models.effects.chain_poses import POSE_EFFECTS
+from deltactl.models.effects.link_geometry import OFF
 from deltactl.models.rigid_chain import RigidChain, document_of
-from deltactl.models.robot import ChainRobot, EffectEntry
+from deltactl.models.robot import ChainRobot, EffectEntry, FloatArray
 from deltactl.models.robot_files import with_effects_in
 
 STEEL_KG_M3 = 7850.0
 """A load of which only mass and centre are known turns as a ball of steel does."""
 LOAD_LINK = "load_found_by_deltactl"
 DIGITS = ".9g"
+ZERO, GEOMETRY = POSE_EFFECTS["home"].name, POSE_EFFECTS["geometry"].name
+TURNED_BY = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
+"""Attributes of an MJCF's body that say how it is turned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +57,10 @@ class _Model:
     root: ET.Element
     chain: RigidChain
     loads: int = 0
+    off: dict[str, FloatArray] = field(default_factory=dict)
+    """Joint -> shift [m] and turn [rad] of the fixed transform before it, and by how much its zero
+    is off [rad or m], (7,).
+    """
 
     @property
     def urdf(self) -> bool:
@@ -77,6 +91,8 @@ def corrected_model(robot_file: Path, out: Path) -> CorrectedModel:
     _check_place(source, root, out)
     model = _Model(root, RigidChain(source, robot.joints, robot.gravity))
     written = tuple(one for one in robot.effects if _write(model, one))
+    for joint, off in model.off.items():
+        (_place_in_urdf if model.urdf else _place_in_mjcf)(model, joint, off)
     kept = tuple(one for one in robot.effects if one not in written)
     text = with_effects(with_model(document.text, out.name), kept)
     return CorrectedModel(_text(root), text, written, kept)
@@ -106,12 +122,77 @@ def _write(model: _Model, entry: EffectEntry) -> bool:
     sizes = {name: float(v) for name, v in entry.parameters.items() if isinstance(v, int | float)}
     if entry.effect == LOAD:
         return entry.component == model.chain.tip and _carry(model, sizes)
+    if entry.effect in (ZERO, GEOMETRY):
+        return entry.component in model.chain.joints and _displace(model, entry, sizes)
     key = next((key for key, one in JOINT_EFFECTS.items() if one.name == entry.effect), "")
     writer = WRITERS.get(key)
     size = sizes.get(JOINT_EFFECTS[key].parameter) if key else None
     if writer is None or size is None or entry.component not in model.chain.joints:
         return False
     return writer(model, entry.component, size)
+
+
+def _displace(model: _Model, entry: EffectEntry, sizes: Mapping[str, float]) -> bool:
+    """Note where a joint is instead; False where its frame in the model is that of two joints."""
+    if not model.urdf and model.chain.frame_of(entry.component) is None:
+        return False
+    names = (*OFF, "angle") if entry.effect == GEOMETRY else (*[""] * len(OFF), "angle")
+    added = np.array([sizes.get(name, 0.0) for name in names])
+    if entry.effect == GEOMETRY:
+        added[-1] = 0.0
+    model.off[entry.component] = model.off.get(entry.component, np.zeros(7)) + added
+    return True
+
+
+def _place_in_urdf(model: _Model, joint: str, off: FloatArray) -> None:
+    element = model.joint(joint)
+    origin = element.find("origin")
+    if origin is None:
+        origin = ET.SubElement(element, "origin")
+    axis = _numbers(element.find("axis"), "xyz", "1 0 0")
+    shift = _numbers(origin, "xyz", "0 0 0") + off[:3]
+    turn = Rotation.from_rotvec(off[3:6]) * Rotation.from_euler(
+        "xyz", _numbers(origin, "rpy", "0 0 0")
+    )
+    if element.get("type") == "prismatic":
+        shift = shift + turn.apply(axis * off[6])
+    else:
+        turn = turn * Rotation.from_rotvec(axis * off[6])
+    origin.set("xyz", _text_of(shift))
+    with warnings.catch_warnings():  # at a right angle roll and yaw are one turn: either will do
+        warnings.simplefilter("ignore", UserWarning)
+        origin.set("rpy", _text_of(turn.as_euler("xyz")))
+
+
+def _place_in_mjcf(model: _Model, joint: str, off: FloatArray) -> None:
+    """A body turns about the anchor of its joint."""
+    frame = model.chain.frame_of(joint)
+    assert frame is not None
+    place, before, anchor, axis = frame
+    number = model.chain.joints.index(joint)
+    turn = Rotation.from_rotvec(off[3:6]) * Rotation.from_matrix(before)
+    slide = np.zeros(3)
+    if model.chain.slides[number]:
+        slide = turn.apply(axis * off[6])
+    else:
+        turn = turn * Rotation.from_rotvec(axis * off[6])
+    place = place + off[:3] + slide + before @ anchor - turn.apply(anchor)
+    own = model.joint(joint)
+    body = next(one for one in model.root.iter("body") if own in list(one))
+    for other in TURNED_BY:
+        body.attrib.pop(other, None)
+    x, y, z, w = turn.as_quat()
+    body.set("pos", _text_of(place))
+    body.set("quat", _text_of(np.array([w, x, y, z])))
+
+
+def _numbers(element: ET.Element | None, name: str, default: str) -> FloatArray:
+    text = default if element is None else element.get(name, default)
+    return np.array([float(number) for number in text.split()])
+
+
+def _text_of(numbers: FloatArray) -> str:
+    return " ".join(format(float(number) + 0.0, DIGITS) for number in numbers)
 
 
 def _rub(model: _Model, joint: str, torque: float) -> bool:

@@ -21,16 +21,20 @@ from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.experiment.propose import write_job
+from deltactl.diagnosis.report.page import write_report
 from deltactl.firmware_py.job_file import NetworkIk, load_job
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import home_counts, plan_of
 from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.program.totals import program_of, summarise_program
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
-from deltactl.foundation.errors import ConfigError, MotionError
-from deltactl.foundation.plain_file import write_whole
+from deltactl.foundation.errors import ConfigError, DeltactlError, MotionError
+from deltactl.foundation.plain_file import check_place, said_of_output, write_whole
+from deltactl.models.robot_files import load_with_effects
 from deltactl.repair.compared import Distance, Gain, Seen, distance, gain
 from deltactl.repair.correct import held_back, trained
 from deltactl.repair.healing_state import (
+    BEFORE,
     EXPERIMENT,
     NEW,
     OLD,
@@ -42,27 +46,20 @@ from deltactl.repair.healing_state import (
     read_healing,
     write_healing,
 )
-from deltactl.repair.limit import limit_of
 from deltactl.repair.patients import Patient
 from deltactl.repair.played import played
+from deltactl.repair.surveys import POSE_S, first_s, more_s, survey_job
 from deltactl.repair.worth import Worth, ranked
 
 Say = Callable[[str], None]
 CANDIDATE = "corrected.yaml"
-MOST_EXPERIMENTS = 2
+MOST_EXPERIMENTS, MOST_SURVEYS = 2, 2
 MOST_DRAWINGS = 5
 """So often is the job drawn before and after, while noise hides which is better."""
-SIZES = 40
-"""As many small errors of building as a survey has to tell apart."""
-READINGS_PER_S = 150.0
-SURVEY_S = (120.0, 300.0)
-LEAST_WANTED_M = 5e-5
-POSE_S = 6.6
-"""Mean time to a random pose and at it, at the speed of a survey."""
-SURVEY_RADPS, DWELL_S = 0.2, 0.4
 
 HEALED, NOTHING, ROLLED_BACK, REFUSED = "healed", "nothing_to_heal", "rolled_back", "refused"
 OLD_IN_FORCE = "the old robot file is in force"
+GO_ON = "it goes on from there with --continue, or with Heal on the page"
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,21 +82,35 @@ class Healer:
     def __init__(self, order: Order, patient: Patient, say: Say):
         self._order, self._patient, self._say = order, patient, say
         self._begun_s = time.monotonic()
+        self._doing = "before anything moved"
         self._earlier: list[dict[str, str]] = []
         self._robot = self._checked()
         self._state = self._begin()
 
     def heal(self) -> dict[str, Any]:
-        """The answer, as JSON. Raises DeltactlError; then the old robot file is in force."""
+        """The answer, as JSON. Raises DeltactlError, which names the file in force."""
         if self._state.answer is not None:
             return self._state.answer
-        robot = self._robot
-        self._record_survey(robot)
+        try:
+            return self._carried_out(self._robot)
+        except DeltactlError as error:
+            kept = self._state.is_exchanged
+            says = "the corrected robot file is in force" if kept else OLD_IN_FORCE
+            raise error.worded(f"{self._doing}: {error}; {says}; {GO_ON}") from error
+
+    def _carried_out(self, robot: RobotFile) -> dict[str, Any]:
+        if self._state.kept is not None and self._state.is_exchanged:
+            return self._ended(self._kept(self._state.kept))
+        if not self._state.of(SURVEY):
+            self._record_first_survey(robot)
         answer = self._diagnosed()
         for _ in range(MOST_EXPERIMENTS - len(self._state.of(EXPERIMENT))):
             if answer.next_experiment is None or all(sure(one, answer) for one in answer.findings):
                 break
             self._record_experiment(answer)
+            answer = self._diagnosed()
+        while (more_s := self._more_s(answer)) > 0.0:
+            self._record_survey(robot, more_s)
             answer = self._diagnosed()
         return self._ended(self._treated(robot, answer))
 
@@ -114,7 +125,8 @@ class Healer:
             raise ConfigError(f"{order.out}: no healing was begun here; leave --continue out")
         now = digest_of(robot_file)
         if order.go_on and old is not None:
-            if old.answer is None and old.old_sha256 == now and old.job == order.job.resolve():
+            same = old.old_sha256 == now or (old.kept is not None and old.is_exchanged)
+            if old.answer is None and same and old.job == order.job.resolve():
                 self._say(f"going on after: {old.step or 'nothing yet'}")
                 return old
             self._earlier = (old.answer or {}).get("by_hand", [])
@@ -125,14 +137,20 @@ class Healer:
         return new
 
     def _checked(self) -> RobotFile:
-        """Before anything moves: the job, and a robot that is seen. Raises ConfigError."""
-        robot = load_robot(self._order.robot_file)
+        """Before anything moves: the job, and a robot that is seen and whose file can be written.
+
+        Raises ConfigError, RecordingError.
+        """
+        path = self._order.robot_file
+        if path.resolve().parent == CONFIG_FOLDER.resolve():
+            raise ConfigError(f"{path.name}: is an example; copy {path} first, and heal the copy")
+        robot = load_robot(path)
+        with said_of_output(path):
+            check_place(path)
         if robot.drive.kind == "servo":
-            raise ConfigError(
-                f"{self._order.robot_file}: has servo drives; only steppers can be healed"
-            )
+            raise ConfigError(f"{path}: has servo drives; only steppers can be healed")
         if robot.sensors is None:
-            raise ConfigError(f"{self._order.robot_file}: has no sensors; nothing can be measured")
+            raise ConfigError(f"{path}: has no sensors; nothing can be measured")
         self._check_job(self._order.job, robot)
         plan_of(self._order.job, robot)
         return robot
@@ -141,27 +159,37 @@ class Healer:
         program = program_of(job, robot)
         summarise_program(program, home_counts(program.robot))
 
-    def _record_survey(self, robot: RobotFile) -> None:
-        if self._state.of(SURVEY):
-            return
-        self._say("homing, and holding the sensors against each other (about 5 s)")
+    def _record_first_survey(self, robot: RobotFile) -> None:
+        self._do("homing, and holding the sensors against each other (about 5 s)")
         homed = self._patient.home(self._order.robot_file)
         self._say(f"home: {homed.text}; readings scatter by {homed.noise_m * 1e3:.2f} mm")
-        seconds = self._survey_s(robot, homed.noise_m)
-        job = self._order.out / "survey.yaml"
-        poses = max(4, round(seconds / POSE_S))
-        write_whole(job, yaml.safe_dump(survey_job(robot, self._order.robot_file, poses)))
-        self._check_job(job, robot)
-        self._run(SURVEY, job, f"survey of {poses} poses ({seconds / 60.0:.0f} min)")
+        given = self._order.minutes
+        noise_m, path = homed.noise_m, self._order.robot_file
+        seconds = first_s(self._order.job, path, noise_m) if given is None else 60.0 * given
+        self._record_survey(robot, seconds)
 
-    def _survey_s(self, robot: RobotFile, noise: float) -> float:
-        """So long that noise leaves the wanted accuracy, if it is the limit of the job."""
-        if self._order.minutes is not None:
-            return 60.0 * self._order.minutes
-        job = self._order.job
-        limit = limit_of(plan_of(job, robot), coverage_of(job, self._order.robot_file))
-        wanted_m = max(LEAST_WANTED_M, 0.0 if limit is None else limit.rms_m)
-        return min(max(SIZES * (noise / wanted_m) ** 2 / READINGS_PER_S, SURVEY_S[0]), SURVEY_S[1])
+    def _record_survey(self, robot: RobotFile, seconds: float) -> None:
+        number, poses = len(self._state.of(SURVEY)) + 1, max(4, round(seconds / POSE_S))
+        job = self._order.out / ("survey.yaml" if number == 1 else f"survey-{number}.yaml")
+        survey = survey_job(robot, self._order.robot_file, poses, number)
+        write_whole(job, yaml.safe_dump(survey))
+        self._check_job(job, robot)
+        again = "" if number == 1 else "another "
+        self._run(SURVEY, job, f"{again}survey of {poses} poses ({seconds / 60.0:.0f} min)")
+
+    def _more_s(self, answer: Diagnosis) -> float:
+        """How much longer the sizes have to be surveyed [s]; 0 for a length that was given."""
+        surveys = self._state.of(SURVEY)
+        if self._order.minutes is not None or len(surveys) >= MOST_SURVEYS:
+            return 0.0
+        text = corrected_text(self._order.robot_file, answer, tables=Tables.JOINTS)
+        write_whole(self._candidate, text)
+        surveyed_s = sum(one.seconds for one in surveys)
+        return more_s(self._order.job, self._candidate, surveyed_s, self._state.robot_s)
+
+    @property
+    def _candidate(self) -> Path:
+        return self._order.out.resolve() / CANDIDATE
 
     def _record_experiment(self, answer: Diagnosis) -> None:
         experiment = answer.next_experiment
@@ -177,17 +205,19 @@ class Healer:
 
     def _run(self, kind: str, job: Path, what: str, robot_file: Path | None = None) -> Recorded:
         """Run and record a job by the robot file in force, or by another, and write it down."""
-        self._say(f"{what}")
+        self._do(what)
         number = len(self._state.recordings)
         name = self._order.out.resolve() / f"{kind}-{number}-{time.time_ns() // 1_000_000}"
         robot_file = robot_file or self._order.robot_file
-        try:
-            ran = self._patient.run(job, robot_file, name)
-        except MotionError as error:
-            raise error.worded(f"{kind}: {error}; {OLD_IN_FORCE}") from error
+        ran = self._patient.run(job, robot_file, name)
         made = Recorded(kind=kind, file=ran.recording, seconds=ran.seconds)
         self._write(what, recordings=(*self._state.recordings, made))
         return made
+
+    def _do(self, what: str) -> None:
+        """Something that takes a while begins."""
+        self._doing = what.partition(" (")[0]
+        self._say(what)
 
     def _write(self, step: str, **changes: Any) -> None:
         self._state = self._state.model_copy(update={"step": step, **changes})
@@ -202,7 +232,7 @@ class Healer:
             answer = Diagnosis.model_validate_json(kept.read_text(encoding="utf-8"))
             if answer.recordings == [str(file) for file in files]:
                 return answer
-        self._say(f"{step} (about a minute on a PC)")
+        self._do(f"{step} (about a minute on a PC)")
         answer = diagnose(files, self._order.robot_file)
         write_whole(kept, json.dumps(answer.to_json()) + "\n")
         self._write(step)
@@ -213,7 +243,7 @@ class Healer:
         path = self._order.robot_file
         found: dict[str, Any] = {"found": [finding.says for finding in answer.findings]}
         text = corrected_text(path, answer, tables=Tables.JOINTS)
-        candidate = self._order.out.resolve() / CANDIDATE
+        candidate = self._candidate
         write_whole(candidate, text)
         try:
             corrected = self._with_network(load_robot(candidate), candidate)
@@ -247,10 +277,16 @@ class Healer:
         }
         if better.sign != 1:
             return found | measured | {"outcome": ROLLED_BACK}
-        self._say("keeping the correction")
+        self._do("keeping the correction, and homing by it")
+        kept = found | measured | {"outcome": HEALED}
+        self._write("a correction that is to be kept", kept=kept)
         self._state = exchange(self._order.out, self._state, candidate.read_text(encoding="utf-8"))
-        self._patient.home(path)
-        return found | measured | {"outcome": HEALED}
+        return self._kept(kept)
+
+    def _kept(self, answer: dict[str, Any]) -> dict[str, Any]:
+        """The corrected file has taken the place of the old one: the robot is homed by it."""
+        self._patient.home(self._order.robot_file)
+        return answer
 
     def _ranked(self, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
         """What each correction is worth; nothing for a network, which learned all of them."""
@@ -265,7 +301,7 @@ class Healer:
         """The same with a network that learned the correction, where the job takes one."""
         if not isinstance(load_job(self._order.job).inverse_kinematics, NetworkIk):
             return robot
-        self._say("training the network of the corrected robot (about half a minute)")
+        self._do("training the network of the corrected robot (about half a minute)")
         learned = trained(robot, candidate.with_suffix(".tflite"))
         if learned is None:
             return robot
@@ -290,7 +326,7 @@ class Healer:
                 return before, after, better
 
     def _seen(self, kind: str) -> list[Seen]:
-        file = self._order.robot_file if kind == OLD else self._order.out.resolve() / CANDIDATE
+        file = self._order.robot_file if kind == OLD else self._candidate
         return [self._patient.seen(one.file, self._order.job, file) for one in self._state.of(kind)]
 
     def _by_hand(
@@ -311,9 +347,13 @@ class Healer:
         return work
 
     def _ended(self, answer: dict[str, Any]) -> dict[str, Any]:
+        report = self._order.out / "report.html"
+        old = self._order.out / BEFORE if self._state.is_exchanged else self._order.robot_file
+        write_report(self._diagnosed(), load_with_effects(old), report)
         open_now = {(one["effect"], one["component"]) for one in answer["by_hand"]}
         answer |= {
             "robot": str(self._order.robot_file),
+            "report": str(report),
             "job": str(self._order.job),
             "robot_s": self._state.robot_s,
             "took_s": time.monotonic() - self._begun_s,
@@ -326,24 +366,6 @@ class Healer:
         }
         self._write("the end", answer=answer)
         return answer
-
-
-def survey_job(robot: RobotFile, robot_file: Path, poses: int) -> dict[str, Any]:
-    """Random poses within the limits of the robot file, slowly, as a job."""
-    low, high = robot.limits.arm_deg
-    return {
-        "name": "survey",
-        "robot": str(robot_file.resolve()),
-        "path": {
-            "shape": "survey",
-            "count": poses,
-            "angle_deg": [low, high],
-            "dwell_s": DWELL_S,
-            "seed": 1,
-        },
-        "timing": {"mode": "together", "t_pwm_s": robot.drive.rad_per_step / SURVEY_RADPS},
-        "inverse_kinematics": {"kind": "geometry"},
-    }
 
 
 def _item(effect: str, component: str, says: str, why: str) -> dict[str, str]:

@@ -50,12 +50,22 @@ class Healing(_Record):
     recordings: tuple[Recorded, ...] = ()
     exchange: Exchange | None = None
     """Written before the robot file is replaced: whether it was is seen in the file."""
+    kept: dict[str, Any] | None = None
+    """The answer of a correction that is kept, written before the robot file is replaced."""
     answer: dict[str, Any] | None = None
     """What came of it; None until it has ended."""
 
     def of(self, *kinds: str) -> list[Recorded]:
         """Recordings of these kinds, in order."""
         return [one for one in self.recordings if one.kind in kinds]
+
+    @property
+    def is_exchanged(self) -> bool:
+        """Whether this healing has replaced the robot file; an earlier one may have, too."""
+        made = self.exchange
+        if made is None or made.old_sha256 != self.old_sha256:
+            return False
+        return digest_of(self.robot_file) == made.new_sha256
 
     @property
     def robot_s(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -16,7 +16,7 @@ from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.firmware_py.run_report.reference import targets_at
 from deltactl.foundation.clock import sleep_s
-from deltactl.foundation.errors import ConfigError, DeltactlError, MotionError, NotReady
+from deltactl.foundation.errors import ConfigError, MotionError, NotReady
 from deltactl.models.robot import AXES
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.rounds import flatten
@@ -108,34 +108,40 @@ class SimulatedPatient:
 
 
 class DaemonPatient:
-    """The robot of a daemon. Its jobs end with this connection."""
+    """The robot of a daemon. What moves, and a file on trial, end with the connection of a call."""
 
-    def __init__(self, client: Client, robot_file: Path):
+    def __init__(self, socket: Path | None, robot_file: Path):
         """Raises ConfigError where the daemon runs another robot file."""
-        status = client.status()
-        if Path(status.robot_path).resolve() != robot_file.resolve():
+        self._socket, self._in_force = socket, robot_file
+        with Client(socket) as client:
+            runs = client.status().robot_path
+        if Path(runs).resolve() != robot_file.resolve():
             raise ConfigError(
-                f"{robot_file}: the daemon runs {status.robot_path}; heal that one,"
-                " or use --simulate"
+                f"{robot_file}: the daemon runs {runs}; heal that one, or use --simulate"
             )
-        self._client, self._in_force = client, robot_file
 
     def home(self, robot_file: Path) -> Homed:
         """See Patient."""
-        if self._client.status().state == State.OFF.value:
-            self._client.power_on()
-        said = self._client.home(robot=robot_file)
-        return Homed(said.says(), noise_m(self._client, time.sleep))
+        with Client(self._socket) as client:
+            if client.status().state == State.OFF.value:
+                client.power_on()
+            said = client.home(robot=robot_file)
+            return Homed(said.says(), noise_m(client, time.sleep))
 
     def run(self, job: Path, robot_file: Path, record: Path) -> Ran:
         """See Patient; the daemon names the recording, and ends with its own file in force."""
-        self._client.home(robot=robot_file)
-        try:
-            return _followed(self._client, job, None, time.sleep, POLL_S)
-        finally:
-            if robot_file != self._in_force:
-                with suppress(DeltactlError):  # a robot that was stopped is homed by its operator
-                    self._client.home(robot=self._in_force)
+        on_trial = robot_file != self._in_force
+        with Client(self._socket) as client:
+            if client.status().state == State.OFF.value:
+                client.power_on()
+            client.home(robot=robot_file, trial=on_trial)
+            tried = client.status().robot_path
+            ran = _followed(client, job, None, time.sleep, POLL_S)
+            if client.status().robot_path != tried:
+                raise MotionError(f"{job.name}: somebody homed the robot by another file meanwhile")
+            if on_trial:
+                client.home(robot=self._in_force)
+            return ran
 
     def seen(self, recording: Path, job: Path, robot_file: Path) -> Seen:
         """See Patient."""

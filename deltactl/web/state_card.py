@@ -13,6 +13,7 @@ from deltactl.firmware_py.controller.contract import JobResult, SensorStatus, St
 from deltactl.firmware_py.controller.states import ALLOWED, Request
 from deltactl.web.behind.known_robots import KnownRobot
 from deltactl.web.behind.link import Seen
+from deltactl.web.heal_card import HealCard
 from deltactl.web.motion_card import BY_HAND_JOBS, MotionCard
 from deltactl.web.plots import LivePlots
 from deltactl.web.scene import RobotScene
@@ -111,6 +112,7 @@ class StateCard:
             with ui.column().classes("grow basis-80 gap-2"):
                 self._state_and_buttons()
                 self._trial = TrialCard(visit)
+                self._heal = HealCard(visit) if visit.operates else None
                 self._figures()
                 hidden = visit.site.hidden_fault
                 self._fault_card = (
@@ -136,6 +138,8 @@ class StateCard:
         if self._fault_card is not None:
             self._fault_card.update(known, "" if status is None else status.state)
         self._trial.update(status)
+        if self._heal is not None:
+            self._heal.update(status)
         if status is None:
             self._set("next", seen.problem)
             self._set_state("")

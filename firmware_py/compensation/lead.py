@@ -23,7 +23,12 @@ from deltactl.models.effects.kind import scalar
 from deltactl.models.robot import FloatArray
 
 MOST_LEAD_S = 0.5
+MERGE_S = 20e-6
+"""Steps of different motors this near to each other are one tick, or as near as the step output
+cannot tell apart."""
 GRID_S = 0.001
+LOOK_S = 0.005
+"""How finely a path is looked at for what leading it asks of the drives."""
 SMOOTHED = 0.3
 """Half-width of the smoothing as a share of the lag."""
 LEAST_SMOOTHED_S = 0.012
@@ -33,8 +38,8 @@ BACK = 0.9
 NOTHING = np.empty(0, dtype=np.int64)
 
 
-def lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
-    """Dead times and lags of the drives in the robot file, both (3,) [s], bounded."""
+def accepted_lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
+    """Dead times and lags of the drives in the robot file, both (3,) [s]."""
     dead, lag = np.zeros(MOTORS), np.zeros(MOTORS)
     ahead = compensated(Compensated.AHEAD)
     for active in of_entries(entry for entry in robot.effects if entry.effect in ahead):
@@ -44,6 +49,12 @@ def lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
             lag[motor] += scalar(values, "time")
         else:
             lag[motor] += scalar(values, "coefficient") / scalar(values, "stiffness")
+    return dead, lag
+
+
+def lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
+    """Those that are compensated: no drive is led by more than `MOST_LEAD_S`."""
+    dead, lag = accepted_lags_s(robot)
     share = np.minimum(1.0, MOST_LEAD_S / np.maximum(dead + lag, 1e-9))
     return dead * share, lag * share
 
@@ -59,6 +70,54 @@ def smoothed_s(lag_s: float, acceleration_hzps: float = math.inf, jump_hz: float
 def ahead_s(dead_s: float, smoothed_s: float) -> float:
     """How far ahead of time the plan must be known."""
     return dead_s + (smoothed_s + 2.0 * GRID_S if smoothed_s else 0.0)
+
+
+def merged_s(robot: RobotFile) -> float:
+    """Steps of different motors nearer than this become one tick."""
+    return max(min(MERGE_S, 1.0 / (6.0 * robot.limits.step_rate_hz)), robot.tick_s)
+
+
+def fastest_hz(robot: RobotFile) -> float:
+    """Highest rate of steps that a led drive is given: merging takes up to a window from a gap."""
+    limits = robot.limits
+    rate_hz = 1.0 / (1.0 / limits.step_rate_hz + merged_s(robot))
+    return min(rate_hz, limits.joint_speed_radps / robot.drive.rad_per_step)
+
+
+def stretch(robot: RobotFile, t_s: FloatArray, angles_rad: FloatArray, jump_hz: float) -> float:
+    """How many times as long a path must take, so that drives can be led along it; 1 or more.
+
+    A drive is commanded to x + T x', at v + T a, and in k times the time at v / k + T a / k^2.
+    angles_rad: (n, 3), commanded at t_s (n,); jump_hz: as for `Lead`.
+    """
+    _, lags = lags_s(robot)
+    longest, fastest = 1.0, fastest_hz(robot)
+    for motor in np.flatnonzero(lags):
+        lag_s = float(lags[motor])
+        most_hzps = robot.limits.joint_acceleration_radps2 / robot.drive.rad_per_step
+        reach_s = smoothed_s(lag_s, most_hzps, jump_hz)
+        half = max(1, round(reach_s / LOOK_S))
+        grid_s = np.arange(t_s[0] - 2 * reach_s, t_s[-1] + 2 * reach_s, LOOK_S)
+        counts = np.interp(grid_s, t_s, angles_rad[:, motor]) / robot.drive.rad_per_step
+        smooth = np.convolve(counts, _triangle(half), mode="valid")
+        if len(smooth) < 2:
+            continue
+        rate_hz = np.gradient(smooth, LOOK_S)
+        growth = lag_s * np.gradient(rate_hz, LOOK_S)
+        # Both signs: where speed and acceleration are opposed, one may outgrow the other.
+        for way in (1.0, -1.0):
+            ahead = np.maximum(way * growth, 0.0)
+            root = np.sqrt(rate_hz**2 + 4.0 * fastest * ahead)
+            longest = max(longest, float(((way * rate_hz + root) / (2.0 * fastest)).max()))
+    return longest
+
+
+def _triangle(half: int) -> FloatArray:
+    """Weights (2 half - 1,) whose sum is 1."""
+    weights: FloatArray = (
+        np.concatenate([np.arange(1, half + 1), np.arange(half, 0, -1)[1:]]) / half**2
+    )
+    return weights
 
 
 class Lead:
@@ -139,8 +198,7 @@ class Lead:
     def _told_for(self, counts: FloatArray) -> FloatArray:
         """For all grid points but the first `_half` + 1 and the last `_half`."""
         h = self._half
-        triangle = np.concatenate([np.arange(1, h + 1), np.arange(h, 0, -1)[1:]]) / h**2
-        smooth = np.convolve(counts, triangle, mode="valid")
+        smooth = np.convolve(counts, _triangle(h), mode="valid")
         # Slope of the triangle-smoothed counts, central.
         slope = np.gradient(smooth) / GRID_S
         wanted: FloatArray = smooth + self._lag_s * slope

@@ -182,9 +182,13 @@ class OwnedController(RobotController, Protocol):
         """
 
     def home(
-        self, accept_unseen_deg: float = 0.0, robot: Path | None = None, claim: Claim | None = None
+        self,
+        accept_unseen_deg: float = 0.0,
+        robot: Path | None = None,
+        claim: Claim | None = None,
+        trial: bool = False,
     ) -> HomeSeen:
-        """See RobotController."""
+        """See RobotController. trial: that file is in force until whoever asks has gone."""
 
     def leave(self, owner: Owner) -> None:
         """A client has gone: whatever it asked for, and was not detached, is called off."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from deltactl.drivers.steps.contract import OutputState
 from deltactl.firmware_py.controller.condition import Condition
 from deltactl.firmware_py.controller.emergency import Emergency
@@ -43,6 +45,8 @@ class ControlLoop:
         self._jobs = jobs
         self._observer = observer
         self._emergency = emergency
+        self.each_round: Callable[[], None] = lambda: None
+        """Called at the end of each round, with the lock held."""
         self._beat_ns = self._clock.now_ns()
 
     def task(self) -> Task:
@@ -50,6 +54,7 @@ class ControlLoop:
         while True:
             with self._condition.lock:
                 self._round(self._clock.now_ns())
+                self.each_round()
             self.rounds += 1
             yield self._clock.now_ns() + CONTROL_PERIOD_NS
 

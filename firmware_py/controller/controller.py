@@ -32,6 +32,7 @@ from deltactl.firmware_py.controller.states import (
     Rule,
     State,
 )
+from deltactl.firmware_py.controller.trial import Accepted, Trial
 from deltactl.firmware_py.machine import Machine
 from deltactl.firmware_py.planning.prepared import (
     InForce,
@@ -98,6 +99,8 @@ class Controller:
         self._file = FileInForce(robot_file, read, found=found)
         self._started_with = robot_file
         self._recordings = recordings
+        self._trial = Trial(self.condition, lambda file: self._accept(*file))
+        self._loop.each_round = self._trial.settle
         self._homing = Homing(machine, self.ranging, self.condition, self._observer)
         self._progress = Progress()
         self._control_task = self._start_control()
@@ -153,20 +156,29 @@ class Controller:
                 self.machine.output.disable()
 
     def home(
-        self, accept_unseen_deg: float = 0.0, robot: Path | None = None, claim: Claim | None = None
+        self,
+        accept_unseen_deg: float = 0.0,
+        robot: Path | None = None,
+        claim: Claim | None = None,
+        trial: bool = False,
     ) -> HomeSeen:
         """UNHOMED or READY -> READY, blocking; returns what was seen.
 
-        robot: another file of the same machine, in force from now on. Raises ConfigError for
-        one of another, NotReady when the sensors disagree, when they do not determine the arms to
-        `accept_unseen_deg`, and when a stop or another request came meanwhile.
+        robot: another file of the same machine, in force from now on; on trial, until its client
+        goes. Raises ConfigError for one of another, NotReady when the sensors disagree, when they
+        do not determine the arms to `accept_unseen_deg`, and when a stop or another request came.
         """
         claim = claim or Claim()
         with self.condition.lock:
             self.condition.require(Request.HOME)
             turn = self.condition.turns
         if robot is None:
-            return self._homing.home(lambda: self.robot, accept_unseen_deg, claim)
+
+            def in_force() -> RobotFile:
+                self._trial.end_unless_of(claim)
+                return self.robot
+
+            return self._homing.home(in_force, accept_unseen_deg, claim)
         # Read before the lock is taken: a wrong file may take a second or two.
         named = FileInForce(robot, self._read, NAMED)
         other = other_accepted(self.robot, named.robot, robot)
@@ -174,7 +186,9 @@ class Controller:
 
         def accepted() -> RobotFile:
             self.condition.same(turn, "home")
+            before = Accepted(self.robot, self._file, self._calibrated)
             self._accept(other, named, inverse)
+            self._trial.taken(before, claim, trial)
             return other
 
         return self._homing.home(accepted, accept_unseen_deg, claim)
@@ -203,6 +217,7 @@ class Controller:
         """Take a job, which is checked from now on; its number is in the claim."""
         with self.condition.lock:
             self.condition.require(Request.RUN)
+            self._trial.must_be_of(claim)
             claim.turn = self.condition.turns
             self.jobs.plan(claim, job.stem)
             self.condition.go(Request.RUN, self.jobs.state())
@@ -274,14 +289,13 @@ class Controller:
         with self.condition.lock:
             owner.gone = True
             rule = self.condition.rule(Happening.GONE)
-            if rule is None:
-                return
-            if Ends.HOMING in rule.ends:
+            if rule is not None and Ends.HOMING in rule.ends:
                 if self._homing.call_off(CLIENT_WENT, owner):
                     self.condition.go(Happening.GONE)
-            elif any(one.owner is owner for one in self.jobs.claims()):
+            elif rule is not None and any(one.owner is owner for one in self.jobs.claims()):
                 self.jobs.call_off(rule.ends, CLIENT_WENT, lambda one: one.owner is owner)
                 self.condition.go(Happening.GONE, self.jobs.state())
+            self._trial.leave(owner)
 
     def owes(self, owner: Owner) -> bool:
         """Whether anything that this client asked for has not ended."""

@@ -54,6 +54,7 @@ class Happening(enum.Enum):
     WAITS = "a job comes to a pause of its own"
     GONE = "a client with a job or homing disconnects"
     PUSHED = "an arm moves at rest"
+    TRIED = "a client with a robot file on trial disconnects, and nothing moves"
     ESTOP = "the e-stop is pressed"
     FAULT = "a fault is detected"
 
@@ -166,6 +167,13 @@ TABLE: Final[Mapping[Event, Mapping[State, Rule]]] = {
         _S.READY: Rule((_S.UNHOMED,)),
         _S.PLANNING: Rule((_S.UNHOMED,), ends=Ends.WAITING),
         _S.PAUSED: Rule((_S.UNHOMED,), ends=Ends.WAITING),
+    },
+    Happening.TRIED: {
+        _S.OFF: _OFF_AGAIN,
+        _S.UNHOMED: Rule((_S.UNHOMED,)),
+        _S.READY: Rule((_S.UNHOMED,)),
+        _S.STOPPED: Rule((_S.STOPPED,)),
+        _S.FAULT: Rule((_S.FAULT,)),
     },
     Happening.ESTOP: dict.fromkeys(_ALIVE, _HALTED),
     Happening.FAULT: dict.fromkeys(_ALIVE, _FAULTED),

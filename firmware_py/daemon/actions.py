@@ -156,16 +156,17 @@ class Actions:
     def _home(self, request: Request, claim: Claim) -> Message:
         accepted_deg = float(request.arguments.get("accept_unseen_deg", 0.0))
         named, text = request.text("robot"), request.text("robot_text")
+        trial = bool(request.arguments.get("trial"))
         if named is not None and text is not None:
             raise ConfigError("'home' takes either 'robot', a path, or 'robot_text' with a 'name'")
         if text is not None:
             name = request.text("name") or "robot.yaml"
             robot = self._robots.keep(text, name)
             with _worded(robot, name):
-                seen = self._controller.home(accepted_deg, robot, claim)
+                seen = self._controller.home(accepted_deg, robot, claim, trial)
         else:
             file = None if named is None else check_job(named)
-            seen = self._controller.home(accepted_deg, file, claim)
+            seen = self._controller.home(accepted_deg, file, claim, trial)
         return {"seen": seen.text, "warning": seen.warning}
 
     def _run(self, request: Request, claim: Claim, due_s: float) -> Message:

@@ -65,9 +65,15 @@ class Client:
         """See RobotController."""
         self._ask("off")
 
-    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> HomeSeen:
-        """See RobotController; the text of a file that the daemon cannot read is sent."""
-        extra = {"accept_unseen_deg": accept_unseen_deg} if accept_unseen_deg else {}
+    def home(
+        self, accept_unseen_deg: float = 0.0, robot: Path | None = None, trial: bool = False
+    ) -> HomeSeen:
+        """See RobotController; the text of a file that the daemon cannot read is sent.
+
+        trial: `robot` is in force until this connection ends, or until the next `home` by a file.
+        """
+        extra: Message = {"accept_unseen_deg": accept_unseen_deg} if accept_unseen_deg else {}
+        extra |= {"trial": True} if trial else {}
         if robot is None:
             return _home_seen(self._ask("home", **extra))
         robot = robot.absolute()

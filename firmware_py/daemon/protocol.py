@@ -50,6 +50,7 @@ ARGUMENTS: Final[dict[str, dict[str, Argument]]] = {
         "robot": _PATH,
         "robot_text": _TEXT,
         "name": _PATH,
+        "trial": Argument(bool, 1),
     },
     "run": {
         "job": _PATH,

@@ -10,15 +10,21 @@ import numpy as np
 
 from deltactl.drivers.ranging.contract import Reading
 from deltactl.drivers.steps.contract import Counts, Ticks
+from deltactl.firmware_py.compensation.lead import accepted_lags_s
 from deltactl.firmware_py.robot_file import RobotFile
-from deltactl.foundation.clock import ns
+from deltactl.foundation.clock import NS_PER_S, ns
 from deltactl.models.calibrated_inverse import CalibratedInverse
+from deltactl.models.chain.active import at, of_entries
+from deltactl.models.effects import Trait, has
+from deltactl.models.effects.kind import Port, scalar
 from deltactl.models.robot import AXES, FloatArray
 
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]
 EDGES_KEPT_NS = 1_000_000_000
 """A reading comes a timing budget and a poll after its light."""
 NUDGE_RAD = 1e-4
+LAGS, MOST_KEPT_S = 8.0, 4.0
+"""So many lags after a step a drive has made it, and longer than this none is waited for."""
 RATE_S = 0.15
 """Speeds are averages over this long before a reading, as late ones see them."""
 
@@ -67,6 +73,12 @@ class Residuals:
         )
 
 
+def _readings_late_s(robot: RobotFile) -> float:
+    """By how much all readings are late, as the robot file says [s]."""
+    clock = at(of_entries(robot.effects), Port.CLOCK)
+    return sum(scalar(one.values, "time") for one in clock if has(one.kind.name, Trait.DELAY))
+
+
 class Expectation:
     """Knows the edges sent, and so where the arms should be when a sample was taken."""
 
@@ -74,6 +86,10 @@ class Expectation:
         self._calibrated = CalibratedInverse(robot)
         self._step_rad = robot.drive.rad_per_step
         self._sensors = robot.sensors
+        self._dead_s, self._lag_s = accepted_lags_s(robot)
+        late_s = float((self._dead_s + np.minimum(LAGS * self._lag_s, MOST_KEPT_S)).max())
+        self._read_late_ns = ns(_readings_late_s(robot))
+        self._kept_ns = EDGES_KEPT_NS + ns(late_s) + self._read_late_ns
         self.reset((0, 0, 0), 0)
 
     def reset(self, counts: Counts, now_ns: int) -> None:
@@ -89,7 +105,7 @@ class Expectation:
     def forget(self, now_ns: int) -> None:
         """Drop edges that no reading can belong to any more."""
         self._take_edges()
-        keep = max(0, int(np.searchsorted(self._times_ns, now_ns - EDGES_KEPT_NS)) - 1)
+        keep = max(0, int(np.searchsorted(self._times_ns, now_ns - self._kept_ns)) - 1)
         self._times_ns, self._counts = self._times_ns[keep:], self._counts[keep:]
 
     def residuals(self, readings: list[Reading]) -> Residuals:
@@ -98,9 +114,9 @@ class Expectation:
             return Residuals.none()
         self._take_edges()
         t_ns = np.array([reading.t_ns for reading in readings])
-        counts = self._counts_at(t_ns)
+        counts = self._followed_at(t_ns)
         angles_rad = self._calibrated.achieved_rad(counts * self._step_rad)
-        turned_rad = (counts - self._counts_at(t_ns - ns(RATE_S))) * self._step_rad
+        turned_rad = (counts - self._followed_at(t_ns - ns(RATE_S))) * self._step_rad
         nudged = angles_rad[:, np.newaxis, :] + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
         positions_m = self._calibrated.place_m(nudged)
         axis = np.array([AXES.index(reading.axis) for reading in readings])
@@ -120,6 +136,26 @@ class Expectation:
         expected_m = self._calibrated.position_m(commanded_rad)[0] @ self._sensors.axes.T
         excess_m: FloatArray = ranges_m - self._sensors.offsets_m - expected_m
         return excess_m
+
+    def _followed_at(self, t_ns: Int64Array) -> FloatArray:
+        """Counts (n, 3) that readings of these times show: drives and readings may be late."""
+        t_ns = t_ns - self._read_late_ns
+        counts = self._counts_at(t_ns).astype(np.float64)
+        for motor in np.flatnonzero(self._dead_s + self._lag_s):
+            seen_ns = t_ns - ns(float(self._dead_s[motor]))
+            counts[:, motor] = self._counts_at(seen_ns)[:, motor]
+            if self._lag_s[motor] > 0.0:
+                counts[:, motor] -= self._unfollowed(int(motor), seen_ns)
+        return counts
+
+    def _unfollowed(self, motor: int, t_ns: Int64Array) -> FloatArray:
+        """What a lag of the first order leaves of each step is exp(-age / lag): their sum, (n,)."""
+        steps = np.diff(self._counts[:, motor])
+        moves = np.flatnonzero(steps)
+        ages_s = (t_ns[:, np.newaxis] - self._times_ns[moves + 1]) / NS_PER_S
+        left = np.where(ages_s >= 0.0, np.exp(-np.maximum(ages_s, 0.0) / self._lag_s[motor]), 0.0)
+        unfollowed: FloatArray = left @ steps[moves]
+        return unfollowed
 
     def _counts_at(self, t_ns: Int64Array) -> Int64Array:
         rows = np.searchsorted(self._times_ns, t_ns, side="right") - 1

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.compensation.lead import stretch
 from deltactl.firmware_py.compensation.remembering import Course, Remembering
 from deltactl.firmware_py.job_file import SLOWEST_MPS, JobFile, Together, load_job, way_in_mps
 from deltactl.firmware_py.job_targets import kinematics_of, path_of
@@ -39,6 +40,8 @@ class TimedLap:
     schedule: Schedule
     reach: Reach
     margins: FloatArray
+    led: float = 1.0
+    """How many times as long it takes as asked for, so that late drives can be led along it."""
 
     @property
     def length_m(self) -> float:
@@ -103,7 +106,7 @@ class Plan:
     def jump_hz(self) -> float:
         """By so much step rates may change at once: stepping together has full speed or none."""
         if isinstance(self.job.timing, Together):
-            return 2.0 / self.job.timing.t_pwm_s
+            return _jump_hz(self.job) / min(timed.led for timed in self.timed)
         return 2.0 / self.robot.steps.shortest_period_s if self._all_together else 0.0
 
     @property
@@ -129,21 +132,49 @@ class Plan:
         return max(TOGETHER_RAMP_S, speed_radps / spare)
 
 
+def _jump_hz(job: JobFile) -> float:
+    """As it was asked for: 0 for a timing with ramps."""
+    return 2.0 / job.timing.t_pwm_s if isinstance(job.timing, Together) else 0.0
+
+
 TOGETHER_RAMP_S = 0.2
 
 
-def schedule_of(job: JobFile, robot: RobotFile, lap: Lap, reach: Reach) -> Schedule:
-    """The timing of a checked lap."""
+def schedule_of(
+    job: JobFile, robot: RobotFile, lap: Lap, reach: Reach, stretched: float = 1.0
+) -> Schedule:
+    """The timing of a checked lap; stretched: so many times as slow as was asked for."""
     timing = job.timing
     if isinstance(timing, Together):
-        return TogetherSchedule(lap.counts, lap.dwell_s, timing.t_pwm_s)
+        return TogetherSchedule(lap.counts, lap.dwell_s, stretched * timing.t_pwm_s)
     at_speed = partial(_at_speed, motor_limits(job, robot), lap, reach)
     if timing.duration_s is not None:
         known = lap.space is Space.CARTESIAN
         mean_mps = lap.length_m / timing.duration_s if known else SLOWEST_MPS
-        return timed_in(timing.duration_s, at_speed, mean_mps)
+        return timed_in(stretched * timing.duration_s, at_speed, mean_mps)
     assert timing.speed_mps is not None
-    return at_speed(timing.speed_mps)
+    return at_speed(timing.speed_mps / stretched)
+
+
+def _led_schedule(job: JobFile, robot: RobotFile, lap: Lap, reach: Reach) -> tuple[Schedule, float]:
+    """The timing, slowed where a drive that follows late could not be led, and by how much."""
+    stretched, schedule = 1.0, schedule_of(job, robot, lap, reach)
+    if lap.space is Space.JOINT or len(lap) < 2 or robot.steps.backend == "gpiozero":
+        return schedule, stretched
+    jump_hz = _jump_hz(job)
+    for _ in range(MOST_STRETCHED):
+        arrives_s, rests_s = schedule.reached_ns / NS_PER_S, lap.dwell_s
+        t_s = np.stack([arrives_s, arrives_s + rests_s], axis=1).ravel()
+        more = stretch(robot, t_s, np.repeat(lap.angles_rad, 2, axis=0), jump_hz / stretched)
+        if more <= 1.0:
+            break
+        stretched *= max(more, LEAST_STRETCHED)
+        schedule = schedule_of(job, robot, lap, reach, stretched)
+    return schedule, stretched
+
+
+MOST_STRETCHED, LEAST_STRETCHED = 8, 1.02
+"""So often, and by at least so much, is a path slowed until its drives can be led."""
 
 
 def _at_speed(limits: MotorLimits, lap: Lap, reach: Reach, job_mps: float) -> Schedule:
@@ -305,7 +336,7 @@ def _timed(
 ) -> TimedLap:
     lap, failed = built
     reach, margins = limits.check(lap, failed, repeat)
-    schedule = schedule_of(job, robot, lap, reach)
+    schedule, led = _led_schedule(job, robot, lap, reach)
     if isinstance(schedule, CurveSchedule):
         limits.check_swing(*schedule.angle_range_rad())
-    return TimedLap(lap, schedule, reach, margins)
+    return TimedLap(lap, schedule, reach, margins, led)

@@ -14,7 +14,14 @@ from dataclasses import replace
 import numpy as np
 
 from deltactl.drivers.steps.contract import NO_TICKS, Counts, Int64Array, Ticks
-from deltactl.firmware_py.compensation.lead import Lead, ahead_s, lags_s, smoothed_s
+from deltactl.firmware_py.compensation.lead import (
+    Lead,
+    ahead_s,
+    fastest_hz,
+    lags_s,
+    merged_s,
+    smoothed_s,
+)
 from deltactl.firmware_py.compensation.ringing import Ringing, knot_s, rings
 from deltactl.firmware_py.paths.path import BoolArray, Space
 from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached, Schedule, StepGate
@@ -25,8 +32,6 @@ from deltactl.foundation.clock import NS_PER_S, ns
 from deltactl.foundation.errors import MotionError
 from deltactl.models.inverse_kinematics import TargetMapper
 
-MERGE_S = 20e-6
-"""Steps of different motors this near to each other are one tick."""
 BETWEEN_COUNTS_S = 0.004
 """What is smooth already is smoothed by so little more."""
 Made = tuple[Int64Array, Int64Array, int]
@@ -53,10 +58,8 @@ class LeadStream:
         late = any(dead + lag > 0.0 for dead, lag in pairs)
         self.active = (late or ringing is not None) and not (together or as_given)
         """The gpiozero backend cannot step motors one shortly after the other."""
-        step_s = 1.0 / robot.limits.step_rate_hz
-        fastest = min(
-            robot.limits.step_rate_hz, robot.limits.joint_speed_radps / robot.drive.rad_per_step
-        )
+        step_s, window_s = 1.0 / robot.limits.step_rate_hz, merged_s(robot)
+        fastest = fastest_hz(robot)
         acceleration = robot.limits.joint_acceleration_radps2 / robot.drive.rad_per_step
         self._ringing, least_s, reach_s = ringing, 0.0, 0.0
         if ringing is not None:
@@ -69,7 +72,7 @@ class LeadStream:
             for dead, lag in pairs
         ]
         self._gate = StepGate()
-        self._gate.rules(min(ns(MERGE_S), ns(step_s / 6.0)), ns(step_s))
+        self._gate.rules(ns(window_s), ns(step_s))
 
     def chunks(self, planned: Iterator[Chunk]) -> Iterator[Chunk]:
         """The same motion, nothing of it lost."""

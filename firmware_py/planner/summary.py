@@ -186,14 +186,22 @@ class Slower:
     """The time that a way would take at the speeds asked for, by what it takes."""
     stops: int = 0
     """Corners of a way at which it stops, though nobody asked it to wait there."""
+    led: float = 1.0
+    """How many times as long it takes, so that drives that follow late can be led."""
 
     @property
     def matters(self) -> bool:
         """Whether it is slow enough to report."""
-        return self.top_mps < REACHED * self.asked_mps or self.mean_share < HELD_BACK
+        reached = self.top_mps >= REACHED * self.asked_mps and self.mean_share >= HELD_BACK
+        return not reached or self.led > 1.0
 
     def says(self) -> str:
         """One line."""
+        if self.led > 1.0:
+            return (
+                f"this path takes {self.led:.3g} times as long as was asked for: a drive that"
+                f" follows late has to be led, and {self.by} allows no more"
+            )
         corners = f"; it stops at {self.stops} corners, which corner_m rounds" if self.stops else ""
         if self.top_mps < REACHED * self.asked_mps:
             return (
@@ -208,7 +216,8 @@ class Slower:
 
 def slower(plans: Iterable[Plan]) -> Slower | None:
     """Where a path is slower than asked: the one of several that comes nearest to its speed; if it
-    reaches it, a way that is slow on the whole. None without a speed, or where nothing is slow.
+    reaches it, a way that is slow on the whole. None without a speed, or where nothing is slow;
+    but a path along which a drive could not be led is slow whatever its timing.
     """
     found = [held for plan in plans if (held := _fastest(plan)) is not None]
     best = max(found, key=lambda held: held.top_mps / held.asked_mps, default=None)
@@ -218,6 +227,9 @@ def slower(plans: Iterable[Plan]) -> Slower | None:
 
 def _fastest(plan: Plan) -> Slower | None:
     timing, schedule = plan.job.timing, plan.first.schedule
+    if plan.first.led > 1.0:
+        by = _speed_limit(motor_limits(plan.job, plan.robot))
+        return Slower(1.0, 1.0 / plan.first.led, by, led=plan.first.led)
     if not isinstance(timing, Accelerated) or timing.speed_mps is None:
         return None
     if not isinstance(schedule, CurveSchedule):

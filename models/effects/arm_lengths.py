@@ -62,7 +62,7 @@ def _card(name: str, length: str, bar: str, listed: int) -> EffectCard:
         remedies={
             "": f"set the {bar} of {{part}} to {{true}} in the robot file, or replace it",
         },
-        traits=frozenset({Trait.LENGTH, Trait.ENTERED}),
+        traits=frozenset({Trait.LENGTH, Trait.ENTERED, Trait.WARMS}),
         rule=Rule.SUM,
         compensated=Compensated.INVERSE,
         group=Group("arms", 4 + listed),

@@ -34,7 +34,7 @@ CARD = EffectCard(
     remedies={
         "": "measure base and platform: the difference of their radii is {true}",
     },
-    traits=frozenset({Trait.LENGTH, Trait.ENTERED}),
+    traits=frozenset({Trait.LENGTH, Trait.ENTERED, Trait.WARMS}),
     rule=Rule.SUM,
     compensated=Compensated.INVERSE,
     by_hand=ByHand(

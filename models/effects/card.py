@@ -104,6 +104,8 @@ class Trait(Enum):
     """A spring and a mass that swing after moves."""
     WHOLE_STEPS = auto()
     """Its size is a whole number of steps."""
+    WARMS = auto()
+    """Comes and goes with the temperature, too, or as the machine warms up."""
 
 
 class Rule(Enum):
@@ -114,6 +116,8 @@ class Rule(Enum):
     SUM = "sum"
     """Widths of play and of wound-up shafts in series add up exactly (Brokate and Sprekels 1996,
     stop and play operators), lags and small rotations to first order."""
+    EACH = "each"
+    """Each parameter adds up: small shifts and turns of one frame."""
     PRODUCT = "product"
     SERIES = "series"
     """1 / k = 1 / k1 + 1 / k2, as springs one behind the other."""

@@ -1,5 +1,5 @@
 """What can be wrong with the efforts of a chain of joints: effects of the vocabulary, at each joint
-and at the link that carries a load.
+and at the link that carries a load; what can be wrong with its poses is in `chain_poses`.
 
 Sizes are at the joint's output and beyond what the model of the chain says.
 """
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from deltactl.models.effects import card_of, column_of
+from deltactl.models.effects.chain_poses import pose_effects
 from deltactl.models.effects.kind import EffectKind, Parameter, Port
 from deltactl.models.effects.lone_axis import LINEAR_UNIT, said
 from deltactl.models.effects.payload import EFFECT as PAYLOAD
@@ -81,7 +82,7 @@ def chain_effects(slides: Mapping[str, bool], tip: str) -> dict[str, EffectKind]
     made[LOAD] = EffectKind(
         LOAD, Port.PLATFORM, (tip,), parameters, SERVO_EFFECTS[LOAD].operate, _load_said
     )
-    return made
+    return pose_effects(slides) | made
 
 
 def _kind(one: JointEffect, slides: Mapping[str, bool]) -> EffectKind:

@@ -61,7 +61,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(everywhere=("sensor_x", "sensor_y", "sensor_z")),
-    traits=frozenset({Trait.READING, Trait.ENTERED}),
+    traits=frozenset({Trait.READING, Trait.ENTERED, Trait.WARMS}),
     rule=Rule.SUM,
     compensated=Compensated.IN_READINGS,
     fit=Fit(

@@ -118,6 +118,9 @@ CARD = EffectCard(
         # wears or is set by hand; without a known load, tooth play is what a geared stepper has
         "pulled/play": -1.0,
         "stepper/play": -1.0,
+        # arms are preloaded
+        "pose/play": -2.5,
+        "pose/hang": -4.0,
     },
     words=Words(
         noun="backlash in the gear or coupling of {part}",
@@ -136,6 +139,10 @@ CARD = EffectCard(
         "axis/": (
             "take up the play of {part} ({size} at its output) at coupling, set screws and gear; or"
             " come to each place from the same side"
+        ),
+        "chain/": (
+            "take up the play of {part} ({size} at its output) at its gear, or come to each place "
+            "from the same side"
         ),
         "servo_axis/": (
             "see first whether the drive of {part} has a dead zone, and narrow it, or raise its P "

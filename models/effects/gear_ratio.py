@@ -49,6 +49,8 @@ CARD = EffectCard(
         "stepper/ratio": -2.0,
         # a servo closes its loop over what is read: only another encoder sees another ratio
         "servo/ratio": -3.0,
+        # a joint's teeth are counted, and its encoder has a known number of lines
+        "pose/ratio": -4.0,
     },
     words=Words(
         noun="a wrong gear ratio of {part}",

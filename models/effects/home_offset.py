@@ -48,6 +48,7 @@ CARD = EffectCard(
     log_odds={
         # wears or is set by hand
         "command/offset": -1.0,
+        "pose/home": -1.0,
     },
     words=Words(
         noun="a wrong home angle of {part}",
@@ -62,6 +63,10 @@ CARD = EffectCard(
             "correct the home stop or jig of {part}: at home its arm is {size} "
             "{sign:lower|higher} than it should be; or enter the offset in the robot file"
         ),
+        "chain/": (
+            "{sign:add|take} {size} {sign:to|off} what the encoder of {part} reads: its zero is "
+            "off by that; or write it into the model (`--save-robot`, then `deltactl export`)"
+        ),
         "axis/": (
             "{sign:take|add} {size} {sign:off|to} the commands of {part}, or move its zero by as "
             "much: it is that far {sign:above|below} its command"
@@ -73,7 +78,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(axis=("encoder",)),
-    traits=frozenset({Trait.ENTERED, Trait.ZERO, Trait.SIGNED}),
+    traits=frozenset({Trait.ENTERED, Trait.ZERO, Trait.SIGNED, Trait.WARMS}),
     rule=Rule.SUM,
     compensated=Compensated.INVERSE,
     confusions=(

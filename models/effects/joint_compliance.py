@@ -68,6 +68,7 @@ CARD = EffectCard(
     log_odds={
         # wears or is set by hand
         "command/droop": -1.0,
+        "pose/droop": -1.0,
     },
     words=Words(
         noun="shafts of {part} that yield under load",
@@ -78,6 +79,10 @@ CARD = EffectCard(
     ),
     remedies={
         "": "look for loose clamps and thin shafts at {part}: it yields under load",
+        "chain/": (
+            "look for what gives way between encoder and link of {part}: it yields under weight; "
+            "where that is its gear, enter the stiffness in the robot file"
+        ),
         "servo_axis/": (
             "raise the gain of the position control of {part}, or look for what gives way: it "
             "yields under load"

@@ -177,7 +177,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(motor="gear", axis=("bearing",)),
-    traits=frozenset({Trait.HYSTERESIS, Trait.ENTERED, Trait.FORCE, Trait.BEARING}),
+    traits=frozenset({Trait.HYSTERESIS, Trait.ENTERED, Trait.FORCE, Trait.BEARING, Trait.WARMS}),
     rule=Rule.SUM,
     compensated=Compensated.AT_REVERSALS,
     confusions=(

@@ -74,7 +74,7 @@ CARD = EffectCard(
         "": "let {part} warm up before use: it drifts by {size}",
     },
     drawing=Drawing(axis=("encoder",)),
-    traits=frozenset({Trait.READING}),
+    traits=frozenset({Trait.READING, Trait.WARMS}),
     rule=Rule.SUM,
     compensated=Compensated.IN_READINGS,
     fit=Fit(

@@ -71,6 +71,8 @@ CARD = EffectCard(
     log_odds={
         # ranging takes tens of milliseconds, and few stamps allow for it
         "range/late": -1.5,
+        # arms swing for a second after a move, and people wait for it
+        "pose/rest": -3.0,
     },
     words=Words(
         noun="readings that come late",
@@ -79,6 +81,7 @@ CARD = EffectCard(
         sizes={"time": "late by"},
     ),
     remedies={
+        "chain/": "wait longer before a pose is read: {size} of the last move is yet to come",
         "": "allow for readings that come {size} late, or read them faster",
         "axis/": "take {size} off the times of the readings, or read them faster",
         "sensor/": "take {size} off the times of the readings, or read them faster",

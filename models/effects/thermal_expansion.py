@@ -7,7 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.models.effects.card import Compensated, Coordinate, EffectCard, Fit, Rule, Words
+from deltactl.models.effects.card import (
+    Compensated,
+    Coordinate,
+    EffectCard,
+    Fit,
+    Rule,
+    Trait,
+    Words,
+)
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import (
     Discrepancy,
@@ -65,6 +73,7 @@ CARD = EffectCard(
         "": "let the arms warm up before exact work: they {sign:grow|shrink} by {size}",
     },
     rule=Rule.SUM,
+    traits=frozenset({Trait.WARMS}),
     compensated=Compensated.WARMING,
     fit=Fit(
         coordinates=(

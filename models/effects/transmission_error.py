@@ -112,6 +112,10 @@ CARD = EffectCard(
         # errors that a reading shows: gears are made so that it does not
         "command/gear": -3.0,
         "command/teeth": -3.0,
+        # trackers are finer than encoders are mounted: most joints show a wave a turn
+        "pose/wave": -1.5,
+        "pose/second": -1.5,
+        "pose/gear": -2.0,
     },
     words=Words(
         noun="a periodic error of the gear or coupling of {part}",
@@ -147,6 +151,9 @@ CARD = EffectCard(
                 # encoders are made finer than gears
                 "command/gear": StandIn(-1.0),
                 "command/teeth": StandIn(-1.0),
+                "pose/wave": StandIn(-0.5),
+                "pose/second": StandIn(-0.5),
+                "pose/gear": StandIn(-2.0),
             },
             axis=(
                 "read the angle by other means at a few places (a second encoder, or a laser on a "

@@ -103,7 +103,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(motor="gear", axis=("bearing",)),
-    traits=frozenset({Trait.ENTERED, Trait.FORCE, Trait.BEARING}),
+    traits=frozenset({Trait.ENTERED, Trait.FORCE, Trait.BEARING, Trait.WARMS}),
     rule=Rule.RATE,
     compensated=Compensated.AHEAD,
     fit=Fit(

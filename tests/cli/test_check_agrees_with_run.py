@@ -25,7 +25,7 @@ repeats: 3
 
 
 def test_targets_and_largest_errors(deltactl: Deltactl, tmp_path: Path) -> None:
-    (tmp_path / "rings.yaml").write_text(JOB)
+    (tmp_path / "rings.yaml").write_text(JOB.replace("duration_s: 4", "duration_s: 2"))
     said = json.loads(deltactl("check", "rings.yaml", "--json").stdout)
     run = deltactl("run", "rings.yaml", "--simulate", "--record", "rings.mcap", "--json")
     targets = int(arrivals(read_run(tmp_path / "rings.mcap")).sum())

@@ -19,7 +19,7 @@ from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import write_flat
 
 ROBOT = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
-SAMPLES = 1500
+SAMPLES = 750
 WRONG = (
     EffectEntry(effect="sensor_scale", component="range_x", parameters={"scale": 1.03}),
     EffectEntry(effect="gear_ratio", component="motor2", parameters={"scale": 1.02}),
@@ -29,7 +29,7 @@ WRONG = (
 
 @pytest.fixture(scope="module")
 def wrong(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Half a minute of a robot with three faults, as a file."""
+    """A quarter of a minute of a robot with three faults, as a file."""
     rng, t_s = np.random.default_rng(3), 0.02 * np.arange(SAMPLES)
     rad = 0.6 + 0.35 * np.sin(t_s[:, None] * np.array([0.9, 1.3, 2.1]))
     commands = Commands.of_angles(t_s, rad, np.arange(SAMPLES) == 0)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from tests.cli.conftest import Deltactl
 
 COMMANDS = [
@@ -35,7 +36,9 @@ def test_what_is_there_is_kept(
 
 def test_force_writes_over_it(deltactl: Deltactl, tmp_path: Path) -> None:
     (tmp_path / "c.html").write_text("old")
-    deltactl("run", "circle.yaml", "--simulate", "--record", "c.mcap", "--report", "c.html",
+    circle = (CONFIG_FOLDER / "circle.yaml").read_text(encoding="utf-8")
+    (tmp_path / "small.yaml").write_text(circle.replace("radius_m: 0.1", "radius_m: 0.01"))
+    deltactl("run", "small.yaml", "--simulate", "--record", "c.mcap", "--report", "c.html",
              "--force")  # fmt: skip
     assert (tmp_path / "c.html").read_text().startswith("<!")
 

@@ -38,11 +38,20 @@ def test_the_heart_runs_and_everything_agrees(deltactl, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def circle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The recording of a run of the shipped circle, which only reads of it share."""
-    path = tmp_path_factory.mktemp("circle") / "c.mcap"
-    words = ("run", "circle.yaml", "--simulate", "--record", str(path))
+    """The recording of a run of a small circle, which only reads of it share."""
+    folder = tmp_path_factory.mktemp("circle")
+    path = folder / "c.mcap"
+    words = ("run", str(small_circle(folder)), "--simulate", "--record", str(path))
     assert CliRunner().invoke(app, words).exit_code == 0
     return path
+
+
+def small_circle(folder: Path, robot: str = "zhao-2023.yaml") -> Path:
+    """The shipped circle with a fifth of its radius, as a job in this folder."""
+    text = (CONFIG_FOLDER / "circle.yaml").read_text(encoding="utf-8")
+    job = folder / "small.yaml"
+    job.write_text(text.replace("radius_m: 0.1", "radius_m: 0.02").replace("zhao-2023.yaml", robot))
+    return job
 
 
 def test_a_run_exports_to_the_contracts_columns(deltactl, circle: Path, tmp_path: Path) -> None:
@@ -53,7 +62,7 @@ def test_a_run_exports_to_the_contracts_columns(deltactl, circle: Path, tmp_path
 
 
 def test_the_same_run_twice_is_the_same(deltactl, circle: Path, tmp_path: Path) -> None:
-    deltactl("run", "circle.yaml", "--simulate", "--record", "again.mcap")
+    deltactl("run", str(small_circle(tmp_path)), "--simulate", "--record", "again.mcap")
     for name, recording in (("a", str(circle)), ("b", "again.mcap")):
         deltactl("export", recording, f"{name}.csv", "--truth")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
@@ -66,10 +75,9 @@ def test_a_simulated_robot_that_sees_nothing_runs_unasked(deltactl, tmp_path: Pa
         (CONFIG_FOLDER / "zhao-2023.yaml").read_text(), flags=re.MULTILINE,
     )  # fmt: skip
     (tmp_path / "blind.yaml").write_text(blind)
-    circle = (CONFIG_FOLDER / "circle.yaml").read_text().replace("zhao-2023.yaml", "blind.yaml")
-    (tmp_path / "job.yaml").write_text(circle)
+    job = small_circle(tmp_path, "blind.yaml")
     for said in ((), ("--accept-unseen", "80")):
-        ran = deltactl("run", "job.yaml", "--simulate", *said, "--json")
+        ran = deltactl("run", str(job), "--simulate", *said, "--json")
         assert json.loads(ran.stdout)["outcome"] == "done"
         assert "look whether each arm" not in ran.stdout + ran.stderr
 

@@ -47,12 +47,7 @@ def test_without_robot_the_one_of_the_folder_is_taken_and_said(
     installed = deltactl("service", "install")
     assert said in installed.stderr
     assert "Wiring of 'mine'" in installed.stdout
-    assert said in deltactl("status", "record", "still.mcap", "--seconds", "1").stderr
     assert said in deltactl("status", "sensors", "--json", *no_daemon).stderr
-    assert (
-        said
-        in deltactl("network", "collect", "--simulate", "--samples", "3", "--out", "data").stderr
-    )
     assert "Robot file" not in deltactl("service", "install", "--robot", "mine.yaml").stderr
     assert said not in deltactl("web", "foxglove", "--layout", "l.json").stderr
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from deltactl.drivers.steps.contract import Ticks
+from deltactl.firmware_py.controller import homing
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.jobs import active_job
 from deltactl.firmware_py.controller.states import State
@@ -55,6 +56,7 @@ def test_a_stop_acknowledged_during_homing_still_ends_it(
     controller: Controller, monkeypatch, times: int
 ) -> None:
     """Whoever acknowledges says that the cause is gone, not that the arms are home."""
+    monkeypatch.setattr(homing, "ENDS_S", 0.1)  # it cannot end before this, within its own call
     controller.power_on()
 
     def stop_and_acknowledge() -> None:

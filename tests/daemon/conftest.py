@@ -66,7 +66,11 @@ class MemoryController:
         self._request(Request.OFF, State.OFF)
 
     def home(
-        self, accept_unseen_deg: float = 0.0, robot: Path | None = None, claim: Claim | None = None
+        self,
+        accept_unseen_deg: float = 0.0,
+        robot: Path | None = None,
+        claim: Claim | None = None,
+        trial: bool = False,
     ) -> HomeSeen:
         self._request(Request.HOME, State.HOMING)
         time.sleep(self.home_s)

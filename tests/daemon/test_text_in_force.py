@@ -51,10 +51,7 @@ def answers(socket: Path) -> bool:
 
 
 @pytest.mark.skipif(not available(), reason="needs seccomp user notification")
-@pytest.mark.parametrize("by_then", ["{{{ broken", TEXT, None])
-def test_lines_are_made_safe_whatever_the_file_says_by_then(
-    tmp_path: Path, by_then: str | None
-) -> None:
+def test_lines_are_made_safe_whatever_the_file_says_by_then(tmp_path: Path) -> None:
     pytest.importorskip("lgpio", reason=needs.LGPIO, exc_type=ImportError)
     robot, socket, own = tmp_path / "mine.yaml", tmp_path / "s", tmp_path / "own"
     own.mkdir()
@@ -74,18 +71,24 @@ def test_lines_are_made_safe_whatever_the_file_says_by_then(
         finally:
             os.killpg(daemon.pid, signal.SIGKILL)
             daemon.wait()
-        for pin in (ENA, 17):
-            chip.write(pin, True)
-        chip.write(GRIPPER, False)
-        robot.unlink() if by_then is None else robot.write_text(by_then)
-        done = subprocess.run(
-            [trap.executable, "-m", "deltactl.firmware_py.install.make_safe", str(robot)],
-            cwd=ROOT, env=environment, capture_output=True, text=True, timeout=60, check=False,
-        )  # fmt: skip
+        kept = {one.name: one.read_bytes() for one in own.iterdir() if one.is_file()}
+        assert kept
+        for by_then in ("{{{ broken", TEXT, None):
+            for name, content in kept.items():  # as the killed daemon left it
+                (own / name).write_bytes(content)
+            for pin in (ENA, 17):
+                chip.write(pin, True)
+            chip.write(GRIPPER, False)
+            robot.unlink() if by_then is None else robot.write_text(by_then)
+            done = subprocess.run(
+                [trap.executable, "-m", "deltactl.firmware_py.install.make_safe", str(robot)],
+                cwd=ROOT, env=environment, capture_output=True, text=True, timeout=60, check=False,
+            )  # fmt: skip
+            assert done.returncode == 0
+            lines = [chip.read(pin) for pin in (ENA, 17, GRIPPER)]
+            assert lines == [False, False, True], (by_then, done.stderr)
     finally:
         trap.close()
-    assert done.returncode == 0
-    assert [chip.read(pin) for pin in (ENA, 17, GRIPPER)] == [False, False, True], done.stderr
 
 
 def test_the_file_counts_where_nothing_was_kept(

@@ -23,7 +23,7 @@ def _forearm(length_error_m: float) -> EffectEntry:
 def test_only_what_is_out_of_tolerance_stands_beside_a_fault(
     delta: DeltaRobot, record: Record, length_error_m: float, faults: int
 ) -> None:
-    answer = diagnose_recordings(delta, [record(FAULT, _forearm(length_error_m), seconds=60.0)])
+    answer = diagnose_recordings(delta, [record(FAULT, _forearm(length_error_m), seconds=30.0)])
     names = {(f.effect, f.component) for f in answer.findings}
     assert names == {("sensor_crosstalk", "range_y"), ("forearm_length", "arm3")} or faults == 1
     assert len(names) == faults

@@ -137,7 +137,7 @@ def test_long_recordings_stay_small(make: Any, parts: Any) -> None:
     names = (*(f"range_{a}" for a in "xyz"), *(f"pos_{a}" for a in "xyz"), "theta_1", "theta_2")
     big = report_html(make("explained", picture=parts["picture"](12_000, names)), parts["delta"]())
     assert len(big) < LARGEST
-    huge = report_html(make("explained", picture=parts["picture"](200_000)), parts["delta"]())
+    huge = report_html(make("explained", picture=parts["picture"](60_000)), parts["delta"]())
     assert len(huge) < LARGEST
 
 

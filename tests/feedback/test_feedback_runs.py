@@ -65,10 +65,11 @@ def test_lost_steps_are_made_up_for_within_five_seconds_without_a_stop(tmp_path:
 
 def test_late_readings_are_told_as_no_lost_steps(tmp_path: Path) -> None:
     late = {"effect": "sensor_latency", "component": "sensors", "parameters": {"time": 0.2}}
-    result, _, error_m = run(tmp_path / "late", [late], feedback={})
+    half = {"path": JOB["path"] | {"radius_m": 0.03}}
+    result, _, error_m = run(tmp_path / "late", [late], feedback={}, **half)
     assert (result.outcome, result.warning) == ("done", "")
     assert error_m.max() < 1e-3
-    _, _, opened = run(tmp_path / "open", [])
+    _, _, opened = run(tmp_path / "open", [], **half)
     rms = [float(np.sqrt(np.mean(error**2))) for error in (opened, error_m)]
     assert rms[1] <= 1.05 * rms[0]
 

@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from deltactl.cli.main import app
+from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.fleet.checks import RunChecks
@@ -40,8 +41,14 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def alone(good: Path) -> Diagnosis:
+    """What is said of it by itself."""
+    return diagnose([good], ROBOT)
+
+
 @pytest.mark.parametrize("name", DAMAGED)
-def test_a_diagnosis_of_several(good: Path, tmp_path: Path, name: str) -> None:
+def test_a_diagnosis_of_several(good: Path, alone: Diagnosis, tmp_path: Path, name: str) -> None:
     damaged = tmp_path / name
     damaged.write_bytes(DAMAGED[name])
     answer = diagnose([damaged, good], ROBOT)
@@ -49,7 +56,6 @@ def test_a_diagnosis_of_several(good: Path, tmp_path: Path, name: str) -> None:
     assert len(answer.left_out) == 1
     assert str(damaged) in answer.left_out[0]
     assert any(str(damaged) in line for line in answer.says)
-    alone = diagnose([good], ROBOT)
     assert alone.left_out == []
     assert (answer.verdict, answer.fit) == (alone.verdict, alone.fit)
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from benchmarks.proofs.warm_up import year
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.fleet.checks import RunChecks, read_announced, shown, standing
 from deltactl.foundation.one_screen import laid_out
@@ -39,6 +41,28 @@ def test_one_run_that_misses_it_delays_nothing_two_do() -> None:
     assert one.since_s == 3600.0
     assert standing(runs([], [PLAY], [], [], [PLAY])) == []
     assert standing(runs([PLAY], [], [PLAY], [], [])) == []
+
+
+OFFSET = PLAY | {"effect": "sensor_offset", "component": "range_x", "parameter": "offset",
+                 "unit": "m", "value": 0.004}  # fmt: skip
+COLD = OFFSET | {"value": -0.004}
+SCALE = OFFSET | {"effect": "sensor_scale", "parameter": "scale", "unit": "", "value": 1.01}
+SMALL = SCALE | {"value": 0.99}
+
+
+def test_what_comes_with_the_warmth_of_a_day_is_not_announced_and_what_stays_is() -> None:
+    """Runs an hour apart; a loose sensor is there at night, too."""
+    noon, night = [[OFFSET]] * 10, [[]] * 14
+    assert standing(runs(*(noon + night) * 5)) == []
+    assert standing(runs(*[[OFFSET]] * 10)) == []
+    (one,) = standing(runs(*night, *[[OFFSET]] * 30))
+    assert (one.effect, one.since_s) == ("sensor_offset", 14 * 3600.0)
+
+
+def test_what_swings_about_the_robot_file_is_not_announced() -> None:
+    """Seen day and night, with opposite signs: the robot file is that of a mean temperature."""
+    for warm, cold in ((OFFSET, COLD), (SCALE, SMALL)):
+        assert standing(runs(*([[warm]] * 12 + [[cold]] * 12) * 5)) == []
 
 
 def test_what_comes_by_chance_in_one_run_of_fifty_is_not_announced_in_200() -> None:
@@ -91,3 +115,29 @@ def test_many_runs_are_shown_on_one_screen_the_newest_first() -> None:
     assert "97 % sure" in text
     assert text.index("r59: The model error is explained by backlash.") < text.index("r58: ")
     assert "earlier runs" in lines[-1]
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_a_robot_year_with_warm_days_announces_its_play_and_hardly_anything_else(
+    number: int,
+) -> None:
+    """`python -m benchmarks.proofs.warm_up` counts a hundred."""
+    lived = year(number)
+    assert lived.false <= 1
+    assert lived.play_at <= 1.2
+
+
+def test_a_sensor_that_was_knocked_is_announced_though_it_drifts_each_day() -> None:
+    """At work by day only; a third of the offset comes and goes with the warmth."""
+    hours = np.arange(8, 17)
+    rows = []
+    for day in range(6):
+        for hour in hours:
+            warm = 0.001 * (hour - 8) / 8.0
+            offset = warm + (0.003 if day >= 3 else 0.0)
+            some = [OFFSET | {"value": offset}] if offset > 0.0008 else []
+            rows.append({"recording": f"{day}-{hour}", "robot": "r", "verdict": "x",
+                         "time_s": 86400.0 * day + 3600.0 * hour, "findings": some})  # fmt: skip
+    assert standing(rows[: 3 * len(hours)]) == []
+    (one,) = standing(rows)
+    assert one.since_s >= 2 * 86400.0

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.tables.flat import BESIDE, UNITS, from_columns
 from deltactl.recording.tables.flat_files import write_flat
@@ -17,7 +18,9 @@ ROWS = 200
 
 
 def test_a_run_and_its_table_are_diagnosed_as_they_are(deltactl: Deltactl, tmp_path: Path) -> None:
-    deltactl("run", "circle.yaml", "--simulate", "--record", "run.mcap")
+    circle = (CONFIG_FOLDER / "circle.yaml").read_text(encoding="utf-8")
+    (tmp_path / "small.yaml").write_text(circle.replace("radius_m: 0.1", "radius_m: 0.03"))
+    deltactl("run", "small.yaml", "--simulate", "--record", "run.mcap")
     deltactl("export", "run.mcap", "run.csv", "--truth")
     table = deltactl("inspect", "run.csv").stdout
     assert "diagnose run.csv --robot my-robot.yaml\n" in table

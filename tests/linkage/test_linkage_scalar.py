@@ -28,9 +28,9 @@ CROOKED = Linkage.of(
 def test_agrees_with_the_arrays_everywhere(linkage: Linkage) -> None:
     reach_m = float((linkage.upper_arm_m + linkage.forearm_m).max())
     rng = np.random.default_rng(31)
-    points_m = rng.uniform([-0.8, -0.8, -1.05], [0.8, 0.8, 0.2], (800, 3)) * reach_m
+    points_m = rng.uniform([-0.8, -0.8, -1.05], [0.8, 0.8, 0.2], (300, 3)) * reach_m
     angles_rad, status = inverse(linkage, points_m)
-    assert 80 < (status == Status.OK).sum() < 720
+    assert 30 < (status == Status.OK).sum() < 270
     np.testing.assert_allclose(
         [one_by_one(linkage, point) for point in points_m.tolist()],
         np.where((status == Status.OK)[:, None], angles_rad, np.nan),

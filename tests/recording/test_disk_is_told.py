@@ -83,7 +83,8 @@ def test_the_folder_of_a_recording_is_made_and_one_that_somebody_deleted_is_gone
 def test_a_recording_is_synced_while_it_grows(
     tmp_path: Path, synced: list[int], configuration: RunConfiguration, monkeypatch
 ) -> None:
-    monkeypatch.setattr(spool, "SYNC_S", 0.05)
+    for name in ("SYNC_S", "BLOCK_AGE_S", "POLL_S"):
+        monkeypatch.setattr(spool, name, 0.05)
     path = tmp_path / "run.mcap"
     recorder = RunRecorder(path, configuration, start_ns=START_NS, counts=(0, 0, 0))
     for number in range(5):

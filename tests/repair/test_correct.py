@@ -23,7 +23,7 @@ ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 
 def test_a_corrected_robot_diagnosed_again_lacks_nothing(tmp_path: Path) -> None:
     recording = tmp_path / "survey.csv.gz"
-    write_flat(faulty_robot(["gear_ratio"], seed=4).survey(90.0), recording)
+    write_flat(faulty_robot(["gear_ratio"], seed=4).survey(45.0), recording)
     found = correct([recording], ROBOT, tmp_path / "mine.yaml", train=False)
     assert found.changed
     assert [one.effect for one in found.coverage.compensated] == ["gear_ratio"]
@@ -37,7 +37,7 @@ def test_a_corrected_robot_diagnosed_again_lacks_nothing(tmp_path: Path) -> None
 
 def test_what_happened_once_is_work_to_do_and_changes_nothing(tmp_path: Path) -> None:
     recording = tmp_path / "survey.csv.gz"
-    write_flat(faulty_robot(["lost_steps"], seed=2).survey(60.0), recording)
+    write_flat(faulty_robot(["lost_steps"], seed=2).survey(30.0), recording)
     found = correct([recording], ROBOT, tmp_path / "mine.yaml", train=False)
     assert [finding.effect for finding, _ in found.held_back] == ["lost_steps"]
     assert "home" in found.held_back[0][1]

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.proofs.measured_arm import Hidden, measured, place, table
+from benchmarks.proofs.measured_arm import urdf_text as six_joint_urdf
 from deltactl.cli.main import app
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.corrected_robot import save_corrected
@@ -35,6 +37,32 @@ def _export(source: Path, out: Path) -> str:
     done = CliRunner().invoke(app, ["export", str(source), str(out)])
     assert done.exit_code == 0, done.output
     return done.output
+
+
+def test_a_urdf_corrected_by_poses_has_zeros_and_lengths_in_it(tmp_path: Path) -> None:
+    hidden = Hidden()
+    hidden.home_rad[2:4], hidden.off[4, 2], hidden.off[2, 3] = 0.015, 0.002, 0.003
+    (tmp_path / "arm.urdf").write_text(six_joint_urdf())
+    robot, out = tmp_path / "arm.yaml", tmp_path / "corrected.urdf"
+    chain(robot, tmp_path / "arm.urdf")
+    run = table(tmp_path, measured(hidden, 120))
+    corrected = tmp_path / "found.yaml"
+    save_corrected(robot, diagnose([run], robot), corrected)
+    _export(corrected, out)
+    assert "effects:" not in out.with_suffix(".yaml").read_text()
+    after = diagnose([run], out.with_suffix(".yaml"))
+    assert after.findings == []
+    assert after.fit.rms_before_m < 1.2 * hidden.noise_m
+    # Another simulator's tip is where the arm's own is, but for its base and its reflector.
+    model = mujoco.MjModel.from_xml_path(str(out))
+    data, apart = mujoco.MjData(model), []
+    for angles in np.random.default_rng(0).uniform(-1.0, 1.0, (3, 6)):
+        data.qpos[:] = angles
+        mujoco.mj_kinematics(model, data)
+        body = model.body("link_flange").id
+        true, _ = place(angles + hidden.home_rad, hidden)
+        apart.append(data.xpos[body] + data.xmat[body].reshape(3, 3) @ hidden.tool_m - true)
+    assert np.ptp(apart, axis=0).max() < 2e-4
 
 
 def test_the_corrected_urdf_explains_the_recording(robot: Path) -> None:

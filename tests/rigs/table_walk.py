@@ -29,7 +29,8 @@ SLOWED_DOWN_S = 1.2
 ramp of these jobs, 0.98 s."""
 LAST_OF_HOMING_S = 0.12
 BY_THEMSELVES = {
-    *(Happening.HOMED, Happening.NOT_HOMED, Happening.BEGUN, Happening.ENDED, Happening.WAITS)
+    *(Happening.HOMED, Happening.NOT_HOMED, Happening.BEGUN, Happening.ENDED, Happening.WAITS),
+    Happening.TRIED,
 }
 """These follow others and are not asked for; that each is a row of the table is seen by `go`."""
 WHILE_HOMING = (Request.CANCEL, Request.OFF, Request.STOP, Happening.GONE, Happening.FAULT)

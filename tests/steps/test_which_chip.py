@@ -63,7 +63,6 @@ def used(revision: int, labels: dict[int, str], named: int | None, backend: str 
     ("revision", "labels", "expected"),
     [
         (PI_4, {0: BCM2711, 1: "raspberrypi-exp-gpio"}, "0"),
-        (PI_5, {0: RP1}, "0"),
         (PI_5, {0: OTHER, 1: OTHER, 4: RP1}, "4"),
         (PI_5, {0: RP1, 4: OTHER}, "0"),
         (PI_4, {0: "mcp23017", 2: BCM2711}, "2"),

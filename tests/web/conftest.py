@@ -28,6 +28,8 @@ from deltactl.web.access.users import SCRYPT
 
 READY_S = 60.0
 PATIENCE_S = 30.0
+LOOK_S = 0.15
+"""The longest pause between two looks at a page."""
 NICE = 15
 DESK, PHONE = (1280, 900), (400, 800)
 CIRCLE = """name: {name}
@@ -95,6 +97,7 @@ class Browser:
     ) -> None:
         """Wait for something; fail with words when it does not come."""
         give_up_s = time.monotonic() + within_s
+        pause_s = 0.02
         while True:
             try:
                 if condition():
@@ -105,7 +108,9 @@ class Browser:
                 latched = self.driver.find_elements(By.CSS_SELECTOR, '[data-testid="latched"]')
                 seen = "; ".join(one.text for one in latched if one.text)
                 pytest.fail(f"{otherwise if isinstance(otherwise, str) else otherwise()} {seen}")
-            time.sleep(0.02)
+            # Each look costs the browser as much as a tenth of a second of the page.
+            time.sleep(pause_s)
+            pause_s = min(1.5 * pause_s, LOOK_S)
 
 
 Open = Callable[..., Browser]
@@ -183,8 +188,28 @@ def at_home(page: WebPage) -> None:
             client.home()
 
 
+HERE = Path(__file__).parent
+CLOSERS = pytest.StashKey[list[Callable[[], None]]]()
+"""What ends the page and the browsers that files of tests share."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
+    """End them with the last test of the page: tests elsewhere need the processor."""
+    yield
+    if nextitem is not None and not nextitem.path.is_relative_to(HERE):
+        for close in item.config.stash.get(CLOSERS, []):
+            close()
+
+
+def ends_with_the_folder(config: pytest.Config, close: Callable[[], None]) -> None:
+    config.stash.setdefault(CLOSERS, []).append(close)
+
+
 @pytest.fixture(scope="session")
-def simulated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
+def simulated(
+    tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config
+) -> Iterator[WebPage]:
     """The page of a simulated robot, one for all tests."""
     folder = tmp_path_factory.mktemp("web")
     place = folder / "d.sock"
@@ -192,6 +217,7 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
         folder, "--simulate", "--robot", str(patient_robot(folder)), "--socket", str(place)
     )
     page.socket = place
+    ends_with_the_folder(pytestconfig, lambda: end_page(page))
     yield page
     end_page(page)
 
@@ -229,13 +255,18 @@ Size = tuple[int, int]
 
 
 @pytest.fixture(scope="session")
-def resting() -> Iterator[dict[Size, list[webdriver.Chrome]]]:
+def resting(pytestconfig: pytest.Config) -> Iterator[dict[Size, list[webdriver.Chrome]]]:
     """Browsers without 3D, by the size of their window, that wait for the next file of tests."""
     waiting: dict[Size, list[webdriver.Chrome]] = defaultdict(list)
+
+    def quit_all() -> None:
+        for browsers in waiting.values():
+            while browsers:
+                browsers.pop().quit()
+
+    ends_with_the_folder(pytestconfig, quit_all)
     yield waiting
-    for browsers in waiting.values():
-        for one in browsers:
-            one.quit()
+    quit_all()
 
 
 def as_new(driver: webdriver.Chrome, origin: str) -> None:

@@ -137,7 +137,7 @@ def test_a_run_is_opened_and_diagnosed_and_a_bad_table_is_a_line(
 ) -> None:
     controller = simulated_robot(tmp_path)
     job = tmp_path / "circle.yaml"
-    job.write_text(CIRCLE.format(name="circle", robot="zhao-2023.yaml", turns=2))
+    job.write_text(CIRCLE.format(name="circle", robot="zhao-2023.yaml", turns=1))
     run = run_job(controller, job).rename(tmp_path / "my heart.mcap")
     controller.close()
     browser = chromium(simulated.url)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -25,6 +23,7 @@ from deltactl.web.behind.own_recordings import (
     mapping_text,
 )
 from deltactl.web.behind.shelf import Shelf
+from deltactl.web.behind.worker import diagnose
 from tests.web.conftest import Browser, WebPage
 
 ZHAO = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
@@ -53,20 +52,7 @@ def test_the_worker_diagnoses_several_as_one(tmp_path: Path) -> None:
     robot_file.write_text(AXIS)
     made.mkdir()
     tables = [a_table(tmp_path / f"{name}.csv", f) for name, f in (("slow", 0.3), ("fast", 0.9))]
-    call = [
-        sys.executable,
-        "-P",
-        "-m",
-        "deltactl.web.behind.worker",
-        "diagnose",
-        made,
-        robot_file,
-        *tables,
-    ]
-    done = subprocess.run(
-        [str(one) for one in call], capture_output=True, text=True, timeout=60.0, check=True
-    )
-    assert "result" in json.loads(done.stdout.splitlines()[-1]), done.stdout
+    assert diagnose(made, robot_file, *tables)["verdict"]
     answer = json.loads((made / "answer.json").read_text())
     assert answer["recordings"] == [str(one) for one in tables]
 
@@ -88,17 +74,7 @@ def test_the_columns_of_a_table_are_guessed_chosen_and_taken(tmp_path: Path) -> 
     chosen = [Chosen("ms", "t", "ms"), Chosen("goal", "command", "deg"),
               Chosen("angle", "position", "deg")]  # fmt: skip
     (tmp_path / f"0a1b.csv{CHOSEN}").write_text(mapping_text(found["mapping"], chosen))
-    call = [
-        sys.executable,
-        "-P",
-        "-m",
-        "deltactl.web.behind.worker",
-        "diagnose",
-        made,
-        robot_file,
-        table,
-    ]
-    subprocess.run([str(one) for one in call], check=True, timeout=60.0, capture_output=True)
+    diagnose(made, robot_file, table)
     report = (made / "report.html").read_text()
     assert "wrist.csv" in report
     assert "0a1b" not in report

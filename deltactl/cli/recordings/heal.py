@@ -15,7 +15,6 @@ from deltactl.cli.output import (
     NO_ROBOT,
     duration,
     errors,
-    millimetres,
     print_json,
     say,
     screen_width,
@@ -25,13 +24,13 @@ from deltactl.cli.output import (
     wrapped,
 )
 from deltactl.cli.robot.jobs import JsonOption
-from deltactl.foundation.errors import ConfigError, ServiceError
+from deltactl.foundation.errors import ServiceError
 from deltactl.foundation.extras import needs
 
 if TYPE_CHECKING:
     from deltactl.repair.patients import Patient
 
-MOST_LINES, MOST_NAMED = 25, 4
+MOST_LINES = 25
 NOT_HEALED = 1
 """Exit status where a correction was found and is not in force."""
 
@@ -85,8 +84,6 @@ def heal(
     from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 
     path = find(robot, key=ROBOT_KEY)
-    if not Path(robot).exists():
-        raise ConfigError(f"{robot}: is an example; copy {path} here first, and heal the copy")
     folder = out or Path(f"heal-{path.stem}")
     if undo:
         changed = put_back(folder, path)
@@ -111,13 +108,12 @@ def heal(
 def _patient(
     robot_file: Path, folder: Path, simulate: bool, socket: Path | None
 ) -> Iterator[Patient]:
-    from deltactl.firmware_py.daemon.client import Client, daemon_answers
+    from deltactl.firmware_py.daemon.client import daemon_answers
     from deltactl.firmware_py.machine import is_raspberry_pi
     from deltactl.repair.patients import DaemonPatient, SimulatedPatient
 
     if not simulate and daemon_answers(socket):
-        with Client(socket) as client:
-            yield DaemonPatient(client, robot_file)
+        yield DaemonPatient(socket, robot_file)
         return
     if not simulate:
         if socket is not None or is_raspberry_pi():
@@ -139,65 +135,15 @@ def _progress(quiet: bool) -> Callable[[str], None]:
 
 def screen(answer: dict[str, Any], robot: str) -> list[str]:
     """The answer on one screen: at most 25 lines of the window's width."""
-    lines = [_VERDICTS[answer["outcome"]]]
-    if "why" in answer:
-        lines.append(f"  {answer['why']}")
-    if "before_rms_m" in answer:
-        times = answer["drawings"]
-        lines.append(
-            f"{Path(answer['job']).name}, RMS distance from its path by the sensors, 95 %"
-            f" intervals{f', {times} drawings each' if times > 1 else ''}:"
-        )
-        lines += [f"  {name:<7} {_size(answer, name)}" for name in ("before", "after")]
-        low, high = (1e6 * square for square in answer["gain_ci95_m2"])
-        lines.append(
-            f"  paired over the path: mean square smaller by {1e6 * answer['gain_m2']:.3g} mm2"
-            f" [{low:.3g}, {high:.3g}]"
-        )
-    lines += _named("found:", answer["found"])
-    lines += _named("corrected:", answer.get("corrected", []))
-    if len(worth := answer.get("worth", [])) > 1:
-        heading = f"what each repair alone would do to it, now {millimetres(worth[0]['now_m'])}:"
-        lines += _named(heading, [_worth(one) for one in worth])
-    lines += _named("done by hand since:", answer["done_by_hand"])
-    work = [f"{one['says']}: {one['why']}" for one in answer["by_hand"]]
-    lines += _named(f"needs a hand; then deltactl heal {robot} --continue:", work)
-    lines.append(f"robot time {duration(answer['robot_s'])}, in all {duration(answer['took_s'])}")
-    if answer["outcome"] == "healed":
-        lines.append(f"back to the file before: deltactl heal {robot} --undo")
     from rich.text import Text
 
+    from deltactl.repair.heal_answer import lines_of
+
+    command = f"deltactl heal {robot}"
+    lines = lines_of(answer, f"{command} --continue", f"{command} --undo")
+    lines.append(f"report: {answer['report']}")
     width = screen_width()
     shown = [part.plain for line in lines for part in wrapped(Text(line), width)]
     if len(shown) > MOST_LINES:
         shown = [*shown[: MOST_LINES - 1], "the rest is in --json"]
     return shown
-
-
-_VERDICTS = {
-    "healed": "Healed: the corrected robot file is in force.",
-    "nothing_to_heal": "Nothing to heal: no correction would change what the robot draws.",
-    "rolled_back": "Not healed: the sensors do not show that the correction helps; the old robot"
-    " file is in force.",
-    "refused": "Not healed: the correction is refused; the old robot file is in force.",
-}
-
-
-def _named(heading: str, items: list[str]) -> list[str]:
-    if not items:
-        return []
-    more = [f"  - and {len(items) - MOST_NAMED} more"] if len(items) > MOST_NAMED else []
-    return [heading, *(f"  - {item}" for item in items[:MOST_NAMED]), *more]
-
-
-def _worth(one: dict[str, Any]) -> str:
-    low, high = one["ci95_m"]
-    return (
-        f"{one['effect']} on {one['component']}: {millimetres(one['alone_m'])}"
-        f" [{low * 1e3:.2f}, {high * 1e3:.2f}], {one['share']:.0%} less"
-    )
-
-
-def _size(answer: dict[str, Any], name: str) -> str:
-    low, high = answer[f"{name}_ci95_m"]
-    return f"{millimetres(answer[f'{name}_rms_m'])}  [{low * 1e3:.2f}, {high * 1e3:.2f}]"

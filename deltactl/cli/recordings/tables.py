@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 from deltactl.cli.output import warn
 from deltactl.foundation.errors import ConfigError, RecordingError
 from deltactl.foundation.extras import needs
-from deltactl.models.robot import DeltaRobot, ServoAxis, StepperAxis
+from deltactl.models.robot import ChainRobot, DeltaRobot, ServoAxis, StepperAxis
 from deltactl.recording.tables.binary_tables import is_data_set, one_joint_at_a_time
+from deltactl.recording.tables.flat import TARGET
 from deltactl.recording.tables.flat_files import read_flat
 from deltactl.recording.tables.foreign_log import is_log
 from deltactl.recording.tables.table_format import first_cells
@@ -59,7 +60,10 @@ def read_plain(
         from deltactl.recording.foreign.reading import read_mapped
     told: list[str] = []
     try:
-        recording = read_mapped(path, Mapping(), told.append)
+        at_rest = isinstance(robot, ChainRobot) and _has_places(path) and not ours
+        if at_rest:
+            told.append(f"{path.name}: has no times, and poses at rest need none")
+        recording = read_mapped(path, Mapping(rate_hz=1.0 if at_rest else None), told.append)
         if ours and not told:
             raise wrong
     except RecordingError as error:
@@ -71,6 +75,11 @@ def read_plain(
     for line in told:
         tell(line)
     return recording
+
+
+def _has_places(path: Path) -> bool:
+    """Whether a table has the places of targets on a chain."""
+    return any(TARGET.fullmatch(name) for name in first_cells(path))
 
 
 def _as_inspected(
@@ -89,7 +98,13 @@ def _as_inspected(
         return None
     units = {name: source.unit for name, source in seen.mapping.columns.items()}
     wrong = isinstance(robot, ServoAxis) and other_motion(units, robot.motion)
-    if robot is None or seen.kind != robot.kind or seen.mapping.rate_hz is not None or wrong:
+    if (
+        not seen.options
+        or robot is None
+        or seen.kind != robot.kind
+        or seen.mapping.rate_hz is not None
+        or wrong
+    ):
         return None
     recording = read_mapped(path, seen.mapping)
     tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")

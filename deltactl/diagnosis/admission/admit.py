@@ -26,6 +26,8 @@ from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal
 from deltactl.diagnosis.admission.robot_match import check_belongs, check_input
 from deltactl.diagnosis.observations.servo_preprocessing import reads_disturbance, sensor_rounds
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
+from deltactl.diagnosis.plants.chain.pose_readings import measures_poses
+from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -48,7 +50,7 @@ from deltactl.recording.tables.flat import FlatRecording
 
 LoneRobot = StepperAxis | ServoAxis | RangeSensor
 LonePlant = CommandedAxis | ForcedAxis | RangeSensorPlant
-AnyPlant = LonePlant | ServoDelta | ChainPlant
+AnyPlant = LonePlant | ServoDelta | ChainPlant | PosePlant
 Progress = Callable[[str], None]
 P = TypeVar("P")
 
@@ -159,11 +161,16 @@ def _with_what_to_type(
     refusal: Refusal, robot: RobotModel, recordings: Sequence[FlatRecording]
 ) -> Refusal:
     """A refusal for want of columns, with the machine or the columns that the table looks like."""
-    if refusal.kind is Kind.COLUMNS:
+    if refusal.kind is Kind.COLUMNS and not _by_poses(robot, recordings):
         for recording in recordings:
             if recording.source == refusal.source:
                 return of_another_kind(refusal, robot, recording)
     return refusal
+
+
+def _by_poses(robot: RobotModel, recordings: Sequence[FlatRecording]) -> bool:
+    """Whether a chain was measured from outside, of which other names need no guess."""
+    return isinstance(robot, ChainRobot) and any(measures_poses(robot, r) for r in recordings)
 
 
 def _machine(
@@ -258,12 +265,35 @@ def _chain(
     chain = RigidChain(Path(robot.model), robot.joints, robot.gravity)
     chain_columns.check_effects(robot, chain)
 
+    if all(measures_poses(robot, one) for one in recordings):
+        return _poses(robot, chain, recordings, holdout)
+
     def plant(recordings: Sequence[FlatRecording]) -> ChainPlant:
         for recording in recordings:
             axis_match.check_times(recording)
             chain_columns.check_joints(robot, chain, recording)
         plant = ChainPlant(robot, recordings, chain)
         chain_columns.check_motion(plant)
+        return plant
+
+    others, left_out = _held_out(plant, holdout)
+    singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
+    return Lone(plant(recordings), others, left_out, singles)
+
+
+def _poses(
+    robot: ChainRobot,
+    chain: RigidChain,
+    recordings: Sequence[FlatRecording],
+    holdout: Sequence[FlatRecording],
+) -> Lone:
+    """A chain that was measured from outside."""
+
+    def plant(recordings: Sequence[FlatRecording]) -> PosePlant:
+        for recording in recordings:
+            chain_columns.check_poses(robot, chain, recording)
+        plant = PosePlant(robot, recordings, chain)
+        chain_columns.check_placed(plant)
         return plant
 
     others, left_out = _held_out(plant, holdout)

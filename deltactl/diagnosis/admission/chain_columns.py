@@ -1,5 +1,5 @@
-"""The columns of a chain of joints, and the effects that its robot file states: do they belong to
-the joints of its model?
+"""The columns of a chain of joints, by efforts or by poses, and the effects that its robot file
+states: do they belong to the joints of its model?
 """
 
 from __future__ import annotations
@@ -9,8 +9,17 @@ import numpy as np
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Kind, refuse
 from deltactl.diagnosis.observations.options import OBSERVATIONS
+from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.joint_motions import MEASURED, NEEDED, columns_of, prepared
 from deltactl.diagnosis.plants.chain.plant import CHAIN, ChainPlant
+from deltactl.diagnosis.plants.chain.pose_readings import (
+    QUATERNION,
+    block,
+    joint_columns,
+    place_of,
+    targets_in,
+)
+from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.printable import count
@@ -21,6 +30,12 @@ from deltactl.recording.tables.flat import FlatRecording
 
 TURNS_RAD = 4.0 * np.pi
 """Two turns: few joints of arms go farther, and in degrees nearly all do."""
+QUATERNION_OFF = 0.1
+"""By which a quaternion's length may differ from 1: few decimals."""
+FARTHER_THAN_REACH = 20.0
+"""Times the reach of a model within which places move: in mm they move a thousand times as far."""
+LEAST_ALIKE = 0.3
+"""Share of the motion that no arm of this model leaves: joints in another order leave half."""
 
 
 def check_effects(robot: ChainRobot, chain: RigidChain) -> None:
@@ -58,13 +73,77 @@ def check_joints(robot: ChainRobot, chain: RigidChain, recording: FlatRecording)
         if np.isfinite(whole.columns[name]).mean() < OBSERVATIONS.least_known:
             refuse(Kind.EMPTY, source, f"{name} is mostly empty", column=name)
     for slides, (name, _) in zip(chain.slides, columns_of(robot, "theta"), strict=True):
-        _check_unit(whole, name, slides)
+        _check_unit(source, name, slides, whole.columns[name])
 
 
-def _check_unit(recording: FlatRecording, name: str, slides: bool) -> None:
+def check_poses(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) -> None:
+    """Angles of every joint and places of a target, in SI units. Raises RefusedRecording."""
+    source = recording.source
+    if len(recording) < CHAIN.fewest_poses:
+        why = f"has {count(len(recording), 'pose')}"
+        refuse(Kind.SHORT, source, why, f"at least {CHAIN.fewest_poses}, far apart")
+    read = [joint_columns(robot, recording, stem) for stem in ("theta", "command")]
+    names = max(read, key=lambda found: sum(name is not None for name in found))
+    for joint, name, number in zip(robot.joints, names, range(1, len(names) + 1), strict=True):
+        if name is None:
+            refuse(
+                Kind.COLUMNS,
+                source,
+                f"neither angle nor command of joint '{joint}' is there",
+                f"name it theta_{number}, command_{number} or {joint}",
+                column=f"theta_{number}",
+            )
+    for slides, name in zip(chain.slides, names, strict=True):
+        (values,) = np.asarray(block(recording, [str(name)])).T
+        _check_unit(source, str(name), slides, values)
+    for target in targets_in(recording):
+        _check_place(chain, recording, target)
+    quaternion = block(recording, QUATERNION)
+    if quaternion is not None:
+        length = float(np.nanmedian(np.linalg.norm(quaternion, axis=1)))
+        if not abs(length - 1.0) < QUATERNION_OFF:
+            says = f"quat_w..z have a length of {length:.3g}, and a rotation has 1"
+            refuse(Kind.UNITS, source, says, "give quaternions, or rotvec_x..z [rad]")
+
+
+def _check_place(chain: RigidChain, recording: FlatRecording, target: str) -> None:
+    """A place has three columns, and moves as far as such a chain reaches."""
+    source, place = recording.source, place_of(recording, target)
+    if place is None:
+        there = [a for a in "xyz" if block(recording, [f"{target}_{a}"]) is None]
+        missing = f"{target}_{there[0]}"
+        refuse(Kind.COLUMNS, source, f"column {missing} is missing", "a place has three of them")
+    if np.isfinite(place).all(axis=1).mean() < OBSERVATIONS.least_known:
+        refuse(Kind.EMPTY, source, f"{target}_x..z is mostly empty", column=f"{target}_x")
+    wide = float(np.max(np.nanquantile(place, 0.95, axis=0) - np.nanquantile(place, 0.05, axis=0)))
+    if wide > FARTHER_THAN_REACH * chain.reach_m:
+        says = f"{target}_x..z moves by {wide:.4g} m, and the model reaches {chain.reach_m:.3g} m"
+        remedy = f"if it is in mm, call the columns {target}_x_mm, {target}_y_mm and {target}_z_mm"
+        refuse(Kind.UNITS, source, says, remedy, column=f"{target}_x")
+
+
+def check_placed(plant: PosePlant) -> None:
+    """Some placement of base and target must bring places and model together. Raises
+    RefusedRecording.
+    """
+    own = plant.poses.places - np.nanmean(plant.poses.places, axis=0)
+    left, moved = (
+        float(np.sqrt(np.nanmean(plant.placed_only**2))),
+        float(np.sqrt(np.nanmean(own**2))),
+    )
+    if left > LEAST_ALIKE * moved:
+        refuse(
+            Kind.ANOTHER_MACHINE,
+            plant.source,
+            f"wherever its base is, the model is {1e3 * left:.3g} mm off places that move by"
+            f" {1e3 * moved:.3g} mm",
+            "are the joints in the order of `joints`, and is it this robot's model?",
+        )
+
+
+def _check_unit(source: str, name: str, slides: bool, values: FloatArray) -> None:
     """An angle of more than two turns is in degrees, a slide of more than 10 m in mm."""
-    known = np.abs(recording.columns[name])
-    farthest = float(np.nanquantile(known, ADMISSION.most_of_arms))
+    farthest = float(np.nanquantile(np.abs(values), ADMISSION.most_of_arms))
     if slides and farthest > ADMISSION.farthest_ranged_m:
         says, unit = f"{name} goes up to {farthest:.4g} m", "mm"
     elif not slides and farthest > TURNS_RAD:
@@ -72,7 +151,7 @@ def _check_unit(recording: FlatRecording, name: str, slides: bool) -> None:
     else:
         return
     remedy = f'if it is in {unit}, convert the column, or type --set "{name}={name}[{unit}]"'
-    refuse(Kind.UNITS, recording.source, says, remedy, column=name)
+    refuse(Kind.UNITS, source, says, remedy, column=name)
 
 
 def check_motion(plant: ChainPlant) -> None:

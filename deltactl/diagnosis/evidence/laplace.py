@@ -11,13 +11,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import ndtr
 
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 
 Point = dict[str, float]
@@ -25,11 +26,12 @@ Block = tuple[str, FloatArray]
 """A regressor and its whitened columns (m, k), each times its prior spread."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Explanation:
     """A set of regressors at its best sizes.
 
-    linear: key -> coefficients (k,). residual: (n,) in the unit of the readings.
+    linear: key -> coefficients (k,). parts: shapes (n, k) with their coefficients, whose sum is
+    what is predicted beyond `base`. observed: (n,) in the unit of the readings.
     chi2: of the whitened rows alone. penalised: with the priors of the sizes.
     shapes: whitened shapes times prior spread, which sets share; names: of their columns,
     `key.size`.
@@ -41,8 +43,9 @@ class Explanation:
     """Less those whose size any machine has as built."""
     sizes: Point
     linear: dict[str, FloatArray]
-    predicted: FloatArray
-    residual: FloatArray
+    base: FloatArray
+    parts: tuple[tuple[FloatArray, FloatArray], ...]
+    observed: FloatArray
     chi2: float
     penalised: float
     log_evidence: float
@@ -51,6 +54,20 @@ class Explanation:
     spreads: FloatArray
     white: FloatArray
     """Whitened residual (m,)."""
+
+    @cached_property
+    def predicted(self) -> FloatArray:
+        """(n,); of most sets nobody asks."""
+        predicted = self.base
+        for values, size in self.parts:
+            predicted = predicted + values @ size
+        return predicted
+
+    @cached_property
+    def residual(self) -> FloatArray:
+        """(n,) in the unit of the readings."""
+        left: FloatArray = self.observed - self.predicted
+        return left
 
     @property
     def tangent(self) -> FloatArray:
@@ -67,9 +84,12 @@ class Laplace:
         self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
         self._free = plant.free()
         self._tolerated = tolerated(plant)
-        self._frees: dict[frozenset[str], Columns] = {}
+        self._frees = {"": self._free}
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = {}
+        self._places: dict[str, tuple[Block, IntArray]] = {}
+        self._gram: FloatArray = np.zeros((0, 0))
+        """Scalar products of the columns of all blocks in `_places`."""
         self._products: dict[tuple[str, str], tuple[Block, Block, FloatArray]] = {}
 
     @property
@@ -217,7 +237,7 @@ class Laplace:
     def _solve(self, keys: frozenset[str], point: Point) -> tuple[float, FloatArray]:
         """Penalised cost and the vector (m + p + q,) whose square it is."""
         _, white, blocks = self._whitened(keys, point)
-        theta, explained = self._most_probable(white, blocks)
+        theta, explained, _ = self._most_probable(white, blocks)
         penalties = np.array(
             [point[name] / size.spread for name, size in self._moved(keys) if size.prior == "half"]
         )
@@ -226,27 +246,25 @@ class Laplace:
         return float(left @ left), left
 
     def _columns(self, keys: frozenset[str], base: FloatArray, point: Point) -> list[Columns]:
-        return [
-            self._free_beside(keys),
-            *(self.plant.columns(key, base, point) for key in sorted(keys)),
-        ]
+        free = self._frees[self._taken(keys)]
+        return [free, *(self.plant.columns(key, base, point) for key in sorted(keys))]
 
-    def _free_beside(self, keys: frozenset[str]) -> Columns:
-        """What is free, less the tolerances whose sizes regressors of the set take over."""
-        taken = frozenset(self.by_key[key].takes_over for key in keys) - {""}
-        if not taken:
-            return self._free
-        if taken not in self._frees:
-            kept = np.array([name not in taken for name in self._free.names], dtype=float)
-            self._frees[taken] = replace(self._free, values=self._free.values * kept)
-        return self._frees[taken]
+    def _taken(self, keys: frozenset[str]) -> str:
+        """Which tolerances the regressors of a set take over, as the name of what is free then."""
+        taken = {self.by_key[key].takes_over for key in keys} - {""}
+        name = "".join(f".{one}" for one in sorted(taken))
+        if name not in self._frees:
+            kept = np.array([one not in taken for one in self._free.names], dtype=float)
+            self._frees[name] = replace(self._free, values=self._free.values * kept)
+        return name
 
     def _whitened(
         self, keys: frozenset[str], point: Point
     ) -> tuple[FloatArray, FloatArray, list[Block]]:
         base = self.plant.base(keys, point)
         white = self.noise.whiten(self.plant.observed - base)
-        columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
+        named = (self._taken(keys), *sorted(keys))
+        columns = zip(named, self._columns(keys, base, point), strict=True)
         return base, white, [self._block(key, c) for key, c in columns if c.values.shape[1]]
 
     def _block(self, key: str, columns: Columns) -> Block:
@@ -259,23 +277,63 @@ class Laplace:
 
     def _most_probable(
         self, white: FloatArray, blocks: list[Block]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Linear sizes (p,), each in its prior spread, and what they explain, (m,)."""
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Linear sizes (p,), each in its prior spread, what they explain, (m,), and their inverse
+        covariance.
+        """
+        share = np.concatenate([np.zeros(0), *(block[1].T @ white for block in blocks)])
+        gram = self._known_gram(blocks)
+        if gram is None:
+            gram = self._new_gram(blocks)
+        gram[np.diag_indices_from(gram)] += 1.0
+        theta = self._within_tolerance(gram, share)
+        explained, first = np.zeros(len(white)), 0
+        for block in blocks:
+            end = first + block[1].shape[1]
+            explained += block[1] @ theta[first:end]
+            first = end
+        return theta, explained, gram
+
+    def _known_gram(self, blocks: list[Block]) -> FloatArray | None:
+        """Scalar products of all columns, out of one matrix of those that are the same at every
+        point; None where one of them has changed.
+        """
+        spans = []
+        for block in blocks:
+            if block[0] not in self._places:
+                self._enter(block)
+            kept, span = self._places[block[0]]
+            if kept is not block:
+                return None
+            spans.append(span)
+        at = np.concatenate([np.zeros(0, dtype=np.intp), *spans])
+        known: FloatArray = self._gram[np.ix_(at, at)]
+        return known
+
+    def _enter(self, block: Block) -> None:
+        """Into the matrix of scalar products."""
+        first, end = len(self._gram), len(self._gram) + block[1].shape[1]
+        grown = np.empty((end, end))
+        grown[:first, :first] = self._gram
+        span = np.arange(first, end)
+        self._places[block[0]] = block, span
+        for other, there in self._places.values():
+            product = block[1].T @ other[1]
+            grown[np.ix_(span, there)] = product
+            grown[np.ix_(there, span)] = product.T
+        self._gram = grown
+
+    def _new_gram(self, blocks: list[Block]) -> FloatArray:
+        """The same product by product."""
         ends = np.cumsum([0, *(block[1].shape[1] for block in blocks)])
-        gram, share = np.eye(ends[-1]), np.empty(ends[-1])
+        gram = np.zeros((ends[-1], ends[-1]))
         spans = [slice(first, end) for first, end in itertools.pairwise(ends)]
         for number, (block, span) in enumerate(zip(blocks, spans, strict=True)):
-            share[span] = block[1].T @ white
             for other, beside in zip(blocks[: number + 1], spans, strict=False):
                 product = self._product(block, other)
-                gram[span, beside] += product
-                if other is not block:
-                    gram[beside, span] += product.T
-        theta = self._within_tolerance(gram, share)
-        explained = np.zeros(len(white))
-        for block, span in zip(blocks, spans, strict=True):
-            explained += block[1] @ theta[span]
-        return theta, explained
+                gram[span, beside] = product
+                gram[beside, span] = product.T
+        return gram
 
     def _within_tolerance(self, gram: FloatArray, share: FloatArray) -> FloatArray:
         """Sizes (p,) that minimise the cost while tolerances stay within what machines have."""
@@ -301,20 +359,23 @@ class Laplace:
     def _explanation(self, keys: frozenset[str], point: Point) -> Explanation:
         base, white, blocks = self._whitened(keys, point)
         columns = self._columns(keys, base, point)
-        theta, explained = self._most_probable(white, blocks)
+        theta, explained, known = self._most_probable(white, blocks)
         left = white - explained
-        moved = self._moved(keys)
-        _, whole = self._solve(keys, point)
-        slopes = [(self._slope(keys, point, whole, m))[: len(white)] for m in moved]
-        shapes = [shape for _, shape in blocks] + [slope[:, None] for slope in slopes]
-        tangent = _side_by_side(len(white), shapes)
+        shapes = [shape for _, shape in blocks]
+        if moved := self._moved(keys):
+            _, whole = self._solve(keys, point)
+            slopes = [(self._slope(keys, point, whole, m))[: len(white)] for m in moved]
+            shapes += [slope[:, None] for slope in slopes]
+            tangent = _side_by_side(len(white), shapes)
+            known = np.eye(tangent.shape[1]) + tangent.T @ tangent
         spreads = np.concatenate([c.spread for c in columns] + [[m[1].spread for m in moved]])
-        predicted, linear, names, first = base.copy(), {}, [], 0
+        linear: dict[str, FloatArray] = {}
+        parts, names, first = [], [], 0
         for key, c in zip(("", *sorted(keys)), columns, strict=True):
             count = c.values.shape[1]
             size = theta[first : first + count] * c.spread
             if count:
-                predicted = predicted + c.values @ size
+                parts.append((c.values, size))
             linear[key] = size
             given = c.names or tuple(str(i) for i in range(count))
             names += [f"{key}.{name}" for name in given]
@@ -324,22 +385,22 @@ class Laplace:
             (point[name] / size.spread) ** 2 for name, size in moved if size.prior == "half"
         )
         penalised = float(left @ left + theta @ theta + priors)
-        occam = float(np.linalg.slogdet(np.eye(tangent.shape[1]) + tangent.T @ tangent)[1])
+        occam = float(np.linalg.slogdet(known)[1])
         chosen = sum(
             2.0 * np.log(size.choices)
             for key in keys
             for size in self.by_key[key].sizes
             if not size.smooth
         )
-        halves = self._within(keys, point, tangent, moved)
+        halves = self._within(keys, point, known, moved)
         odds = sum(self.by_key[key].log_odds for key in keys)
         odds += self.plant.further_odds(keys, linear)
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         return Explanation(
             keys=keys, found=frozenset(key for key in keys if self._is_found(key, linear, point)),
-            sizes=point, linear=linear, predicted=predicted,
-            residual=self.plant.observed - predicted, chi2=float(left @ left),
+            sizes=point, linear=linear, base=base, parts=tuple(parts),
+            observed=self.plant.observed, chi2=float(left @ left),
             penalised=penalised,
             log_evidence=odds - 0.5 * (penalised + occam + chosen - halves),
             shapes=tuple(shapes), names=tuple(names), spreads=spreads, white=left,
@@ -352,13 +413,12 @@ class Laplace:
 
     @staticmethod
     def _within(
-        keys: frozenset[str], point: Point, tangent: FloatArray, moved: list[tuple[str, Size]]
+        keys: frozenset[str], point: Point, known: FloatArray, moved: list[tuple[str, Size]]
     ) -> float:
         """2 log of how much of each half-normal size's Gaussian lies above zero, doubled."""
         if not moved:
             return 0.0
-        covariance = np.linalg.inv(np.eye(tangent.shape[1]) + tangent.T @ tangent)
-        own = np.sqrt(np.diag(covariance))[-len(moved) :]
+        own = np.sqrt(np.diag(np.linalg.inv(known)))[-len(moved) :]
         total = 0.0
         for (name, size), spread in zip(moved, own, strict=True):
             if size.prior == "half":

@@ -26,6 +26,7 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.pipelines.nonlinear import diagnose_model
 from deltactl.diagnosis.pipelines.regression import diagnose_plant
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
+from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -56,6 +57,8 @@ def diagnosed(
             return _joints(machine, progress)
         if isinstance(machine.plant, ChainPlant):
             return _chain(machine, progress)
+        if isinstance(machine.plant, PosePlant):
+            return _posed(machine, progress)
         return _axis(admission, machine, progress)
     outside = _delta(machine.outside, 0.0, progress, limits, thorough)
     if not isinstance(machine.torques, Lone):
@@ -120,6 +123,41 @@ def _chain(machine: Lone, progress: Progress) -> Diagnosis:
     kinds = chain_effects(dict(zip(chain.joints, chain.slides, strict=True)), chain.tip)
     answer = answer.model_copy(update={"not_held_out": _left_out(machine)})
     return in_words(answer, kinds, plant.robot.effects)
+
+
+def _posed(machine: Lone, progress: Progress) -> Diagnosis:
+    """A chain of joints by places and orientations that were measured from outside."""
+    plant = machine.plant
+    assert isinstance(plant, PosePlant)
+    try:
+        answer = diagnose_plant(plant, machine.others, progress, machine.singles)
+    except OverflowError:
+        raise too_large() from None
+    if answer.picture is not None:
+        answer = answer.model_copy(update={"picture": _of_channels(answer.picture, plant)})
+    whole = [(float(plant.poses.t_s[0]), float(plant.poses.t_s[-1]))]
+    found = [
+        one.model_copy(
+            update={"where": one.where.model_copy(update={"axes": plant.names, "times_s": whole})}
+        )
+        for one in answer.findings
+    ]
+    answer = answer.model_copy(update={"findings": found, "not_held_out": _left_out(machine)})
+    slides = dict(zip(plant.joints, plant.chain.slides, strict=True))
+    return in_words(answer, chain_effects(slides, plant.chain.tip), plant.robot.effects)
+
+
+def _of_channels(picture: Picture, plant: PosePlant) -> Picture:
+    """One channel for each column that was measured, over the poses."""
+    (whole,) = picture.channels
+    channels = []
+    for number, name in enumerate(plant.names):
+        own = np.flatnonzero(plant.at_channel == number)
+        own = own[np.argsort(plant.at_pose[own])]
+        parts = {part: getattr(whole, part)[own] for part in ("observed", "before", "after")}
+        channels.append(whole.model_copy(update={"name": name, **parts}))
+    covariates = {name: values[own] for name, values in picture.covariates.items()}
+    return Picture(t_s=plant.poses.t_s, channels=channels, covariates=covariates)
 
 
 def _pictured(picture: Picture, plant: ChainPlant) -> Picture:

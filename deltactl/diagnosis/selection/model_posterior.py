@@ -81,14 +81,24 @@ class HillClimb:
     def run(self) -> Posterior:
         """From what is kept to where no move is better."""
         here = self.evidence(self.kept)
-        while True:
-            best = max(self._moves(here), key=lambda e: e.log_evidence, default=here)
-            if not best.log_evidence > here.log_evidence + SELECTION.better_by:
-                best = max(self._smaller(here), key=lambda e: e.log_evidence, default=here)
-            if not best.log_evidence > here.log_evidence + SELECTION.better_by:
-                break
-            here = best
+        while (better := self._better(here)) is not None:
+            here = better
         return posterior(self._mine())
+
+    def _better(self, here: Explanation) -> Explanation | None:
+        """The best set one move away; None where none is better.
+
+        Of many regressors each exchange is tried where no other move helps: they are as many as the
+        set is large, and while additions help they say nothing that stays.
+        """
+        few = len(here.keys - self.kept) <= SELECTION.exchanged_up_to
+        ways = [[self._moves, self._exchanges]] if few else [[self._moves], [self._exchanges]]
+        for together in [*ways, [self._smaller]]:
+            tried = [one for way in together for one in way(here)]
+            best = max(tried, key=lambda e: e.log_evidence, default=here)
+            if best.log_evidence > here.log_evidence + SELECTION.better_by:
+                return best
+        return None
 
     def _mine(self) -> list[Explanation]:
         """Every set that was evaluated and belongs to this search."""
@@ -115,14 +125,23 @@ class HillClimb:
         return [self.evidence(s, [e]) for s, e in sets.items() if self.allowed(s)]
 
     def _moves(self, here: Explanation) -> list[Explanation]:
-        """All sets one move away, evaluated."""
+        """All sets with a regressor more, or less, evaluated."""
         keys = here.keys
         others = [r for r in self._all.values() if r.key not in keys]
         sets = [keys | {r.key} for r in others]
         sets += [keys - {key} for key in keys - self.kept]
-        sets += [(keys - {out}) | {r.key} for out in keys - self.kept for r in others]
         if len(keys - self.kept) <= SELECTION.pairs_up_to:
             named = [r.key for r in others if r.alone and not r.unknown]
             sets += [keys | set(pair) for pair in itertools.combinations(named, 2)]
+        return self._evaluated(here, sets)
+
+    def _exchanges(self, here: Explanation) -> list[Explanation]:
+        """All sets with one regressor in place of another, evaluated."""
+        keys = here.keys
+        others = [r.key for r in self._all.values() if r.key not in keys]
+        sets = [(keys - {out}) | {new} for out in keys - self.kept for new in others]
+        return self._evaluated(here, sets)
+
+    def _evaluated(self, here: Explanation, sets: Iterable[frozenset[str]]) -> list[Explanation]:
         start = [here, self.evidence(self.kept)]
         return [self.evidence(s, start) for s in sets if self.allowed(s)]

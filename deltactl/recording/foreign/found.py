@@ -23,6 +23,7 @@ INIT = {
     "servo_axis": ("axis",),
     "stepper_axis": ("axis", "--drive", "stepper"),
     "range_sensor": ("sensor",),
+    "chain": ("chain", "--model", "MODEL.urdf"),
 }
 """What `deltactl init` calls each kind of machine, and the options that kind needs."""
 

@@ -49,7 +49,7 @@ from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.binary_tables import JOINTS, files_of, is_data_set, names_of
-from deltactl.recording.tables.flat import UNITS
+from deltactl.recording.tables.flat import OF_A_CHAIN, TARGET, UNITS
 from deltactl.recording.tables.flat_files import is_own_run, read_flat
 from deltactl.recording.tables.foreign_log import is_log, read_log, topic_of
 from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
@@ -134,6 +134,8 @@ def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
         raise RecordingError(f"{path}: has no rows")
     known = {name: one for name, one in table.items() if np.isfinite(one).any()}
     chosen = [named_column(path, table, name, one) for name, one in said.items() if one.from_]
+    if not said and (whole := _measured_chain(read, known)) is not None:
+        return whole
     known, others = one_joint(known, chosen) if named else (known, [])
     guesses = {
         name: guess
@@ -207,6 +209,27 @@ def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
     )  # fmt: skip
 
 
+def _measured_chain(read: _Read, known: AnyMapping[str, FloatArray]) -> Inspection | None:
+    """More joints than a delta has beside places of a target; None where there are not both."""
+    own = [name for name in known if OF_A_CHAIN.fullmatch(name)]
+    joints = {name.partition("_")[2] for name in own if name.startswith(("theta_", "command_"))}
+    if len(joints) <= MOTORS or not any(map(TARGET.fullmatch, own)):
+        return None
+    why = f"{count(len(joints), 'joint')}, and where a target on it was measured"
+    rows = str(len(next(iter(known.values()))))
+    at_rest = "" if "t" in known else ", without times, which poses at rest do not need"
+    guesses = {name: Guess(name, *_split(name), None, BY_NAME) for name in own}
+    facts = [*read.facts, ("rows", f"{rows}{at_rest}")]
+    return Inspection(read.path, facts, read.table, guesses, "chain", None, why, None, read.base)
+
+
+def _split(name: str) -> tuple[str, str]:
+    """Role and index of a column of a chain."""
+    role, _, index = name.partition("_")
+    return role, index
+
+
+BY_NAME = "by its name"
 OF_AN_ARM = "; all joints of an arm together, with its URDF: deltactl init chain"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -38,6 +39,14 @@ UNITS: dict[str, str] = {
     "segment": "",
 }
 """Columns of the contract and their units. Any other column is kept beside them."""
+
+OF_A_CHAIN = re.compile(
+    r"(theta|command|velocity|effort)_\d+|pos\d*_[xyz](_mm)?|(quat|rotvec)_[wxyz]"
+)
+"""Columns of a chain of any number of joints, in rad and m; kept beside those of the contract."""
+
+TARGET = re.compile(r"(pos\d*)_x(?:_mm)?")
+"""Column of a target on a chain, whose places were measured."""
 
 BESIDE = frozenset(
     [f"t_{axis}" for axis in "xyz"]
@@ -161,7 +170,7 @@ def from_columns(
     known = {
         name: _numbers(values, name, source) for name, values in named.items() if name in UNITS
     }
-    if len(known) == 1:
+    if len(known) == 1 and not any(map(OF_A_CHAIN.fullmatch, named)):
         raise RecordingError(
             f"{source}: none of its columns {_listed(name for name in named if name != 't')} "
             "is one that the program knows (steps_1, range_x, position, ...; all of them are in"

@@ -85,6 +85,11 @@ class DaemonLink:
         with Client(self._socket) as client:
             yield client
 
+    def place(self) -> Path:
+        """The socket at which the daemon answers. Raises ServiceError."""
+        with self.client() as client:
+            return client.path
+
     def submit_text(self, text: str, name: str) -> int:
         """Check and queue a job. Raises what the daemon answers."""
         return self._owner().submit_text(text, name)

@@ -26,6 +26,7 @@ from deltactl.models.effects import CARDS, EffectCard
 from deltactl.models.effects.card import Defect
 from deltactl.models.robot import per_arm
 from deltactl.web.access.tokens import Tokens
+from deltactl.web.behind.healings import Healings
 from deltactl.web.behind.history import History, Trace, Watcher
 from deltactl.web.behind.known_robots import KnownRobot, KnownRobots
 from deltactl.web.behind.link import DaemonLink, Seen
@@ -167,12 +168,15 @@ class Site:
     """How jobs ended."""
     trace: Trace = field(init=False, default_factory=Trace)
     """The newest minutes as curves."""
+    healings: Healings = field(init=False)
+    """The healing that is under way, and what came of the last one."""
     trial: Trial = field(init=False)
     """A corrected robot file that the robot runs with for a while."""
     _made: dict[str, Path] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.own = OwnRecordings(self.work / "own")
+        self.healings = Healings(self.link, self.tasks, self.work)
         self.trial = Trial(self.link, self.work / "trial.json")
         self.shelf = Shelf(self.recordings, self.own, self.work / "made")
         self.jobs = OwnJobs(self.work / "jobs", self.shipped)

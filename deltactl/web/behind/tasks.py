@@ -21,7 +21,7 @@ from deltactl.foundation.errors import ServiceError
 Progress = Callable[[str], None]
 LONGEST_LINE = 8 * 2**20
 WORKER = "deltactl.web.behind.worker"
-AT_ONCE = {"diagnose": 1}
+AT_ONCE = {"diagnose": 1, "heal": 1}
 OTHERS_AT_ONCE = 2
 LIMITS_S = {
     "check_job": 120.0,
@@ -32,6 +32,7 @@ LIMITS_S = {
     "playback": 300.0,
     "run_report": 600.0,
     "diagnose": 1800.0,
+    "heal": 3600.0,
 }
 """From its start, not counting its turn: some ten times what the largest took that is let in."""
 INSTEAD = {
@@ -40,6 +41,7 @@ INSTEAD = {
     "inspect": "deltactl inspect FILE",
     "run_report": "deltactl report FILE",
     "diagnose": "deltactl diagnose FILE",
+    "heal": "deltactl heal FILE",
 }
 """What takes as long as it takes."""
 OTHERS_WAITING = 20
@@ -130,5 +132,8 @@ def _given_up(kind: str, limit_s: float) -> str:
     return f"the {_work(kind)} was given up after {long}{instead}"
 
 
+_NOUNS = {"diagnose": "diagnosis", "compare": "comparison", "heal": "healing"}
+
+
 def _work(kind: str) -> str:
-    return kind.replace("_", " ").replace("diagnose", "diagnosis").replace("compare", "comparison")
+    return _NOUNS.get(kind, kind.replace("_", " "))

@@ -196,6 +196,21 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
     }
 
 
+def heal(folder: Path, robot_file: Path, job: Path, socket: Path, go_on: Path) -> dict[str, Any]:
+    """Heal the robot of the daemon at a socket; `folder` holds the state. go_on: go_on or begin.
+
+    Raises DeltactlError; then the old robot file is in force.
+    """
+    from deltactl.repair.heal import Healer, Order
+    from deltactl.repair.heal_answer import lines_of
+    from deltactl.repair.patients import DaemonPatient
+
+    order = Order(robot_file, job, folder, go_on=go_on.name == "go_on")
+    answer = Healer(order, DaemonPatient(socket, robot_file), write_progress).heal()
+    lines = lines_of(answer, "press Heal", "press Undo")
+    return {"outcome": answer["outcome"], "lines": lines}
+
+
 def inspect(table: Path) -> dict[str, Any]:
     """How a table is read, as far as it tells."""
     from deltactl.web.behind.own_recordings import inspected
@@ -208,6 +223,7 @@ KINDS: dict[str, Callable[..., dict[str, Any]]] = {
     "check_robot": check_robot,
     "run_report": run_report,
     "diagnose": diagnose,
+    "heal": heal,
     "compare": compare,
     "errors": errors,
     "playback": playback,

@@ -51,6 +51,8 @@ class ChainOptions:
     """Rows of all joints beyond which more tell nothing, as neighbours are alike."""
     fewest_rows: int = 30
     """Rows of a joint in clear motion, as of a single axis."""
+    fewest_poses: int = 15
+    """Five numbers for each of the nine of base and target, three of which each pose gives."""
     as_built: float = 0.02
     """Share by which efforts that the model needs are off on any arm: masses of a drawing, without
     cables, grease and screws, and torque constants that change with the warmth."""

@@ -1,0 +1,310 @@
+"""A chain of joints by poses that were measured from outside, at rest in each.
+
+What base and targets leave of the measured places is a sum of columns, the Jacobian of the model
+times what is wrong at a joint. It is linearised at the most probable sizes of all that may be wrong
+together: at the model's own a home that is 20 mrad off leaves more than a tracker's noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
+from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shapes
+from deltactl.diagnosis.plants.chain.pose_readings import ROTATION, poses_of
+from deltactl.diagnosis.plants.chain.pose_shapes import (
+    GEOMETRY,
+    UNKNOWN,
+    WAVES,
+    WHOLE_WAVES,
+    PoseShapes,
+    parts_of,
+)
+from deltactl.diagnosis.plants.options import SPLINE_TERMS
+from deltactl.diagnosis.plants.regression import (
+    Columns,
+    Draws,
+    Regressor,
+    Shown,
+    Sizes,
+    instead,
+)
+from deltactl.diagnosis.plants.spline_terms import KeepsBeside
+from deltactl.models.effects.chain_poses import POSE_EFFECTS
+from deltactl.models.effects.link_geometry import OFF
+from deltactl.models.effects.lone_axis import LINEAR_UNIT
+from deltactl.models.rigid_chain import RigidChain
+from deltactl.models.robot import ChainRobot
+from deltactl.recording.tables.flat import FlatRecording
+
+ANYWHERE = 1.0
+"""Prior spread [m, rad] of placements, which have been found already."""
+EXACT = 1e-9
+"""Change of the waves a turn with their phase, of waves whose number is known."""
+SHORTEST_RAD = 1e-3
+"""Range of a joint that is none."""
+
+
+class PosePlant(KeepsBeside):
+    """All joints of a chain; `observed` is what base and targets leave of the measured places."""
+
+    averages = False
+    rounding = 0.0
+    channel = "pos"
+    unit = "m"
+
+    def __init__(self, robot: ChainRobot, recordings: Sequence[FlatRecording], chain: RigidChain):
+        self.robot, self.chain, self.source = robot, chain, recordings[0].source
+        self.joints = chain.joints
+        self.poses = poses_of(robot, recordings)
+        self.model = PoseModel(robot, chain, self.poses)
+        self._lay_out(len(recordings))
+        self.beside = np.zeros((len(self.order), 0))
+        self.may_be = PoseShapes(robot, self.model)
+        self.model.place(self.shapes, {})
+        placed = self.model.at(self.shapes, {})
+        self.placed_only = placed.left
+        """What base and targets alone leave, (poses, channels)."""
+        self.may_be.find_directions(placed)
+        self.may_be.find_gear_waves(self._settle())
+        self._linearise(self._settle())
+        self.regressors = tuple(self._regressors())
+
+    @property
+    def shapes(self) -> Shapes:
+        """Of all that may be wrong."""
+        return self.may_be.made
+
+    # ---- rows ----------------------------------------------------------------------------------
+
+    def _lay_out(self, parts: int) -> None:
+        """Channel after channel in sections of poses, so that a share left out is of poses."""
+        count, channels = len(self.poses.at), self.model.channels
+        section = np.arange(count) * ASSESSMENT.folds // count
+        key = section[:, None] * channels + np.arange(channels)
+        self.order: IntArray = np.argsort(key.T.ravel(), kind="stable")
+        self.at_channel: IntArray = np.repeat(np.arange(channels), count)[self.order]
+        self.at_pose: IntArray = np.tile(np.arange(count), channels)[self.order]
+        self.rows: IntArray = np.flatnonzero(self.model.valid[self.at_pose, self.at_channel])
+        places = 3 * len(self.poses.targets)
+        self.kinds: IntArray = (self.at_channel >= places).astype(np.intp)
+        fresh = np.diff(self.at_channel, prepend=-1) != 0
+        self.groups = np.cumsum(fresh).astype(np.intp)
+        self.t_s = np.arange(len(self.order), dtype=float)
+        valid = np.zeros((len(self.order), 1), dtype=bool)
+        valid[self.rows] = True
+        self.readings = Readings(
+            self.t_s, fresh, self.poses.part[self.at_pose], (0.0,) * parts, (self.channel,), ("m",),
+            np.zeros((len(self.order), 1)), valid,
+        )  # fmt: skip
+
+    def laid(self, values: FloatArray) -> FloatArray:
+        """(poses, channels) or (poses, channels, k) as (n,) or (n, k); 0 where nothing was read."""
+        laid: FloatArray = np.nan_to_num(values[self.at_pose, self.at_channel])
+        return laid
+
+    # ---- columns -------------------------------------------------------------------------------
+
+    def _settle(self) -> At:
+        """The chain at the most probable sizes of all that has a name, together."""
+        spreads = {key: self.may_be.spread(key) for key in self.may_be.named}
+        self.best, at = self.model.settle(self.shapes, {}, spreads, self.may_be.named)
+        return at
+
+    def _linearise(self, at: At) -> None:
+        """Columns at some sizes, and what is to be explained: all beyond the robot file's."""
+        self._at = at
+        keys = [*self.may_be.named, *(key for key in self.shapes.angles if key.startswith(UNKNOWN))]
+        each = {key: self.laid(self.model.column(at, self.shapes, key)) for key in keys}
+        self._columns = {
+            key: Columns(values, self.may_be.spread(key), self._names(key))
+            for key, values in each.items()
+        }
+        placing = [self.laid(values) for values in self.model.placing(at).values()]
+        wide = [np.full(one.shape[1], ANYWHERE) for one in placing]
+        zeros = [self._columns[key] for key in self.may_be.free]
+        self._free = Columns(
+            np.concatenate([*placing, *(one.values for one in zeros)], axis=1),
+            np.concatenate([*wide, *(one.spread for one in zeros)]),
+        )
+        self.observed = self.laid(at.left)
+        for key, size in self.best.items():
+            self.observed += each[key] @ size
+        self.drawn_on = self.laid(self._measured()) - self.observed
+        self.readings.values[:, 0] = self.observed
+        self.done_by_known = None
+
+    @property
+    def names(self) -> list[str]:
+        """What was measured, by channel."""
+        places = [f"{target}_{axis}" for target in self.poses.targets for axis in "xyz"]
+        return places if self.poses.turned is None else [*places, *ROTATION]
+
+    def _measured(self) -> FloatArray:
+        """What was read, (poses, channels)."""
+        seen = self.poses.places.reshape(len(self.poses.at), -1)
+        return (
+            seen
+            if self.poses.turned is None
+            else np.concatenate([seen, 0.0 * self.poses.turned], 1)
+        )
+
+    def _names(self, key: str) -> tuple[str, ...]:
+        count = self.shapes.count(key)
+        return (key.split(" ")[0],) if count == 1 else tuple(f"part{i}" for i in range(count))
+
+    def _shows_noise(self) -> set[str]:
+        """Keys of the saturated set: of few poses those that most arms have, as a set with a column
+        for every few readings follows the noise.
+        """
+        room = len(self.rows) // EVIDENCE.readings_a_column - self._free.values.shape[1]
+        found, commonest = set(), list(POSE_EFFECTS)
+        for key in sorted(self.may_be.named, key=lambda key: commonest.index(parts_of(key)[0])):
+            room -= self.shapes.count(key)
+            if room < 0:
+                break
+            found.add(key)
+        return found
+
+    def _regressors(self) -> list[Regressor]:
+        found, saturated = [], self._shows_noise()
+        for key in self.may_be.named:
+            stem, _, component = key.partition(" ")
+            one = POSE_EFFECTS[stem]
+            places = self.may_be.waves[component][1] if stem == "gear" else None
+            odds = one.log_odds - (float(np.log(places)) if places else 0.0)
+            positive = (stem,) if one.positive else ()
+            same = instead(f"pose/{stem}")
+            if key not in self.may_be.free:
+                found.append(
+                    Regressor(
+                        key, one.name, odds, component, equivalents=same, alone=False,
+                        positive=positive, places=places, saturated=key in saturated,
+                    )
+                )  # fmt: skip
+        for key in self.shapes.angles:
+            if key.startswith(UNKNOWN):
+                _, joint, follows = parts_of(key)
+                odds = SPLINE_TERMS.unknown_log_odds
+                found.append(
+                    Regressor(key, "unknown", odds, joint, follows=(follows,), left_over=True)
+                )
+        return found
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Nothing is predicted beyond what base, targets and the robot file make, (n,)."""
+        return np.zeros(len(self.order))
+
+    def free(self) -> Columns:
+        """Placement of base and targets."""
+        return self._free
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Displacements (n, k) by the sizes of a key."""
+        return self._columns[key]
+
+    @property
+    def covariates(self) -> dict[str, FloatArray]:
+        """Angles and loads of all joints, (n,)."""
+        placed = self._at.placed
+        found = {f"theta_{j + 1}": q[self.at_pose] for j, q in enumerate(self.poses.at.T)}
+        return found | {f"load_{j + 1}": q[self.at_pose] for j, q in enumerate(placed.loads.T)}
+
+    def followed(self, key: str) -> FloatArray:
+        """Angle or load (n,) that what has no name follows."""
+        _, joint, follows = parts_of(key)
+        number = self.joints.index(joint) + 1
+        return self.covariates[f"theta_{number}" if follows == "angle" else f"load_{number}"]
+
+    def noise_bounds(self, left: FloatArray) -> None:
+        """Poses at rest have no course of time that would bound the noise."""
+
+    def not_testable(self) -> list[NotTestable]:
+        """Zeros and geometry that these poses cannot tell from the placement."""
+        return [
+            NotTestable(
+                effect=POSE_EFFECTS[parts_of(key)[0]].name, component=parts_of(key)[1], why=why
+            )
+            for key, why in self.may_be.spanned.items()
+        ]
+
+    def variant(self) -> None:
+        """There is one way to prepare it."""
+
+    def adopt(self, trained: PosePlant) -> None:
+        """Linearise where the other recording is: sizes of one hold in the other."""
+        self.may_be.take_over(trained.may_be)
+        self.best, self.regressors = trained.best, trained.regressors
+        self.model.place(self.shapes, self.best)
+        self._linearise(self.model.at(self.shapes, self.best))
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the effects, in SI units."""
+        stem, _, component = key.partition(" ")
+        if stem == UNKNOWN:
+            return []
+        if stem == GEOMETRY:
+            change = self.shapes.offs[key][1]
+            units = ["m"] * 3 + ["rad"] * 3
+            order = np.argsort(-np.abs(change @ self.best[key]), kind="stable")
+            return [Shown(OFF[i], units[i], _along(change[i])) for i in order]
+        if stem in WAVES:
+            return self._shown_wave(key)
+        slides = component in self.joints and self.chain.slides[self.joints.index(component)]
+        ((name, unit),) = POSE_EFFECTS[stem].parameters
+        unit = LINEAR_UNIT.get(unit, unit) if slides else unit
+        if stem == "ratio":
+            return [Shown(name, unit, lambda v: 1.0 + v[stem], 1.0)]
+        if stem == "droop":
+            return [
+                Shown(name, unit, lambda v: 1.0 / np.where(v[stem] == 0.0, 1e-300, v[stem]), np.inf)
+            ]
+        return [Shown(name, unit, lambda v: np.asarray(v[stem]))]
+
+    def _shown_wave(self, key: str) -> list[Shown]:
+        """A wave by amplitude, period and phase. Once and twice a turn are exact; a gear has its
+        period as surely as its phase over the range of the joint.
+        """
+        stem, _, joint = key.partition(" ")
+        whole = WHOLE_WAVES.get(stem)
+        waves = whole or self.may_be.waves[joint][0]
+        q = self.poses.at[:, self.joints.index(joint)]
+        apart = EXACT if whole else float(np.sqrt(12.0)) / max(float(np.ptp(q)), SHORTEST_RAD)
+
+        def period(v: Draws) -> FloatArray:
+            wave = np.asarray(v["part0"]) + 1j * np.asarray(v["part1"])
+            off = np.angle(wave * np.conj(np.mean(wave)))
+            return np.asarray(2.0 * np.pi / (waves + apart * off))
+
+        return [
+            Shown("amplitude", "rad", lambda v: np.hypot(v["part0"], v["part1"])),
+            Shown("period", "rad", period),
+            Shown("phase", "rad", lambda v: np.arctan2(v["part1"], v["part0"]), np.nan),
+        ]
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """What gives way against its load, or play below zero."""
+        return any(_positive(key) and float(linear[key][0]) <= 0.0 for key in keys)
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """All sizes are linear."""
+        return [{}]
+
+
+def _positive(key: str) -> bool:
+    """Whether no joint has less than none of it."""
+    stem = parts_of(key)[0]
+    return stem != UNKNOWN and POSE_EFFECTS[stem].positive
+
+
+def _along(weights: FloatArray) -> Callable[[Draws], FloatArray]:
+    """One component of geometry by the sizes of its directions."""
+    names = ["geometry"] if len(weights) == 1 else [f"part{i}" for i in range(len(weights))]
+    return lambda v: np.asarray(sum(w * v[n] for w, n in zip(weights, names, strict=True)))

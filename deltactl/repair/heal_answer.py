@@ -1,0 +1,79 @@
+"""What a healing came to, in lines of text: for a terminal and for the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+MOST_NAMED = 4
+VERDICTS = {
+    "healed": "Healed: the corrected robot file is in force.",
+    "nothing_to_heal": "Nothing to heal: no correction would change what the robot draws.",
+    "rolled_back": "Not healed: the sensors do not show that the correction helps; the old robot"
+    " file is in force.",
+    "refused": "Not healed: the correction is refused; the old robot file is in force.",
+}
+
+
+def lines_of(answer: dict[str, Any], go_on: str, undo: str) -> list[str]:
+    """The answer of a `Healer`; go_on and undo: what to do for that, a command or a button."""
+    lines = [VERDICTS[answer["outcome"]]]
+    if "why" in answer:
+        lines.append(f"  {answer['why']}")
+    lines += _drawn(answer)
+    lines += _named("found:", answer["found"])
+    lines += _named("corrected:", answer.get("corrected", []))
+    if len(worth := answer.get("worth", [])) > 1:
+        heading = f"what each repair alone would do to it, now {_mm(worth[0]['now_m'])} mm:"
+        lines += _named(heading, [_worth(one) for one in worth])
+    lines += _named("done by hand since:", answer["done_by_hand"])
+    work = [f"{one['says']}: {one['why']}" for one in answer["by_hand"]]
+    lines += _named(f"needs a hand; then {go_on}:", work)
+    lines.append(f"robot time {_minutes(answer['robot_s'])}, in all {_minutes(answer['took_s'])}")
+    if answer["outcome"] == "healed":
+        lines.append(f"back to the file before: {undo}")
+    return lines
+
+
+def _drawn(answer: dict[str, Any]) -> list[str]:
+    """Before and after, where the job was drawn."""
+    if "before_rms_m" not in answer:
+        return []
+    times = answer["drawings"]
+    low, high = (1e6 * square for square in answer["gain_ci95_m2"])
+    return [
+        f"{Path(answer['job']).name}, RMS distance from its path by the sensors, 95 % intervals"
+        f"{f', {times} drawings each' if times > 1 else ''}:",
+        *(f"  {name:<7} {_size(answer, name)}" for name in ("before", "after")),
+        f"  paired over the path: mean square smaller by {1e6 * answer['gain_m2']:.3g} mm2"
+        f" [{low:.3g}, {high:.3g}]",
+    ]
+
+
+def _named(heading: str, items: list[str]) -> list[str]:
+    if not items:
+        return []
+    more = [f"  - and {len(items) - MOST_NAMED} more"] if len(items) > MOST_NAMED else []
+    return [heading, *(f"  - {item}" for item in items[:MOST_NAMED]), *more]
+
+
+def _worth(one: dict[str, Any]) -> str:
+    low, high = one["ci95_m"]
+    return (
+        f"{one['effect']} on {one['component']}: {_mm(one['alone_m'])} mm"
+        f" [{_mm(low)}, {_mm(high)}], {one['share']:.0%} less"
+    )
+
+
+def _size(answer: dict[str, Any], name: str) -> str:
+    low, high = answer[f"{name}_ci95_m"]
+    return f"{_mm(answer[f'{name}_rms_m'])} mm  [{_mm(low)}, {_mm(high)}]"
+
+
+def _mm(value_m: float) -> str:
+    return f"{value_m * 1e3:.2f}"
+
+
+def _minutes(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
