@@ -56,7 +56,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(axis=("load",)),
-    traits=frozenset({Trait.FORCE, Trait.CONSTANT_FORCE, Trait.SIGNED}),
+    traits=frozenset({Trait.FORCE, Trait.CONSTANT_FORCE}),
     confusions=(
         Confusion(
             "joint_friction",
