@@ -208,6 +208,17 @@ class RigidChain:
         return name if name in known else self.tip
 
     @property
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest position of each joint, (joints,) [rad or m]; a turn, or its reach,
+        where the model has no limits.
+        """
+        own = self._numbers
+        free = np.where(self.slides, self.reach_m, np.pi)[:, None] * np.array([-1.0, 1.0])
+        limited = self._model.jnt_limited[own].astype(bool)[:, None]
+        low, high = np.where(limited, self._model.jnt_range[own], free).T
+        return low, high
+
+    @property
     def _numbers(self) -> IntArray:
         return np.array([int(self._model.joint(name).id) for name in self.joints])
 
