@@ -182,9 +182,9 @@ class RigidChain:
         return made
 
     def frame_of(self, joint: str) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
-        """Of the body that a joint of an MJCF moves its place (3,) [m] and its turn (3, 3) against
-        the body before it, and in its own frame the joint's anchor and axis; None where another
-        joint moves it too.
+        """Place (3,) [m] and turn (3, 3) of the body that a joint of an MJCF moves, against the
+        body before it, and in its own frame the joint's anchor and axis; None where another joint
+        moves it too.
         """
         number = int(self._model.joint(joint).id)
         body = int(self._model.jnt_bodyid[number])

@@ -24,10 +24,10 @@ CANDIDATES = 20
 WITHIN = 0.95
 """Share of the joints' ranges that is used."""
 NOISE_M = 5e-5
-"""Of a laser tracker over some metres."""
+"""A laser tracker has this over some metres."""
 OFF_M = 0.1
-"""Of the reflector along each axis of the last link, where the robot file does not say: one on a
-joint's axis would not show that joint."""
+"""The reflector is so far along each axis of the last link, where the robot file does not say: one
+on a joint's axis would not show that joint."""
 PLACED_M = 1.0
 """How well base and reflector are known before."""
 

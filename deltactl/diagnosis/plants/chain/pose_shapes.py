@@ -1,6 +1,6 @@
 """What may be wrong with the poses of a chain, and what each size of it changes of the angles.
 
-A key is the stem of an effect (`chain_poses`) and its joint. Of the geometry only those directions
+A key is the stem of an effect (`chain_poses`) and its joint. Only those directions of the geometry
 are tried that base, targets and zeros of the joints do not span (Mooring, Roth and Driels 1991,
 Fundamentals of Manipulator Calibration, chapter 3).
 """
@@ -200,7 +200,7 @@ class PoseShapes:
         return given
 
     def find_gear_waves(self, at: At) -> None:
-        """Of each joint the wave, finer than those of the joint, that what is left has most of."""
+        """For each joint the wave, finer than its own, that what is left has most of."""
         left, valid = np.nan_to_num(at.left), self.model.valid
         for j, joint in enumerate(self.joints):
             q = self.poses.at[:, j]

@@ -77,7 +77,7 @@ class PosePlant(KeepsBeside):
 
     @property
     def shapes(self) -> Shapes:
-        """Of all that may be wrong."""
+        """All that may be wrong."""
         return self.may_be.made
 
     # ---- rows ----------------------------------------------------------------------------------
