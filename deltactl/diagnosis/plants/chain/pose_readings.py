@@ -16,6 +16,8 @@ from deltactl.recording.tables.flat import TARGET, AnyArray, FlatRecording
 QUATERNION = ("quat_x", "quat_y", "quat_z", "quat_w")
 ROTATION = ("rotvec_x", "rotvec_y", "rotvec_z")
 IN_MM = "_mm"
+MOST_POSES = 1500
+"""More of a motion are thinned out: neighbours are alike."""
 SMALLEST_MOVE = 1e-4
 """Share of a joint's range below which it rested: encoders and loops are noisy."""
 
@@ -41,9 +43,10 @@ class Poses:
 
 
 def measures_poses(robot: ChainRobot, recording: FlatRecording) -> bool:
-    """Whether a table has places, and no effort of every joint that would say more of it."""
+    """Whether a table has places, and no efforts in motion, which say more of it."""
     efforts = all(joint_columns(robot, recording, "effort"))
-    return not efforts and bool(targets_in(recording))
+    at_rest = not recording.timed or len(recording.stretches()) == len(recording)
+    return bool(targets_in(recording)) and (at_rest or not efforts)
 
 
 def targets_in(recording: FlatRecording) -> tuple[str, ...]:
@@ -122,6 +125,8 @@ def poses_of(robot: ChainRobot, recordings: Sequence[FlatRecording]) -> Poses:
     known = np.isfinite(at).all(axis=1) & np.isfinite(places).any(axis=(1, 2))
     if ahead is not None:
         known &= np.isfinite(ahead).all(axis=1)
+    rows = np.flatnonzero(known)
+    known = rows[:: -(-len(rows) // MOST_POSES)]
     return Poses(
         at[known], None if ahead is None else ahead[known], targets, places[known],
         None if vectors is None else vectors[known], part[known].astype(np.intp),
