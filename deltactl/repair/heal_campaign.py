@@ -195,13 +195,13 @@ def figures(rows: Sequence[dict[str, Any]]) -> list[tuple[str, str]]:
 
 
 def predicted(rows: Sequence[dict[str, Any]]) -> list[bool]:
-    """Of each repair: whether what it truly draws alone lies in the predicted interval."""
+    """For each repair: whether what it truly draws alone lies in the predicted interval."""
     every = [one for row in rows for one in row.get("advice", [])]
     return [one["ci95_m"][0] <= one["true_m"] <= one["ci95_m"][1] for one in every]
 
 
 def best_first(rows: Sequence[dict[str, Any]]) -> list[bool]:
-    """Of each robot with several repairs: whether the first advice is the best, or as good."""
+    """For each robot with several repairs: whether the first advice is the best, or as good."""
     several = [row["advice"] for row in rows if len(row.get("advice", [])) > 1]
     return [
         ranking[0]["true_m"] <= AS_GOOD * min(one["true_m"] for one in ranking)
