@@ -79,8 +79,8 @@ class _Drawing:
     def ci95_m(self, floor_m: float) -> tuple[float, float]:
         """Ends of the 95 % interval.
 
-        floor_m: what whole steps leave at best. How a rotor swings from step to step is in no
-        model, and adds up to as much again.
+        floor_m: what whole steps leave at best. What is in no model (rotors that swing, bodies
+        that yield a little) adds up to as much again.
         """
         off_m2 = TWO_SIDED_95 * self.sigma_m2
         low_m2, high_m2 = max(self.square_m2 - off_m2, 0.0), self.square_m2 + off_m2
