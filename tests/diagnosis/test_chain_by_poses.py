@@ -183,11 +183,13 @@ def test_a_long_motion_is_thinned_and_late_places_are_seen(robot: Path) -> None:
     late = np.stack([0.8 * np.sin((0.5 + 0.13 * j) * (t_s - 0.004) + j) for j in range(6)], axis=1)
     noise = 2e-5 * np.random.default_rng(5).standard_normal((len(t_s), 3))
     seen = np.array([place(q, Hidden())[0] for q in late]) + noise
-    recorded = table(robot.parent, np.column_stack([angles, seen]))
+    head = ["t", *heading(np.zeros((1, 9)))]
+    rows = np.column_stack([t_s, angles, seen])
+    recorded = table(robot.parent, rows, times=False, head=head)
     answer = diagnose([recorded], robot)
     assert _found(answer) == {("sensor_latency", "sensors")}
-    share = answer.findings[0].parameters["share_of_last_move"].components[0][0]
-    assert share == pytest.approx(0.004 * 50.0, rel=0.02)
+    late_s = answer.findings[0].parameters["time"].components[0][0]
+    assert late_s == pytest.approx(0.004, rel=0.02)
 
 
 def test_inspect_sees_a_chain_that_was_measured(robot: Path) -> None:

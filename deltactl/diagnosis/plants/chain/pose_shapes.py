@@ -15,7 +15,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shapes
 from deltactl.diagnosis.plants.chain.pose_readings import last_way
-from deltactl.models.effects.chain_poses import POSE_EFFECTS, SENSORS
+from deltactl.models.effects.chain_poses import LATE, MISSING, POSE_EFFECTS, SENSORS
 from deltactl.models.effects.link_geometry import OFF
 from deltactl.models.robot import ChainRobot
 
@@ -177,7 +177,8 @@ class PoseShapes:
             stem = next((k for k, e in POSE_EFFECTS.items() if e.name == entry.effect), "")
             values = {n: float(np.mean(v)) for n, v in entry.parameters.items()}
             if stem == "rest":
-                self.model.given -= values.get("share_of_last_move", 0.0) * self.poses.step
+                late = values.get(LATE, 0.0) / (self.poses.period_s or np.inf)
+                self.model.given -= (values.get(MISSING, 0.0) + late) * self.poses.step
             elif stem and entry.component in self.joints:
                 j = self.joints.index(entry.component)
                 if stem == GEOMETRY:
