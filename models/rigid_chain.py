@@ -182,9 +182,9 @@ class RigidChain:
         return made
 
     def frame_of(self, joint: str) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
-        """Of the body that a joint of an MJCF moves its place (3,) [m] and its turn (3, 3) against
-        the body before it, and in its own frame the joint's anchor and axis; None where another
-        joint moves it too.
+        """Place (3,) [m] and turn (3, 3) of the body that a joint of an MJCF moves, against the
+        body before it, and in its own frame the joint's anchor and axis; None where another joint
+        moves it too.
         """
         number = int(self._model.joint(joint).id)
         body = int(self._model.jnt_bodyid[number])
@@ -206,6 +206,17 @@ class RigidChain:
         """A link, or the last of the chain where it is none that a joint moves by itself."""
         known = [self._model.body(b).name for b in range(1, self._bodies)]
         return name if name in known else self.tip
+
+    @property
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest position of each joint, (joints,) [rad or m]; a turn, or its reach,
+        where the model has no limits.
+        """
+        own = self._numbers
+        free = np.where(self.slides, self.reach_m, np.pi)[:, None] * np.array([-1.0, 1.0])
+        limited = self._model.jnt_limited[own].astype(bool)[:, None]
+        low, high = np.where(limited, self._model.jnt_range[own], free).T
+        return low, high
 
     @property
     def _numbers(self) -> IntArray:

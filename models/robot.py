@@ -259,13 +259,13 @@ class RangeSensor(StrictModel):
 Positive = Annotated[float, Field(gt=0.0, description="turn the sign of the column instead")]
 
 
-Metres = Annotated[float, Field(ge=-100.0, le=100.0, description="metres, within a workshop")]
+Metres = Annotated[float, Field(ge=-100.0, le=100.0, description="m, within a workshop")]
 
 
 class Target(StrictModel):
     """A reflector or marker on a chain."""
 
-    link: Annotated[str, Field(min_length=1)]
+    link: str
     """That carries it."""
     xyz: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.0)
     """In the link's frame."""
@@ -291,13 +291,13 @@ class ChainRobot(RuledModel):
     gravity: bool = True
     """Whether efforts hold weights."""
     zero: Literal["absolute", "arbitrary"] = "absolute"
-    """arbitrary: the zeros of the joints say nothing, and are no findings."""
+    """arbitrary: zeros of joints are no findings."""
     placement: Literal["arbitrary", "known"] = "arbitrary"
-    """known: base and targets are looked for from here on."""
+    """known: base and targets are looked for near these."""
     base: dict[Literal["xyz", "rpy"], tuple[Metres, Metres, Metres]] = Field(default_factory=dict)
-    """In the frame of measured poses: metres; radians about its x, then y, then z."""
+    """In the frame of measured poses, in m; in rad about x, y, z."""
     targets: dict[str, Target] = Field(default_factory=dict)
-    """By the columns of their places: pos (pos_x, pos_y, pos_z), pos1, pos2."""
+    """By the stem of their columns: pos, pos1, pos2."""
     effects: tuple[EffectEntry, ...] = ()
     """What is known of it already."""
 

@@ -24,7 +24,7 @@ from deltactl.models.effects.chain_poses import POSE_EFFECTS
 Rng = np.random.Generator
 Expected = tuple[str, str, str, float]
 """Effect (by its column while it is drawn), component, parameter, size."""
-LENGTHS = ((1, 0), (2, 2), (3, 2), (4, 2))
+LENGTHS = ((1, 0), (2, 2), (3, 2), (3, 0))
 """Joint and direction of lengths that no zero makes up for."""
 
 

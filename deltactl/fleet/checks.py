@@ -202,7 +202,7 @@ class _Followed:
         self._is_announced = False
         self._newest: Row = {}
         self._sizes: deque[tuple[float, float]] = deque()
-        """Of the last day: when, and how far off."""
+        """When and how far off it was on the last day."""
         self._cold: deque[float] = deque(maxlen=COLD_RUNS)
         """How far off it was in runs after a pause; 0 where it was not found."""
         self._ran_s: float | None = None

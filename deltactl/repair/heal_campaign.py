@@ -28,14 +28,17 @@ from deltactl.proof.robot.as_built import StepTrain
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.campaign import ENOUGH, ENOUGH_M, JOB, ROBOT, WORSE, WORSE_M
 from deltactl.repair.compared import Seen
-from deltactl.repair.heal import Healer, Order
+from deltactl.repair.heal import CANDIDATE, Healer, Order
 from deltactl.repair.machine import FaultyRobot, faulty_robot
 from deltactl.repair.patients import Homed, Ran
 from deltactl.repair.played import Drawn, played
+from deltactl.repair.worth import ranked
 
 HEALTHY_EVERY = 6
 """Every sixth robot has no hidden cause."""
 MOST_CAUSES = 3
+AS_GOOD = 1.02
+"""A repair that leaves so little more than the best is as good."""
 
 
 class ProofPatient:
@@ -97,6 +100,9 @@ def heal_case(seed: int, number: int, folder: Path) -> dict[str, Any]:
             result |= {name: answer[name] for name in kept if name in answer}
         except DeltactlError as error:
             result |= {"outcome": "failed", "why": str(error)}
+        corrected = work / "healing" / CANDIDATE
+        if corrected.exists():
+            result["advice"] = advice(machine, ROBOT, corrected)
         changed = robot_file.read_bytes() != ROBOT.read_bytes()
         after = _drawn(machine, robot_file) if changed else before
     for recording in work.glob("healing/*.csv.gz"):
@@ -107,6 +113,24 @@ def heal_case(seed: int, number: int, folder: Path) -> dict[str, Any]:
         "after_m": after.rms_m,
         "possible_m": possible.rms_m,
     }
+
+
+def advice(machine: FaultyRobot, old: Path, corrected: Path) -> list[dict[str, Any]]:
+    """What each repair alone was said to be worth, best first, and what it truly is.
+
+    as JSON: `alone_m` and `ci95_m` as predicted, `true_m` as drawn [m]. The prediction takes the
+    robot to be as the corrected file says; the truth is that of the machine.
+    """
+    robot, better = load_robot(old), load_robot(corrected)
+    rows = []
+    for worth in ranked(JOB, robot, better):
+        name = (worth.effect, worth.component)
+        kept = [one for one in robot.effects if (one.effect, one.component) != name]
+        taken = [one for one in better.effects if (one.effect, one.component) == name]
+        alone = robot.model_copy(update={"effects": (*kept, *taken)})
+        true_m = machine.draw(played(plan_of(JOB, alone))).rms_m
+        rows.append(worth.as_json() | {"true_m": true_m})
+    return rows
 
 
 def _drawn(machine: FaultyRobot, robot_file: Path) -> Drawn:
@@ -162,9 +186,26 @@ def figures(rows: Sequence[dict[str, Any]]) -> list[tuple[str, str]]:
         ("as good as can be asked", _share([enough(row) for row in ill])),
         ("made worse", _share([worse(row) for row in rows])),
         ("healthy robots changed", _share([row["changed"] for row in healthy])),
+        ("predicted gain of one repair within its interval", _share(predicted(rows))),
+        ("first advice is the best repair", _share(best_first(rows))),
         ("rolled back or refused", str(_count(rows, "rolled_back", "refused"))),
         ("failed", str(_count(rows, "failed"))),
         ("robot time", lasted),
+    ]
+
+
+def predicted(rows: Sequence[dict[str, Any]]) -> list[bool]:
+    """For each repair: whether what it truly draws alone lies in the predicted interval."""
+    every = [one for row in rows for one in row.get("advice", [])]
+    return [one["ci95_m"][0] <= one["true_m"] <= one["ci95_m"][1] for one in every]
+
+
+def best_first(rows: Sequence[dict[str, Any]]) -> list[bool]:
+    """For each robot with several repairs: whether the first advice is the best, or as good."""
+    several = [row["advice"] for row in rows if len(row.get("advice", [])) > 1]
+    return [
+        ranking[0]["true_m"] <= AS_GOOD * min(one["true_m"] for one in ranking)
+        for ranking in several
     ]
 
 

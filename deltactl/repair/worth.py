@@ -18,7 +18,7 @@ from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.run_report.tracking import acting
 from deltactl.models.robot import EffectEntry
 from deltactl.repair.limit import moved_by_sigma, reached_on, rms_m
-from deltactl.repair.played import Played, played
+from deltactl.repair.played import played
 
 TWO_SIDED_95 = 1.96
 Effects = tuple[EffectEntry, ...]
@@ -49,30 +49,60 @@ def ranked(job: Path, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
     Raises MotionError where the job cannot be planned so.
     """
     real = acting(corrected)
-    now_m, _ = _drawn(job, robot, real)
+    at_best = _drawn(job, corrected, real)
+    now = _drawn(job, robot, real)
     found = []
     for entry in (one for one in real if one not in robot.effects):
         kept = tuple(one for one in robot.effects if _name(one) != _name(entry))
-        alone = robot.model_copy(update={"effects": (*kept, entry)})
-        alone_m, sigma_m = _drawn(job, alone, real)
-        ends_m = np.maximum(alone_m + TWO_SIDED_95 * sigma_m * np.array([-1.0, 1.0]), 0.0)
-        low_m, high_m = ends_m.tolist()
-        share = (now_m - alone_m) / now_m
-        found.append(Worth(*_name(entry), now_m, alone_m, (low_m, high_m), share))
+        alone = _drawn(job, robot.model_copy(update={"effects": (*kept, entry)}), real)
+        share = (now.rms_m - alone.rms_m) / now.rms_m
+        interval_m = alone.ci95_m(at_best.exact_m)
+        found.append(Worth(*_name(entry), now.rms_m, alone.rms_m, interval_m, share))
     return sorted(found, key=lambda one: one.alone_m)
+
+
+@dataclass(frozen=True, slots=True)
+class _Drawing:
+    """exact_m: RMS distance where all sizes are as found; square_m2: mean square where they scatter
+    as their intervals say, and its standard deviation.
+    """
+
+    exact_m: float
+    square_m2: float
+    sigma_m2: float
+
+    @property
+    def rms_m(self) -> float:
+        """Root of the mean square."""
+        return float(np.sqrt(self.square_m2))
+
+    def ci95_m(self, floor_m: float) -> tuple[float, float]:
+        """Ends of the 95 % interval.
+
+        floor_m: what whole steps leave at best. What is in no model (rotors that swing, bodies
+        that yield a little) adds up to as much again.
+        """
+        off_m2 = TWO_SIDED_95 * self.sigma_m2
+        low_m2, high_m2 = max(self.square_m2 - off_m2, 0.0), self.square_m2 + off_m2
+        return float(np.sqrt(low_m2)), float(np.sqrt(high_m2 + floor_m**2))
 
 
 def _name(entry: EffectEntry) -> tuple[str, str]:
     return entry.effect, entry.component
 
 
-def _drawn(job: Path, accepted: RobotFile, real: Effects) -> tuple[float, float]:
-    """RMS distance from the path of a job planned by one file on such a robot; its sigma [m]."""
+def _drawn(job: Path, accepted: RobotFile, real: Effects) -> _Drawing:
+    """A job planned by one file on such a robot.
+
+    With sizes off by z d each, z normal, the square is that of e + sum of z d: its mean is larger
+    than that of e by those of d, and it varies by 2 z e d and z^2 d^2.
+    """
     path = played(plan_of(job, accepted))
-
-    def off_m(effects: Effects, motion: Played = path) -> float:
-        return rms_m(reached_on(accepted, effects, motion) - motion.target_m)
-
-    drawn_m = off_m(real)
-    moved_m = [off_m(effects) - drawn_m for effects in moved_by_sigma(real)]
-    return drawn_m, float(np.sqrt(np.sum(np.square(moved_m))))
+    reached_m = reached_on(accepted, real, path)
+    error_m = reached_m - path.target_m
+    moved_m = [reached_on(accepted, effects, path) - reached_m for effects in moved_by_sigma(real)]
+    squares = np.array([rms_m(moved) ** 2 for moved in moved_m])
+    along = np.array([np.nanmean(np.sum(error_m * moved, axis=1)) for moved in moved_m])
+    exact_m = rms_m(error_m)
+    sigma_m2 = float(np.sqrt(np.sum(4.0 * along**2 + 2.0 * squares**2)))
+    return _Drawing(exact_m, exact_m**2 + float(squares.sum()), sigma_m2)

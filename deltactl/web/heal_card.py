@@ -39,10 +39,11 @@ class HealCard:
             with ui.row().classes("gap-2") as self._buttons:
                 self._begin = marked(self._button("Heal", "healing", self._ask), "heal")
                 self._report = marked(
-                    self._button("The whole report", "article", self._read, "flat"), "heal-report"
+                    self._button("The whole report", "article", self._read).props("flat"),
+                    "heal-report",
                 )
                 self._undo = marked(
-                    self._button("Undo", "undo", self._take_back, "flat"), "heal-undo"
+                    self._button("Undo", "undo", self._take_back).props("flat"), "heal-undo"
                 )
             self._asked = ui.column().classes("w-full gap-1")
             with ui.row().classes("w-full items-center gap-2 no-wrap") as self._busy:
@@ -82,8 +83,8 @@ class HealCard:
                 for line in answer["lines"]:
                     ui.label(line).classes("text-xs font-mono whitespace-pre-wrap")
 
-    def _button(self, text: str, icon: str, call: Any, look: str = "") -> Any:
-        return ui.button(text, icon=icon, on_click=call).props(f"no-caps dense {look}")
+    def _button(self, text: str, icon: str, call: Any) -> Any:
+        return ui.button(text, icon=icon, on_click=call).props("no-caps dense")
 
     def _ask(self) -> None:
         """Nothing moves before somebody has said that it may."""

@@ -20,7 +20,7 @@ from deltactl.models.effects.lone_axis import LINEAR_UNIT, said
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 from deltactl.models.robot import FloatArray
 
-SENSORS, MISSING = "sensors", "share_of_last_move"
+SENSORS, MISSING, LATE = "sensors", "share_of_last_move", "time"
 """The component of what is wrong with the poses that were read, and with no joint."""
 Given = Mapping[str, Any]
 WAVE = (("amplitude", "rad"), ("period", "rad"), ("phase", "rad"))
@@ -82,6 +82,7 @@ PLAYS = "{part} has play of {size}: where it rests depends on the way it came"
 HANGS = "{part} has play of {size}: it hangs to the side that its weight pulls"
 BENDS = "the bearing or link at {part} bends under weight by {size}"
 WINDS = "{part} is nearer its command than its encoder says, by {size} of what is between them"
+LATE_BY = "places are read {time} later than angles"
 SWINGS = "poses are read when {size} of the last move is yet to come"
 OFFS = tuple((name, "m" if name.startswith("d") else "rad") for name in OFF)
 ZERO, RATIO = "the zero of {part} is off by {size}", "{part} moves {size} times as far as it should"
@@ -99,7 +100,7 @@ POSE_EFFECTS = {
         PoseEffect("second", WAVE, GEAR_WAVE, _phasor, 1e-3),
         # gears that are not preloaded
         PoseEffect("play", (("width", "rad"),), PLAYS, _plain("width"), 1e-3, True),
-        PoseEffect("rest", ((MISSING, "1"),), SWINGS, _plain(MISSING), 0.05, True),
+        PoseEffect("rest", ((MISSING, "1"), (LATE, "s")), SWINGS, _plain(MISSING), 0.05, True),
         PoseEffect("ratio", (("scale", "1"),), RATIO, _ratio, 1e-3, nothing=1.0),
         # a strain wave gear
         PoseEffect("gear", WAVE, GEAR_WAVE, _phasor, 3e-4),
@@ -126,7 +127,8 @@ def _kind(one: PoseEffect, slides: Mapping[str, bool]) -> EffectKind:
         for name, unit in one.parameters:
             unit = LINEAR_UNIT.get(unit, unit) if slides.get(component, False) else unit
             shown[name] = said(float(values.get(name, np.nan)), unit)
-        return one.text.format(size=shown[one.parameters[0][0]], part=component, **shown)
+        text = LATE_BY if one.key == "rest" and values.get(LATE) else one.text
+        return text.format(size=shown[one.parameters[0][0]], part=component, **shown)
 
     parameters = tuple(
         Parameter(name, unit, -1e12, 1e12, default=0.0 if place else None)

@@ -9,7 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.proofs.measured_arm import Hidden, measured, oriented, table, urdf_text
+from benchmarks.proofs.measured_arm import (
+    Hidden,
+    heading,
+    measured,
+    oriented,
+    place,
+    table,
+    urdf_text,
+)
 from deltactl.cli.main import main
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis, ParameterResult
@@ -157,6 +165,31 @@ def test_a_missing_angle_is_refused_by_joint(robot: Path) -> None:
     recorded.write_text(recorded.read_text().replace("theta_4", "angle_d", 1))
     with pytest.raises(DeltactlError, match="'roll'"):
         diagnose([recorded], robot)
+
+
+def test_poses_at_rest_are_read_beside_efforts(robot: Path) -> None:
+    hidden = Hidden()
+    hidden.home_rad[1] = 0.01
+    rows = measured(hidden, 60)
+    head = [*heading(rows), *(f"effort_{n}" for n in range(1, 7)), "segment"]
+    still = np.column_stack([rows, np.ones((60, 6)), np.arange(60)])
+    answer = diagnose([table(robot.parent, still, head=head)], robot)
+    assert _found(answer) == {("home_offset", "shoulder")}
+
+
+def test_a_long_motion_is_thinned_and_late_places_are_seen(robot: Path) -> None:
+    t_s = np.arange(1600) / 50.0
+    angles = np.stack([0.8 * np.sin((0.5 + 0.13 * j) * t_s + j) for j in range(6)], axis=1)
+    late = np.stack([0.8 * np.sin((0.5 + 0.13 * j) * (t_s - 0.004) + j) for j in range(6)], axis=1)
+    noise = 2e-5 * np.random.default_rng(5).standard_normal((len(t_s), 3))
+    seen = np.array([place(q, Hidden())[0] for q in late]) + noise
+    head = ["t", *heading(np.zeros((1, 9)))]
+    rows = np.column_stack([t_s, angles, seen])
+    recorded = table(robot.parent, rows, times=False, head=head)
+    answer = diagnose([recorded], robot)
+    assert _found(answer) == {("sensor_latency", "sensors")}
+    late_s = answer.findings[0].parameters["time"].components[0][0]
+    assert late_s == pytest.approx(0.004, rel=0.02)
 
 
 def test_inspect_sees_a_chain_that_was_measured(robot: Path) -> None:

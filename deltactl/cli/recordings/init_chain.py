@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from deltactl.cli.file_arguments import ForceOption, written_if_right
 from deltactl.cli.output import say
 from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.plain_file import write_whole
+
+if TYPE_CHECKING:
+    from deltactl.models.rigid_chain import RigidChain
+    from deltactl.models.robot import RobotModel
 
 FileArgument = Annotated[Path, typer.Argument(help="Robot file to write (.yaml).")]
 ModelOption = Annotated[Path, typer.Option(help="URDF (.urdf) or MJCF (.xml) of the robot.")]
@@ -20,6 +25,10 @@ JointsOption = Annotated[
 GainOption = Annotated[
     str, typer.Option(help="N m or N at the joint for one unit of effort: one, or one a joint.")
 ]
+PosesOption = Annotated[
+    int | None,
+    typer.Option(min=15, max=500, help="Also write so many poses to measure, as *-poses.csv."),
+]
 
 
 def chain(
@@ -28,6 +37,7 @@ def chain(
     joints: JointsOption = None,
     effort_gain: GainOption = "1",
     name: Annotated[str | None, typer.Option(help="What reports call it.")] = None,
+    poses: PosesOption = None,
     force: ForceOption = False,
 ) -> None:
     """Describe joints one behind the other: any robot with a URDF or MJCF.
@@ -35,15 +45,18 @@ def chain(
     ```
     deltactl init chain arm.yaml --model arm.urdf
     deltactl init chain arm.yaml --model arm.urdf --effort-gain 11.9,11.9,9.8
+    deltactl init chain arm.yaml --model arm.urdf --poses 60
     ```
     """
     from deltactl.models.rigid_chain import RigidChain, moving_joints
     from deltactl.models.robot_files import load_with_effects
 
-    if file.exists() and not force:
-        raise ConfigError(f"{file}: exists already; name another file, or add --force")
+    measured = file.with_name(f"{file.stem}-poses.csv")
+    for there in (file, *([measured] if poses is not None else [])):
+        if there.exists() and not force:
+            raise ConfigError(f"{there}: exists already; name another file, or add --force")
     chosen = joints.split(",") if joints else moving_joints(model)
-    RigidChain(model, chosen)
+    described = RigidChain(model, chosen)
     gains = _gains(effort_gain, chosen)
     text = (
         f"kind: chain\nname: {name or file.stem}\n"
@@ -53,9 +66,24 @@ def chain(
         "gravity: on  # off where the efforts have no weight in them\n"
     )
     with written_if_right(file, text):
-        load_with_effects(file)
+        robot = load_with_effects(file)
     say(f"robot file: {file}")
+    if poses is not None:
+        _write_poses(measured, robot, described, poses)
     say(f"next: deltactl diagnose RECORDING --robot {file}")
+
+
+def _write_poses(file: Path, robot: RobotModel, described: RigidChain, count: int) -> None:
+    """Poses in which to measure the robot, as commands of its joints."""
+    from deltactl.diagnosis.experiment.calibration_poses import calibration_poses
+    from deltactl.models.robot import ChainRobot
+
+    assert isinstance(robot, ChainRobot)
+    names = [f"command_{number}" for number in range(1, len(robot.joints) + 1)]
+    rows = calibration_poses(robot, described, count)
+    lines = [",".join(names), *(",".join(f"{x:.5f}" for x in row) for row in rows)]
+    write_whole(file, "\n".join([*lines, ""]))
+    say(f"poses to measure: {file}; see first that the arm meets nothing on its way")
 
 
 def _gains(text: str, joints: list[str]) -> str:

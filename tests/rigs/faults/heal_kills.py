@@ -107,6 +107,9 @@ class HealStand:
             with suppress(ProcessLookupError):
                 os.kill(child, signal.SIGKILL)
         self.daemon.wait()
+        if self.daemon.stdin is not None:
+            with suppress(BrokenPipeError):
+                self.daemon.stdin.close()
 
     def make_ready(self) -> None:
         """What a person does before a healing goes on: mend, start, acknowledge."""
@@ -210,11 +213,17 @@ KINDS: dict[str, Interrupt] = {
 
 
 def campaign(
-    stand: HealStand, count: int, chance: Random, kinds: dict[str, Interrupt], lasts_s: float
+    stand: HealStand,
+    count: int,
+    chance: Random,
+    kinds: dict[str, Interrupt],
+    lasts_s: float,
+    finished: bool = True,
 ) -> Iterator[Interrupted]:
     """`count` interruptions, every kind in turn, each at a random moment of `lasts_s` [s].
 
-    A healing that ends before its moment is looked at, undone, and begun anew.
+    A healing that ends before its moment is looked at, undone, and begun anew; so is the last one,
+    unless it need not be `finished`.
     """
     for name in list(_turns(kinds, count)):
         healing, moment_s = stand.heal(), chance.uniform(0.0, lasts_s)
@@ -226,7 +235,8 @@ def campaign(
         judge(stand, healing, seen)
         yield seen
         stand.make_ready()
-    finish(stand, stand.heal())
+    if finished:
+        finish(stand, stand.heal())
 
 
 def judge(stand: HealStand, healing: subprocess.Popen[str], seen: Interrupted) -> None:

@@ -16,6 +16,10 @@ from deltactl.recording.tables.flat import TARGET, AnyArray, FlatRecording
 QUATERNION = ("quat_x", "quat_y", "quat_z", "quat_w")
 ROTATION = ("rotvec_x", "rotvec_y", "rotvec_z")
 IN_MM = "_mm"
+MOST_POSES = 1500
+"""More of a motion are thinned out: neighbours are alike."""
+SMOOTH = 0.05
+"""Share of a joint's range that it moves from row to row at most where it never rests."""
 SMALLEST_MOVE = 1e-4
 """Share of a joint's range below which it rested: encoders and loops are noisy."""
 
@@ -38,12 +42,15 @@ class Poses:
     part: IntArray
     step: FloatArray
     t_s: FloatArray
+    period_s: float = 0.0
+    """Between rows in motion; 0 of poses at rest."""
 
 
 def measures_poses(robot: ChainRobot, recording: FlatRecording) -> bool:
-    """Whether a table has places, and no effort of every joint that would say more of it."""
+    """Whether a table has places, and no efforts in motion, which say more of it."""
     efforts = all(joint_columns(robot, recording, "effort"))
-    return not efforts and bool(targets_in(recording))
+    at_rest = not recording.timed or len(recording.stretches()) == len(recording)
+    return bool(targets_in(recording)) and (at_rest or not efforts)
 
 
 def targets_in(recording: FlatRecording) -> tuple[str, ...]:
@@ -122,11 +129,22 @@ def poses_of(robot: ChainRobot, recordings: Sequence[FlatRecording]) -> Poses:
     known = np.isfinite(at).all(axis=1) & np.isfinite(places).any(axis=(1, 2))
     if ahead is not None:
         known &= np.isfinite(ahead).all(axis=1)
+    period_s = _period_s(recordings, at[known], np.nan_to_num(step[known]))
+    rows = np.flatnonzero(known)
+    known = rows[:: -(-len(rows) // MOST_POSES)]
     return Poses(
         at[known], None if ahead is None else ahead[known], targets, places[known],
         None if vectors is None else vectors[known], part[known].astype(np.intp),
         np.nan_to_num(step[known]), np.concatenate([one.t_s for one in recordings])[known],
+        period_s,
     )  # fmt: skip
+
+
+def _period_s(recordings: Sequence[FlatRecording], at: FloatArray, step: FloatArray) -> float:
+    """Time between rows of a motion; 0 where the rows are poses at rest."""
+    usual = np.median(np.abs(step), axis=0) / np.maximum(np.ptp(at, axis=0), 1e-12)
+    moves = all(one.timed for one in recordings) and 0.0 < float(usual.max()) < SMOOTH
+    return recordings[0].period_s() if moves else 0.0
 
 
 def last_way(poses: Poses) -> FloatArray:

@@ -1,6 +1,6 @@
 """What may be wrong with the poses of a chain, and what each size of it changes of the angles.
 
-A key is the stem of an effect (`chain_poses`) and its joint. Of the geometry only those directions
+A key is the stem of an effect (`chain_poses`) and its joint. Only those directions of the geometry
 are tried that base, targets and zeros of the joints do not span (Mooring, Roth and Driels 1991,
 Fundamentals of Manipulator Calibration, chapter 3).
 """
@@ -15,7 +15,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shapes
 from deltactl.diagnosis.plants.chain.pose_readings import last_way
-from deltactl.models.effects.chain_poses import POSE_EFFECTS, SENSORS
+from deltactl.models.effects.chain_poses import LATE, MISSING, POSE_EFFECTS, SENSORS
 from deltactl.models.effects.link_geometry import OFF
 from deltactl.models.robot import ChainRobot
 
@@ -177,7 +177,8 @@ class PoseShapes:
             stem = next((k for k, e in POSE_EFFECTS.items() if e.name == entry.effect), "")
             values = {n: float(np.mean(v)) for n, v in entry.parameters.items()}
             if stem == "rest":
-                self.model.given -= values.get("share_of_last_move", 0.0) * self.poses.step
+                late = values.get(LATE, 0.0) / (self.poses.period_s or np.inf)
+                self.model.given -= (values.get(MISSING, 0.0) + late) * self.poses.step
             elif stem and entry.component in self.joints:
                 j = self.joints.index(entry.component)
                 if stem == GEOMETRY:
@@ -200,7 +201,7 @@ class PoseShapes:
         return given
 
     def find_gear_waves(self, at: At) -> None:
-        """Of each joint the wave, finer than those of the joint, that what is left has most of."""
+        """For each joint the wave, finer than its own, that what is left has most of."""
         left, valid = np.nan_to_num(at.left), self.model.valid
         for j, joint in enumerate(self.joints):
             q = self.poses.at[:, j]

@@ -35,7 +35,7 @@ from deltactl.diagnosis.plants.regression import (
     instead,
 )
 from deltactl.diagnosis.plants.spline_terms import KeepsBeside
-from deltactl.models.effects.chain_poses import POSE_EFFECTS
+from deltactl.models.effects.chain_poses import LATE, POSE_EFFECTS
 from deltactl.models.effects.link_geometry import OFF
 from deltactl.models.effects.lone_axis import LINEAR_UNIT
 from deltactl.models.rigid_chain import RigidChain
@@ -77,7 +77,7 @@ class PosePlant(KeepsBeside):
 
     @property
     def shapes(self) -> Shapes:
-        """Of all that may be wrong."""
+        """All that may be wrong."""
         return self.may_be.made
 
     # ---- rows ----------------------------------------------------------------------------------
@@ -256,7 +256,9 @@ class PosePlant(KeepsBeside):
         if stem in WAVES:
             return self._shown_wave(key)
         slides = component in self.joints and self.chain.slides[self.joints.index(component)]
-        ((name, unit),) = POSE_EFFECTS[stem].parameters
+        name, unit = POSE_EFFECTS[stem].parameters[0]
+        if stem == "rest" and (period_s := self.poses.period_s):
+            return [Shown(LATE, "s", lambda v: period_s * v[stem])]
         unit = LINEAR_UNIT.get(unit, unit) if slides else unit
         if stem == "ratio":
             return [Shown(name, unit, lambda v: 1.0 + v[stem], 1.0)]
