@@ -42,7 +42,7 @@ CARD = EffectCard(
         "": "enter the true inertia of {part} in the robot file: {size}",
     },
     drawing=Drawing(axis=("load",)),
-    traits=frozenset({Trait.ENTERED}),
+    traits=frozenset({Trait.ENTERED, Trait.SIGNED}),
     confusions=(
         Confusion(
             "effort_gain",

@@ -98,6 +98,8 @@ class Trait(Enum):
     """The zero of what is commanded."""
     RATIO = auto()
     """The ratio between what is commanded and what moves."""
+    SIGNED = auto()
+    """Corrects a figure of the robot file, up or down."""
     RINGING = auto()
     """A spring and a mass that swing after moves."""
     WHOLE_STEPS = auto()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deltactl.models.effects.card import Drawing, EffectCard, Words
+from deltactl.models.effects.card import Drawing, EffectCard, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Port, Values, scalar
 
@@ -47,4 +47,5 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(axis=("motor",)),
+    traits=frozenset({Trait.SIGNED}),
 )

@@ -56,7 +56,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(axis=("load",)),
-    traits=frozenset({Trait.FORCE, Trait.CONSTANT_FORCE}),
+    traits=frozenset({Trait.FORCE, Trait.CONSTANT_FORCE, Trait.SIGNED}),
     confusions=(
         Confusion(
             "joint_friction",

@@ -99,7 +99,7 @@ CARD = EffectCard(
     },
     small=0.02,
     drawing=Drawing(motor="gear", axis=("gear",)),
-    traits=frozenset({Trait.ENTERED, Trait.RATIO}),
+    traits=frozenset({Trait.ENTERED, Trait.RATIO, Trait.SIGNED}),
     rule=Rule.PRODUCT,
     compensated=Compensated.INVERSE,
     confusions=(

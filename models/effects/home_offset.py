@@ -78,7 +78,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(axis=("encoder",)),
-    traits=frozenset({Trait.ENTERED, Trait.ZERO, Trait.WARMS}),
+    traits=frozenset({Trait.ENTERED, Trait.ZERO, Trait.SIGNED, Trait.WARMS}),
     rule=Rule.SUM,
     compensated=Compensated.INVERSE,
     confusions=(

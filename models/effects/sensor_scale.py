@@ -64,7 +64,7 @@ CARD = EffectCard(
         ),
     },
     drawing=Drawing(axis=("sensor",)),
-    traits=frozenset({Trait.BY_DISTANCE, Trait.READING, Trait.WARMS}),
+    traits=frozenset({Trait.BY_DISTANCE, Trait.READING, Trait.SIGNED, Trait.WARMS}),
     rule=Rule.PRODUCT,
     compensated=Compensated.IN_READINGS,
     confusions=(

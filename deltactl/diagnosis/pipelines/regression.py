@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import expit
 
 from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell
+from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import (
     Agreement,
     Diagnosis,
@@ -38,11 +39,12 @@ from deltactl.diagnosis.pipelines.regression_figures import (
     picture_of,
     rest_of,
 )
-from deltactl.diagnosis.pipelines.regression_findings import findings
+from deltactl.diagnosis.pipelines.regression_findings import findings, sizes
 from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.selection.model_posterior import Posterior
 from deltactl.diagnosis.selection.named_first import Selected, select
+from deltactl.models.effects import Trait, has
 
 
 def diagnose_plant(
@@ -136,10 +138,35 @@ def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:
 
 
 def _widened(selected: Selected) -> tuple[Selected, Blocks]:
-    """The same with the discrepancy of its sizes, and what it leaves of blocks left out."""
+    """The same with the discrepancy of its sizes, and what it leaves of blocks left out.
+
+    Less corrections of the file without which blocks left out are no worse.
+    """
     blocks = on_blocks(selected)
-    shift = _together(selected, beyond_noise(selected.best, blocks))
-    return replace(selected, shift=shift), blocks
+    known = replace(selected, shift=_together(selected, beyond_noise(selected.best, blocks)))
+    doubtful = _doubtful(known)
+    if doubtful:
+        best = selected.best
+        fewer = [selected.evidence(best.keys - {key}, [best]) for key in doubtful]
+        rest = Posterior([max(fewer, key=lambda one: one.log_evidence)], [1.0])
+        trimmed, left = _widened(replace(selected, posterior=rest))
+        if left.after <= VERDICT.grew * blocks.after:
+            return trimmed, left
+    return known, blocks
+
+
+def _doubtful(selected: Selected) -> list[str]:
+    """Corrections of the file whose interval holds what the file says: of a ratio and an offset
+    that make up for each other one may be needed.
+    """
+    signed = {r.key for r in selected.plant.regressors if has(r.effect, Trait.SIGNED)}
+    found = []
+    for key in sorted(selected.best.found & signed):
+        shown = selected.plant.shown(key)
+        ((_, low, high),) = sizes(selected, key)[shown[0].name].components
+        if low <= shown[0].nothing <= high:
+            found.append(key)
+    return found
 
 
 def _claimed(selected: Selected, first_p: float, blocks: Blocks) -> bool:

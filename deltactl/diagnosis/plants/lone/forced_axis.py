@@ -32,7 +32,7 @@ from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, FORCED_AXIS
 from deltactl.diagnosis.plants.regression import (
     Columns,
     Regressor,
@@ -205,7 +205,7 @@ class ForcedAxis(LeftOver):
         if not self.let_go:
             slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
             speed = Size("speed", "flat", top, slowest, fastest, 0.002 * top)
-            step_s, longest_s = 0.05 * self.readings.period_s, FORCED_AXIS.longest_lag_s
+            step_s, longest_s = 0.05 * self.readings.period_s, COMMANDED_AXIS.longest_lag_s
             late = Size("dead_time", "half", FORCED_AXIS.dead_time_spread_s, 0.0, longest_s, step_s)
             found += [
                 named("effort/offset", equivalents=instead("effort/offset")),
@@ -388,7 +388,7 @@ class ForcedAxis(LeftOver):
         for key in keys & {"friction", "viscous", "stribeck"}:
             if linear[key][0] <= 0.0:
                 return True
-        if "lag" in keys and not 0.0 < sizes["lag.dead_time"] < FORCED_AXIS.longest_lag_s:
+        if "lag" in keys and not 0.0 < sizes["lag.dead_time"] < COMMANDED_AXIS.longest_lag_s:
             return True
         if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
             return True
@@ -403,5 +403,5 @@ class ForcedAxis(LeftOver):
             top = self.motion.top_speed
             return [{"stribeck.speed": share * top} for share in FORCED_AXIS.speed_starts]
         if key == "lag":
-            return [{"lag.dead_time": late_s} for late_s in FORCED_AXIS.lag_starts_s]
+            return [{"lag.dead_time": late_s} for late_s in FORCED_AXIS.delay_starts_s]
         return [{}]

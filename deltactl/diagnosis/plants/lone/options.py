@@ -212,9 +212,7 @@ class ForcedAxisOptions:
     nor is a motor's torque constant measured."""
     dead_time_spread_s: float = 0.05
     """Spread of a lag beyond that: a slow bus, or a drive's own filter."""
-    longest_lag_s: float = 2.0
-    """As of an axis that follows commands."""
-    lag_starts_s: tuple[float, ...] = (0.003, 0.015, 0.08, 0.3)
+    delay_starts_s: tuple[float, ...] = (0.003, 0.015, 0.08, 0.3)
     """Lags from which fits begin, apart by a factor of five: a motion changes little within one."""
     weighed_rad: float = 1.0
     """Travel over which a weight's pull is no straight line."""
