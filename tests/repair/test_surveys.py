@@ -35,7 +35,7 @@ def corrected(folder: Path, half_rad: float) -> Path:
 
 
 def test_wide_intervals_ask_for_more_and_narrow_ones_for_nothing(tmp_path: Path) -> None:
-    some = more_s(JOB, corrected(tmp_path, 0.0006), SURVEYED_S, SURVEYED_S)
+    some = more_s(JOB, corrected(tmp_path, 0.0010), SURVEYED_S, SURVEYED_S)
     assert 0.0 < some < MOST_ROBOT_S - SURVEYED_S
     assert more_s(JOB, corrected(tmp_path, 0.00005), SURVEYED_S, SURVEYED_S) == 0.0
 
