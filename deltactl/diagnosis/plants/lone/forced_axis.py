@@ -319,8 +319,9 @@ class ForcedAxis(LeftOver):
         return np.stack(named, axis=1)
 
     def pieces(self, name: str) -> int:
-        """The same over every covariate."""
-        return FORCED_AXIS.force_pieces
+        """The same over every covariate; fewer of a short motion."""
+        stood_on = len(self.rows) // COMMANDED_AXIS.rows_a_piece
+        return int(np.clip(stood_on, COMMANDED_AXIS.fewest_pieces, FORCED_AXIS.force_pieces))
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
         """Bounds of the noise: what passed the low-pass, and effort and position beyond it."""
