@@ -179,11 +179,15 @@ class ForcedAxis(LeftOver):
         Between two samples an effort that changes fast may be anything, and near a reversal
         bearings first yield, which no curve over the speed says.
         """
-        steep, shares = np.abs(self._changing), FORCED_AXIS.steeper
-        edges = np.quantile(steep[self.rows], shares) if len(self.rows) else np.zeros(0)
+        steep, count = np.abs(self._changing), len(self.rows)
+        fewest = COMMANDED_AXIS.rows_a_piece
+        shares = [one for one in FORCED_AXIS.steeper if (1.0 - one) * count >= fewest]
+        edges = np.quantile(steep[self.rows], shares) if shares else np.zeros(0)
         turns = np.diff(np.signbit(self.motion.velocity), prepend=False)
         near = binary_dilation(turns, np.ones(2 * max(1, int(0.5 / self._period)) + 1, dtype=bool))
-        kinds: IntArray = np.searchsorted(edges, steep) + (len(shares) + 1) * near
+        kinds: IntArray = np.searchsorted(edges, steep)
+        if np.count_nonzero(near[self.rows]) >= fewest:
+            kinds = kinds + (len(shares) + 1) * near
         return kinds
 
     # ---- what may be missing -------------------------------------------------------------------
