@@ -40,11 +40,10 @@ def environment(folder: Path = HOME / "venv") -> Path:
     wanted = CONSTRAINTS.read_text(encoding="utf-8")
     if made.is_file() and made.read_text(encoding="utf-8") == wanted:
         return python
-    pinned = [line for line in wanted.splitlines() if line and not line.startswith("#")]
     base = Path(sys.base_prefix) / "bin" / f"python{sys.version_info[0]}.{sys.version_info[1]}"
     commands: list[list[str]] = [
         [str(base), "-m", "venv", "--clear", str(folder)],
-        [str(python), "-m", "pip", "install", "-q", "--no-deps", *pinned],
+        [str(python), "-m", "pip", "install", "-q", "--no-deps", "-r", str(CONSTRAINTS)],
     ]
     for command in commands:
         done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -141,8 +141,10 @@ def by_lmfit(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
 
 
 def _size(value: float, error: float | None) -> Json:
-    ends = [None, None] if error is None else [value - error, value + error]
-    return {"value": float(value), "ci95": ends}
+    """A fit that ended at a bound has no covariance, and its size is then not stated."""
+    if error is None or not np.isfinite(error):
+        return {"value": None, "ci95": [None, None]}
+    return {"value": float(value), "ci95": [float(value - error), float(value + error)]}
 
 
 def _finding(effect: str, sizes: Json) -> Json:
