@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from importlib.metadata import version
 from pathlib import Path
 
 from benchmarks.rivals.cases import Answers, by_deltactl, drawn, read_answers, scored, write_cases
@@ -64,10 +65,11 @@ def outside(python: Path, tool: str, cases: Path, out: Path) -> Answers:
 
 
 def versions() -> str:
-    """What ran, from the constraints."""
+    """What ran, and on what kind of machine."""
     pinned = CONSTRAINTS.read_text(encoding="utf-8").split()
     tools = [line.replace("==", " ") for line in pinned if line.startswith(("lmfit", "pysindy"))]
-    return f"{', '.join(tools)}, Python {platform.python_version()}, {platform.machine()}"
+    own = [f"deltactl {version('deltactl')}", *tools, f"Python {platform.python_version()}"]
+    return f"{', '.join(own)}; {platform.machine()}, {os.cpu_count()} cores"
 
 
 def compare(axes: int, seed: int, out: Path) -> str:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.signal import butter, lfilter, medfilt, sosfiltfilt
 
 Array = NDArray[np.float64]
@@ -70,6 +71,12 @@ def _grid(stamps_s: Array) -> tuple[Array, float, NDArray[np.bool_]]:
     return even_s, step_s, near
 
 
+def rate(signal: Array, step_s: float) -> Array:
+    """Derivative (n,) by a cubic spline, which keeps fast motion that differences would weaken."""
+    spline = CubicSpline(step_s * np.arange(len(signal)), signal)
+    return np.asarray(spline(step_s * np.arange(len(signal)), 1), dtype=np.float64)
+
+
 def without_spikes(column: Array) -> Array:
     """Rows far from the median of five neighbours replaced by it."""
     middle = medfilt(column, 5)
@@ -85,8 +92,8 @@ def _commanded(columns: dict[str, Array], robot: Json) -> Signals:
     reading = next(name for name in columns if name.startswith(("position", "theta")))
     x = np.interp(even_s, columns["t"], columns[command] * robot.get("step", 1.0))
     y = np.interp(even_s, columns["t"], columns[reading])
-    v = np.gradient(x, step_s)
-    return Signals(step_s, y, x, v, np.gradient(v, step_s), x, kept, robot)
+    v = rate(x, step_s)
+    return Signals(step_s, y, x, v, rate(v, step_s), x, kept, robot)
 
 
 def _forced(columns: dict[str, Array], robot: Json) -> Signals:
@@ -102,8 +109,8 @@ def _forced(columns: dict[str, Array], robot: Json) -> Signals:
         return passed
 
     x = smooth(even["position"])
-    v = smooth(even["velocity"]) if "velocity" in even else np.gradient(x, step_s)
-    a = np.gradient(v, step_s)
+    v = smooth(even["velocity"]) if "velocity" in even else rate(x, step_s)
+    a = rate(v, step_s)
     pull = robot["weight"] + robot["gravity"] * np.sin(x - robot["gravity_zero"])
     pull = pull - smooth(even.get("load", np.zeros_like(x)))
     known = robot["inertia"] * a + pull
@@ -166,5 +173,5 @@ def _force(given: Signals, values: Values) -> Array:
     force = given.known + (values.get("inertia", stated) - stated) * given.a
     force = force + values.get("torque", 0.0) * np.sign(given.v)
     force = force + values.get("coefficient", 0.0) * given.v + values.get("offset", 0.0)
-    force = force + values.get("total", 0.0) * np.gradient(force, given.step_s)
+    force = force + values.get("total", 0.0) * rate(force, given.step_s)
     return np.asarray(force / values.get("scale", 1.0), dtype=np.float64)

@@ -14,17 +14,15 @@ REASONS = {
     ("textbook", "commanded"): "textbook: needs a column of effort; commanded axes are left out",
     ("PySINDy", "coverage"): "PySINDy: STLSQ states no intervals",
 }
+WAVES = {"transmission_error", "encoder_error"}
+EVENTS = {"lost_steps", "joint_compliance", "speed_limit", "effort_limit", "stribeck_friction"}
 OUTSIDE_THE_LIST = {
-    "lmfit": {
-        "transmission_error", "encoder_error", "lost_steps", "joint_compliance", "resonance",
-        "speed_limit", "stribeck_friction", "effort_limit",
-    },
-    "PySINDy": {
-        "transmission_error", "encoder_error", "lost_steps", "joint_compliance", "speed_limit",
-        "stribeck_friction", "effort_gain", "effort_limit",
-    },
-    "textbook": {"stribeck_friction", "effort_gain", "following_lag", "effort_limit"},
-}  # fmt: skip
+    ("lmfit", "commanded"): {*WAVES, *EVENTS, "resonance"},
+    ("lmfit", "effort"): EVENTS,
+    ("PySINDy", "commanded"): {*WAVES, *EVENTS},
+    ("PySINDy", "effort"): {*EVENTS, "effort_gain", "following_lag"},
+    ("textbook", "effort"): {*EVENTS, "effort_gain", "following_lag"},
+}
 """Effects that the written protocol of a tool has no name for."""
 
 
@@ -44,7 +42,7 @@ def middle(values: Sequence[float], digits: int = 2) -> str:
 
 def in_list(tool: str, own: Scored) -> bool:
     """Whether the protocol of a tool has a name for all that is hidden."""
-    return not OUTSIDE_THE_LIST.get(tool, set()) & set(own.marks.truth)
+    return not OUTSIDE_THE_LIST.get((tool, own.marks.machine), set()) & set(own.marks.truth)
 
 
 def column(tool: str, answers: Sequence[Scored], peak_mb: float) -> dict[str, str]:

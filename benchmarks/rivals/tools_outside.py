@@ -25,12 +25,13 @@ covariance) are widened by the same. An entry of the best set is a name.
 
 PySINDy (2.1): SINDy with STLSQ on what the healthy axis leaves; library 1, x, v, a, sign v in units
 of their root mean squares. The threshold is the largest of twelve whose error on the last third of
-the rows is within 2 % of the least. An active term is a name, without interval.
-Commanded: constant, ratio, lag, resonance, backlash; with effort: offset, unknown, viscous
-friction, inertia, friction.
+the rows is within 2 % of the least. An active term is a name, unless its sign is one that the
+effect cannot have; there are no intervals. Commanded: constant, ratio, lag, resonance, backlash;
+with effort: offset, unknown, viscous friction, inertia, friction.
 
 textbook: ordinary least squares of the force that the file does not explain on a, sign v, v, 1.
-A term of |t| > 4 is a name; intervals are 1.96 standard errors. Axes with effort only.
+A term of |t| > 4 is a name (friction only above zero); intervals are 1.96 standard errors. It
+takes axes with effort only.
 """
 
 from __future__ import annotations
@@ -173,7 +174,8 @@ def by_pysindy(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
             feature_library=pysindy.PolynomialLibrary(degree=1),
         )
         model.fit(columns[rows], t=given.step_s, x_dot=rest[rows, None])
-        return np.asarray(model.coefficients(), dtype=np.float64)[0]
+        terms: Array = np.asarray(model.coefficients(), dtype=np.float64)[0]
+        return terms
 
     def miss(threshold: float) -> float:
         terms = fit(threshold, slice(0, learnt))
@@ -186,14 +188,14 @@ def by_pysindy(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
 
 
 def _terms(given: Signals, terms: Array) -> list[Json]:
-    """Names of the active terms 1, x, v, a, sign v."""
-    names = COMMANDED_TERMS if "zero" in given.sets else FORCED_TERMS
-    nameless = given.sets.get("zero") == "arbitrary"
-    return [
-        _finding(name, {})
-        for name, term in list(zip(names, terms, strict=True))[int(nameless) :]
-        if term != 0.0
-    ]
+    """Names of the active terms 1, x, v, a, sign v, of a sign that the effect can have."""
+    forced = "inertia" in given.sets
+    # A late axis is behind its speed and its direction; friction adds to the force.
+    cannot = (terms < 0.0) if forced else (terms > 0.0)
+    named = (terms != 0.0) & ~(cannot & np.array([False, False, True, False, True]))
+    named[0] &= forced or given.sets["zero"] == "absolute"
+    names = FORCED_TERMS if forced else COMMANDED_TERMS
+    return [_finding(name, {}) for name, own in zip(names, named, strict=True) if own]
 
 
 def by_textbook(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
@@ -220,7 +222,7 @@ def by_textbook(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]
     }  # fmt: skip
     findings = []
     for (effect, value), term, error in zip(names.items(), terms, errors, strict=True):
-        if abs(term) > SURE_T * error:
+        if (abs(term) if value in ("inertia", "offset") else term) > SURE_T * error:
             healthy = given.sets["inertia"] if effect == "inertia" else 0.0
             findings.append(_finding(effect, {value: _size(healthy + term, 1.96 * error)}))
     return findings, lambda other: other.known + table(other) @ terms
