@@ -18,12 +18,12 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
 from pathlib import Path
 
 from benchmarks.rivals.cases import Answers, by_deltactl, drawn, read_answers, scored, write_cases
 from benchmarks.rivals.table import column, markdown, wrong
 from deltactl.foundation.errors import ConfigError
+from deltactl.foundation.release import own_version
 
 ROOT = Path(__file__).parents[2]
 HOME = ROOT / "build" / "rivals"
@@ -41,15 +41,15 @@ def environment(folder: Path = HOME / "venv") -> Path:
     wanted = CONSTRAINTS.read_text(encoding="utf-8")
     if made.is_file() and made.read_text(encoding="utf-8") == wanted:
         return python
-    base = Path(sys.base_prefix) / "bin" / f"python{sys.version_info[0]}.{sys.version_info[1]}"
     commands: list[list[str]] = [
-        [str(base), "-m", "venv", "--clear", str(folder)],
+        [sys.executable, "-m", "venv", "--clear", str(folder)],
         [str(python), "-m", "pip", "install", "-q", "--no-deps", "-r", str(CONSTRAINTS)],
     ]
     for command in commands:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
-            raise ConfigError(f"{' '.join(command[:4])}: {done.stderr.strip().splitlines()[-1]}")
+            last = (done.stderr or done.stdout).strip().splitlines()[-1:] or ["no message"]
+            raise ConfigError(f"cannot make {folder}: {' '.join(command[1:4])}: {last[0]}")
     made.write_text(wanted, encoding="utf-8")
     return python
 
@@ -68,7 +68,7 @@ def versions() -> str:
     """What ran, and on what kind of machine."""
     pinned = CONSTRAINTS.read_text(encoding="utf-8").split()
     tools = [line.replace("==", " ") for line in pinned if line.startswith(("lmfit", "pysindy"))]
-    own = [f"deltactl {version('deltactl')}", *tools, f"Python {platform.python_version()}"]
+    own = [f"deltactl {own_version()}", *tools, f"Python {platform.python_version()}"]
     return f"{', '.join(own)}; {platform.machine()}, {os.cpu_count()} cores"
 
 
@@ -107,6 +107,8 @@ def main(words: Sequence[str] | None = None) -> int:
         parser.error(f"--axes {options.axes}: at least 2, a healthy one and another")
     if options.seed < 0:
         parser.error(f"--seed {options.seed}: at least 0")
+    if options.out.exists() and not options.out.is_dir():
+        parser.error(f"--out {options.out}: is a file; name a folder")
     try:
         print(compare(options.axes, options.seed, options.out.resolve()), end="")
     except ConfigError as error:
