@@ -126,6 +126,9 @@ class Scored:
     """One axis as one tool answered it."""
 
     marks: AxisScore
+    right: bool
+    """Each hidden effect, or what an ideal observer cannot tell from it, is a finding, and nothing
+    needless is. Alternatives do not count: only one of the tools offers any."""
     seconds: float
     heldout_over_noise: float
     """NaN for an axis with effort: each tool has a low-pass, and so a noise, of its own."""
@@ -148,5 +151,9 @@ def scored(truths: Sequence[Json], answers: Answers) -> list[Scored]:
         over = np.nan
         if truth["machine"] == "commanded" and own["heldout"] is not None:
             over = own["heldout"] / truth["noise_rms_high"]
-        found.append(Scored(score_axis(result), own["seconds"], float(over)))
+        marks = score_axis(result)
+        said = set(marks.said)
+        named = all(said & {*line["names"], *line["ties"]} for line in truth["answers"])
+        right = named and not marks.needless and marks.failure is None
+        found.append(Scored(marks, right, own["seconds"], float(over)))
     return found

@@ -35,10 +35,10 @@ def test_the_textbook_names_and_sizes_viscous_friction(
     said: tuple[list[dict[str, Any]], Path],
 ) -> None:
     truths, file = said
-    only = scored(truths[:1], read_answers(file))[0].marks
-    assert only.truth == only.said == ["viscous_friction"]
-    assert only.exact
-    assert only.covered == [True]
+    only = scored(truths[:1], read_answers(file))[0]
+    assert only.marks.truth == only.marks.said == ["viscous_friction"]
+    assert only.right
+    assert only.marks.covered == [True]
 
 
 def test_what_is_needless_or_claimed_of_a_healthy_axis_counts_against_a_tool(
