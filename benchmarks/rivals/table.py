@@ -88,7 +88,8 @@ def notes(columns: Mapping[str, Mapping[str, str]]) -> str:
     ]
     lines += [
         "held-out error of axes with effort is left out: each tool has its own low-pass",
-        "names right: all hidden effects and nothing needless; a tie of an ideal observer counts, an alternative not",
+        "names right: all hidden effects and nothing needless; what an ideal observer cannot "
+        "separate counts, an alternative does not",
     ]
     return "".join(f"- {line}\n" for line in lines)
 
