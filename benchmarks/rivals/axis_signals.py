@@ -175,3 +175,10 @@ def _force(given: Signals, values: Values) -> Array:
     force = force + values.get("coefficient", 0.0) * given.v + values.get("offset", 0.0)
     force = force + values.get("total", 0.0) * rate(force, given.step_s)
     return np.asarray(force / values.get("scale", 1.0), dtype=np.float64)
+
+
+def peak_mb() -> float:
+    """Most memory of this process; `getrusage` would count that of who started it too."""
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    line = next(line for line in status.splitlines() if line.startswith("VmHWM"))
+    return float(line.split()[1]) / 1024.0

@@ -8,7 +8,6 @@ three): no tool but deltactl can say "unknown", "a tie" or "too faint".
 from __future__ import annotations
 
 import json
-import resource
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -19,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.rivals.axis_signals import peak_mb
 from deltactl.proof.axis.build import Design
 from deltactl.proof.axis.cases import MACHINES, ROUND, AxisCase, draw, write_blind
 from deltactl.proof.prove.axis_score import AxisScore, score_axis
@@ -100,7 +100,7 @@ def _diagnosed(folder: Path) -> Answers:
         heldout = said["fit"]["holdout_rms_after_m"] if said is not None else None
         by_case[one.name] = {"diagnosis": said, "failure": failure, "seconds": seconds,
                              "heldout": heldout}  # fmt: skip
-    return Answers(by_case, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0)
+    return Answers(by_case, peak_mb())
 
 
 def read_answers(file: Path) -> Answers:

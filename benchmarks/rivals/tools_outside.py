@@ -40,7 +40,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import resource
 import sys
 import time
 import warnings
@@ -50,7 +49,16 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.axis_signals import SLOW, WILD, Array, Json, Signals, axis_model, signals
+from benchmarks.rivals.axis_signals import (
+    SLOW,
+    WILD,
+    Array,
+    Json,
+    Signals,
+    axis_model,
+    peak_mb,
+    signals,
+)
 
 MOST_NAMES = 3
 SURE_T = 4.0
@@ -259,8 +267,7 @@ def main(tool: str, folder: str, out: str) -> None:
     """Answer every axis in a folder."""
     warnings.simplefilter("ignore")
     answers = {one.name: answer(tool, one) for one in sorted(Path(folder).iterdir())}
-    most_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    written = {"answers": answers, "peak_mb": most_kb / 1024.0}
+    written = {"answers": answers, "peak_mb": peak_mb()}
     Path(out).write_text(json.dumps(written), encoding="utf-8")
 
 
