@@ -1,0 +1,1 @@
+"""deltactl and other tools on the same drawn machines."""
