@@ -227,7 +227,8 @@ def by_textbook(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]
     inverse = np.linalg.pinv(columns / units) / units[:, None]
     terms = inverse @ rest
     free = len(rest) - len(terms)
-    variance = float(np.sum((rest - columns @ terms) ** 2)) / free
+    # As many terms as readings fit anything, and show no error.
+    variance = float(np.sum((rest - columns @ terms) ** 2)) / free if free > 0 else np.inf
     errors = np.sqrt(variance * np.sum(inverse**2, axis=1))
     names = {
         "inertia": "inertia", "joint_friction": "torque", "viscous_friction": "coefficient",
