@@ -19,6 +19,8 @@ FOLDERS = ("benchmarks", "deltactl", "drivers", "firmware_py", "models")
 CARDS_STAND_IN = Path("models/effects")
 PROOF = Path("deltactl/proof")
 """The blind proof shares no code with the models: it says what it hides by the contract's names."""
+OUTSIDE = Path("benchmarks/rivals")
+"""Other tools run where deltactl is not installed: their protocols use the contract's names."""
 
 EXPERIMENT = {"benchmarks/proofs/detection_limit.py": 8}
 """What an experiment hides, by the contract's names, as `proof` does."""
@@ -46,7 +48,7 @@ def sources(root: Path) -> Iterator[Path]:
         for path in sorted((root / folder).rglob("*.py")):
             inside = path.relative_to(root)
             linked = any((root / part).is_symlink() for part in inside.parents)
-            if not linked and not {CARDS_STAND_IN, PROOF} & set(inside.parents):
+            if not linked and not {CARDS_STAND_IN, PROOF, OUTSIDE} & set(inside.parents):
                 yield path
 
 
