@@ -81,6 +81,8 @@ class Regressor:
     """Size up to which any machine is off, so that it is no finding."""
     takes_over: str = ""
     """Name of the free column that is a tolerance of the same quantity."""
+    mapped: bool = False
+    """A map of the position in detail has it as well: beside one it must be distinct."""
     left_over: bool = False
     """A spline term that is only looked for in what the named effects leave."""
     places: float | None = None
@@ -208,6 +210,10 @@ class RegressionPlant(Protocol):
 
     def keep_beside(self, shapes: FloatArray) -> None:
         """Spline terms must not take the place of these shapes (n, j) either."""
+        ...
+
+    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
+        """Where there is a spline term in such detail, lay it over the places of another set."""
         ...
 
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:

@@ -106,6 +106,9 @@ class KeepsBeside:
         shapes = remembering(seen.angle)
         return NoiseBounds([Bound(seen, shapes)], np.ones(shapes.shape[1]))
 
+    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
+        """There is no map in detail."""
+
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
         """One detail of the spline terms is all there is."""
         return False

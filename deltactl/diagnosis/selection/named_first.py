@@ -19,8 +19,9 @@ from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
 from deltactl.diagnosis.evidence.tempering import noise_beyond, saturated_noise
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
-from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior
+from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior, posterior
 from deltactl.diagnosis.selection.options import SELECTION
+from deltactl.models.effects import Trait, with_trait
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,8 +74,9 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     progress("what the named effects leave")
     plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
     free, left = _left_over(plant, named.best)
-    if plant.map_finely(named.best.keys, named.best.sizes, left.best.residual):
-        free, left = _left_over(plant, named.best)
+    mapped = plant.map_finely(named.best.keys, named.best.sizes, left.best.residual)
+    if mapped:
+        named, free, left = _beside_map(plant, evidence, named)
     chances = {r.key: (left if r.left_over else named).probability(r.key)
                for r in plant.regressors}  # fmt: skip
     nothing = named.nothing * left.without([r.key for r in plant.regressors if r.left_over])
@@ -90,12 +92,46 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
             _shift(plant, named.best),
             free,
         )
-    return _beside(plant, free, unknown, named, chances, nothing)
+    chosen = _beside(plant, free, unknown, named, chances, nothing)
+    return (_gaps_again(chosen, evidence) if mapped else None) or chosen
 
 
 def _unknown(named: Explanation, left: Posterior) -> frozenset[str]:
     keys = left.best.keys - named.keys
     return frozenset(key for key in keys if left.probability(key) > SELECTION.likely)
+
+
+def _gaps_again(chosen: Selected, evidence: Laplace) -> Selected | None:
+    """What holds the two directions apart, once more beside a map of places; then that map anew.
+
+    A rough screw is larger than the gap, and as long as it counts as noise a delay and a friction
+    look alike. None where the same is found.
+    """
+    plant, before = chosen.plant, chosen.best
+    apart = with_trait(Trait.HYSTERESIS, Trait.DRIVE_DELAY)
+    gaps = {r.key for r in plant.regressors if r.effect in apart}
+    again = HillClimb(chosen.left_over, before.keys - gaps, among=sorted(gaps)).run()
+    best = again.best
+    if best.keys == before.keys:
+        return None
+    keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
+    sizes = {name: size for name, size in best.sizes.items() if name.split(".")[0] in keys}
+    _lay_around(plant, keys, sizes)
+    named = evidence.held_at(keys, sizes)
+    free, left = _left_over(plant, named)
+    chances = {**chosen.probability, **{key: again.probability(key) for key in gaps}}
+    unknown = _unknown(named, left)
+    if not unknown:
+        _lay_around(plant, chosen.named.keys, chosen.named.sizes)
+        return None
+    free(keys | unknown, [named])  # begins at these sizes, which a fit without a map moves away
+    return _beside(plant, free, unknown, Posterior([named], [1.0]), chances, chosen.nothing)
+
+
+def _lay_around(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> None:
+    """Spline terms beside a set, and the map of places where the axis comes to by it."""
+    plant.keep_beside(shapes_of(plant, keys, sizes))
+    plant.map_around(keys, sizes)
 
 
 def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Posterior]:
@@ -108,6 +144,29 @@ def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Pos
     if not np.isfinite(free(named.keys, [named]).log_evidence):
         return free, Posterior([named], [1.0])
     return free, HillClimb(free, named.keys, left_over=True).run()
+
+
+def _beside_map(
+    plant: RegressionPlant, evidence: Laplace, named: Posterior
+) -> tuple[Posterior, Laplace, Posterior]:
+    """The same once the spline term over position is a map in detail.
+
+    A wave is a part of any map, and fits of the largest of its waves would call each map a gear's
+    error. It is named beside one only if it is most of it.
+    """
+    waves = {r.key for r in plant.regressors if r.mapped}
+    if named.best.keys & waves:
+        fewer = posterior(one for one in evidence.evaluated if not one.keys & waves)
+        plant.keep_beside(shapes_of(plant, fewer.best.keys, fewer.best.sizes))
+        free, left = _left_over(plant, fewer.best)
+        without, wave, mapped = (
+            float(np.sum(one.residual[plant.rows] ** 2))
+            for one in (fewer.best, named.best, left.best)
+        )
+        if without - wave < SELECTION.most_of_map * (without - mapped):
+            return fewer, free, left
+        plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
+    return named, *_left_over(plant, named.best)
 
 
 def _beside(

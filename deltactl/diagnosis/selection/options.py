@@ -32,6 +32,9 @@ class SelectionOptions:
     at many places: a little less noise, and one of them is distinct."""
     likely: float = 0.5
     """and above which it is accepted."""
+    most_of_map: float = 0.5
+    """Share of what repeats with the position that a wave must make up to be named beside a map:
+    of a rough surface the largest wave has a tenth to a third, of a gear nearly all."""
     better_by: float = 1e-6
     """Log evidence that a move must add: less is rounding."""
     nearly_best: float = 2.0

@@ -146,7 +146,7 @@ def _gear(axis: RecordedAxis) -> Regressor | None:
         return None
     return named(
         "command/gear", sizes=(waves,), equivalents=instead("command/gear"), alone=False,
-        places=most - fewest,
+        mapped=True, places=most - fewest,
     )  # fmt: skip
 
 
@@ -158,7 +158,7 @@ def _teeth(axis: RecordedAxis) -> Regressor | None:
     waves = Size("waves", "flat", high, low, high, 0.01)
     return named(
         "command/teeth", sizes=(waves,), equivalents=instead("command/teeth"), alone=False,
-        saturated=False, places=high - low,
+        mapped=True, saturated=False, places=high - low,
     )  # fmt: skip
 
 

@@ -124,6 +124,12 @@ class CommandedAxis(RecordedAxis, LeftOver):
         """Named shapes (n, j) that no spline term over this covariate may take the place of."""
         return self._named[:, :2] if name == "time" else self._named
 
+    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
+        """The same detail over the places that the axis comes to by another set."""
+        if self._map is not None:
+            self._map = FineMap(keys, dict(sizes), self._map.repeats)
+            self.__dict__.pop("_unknown", None)
+
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
         """Over the places that the axis comes to, see `RegressionPlant`."""
         if self._map is not None or UNKNOWN + "position" not in {r.key for r in self.regressors}:
