@@ -147,7 +147,7 @@ def _quaternion(turned: FloatArray) -> FloatArray:
 
 
 def heading(rows: FloatArray) -> list[str]:
-    """Of what `measured` makes."""
+    """Names of the columns that `measured` makes."""
     angles = [f"theta_{n}" for n in range(1, 7)]
     commands = [f"command_{n}" for n in range(1, 7)] if rows.shape[1] > 9 else []
     return [*angles, *commands, *(f"pos_{axis}" for axis in "xyz")]

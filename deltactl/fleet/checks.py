@@ -198,7 +198,7 @@ class _Followed:
         self._first: Row | None = None
         """The run since which it holds; None while it does not."""
         self._lasted_s = 0.0
-        """For how long, with no more than `PAUSE_S` for a pause: what nobody saw shows nothing."""
+        """For how long, with no more than `PAUSE_S` for a pause, which shows nothing."""
         self._is_announced = False
         self._newest: Row = {}
         self._sizes: deque[tuple[float, float]] = deque()

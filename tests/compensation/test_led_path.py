@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.planner.summary import slower
 from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.robot_file import load_robot
-from deltactl.foundation.clock import sleep_s
 from deltactl.repair.limit import Limit, limit_of
 from deltactl.repair.played import played
 
@@ -61,20 +58,6 @@ def test_ticks_are_as_far_apart_as_the_output_takes(
         moves = np.flatnonzero(np.diff(path.counts[:, motor])) + 1
         assert np.diff(path.due_s[moves]).min() >= 1.0 / plan.robot.limits.step_rate_hz - 1e-9
     assert plan.first.led == 1.0
-
-
-def test_a_job_of_a_led_drive_runs_to_its_end(tmp_path: Path) -> None:
-    job = written(tmp_path, 0.195, 0.0, "together")
-    robot = build_controller(
-        tmp_path / "mine.yaml", simulated=True, realtime=False, recordings=tmp_path
-    )
-    with closing(robot):
-        robot.power_on()
-        robot.home()
-        number = robot.submit(job)
-        while (result := robot.result(number)) is None:
-            sleep_s(robot.clock, 0.5)
-    assert (result.outcome, result.why) == ("done", "")
 
 
 @pytest.mark.parametrize("timing", sorted(TIMINGS))

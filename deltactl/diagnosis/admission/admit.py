@@ -276,9 +276,7 @@ def _chain(
         chain_columns.check_motion(plant)
         return plant
 
-    others, left_out = _held_out(plant, holdout)
-    singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
-    return Lone(plant(recordings), others, left_out, singles)
+    return _made(plant, recordings, holdout)
 
 
 def _poses(
@@ -296,6 +294,15 @@ def _poses(
         chain_columns.check_placed(plant)
         return plant
 
+    return _made(plant, recordings, holdout)
+
+
+def _made(
+    plant: Callable[[Sequence[FlatRecording]], AnyPlant],
+    recordings: Sequence[FlatRecording],
+    holdout: Sequence[FlatRecording],
+) -> Lone:
+    """Plants of all recordings together, of each, and of those held out."""
     others, left_out = _held_out(plant, holdout)
     singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
     return Lone(plant(recordings), others, left_out, singles)

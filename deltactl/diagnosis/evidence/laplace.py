@@ -8,7 +8,6 @@ solved for at each value of the nonlinear ones (variable projection, Golub and P
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,12 +17,11 @@ from scipy.special import ndtr
 
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
+from deltactl.diagnosis.evidence.scalar_products import Block, Products
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 
 Point = dict[str, float]
-Block = tuple[str, FloatArray]
-"""A regressor and its whitened columns (m, k), each times its prior spread."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +55,7 @@ class Explanation:
 
     @cached_property
     def predicted(self) -> FloatArray:
-        """(n,); of most sets nobody asks."""
+        """(n,), computed once it is asked for: of most sets it never is."""
         predicted = self.base
         for values, size in self.parts:
             predicted = predicted + values @ size
@@ -87,10 +85,7 @@ class Laplace:
         self._frees = {"": self._free}
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = {}
-        self._places: dict[str, tuple[Block, IntArray]] = {}
-        self._gram: FloatArray = np.zeros((0, 0))
-        """Scalar products of the columns of all blocks in `_places`."""
-        self._products: dict[tuple[str, str], tuple[Block, Block, FloatArray]] = {}
+        self._products = Products()
 
     @property
     def evaluated(self) -> list[Explanation]:
@@ -282,9 +277,7 @@ class Laplace:
         covariance.
         """
         share = np.concatenate([np.zeros(0), *(block[1].T @ white for block in blocks)])
-        gram = self._known_gram(blocks)
-        if gram is None:
-            gram = self._new_gram(blocks)
+        gram = self._products.of(blocks)
         gram[np.diag_indices_from(gram)] += 1.0
         theta = self._within_tolerance(gram, share)
         explained, first = np.zeros(len(white)), 0
@@ -293,47 +286,6 @@ class Laplace:
             explained += block[1] @ theta[first:end]
             first = end
         return theta, explained, gram
-
-    def _known_gram(self, blocks: list[Block]) -> FloatArray | None:
-        """Scalar products of all columns, out of one matrix of those that are the same at every
-        point; None where one of them has changed.
-        """
-        spans = []
-        for block in blocks:
-            if block[0] not in self._places:
-                self._enter(block)
-            kept, span = self._places[block[0]]
-            if kept is not block:
-                return None
-            spans.append(span)
-        at = np.concatenate([np.zeros(0, dtype=np.intp), *spans])
-        known: FloatArray = self._gram[np.ix_(at, at)]
-        return known
-
-    def _enter(self, block: Block) -> None:
-        """Into the matrix of scalar products."""
-        first, end = len(self._gram), len(self._gram) + block[1].shape[1]
-        grown = np.empty((end, end))
-        grown[:first, :first] = self._gram
-        span = np.arange(first, end)
-        self._places[block[0]] = block, span
-        for other, there in self._places.values():
-            product = block[1].T @ other[1]
-            grown[np.ix_(span, there)] = product
-            grown[np.ix_(there, span)] = product.T
-        self._gram = grown
-
-    def _new_gram(self, blocks: list[Block]) -> FloatArray:
-        """The same product by product."""
-        ends = np.cumsum([0, *(block[1].shape[1] for block in blocks)])
-        gram = np.zeros((ends[-1], ends[-1]))
-        spans = [slice(first, end) for first, end in itertools.pairwise(ends)]
-        for number, (block, span) in enumerate(zip(blocks, spans, strict=True)):
-            for other, beside in zip(blocks[: number + 1], spans, strict=False):
-                product = self._product(block, other)
-                gram[span, beside] = product
-                gram[beside, span] = product.T
-        return gram
 
     def _within_tolerance(self, gram: FloatArray, share: FloatArray) -> FloatArray:
         """Sizes (p,) that minimise the cost while tolerances stay within what machines have."""
@@ -346,15 +298,6 @@ class Laplace:
             known = share[rest] - gram[np.ix_(rest, beyond)] @ theta[beyond]
             theta[rest] = np.linalg.solve(gram[np.ix_(rest, rest)], known)
         return theta
-
-    def _product(self, one: Block, other: Block) -> FloatArray:
-        """Scalar products of two blocks; kept, for those that are the same at every point."""
-        place = one[0], other[0]
-        kept = self._products.get(place)
-        if kept is None or kept[0] is not one or kept[1] is not other:
-            kept = (one, other, one[1].T @ other[1])
-            self._products[place] = kept
-        return kept[2]
 
     def _explanation(self, keys: frozenset[str], point: Point) -> Explanation:
         base, white, blocks = self._whitened(keys, point)

@@ -77,21 +77,27 @@ def _delta(
     return diagnose_model(machine.model, rad_per_step, machine.held_out, progress, runs, thorough)
 
 
+def _answered(machine: Lone, progress: Progress) -> Diagnosis:
+    """The engine's answer, with the recordings that could not be held out."""
+    try:
+        answer = diagnose_plant(machine.plant, machine.others, progress, machine.singles)
+    except OverflowError:
+        raise too_large() from None
+    left_out = [refusal.says for refusal in machine.left_out]
+    return answer.model_copy(update={"not_held_out": left_out})
+
+
 def _axis(admission: Admission, machine: Lone, progress: Progress) -> Diagnosis:
     """A single axis or a sensor."""
     robot = admission.robot
     assert not isinstance(robot, DeltaRobot | ChainRobot)
     plant, recording = machine.plant, admission.recordings[0]
-    try:
-        answer = diagnose_plant(plant, machine.others, progress, machine.singles)
-    except OverflowError:
-        raise too_large() from None
+    answer = _answered(machine, progress)
     if isinstance(plant, CommandedAxis):
         check_together(plant, answer.fit, answer.findings, recording)
     # Whether nobody need be asked to enter in the robot file what pulls at it.
     pull_said = not isinstance(robot, ServoAxis) or robot.gravity is not None
-    left_out = _left_out(machine)
-    answer = answer.model_copy(update={"pull_said": pull_said, "not_held_out": left_out})
+    answer = answer.model_copy(update={"pull_said": pull_said})
     return in_words(answer, kinds_of(robot, answer), robot.effects)
 
 
@@ -99,12 +105,8 @@ def _joints(machine: Lone, progress: Progress) -> Diagnosis:
     """A servo delta by its disturbance estimates."""
     plant = machine.plant
     assert isinstance(plant, ServoDelta)
-    try:
-        answer = diagnose_plant(plant, machine.others, progress)
-    except OverflowError:
-        raise too_large() from None
+    answer = _answered(machine, progress)
     pictured = _by_joint(answer, MOTORS, float(plant.readings.t_s[0]), plant.span_s, CHANNEL)
-    pictured = pictured.model_copy(update={"not_held_out": _left_out(machine)})
     return in_words(pictured, SERVO_EFFECTS)
 
 
@@ -112,16 +114,12 @@ def _chain(machine: Lone, progress: Progress) -> Diagnosis:
     """A chain of joints by its efforts."""
     plant = machine.plant
     assert isinstance(plant, ChainPlant)
-    try:
-        answer = diagnose_plant(plant, machine.others, progress, machine.singles)
-    except OverflowError:
-        raise too_large() from None
+    answer = _answered(machine, progress)
     whole, chain = plant.moved.whole, plant.chain
     if answer.picture is not None:
         answer = answer.model_copy(update={"picture": _pictured(answer.picture, plant)})
     answer = _by_joint(answer, chain.joints, float(whole.t_s[0]), whole.span_s, plant.channel)
     kinds = chain_effects(dict(zip(chain.joints, chain.slides, strict=True)), chain.tip)
-    answer = answer.model_copy(update={"not_held_out": _left_out(machine)})
     return in_words(answer, kinds, plant.robot.effects)
 
 
@@ -129,10 +127,7 @@ def _posed(machine: Lone, progress: Progress) -> Diagnosis:
     """A chain of joints by places and orientations that were measured from outside."""
     plant = machine.plant
     assert isinstance(plant, PosePlant)
-    try:
-        answer = diagnose_plant(plant, machine.others, progress, machine.singles)
-    except OverflowError:
-        raise too_large() from None
+    answer = _answered(machine, progress)
     if answer.picture is not None:
         answer = answer.model_copy(update={"picture": _of_channels(answer.picture, plant)})
     whole = [(float(plant.poses.t_s[0]), float(plant.poses.t_s[-1]))]
@@ -142,7 +137,7 @@ def _posed(machine: Lone, progress: Progress) -> Diagnosis:
         )
         for one in answer.findings
     ]
-    answer = answer.model_copy(update={"findings": found, "not_held_out": _left_out(machine)})
+    answer = answer.model_copy(update={"findings": found})
     slides = dict(zip(plant.joints, plant.chain.slides, strict=True))
     return in_words(answer, chain_effects(slides, plant.chain.tip), plant.robot.effects)
 
@@ -183,10 +178,6 @@ def _by_joint(
     found = [_of_joint(one, joints, first_s, span_s, channel) for one in answer.findings]
     picture = joint_channels(answer, len(joints), channel)
     return answer.model_copy(update={"findings": found, "picture": picture})
-
-
-def _left_out(machine: Lone) -> list[str]:
-    return [refusal.says for refusal in machine.left_out]
 
 
 def _of_joint(

@@ -88,8 +88,8 @@ class HillClimb:
     def _better(self, here: Explanation) -> Explanation | None:
         """The best set one move away; None where none is better.
 
-        Of many regressors each exchange is tried where no other move helps: they are as many as the
-        set is large, and while additions help they say nothing that stays.
+        A large set has many exchanges, which seldom hold while additions still help: they are tried
+        once no other move helps.
         """
         few = len(here.keys - self.kept) <= SELECTION.exchanged_up_to
         ways = [[self._moves, self._exchanges]] if few else [[self._moves], [self._exchanges]]

@@ -201,7 +201,7 @@ class PoseShapes:
         return given
 
     def find_gear_waves(self, at: At) -> None:
-        """For each joint the wave, finer than its own, that what is left has most of."""
+        """For each joint the wave, finer than its own, that explains most of the residual."""
         left, valid = np.nan_to_num(at.left), self.model.valid
         for j, joint in enumerate(self.joints):
             q = self.poses.at[:, j]

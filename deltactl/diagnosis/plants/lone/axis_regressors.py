@@ -33,7 +33,7 @@ def begins_of(axis: RecordedAxis) -> list[str]:
 
 def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     """Every named effect that this recording can tell anything of."""
-    spread_s, longest_s = COMMANDED_AXIS.lag_spread_s, COMMANDED_AXIS.longest_lag_s
+    spread_s, longest_s = COMMANDED_AXIS.lag_spread_s, LONE.longest_lag_s
     lag = (
         Size("time", "half", spread_s, 0.0, longest_s, 1e-3),
         Size("dead_time", "half", spread_s, 0.0, longest_s, 1e-3),
@@ -239,7 +239,7 @@ def impossible(
         fewest, most = ranges[key]
         if not (1.0 + near) * fewest < sizes[f"{key}.waves"] < (1.0 - near) * most:
             return True
-    longest_s = COMMANDED_AXIS.together_of_longest * COMMANDED_AXIS.longest_lag_s
+    longest_s = COMMANDED_AXIS.together_of_longest * LONE.longest_lag_s
     if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > longest_s:
         return True
     if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:

@@ -167,8 +167,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
         if name == "position" and self._map is not None:
             return self._map.repeats.cells
         most = COMMANDED_AXIS.axis_pieces * (2 if name == "time" else 1)
-        stood_on = len(self.rows) // COMMANDED_AXIS.rows_a_piece
-        return int(np.clip(stood_on, COMMANDED_AXIS.fewest_pieces, most))
+        stood_on = len(self.rows) // LONE.rows_a_piece
+        return int(np.clip(stood_on, LONE.fewest_pieces, most))
 
     @property
     def unknown_spread(self) -> float:

@@ -32,7 +32,7 @@ from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, FORCED_AXIS
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
 from deltactl.diagnosis.plants.regression import (
     Columns,
     Regressor,
@@ -180,7 +180,7 @@ class ForcedAxis(LeftOver):
         bearings first yield, which no curve over the speed says.
         """
         steep, count = np.abs(self._changing), len(self.rows)
-        fewest = COMMANDED_AXIS.rows_a_piece
+        fewest = LONE.rows_a_piece
         shares = [one for one in FORCED_AXIS.steeper if (1.0 - one) * count >= fewest]
         edges = np.quantile(steep[self.rows], shares) if shares else np.zeros(0)
         turns = np.diff(np.signbit(self.motion.velocity), prepend=False)
@@ -209,7 +209,7 @@ class ForcedAxis(LeftOver):
         if not self.let_go:
             slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
             speed = Size("speed", "flat", top, slowest, fastest, 0.002 * top)
-            step_s, longest_s = 0.05 * self.readings.period_s, COMMANDED_AXIS.longest_lag_s
+            step_s, longest_s = 0.05 * self.readings.period_s, LONE.longest_lag_s
             late = Size("dead_time", "half", FORCED_AXIS.dead_time_spread_s, 0.0, longest_s, step_s)
             found += [
                 named("effort/offset", equivalents=instead("effort/offset")),
@@ -324,8 +324,8 @@ class ForcedAxis(LeftOver):
 
     def pieces(self, name: str) -> int:
         """The same over every covariate; fewer of a short motion."""
-        stood_on = len(self.rows) // COMMANDED_AXIS.rows_a_piece
-        return int(np.clip(stood_on, COMMANDED_AXIS.fewest_pieces, FORCED_AXIS.force_pieces))
+        stood_on = len(self.rows) // LONE.rows_a_piece
+        return int(np.clip(stood_on, LONE.fewest_pieces, FORCED_AXIS.force_pieces))
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
         """Bounds of the noise: what passed the low-pass, and effort and position beyond it."""
@@ -393,7 +393,7 @@ class ForcedAxis(LeftOver):
         for key in keys & {"friction", "viscous", "stribeck"}:
             if linear[key][0] <= 0.0:
                 return True
-        if "lag" in keys and not 0.0 < sizes["lag.dead_time"] < COMMANDED_AXIS.longest_lag_s:
+        if "lag" in keys and not 0.0 < sizes["lag.dead_time"] < LONE.longest_lag_s:
             return True
         if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
             return True

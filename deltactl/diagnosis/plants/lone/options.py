@@ -17,6 +17,12 @@ class LoneOptions:
     """Share of a bound within which a size sits at it, and was not found."""
     unknown_of_mismatch: float = 0.5
     """Usual size of an unknown: half of what is to be explained."""
+    longest_lag_s: float = 2.0
+    """Longest lag, and longest dead time, that a drive is looked for: beyond, it has arrived."""
+    fewest_pieces: int = 2
+    """Pieces of a spline term over few readings or places: one bend."""
+    rows_a_piece: int = 15
+    """Readings in a piece, at least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +67,6 @@ class CommandedAxisOptions:
     lag_spread_s: float = 0.1
     """A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101,
     STS3250)."""
-    longest_lag_s: float = 2.0
-    """Longest lag, and longest dead time, that a drive is looked for: beyond, it has arrived."""
     gap_of_a_lag: float = 0.02
     """Share of the gap between both directions that a delay makes, below which nothing else is
     learned from it: no drive is quite one dead time and one time constant."""
@@ -125,10 +129,6 @@ class CommandedAxisOptions:
     # Spline terms.
     axis_pieces: int = 6
     """Over position, speed or load; twice as many over time, in which anything comes and goes."""
-    fewest_pieces: int = 2
-    """Pieces of a short table: one bend."""
-    rows_a_piece: int = 15
-    """Readings in a piece, at least."""
 
     uneven_map: float = 3.0
     """Times the even share of what repeats that a shape of a map in detail usually has."""
@@ -265,8 +265,6 @@ class RangeSensorOptions:
     """and lengths of the recording of the slowest."""
     range_pieces: int = 8
     """Pieces of a spline term: ranging errors wave over the distance."""
-    fewest_pieces: int = 2
-    """Pieces of a spline term over few places: one bend."""
     places_a_piece: int = 4
     """Places in a piece, at least: over distance and time together half as many shapes
     as places, so that how places differ by themselves still shows."""

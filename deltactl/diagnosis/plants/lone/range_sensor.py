@@ -178,7 +178,7 @@ class RangeSensorPlant(LeftOver):
         if self.moves_all_the_time and self.in_time:
             return most
         places = len(np.unique(self.groups[self.rows]))
-        return int(np.clip(places // RANGE_SENSOR.places_a_piece, RANGE_SENSOR.fewest_pieces, most))
+        return int(np.clip(places // RANGE_SENSOR.places_a_piece, LONE.fewest_pieces, most))
 
     @property
     def unknown_spread(self) -> float:

@@ -18,7 +18,7 @@ from deltactl.diagnosis.observations.readings import (
     gather,
 )
 from deltactl.diagnosis.plants.lone.known_effects import Foretold, begun, foretold_by, may_leave
-from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.travel import (
     arrivals,
     direction_of,
@@ -188,7 +188,7 @@ class RecordedAxis:
     @property
     def arrived(self) -> bool:
         """Whether rows are so far apart that every move is over before the next is read."""
-        return self.readings.period_s > COMMANDED_AXIS.longest_lag_s
+        return self.readings.period_s > LONE.longest_lag_s
 
     @cached_property
     def resolved_waves(self) -> float:

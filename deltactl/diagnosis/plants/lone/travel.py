@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
-from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 
 
 def direction_of(commanded: FloatArray, fresh: BoolArray, hair: float) -> FloatArray:
@@ -62,7 +62,7 @@ def ends_earlier_move(
         if not len(away) or not away[0] > max(least, COMMANDED_AXIS.coarsest_steps * hair):
             continue
         there = np.flatnonzero(away < COMMANDED_AXIS.arrived_share * away[0])
-        if len(there) and t_s[first + there[0]] - t_s[first] < COMMANDED_AXIS.longest_lag_s:
+        if len(there) and t_s[first + there[0]] - t_s[first] < LONE.longest_lag_s:
             found[first : first + there[0]] = True
     return found
 
