@@ -18,7 +18,7 @@ class Products:
     def __init__(self) -> None:
         self._places: dict[str, tuple[Block, IntArray]] = {}
         self._gram: FloatArray = np.zeros((0, 0))
-        """Of the columns of all blocks in `_places`."""
+        """Scalar products of the columns of all blocks in `_places`."""
         self._pairs: dict[tuple[str, str], tuple[Block, Block, FloatArray]] = {}
 
     def of(self, blocks: list[Block]) -> FloatArray:
