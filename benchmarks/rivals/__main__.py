@@ -1,26 +1,40 @@
-"""Beside other tools: the same drawn axes, one table.
+"""Beside other tools: the same machines, one table.
 
-    python -m benchmarks.rivals [--axes 20] [--seed 1] [--out build/rivals/out]
+    python -m benchmarks.rivals [--axes 20] [--real FOLDER] [--halves] [--seed 1] [--out FOLDER]
 
-deltactl, lmfit with BIC, PySINDy and a textbook's inverse dynamic model get the same files of
-single axes, half of them healthy (cases.py). Protocols of the others are in tools_outside.py. They
-run in a second virtual environment, which this command makes in build/rivals/venv from
-benchmarks/rivals/constraints.txt; each tool has one process on one core. Written in the folder:
-the cases, an answers file a tool, and table.md with what each tool named otherwise.
+deltactl, lmfit with BIC, PySINDy and a textbook's inverse dynamic model get the same files: drawn
+single axes, half of them healthy (cases.py), and real recordings (real.py). Protocols of the others
+are in tools_outside.py. They run in a second virtual environment, which this command makes in
+build/rivals/venv from benchmarks/rivals/constraints.txt; each tool has one process on one core.
+Written to --out (build/rivals/out): the cases, an answers file a tool, and a table a group with
+what each tool named otherwise.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import platform
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from benchmarks.rivals.cases import Answers, by_deltactl, drawn, read_answers, scored, write_cases
+from benchmarks.rivals.cases import (
+    Answers,
+    Scored,
+    by_deltactl,
+    cut_in_halves,
+    drawn,
+    read_answers,
+    scored,
+    write_cases,
+)
+from benchmarks.rivals.real import judged, write_real
 from benchmarks.rivals.table import column, markdown, wrong
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.release import own_version
@@ -72,45 +86,88 @@ def versions() -> str:
     return f"{', '.join(own)}; {platform.machine()}, {os.cpu_count()} cores"
 
 
-def compare(axes: int, seed: int, out: Path) -> str:
+@dataclass(frozen=True)
+class Group:
+    """Machines of one kind: their cases in a folder, who answers, and who scores."""
+
+    title: str
+    folder: Path
+    tools: Sequence[str]
+    score: Callable[[Answers], list[Scored]]
+
+
+def compare(group: Group, halves: bool) -> str:
     """Run every tool; the table as Markdown."""
-    python = environment()
-    files = out / f"cases-{seed}"
-    shutil.rmtree(files, ignore_errors=True)
-    truths = write_cases(drawn(axes, seed), files)
+    if halves:
+        cut_in_halves(group.folder)
     columns, mistakes = {}, ""
-    for tool in ("deltactl", *OUTSIDE):
-        print(f"{tool} ...", file=sys.stderr, flush=True)
+    for tool in ("deltactl", *group.tools):
+        print(f"{group.title}: {tool} ...", file=sys.stderr, flush=True)
+        out = group.folder.with_name(f"{group.folder.name}-{tool}.json")
         answers = (
-            by_deltactl(files)
+            by_deltactl(group.folder)
             if tool == "deltactl"
-            else outside(python, tool, files, out / f"{tool}-{seed}.json")
+            else outside(environment(), tool, group.folder, out)
         )
-        own = scored(truths, answers)
+        own = group.score(answers)
+        if tool == "deltactl":
+            said = {"answers": answers.by_case, "peak_mb": answers.peak_mb}
+            out.write_text(json.dumps(said), encoding="utf-8")
         columns[tool] = column(tool, own, answers.peak_mb)
         mistakes += wrong(tool, own)
-    text = f"{axes} single axes, seed {seed}; {versions()}\n\n{markdown(columns)}"
-    (out / f"table-{seed}.md").write_text(f"{text}\n## Named otherwise\n\n{mistakes}")
+    text = f"{group.title}; {versions()}\n\n{markdown(columns)}"
+    group.folder.with_name(f"{group.folder.name}.md").write_text(
+        f"{text}\n## Named otherwise\n\n{mistakes}", encoding="utf-8"
+    )
     return text
 
 
+def axes(count: int, seed: int, out: Path) -> Group:
+    """Drawn single axes."""
+    folder = _empty(out / f"axes-{seed}")
+    truths = write_cases(drawn(count, seed), folder)
+    return Group(f"{count} single axes, seed {seed}", folder, OUTSIDE, partial(scored, truths))
+
+
+def real(given: Path, out: Path) -> Group | None:
+    """Real recordings; None, with the reason printed, where there are none."""
+    folder = _empty(out / "real")
+    known, skipped = write_real(given, folder)
+    for line in skipped:
+        print(f"left out: {line}", file=sys.stderr)
+    title = f"{len(known)} real recordings, {len(skipped)} entries left out"
+    return Group(title, folder, OUTSIDE, partial(judged, known)) if known else None
+
+
+def _empty(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    return folder
+
+
 def main(words: Sequence[str] | None = None) -> int:
-    """Print the table; status 2 where something is missing."""
+    """Print a table a group; status 2 where something is missing."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.rivals", description=(__doc__ or "").splitlines()[0]
     )
-    parser.add_argument("--axes", type=int, default=20, help="how many, half of them healthy")
-    parser.add_argument("--seed", type=int, default=1, help="another seed draws other axes")
+    parser.add_argument("--axes", type=int, default=20, help="how many, half healthy; 0: none")
+    parser.add_argument("--real", type=Path, metavar="FOLDER", help="recordings with answers")
+    parser.add_argument("--halves", action="store_true", help="answer halves of each case too")
+    parser.add_argument("--seed", type=int, default=1, help="another seed draws other machines")
     parser.add_argument("--out", type=Path, default=HOME / "out", help="folder for what is written")
     options = parser.parse_args(words)
-    if options.axes < 2:
-        parser.error(f"--axes {options.axes}: at least 2, a healthy one and another")
+    if options.axes < 0 or options.axes == 1:
+        parser.error(f"--axes {options.axes}: 0, or at least a healthy one and another")
     if options.seed < 0:
         parser.error(f"--seed {options.seed}: at least 0")
     if options.out.exists() and not options.out.is_dir():
         parser.error(f"--out {options.out}: is a file; name a folder")
+    out = options.out.resolve()
     try:
-        print(compare(options.axes, options.seed, options.out.resolve()), end="")
+        groups = [axes(options.axes, options.seed, out)] if options.axes else []
+        groups += [group] if options.real and (group := real(options.real, out)) else []
+        for group in groups:
+            print(compare(group, options.halves), flush=True)
     except ConfigError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

@@ -17,6 +17,8 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, lfilter, medfilt, sosfiltfilt
 
 Array = NDArray[np.float64]
+FOLLOWED, READINGS = ("command", "steps", "distance"), ("position", "theta", "range")
+"""Beginnings of the names of columns: what an axis or a sensor follows, and what is read."""
 Json = dict[str, Any]
 WILD = 6.0
 """Robust deviations from which on a row is an outlier."""
@@ -61,12 +63,18 @@ def signals(file: Path, robot: Json) -> Signals:
     return _forced(columns, robot) if "inertia" in robot else _commanded(columns, robot)
 
 
-def _grid(stamps_s: Array) -> tuple[Array, float, NDArray[np.bool_]]:
+def _grid(columns: dict[str, Array]) -> tuple[Array, float, NDArray[np.bool_]]:
     """An even grid, its step, and which of its points lie between two rows that are no gap."""
-    step_s = float(np.median(np.diff(stamps_s)))
+    stamps_s = columns["t"]
+    apart_s = np.diff(stamps_s)
+    step_s = float(np.median(apart_s))
     even_s = np.arange(stamps_s[0], stamps_s[-1], step_s)
     after = np.clip(np.searchsorted(stamps_s, even_s), 1, len(stamps_s) - 1)
-    near = stamps_s[after] - stamps_s[after - 1] < 2.5 * step_s
+    # A log that often leaves a row out has no gap there.
+    gap_s = max(2.5 * step_s, 1.5 * float(np.quantile(apart_s, 0.99)))
+    near = stamps_s[after] - stamps_s[after - 1] < gap_s
+    piece = columns.get("segment", np.zeros_like(stamps_s))
+    near &= piece[after] == piece[after - 1]
     near[: min(20, len(near) // 20)] = False
     return even_s, step_s, near
 
@@ -87,9 +95,9 @@ def without_spikes(column: Array) -> Array:
 
 
 def _commanded(columns: dict[str, Array], robot: Json) -> Signals:
-    even_s, step_s, kept = _grid(columns["t"])
-    command = next(name for name in columns if name.startswith(("command", "steps")))
-    reading = next(name for name in columns if name.startswith(("position", "theta")))
+    even_s, step_s, kept = _grid(columns)
+    command = next(name for name in columns if name.startswith(FOLLOWED))
+    reading = next(name for name in columns if name.startswith(READINGS))
     x = np.interp(even_s, columns["t"], columns[command] * robot.get("step", 1.0))
     y = np.interp(even_s, columns["t"], columns[reading])
     v = rate(x, step_s)
@@ -98,7 +106,7 @@ def _commanded(columns: dict[str, Array], robot: Json) -> Signals:
 
 def _forced(columns: dict[str, Array], robot: Json) -> Signals:
     """Derivatives and force through the same low-pass, and as many rows as it leaves apart."""
-    even_s, step_s, near = _grid(columns["t"])
+    even_s, step_s, near = _grid(columns)
     columns = columns | {name: without_spikes(columns[name]) for name in ("position", "effort")}
     even = {name: np.interp(even_s, columns["t"], column) for name, column in columns.items()}
     cut_hz = _cut_hz(even["position"], step_s)
@@ -165,7 +173,7 @@ def axis_model(given: Signals, values: Values) -> Array:
     x = x * values.get("scale", 1.0)
     if values.get("width", 0.0) > 0.0:
         x = play(x, values["width"])
-    return np.asarray(x + values.get("angle", 0.0), dtype=np.float64)
+    return np.asarray(x + values.get("angle", values.get("offset", 0.0)), dtype=np.float64)
 
 
 def _force(given: Signals, values: Values) -> Array:

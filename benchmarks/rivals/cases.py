@@ -1,17 +1,22 @@
-"""The drawn axes that every tool gets, and deltactl's own answers.
+"""Cases that every tool gets, deltactl's own answers, and what the drawn axes hide.
 
-Odd seeds of the proof's generator, which judge the diagnosis and never tune it. Half of the axes
-are healthy, the others hide one to three effects that have a name (tiers single, gross, pair and
-three): no tool but deltactl can say "unknown", "a tie" or "too faint".
+A case is a folder with `recording.csv.gz`, `robot.yaml`, its values as `robot.json` for tools
+without YAML, and, where there is one, `holdout.csv.gz`.
+
+Drawn axes: odd seeds of the proof's generator, which judge the diagnosis and never tune it. Half of
+the axes are healthy, the others hide one to three effects that have a name (tiers single, gross,
+pair and three): no tool but deltactl can say "unknown", "a tie" or "too faint".
 """
 
 from __future__ import annotations
 
+import gzip
 import json
+import shutil
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -20,8 +25,16 @@ import numpy as np
 
 from benchmarks.rivals.axis_signals import peak_mb
 from deltactl.proof.axis.build import Design
-from deltactl.proof.axis.cases import MACHINES, ROUND, AxisCase, draw, write_blind
-from deltactl.proof.prove.axis_score import AxisScore, score_axis
+from deltactl.proof.axis.cases import (
+    HOLDOUT,
+    MACHINES,
+    RECORDING,
+    ROUND,
+    AxisCase,
+    draw,
+    write_blind,
+)
+from deltactl.proof.prove.axis_score import score_axis
 from deltactl.proof.prove.one_case import diagnose_blind
 
 Json = dict[str, Any]
@@ -29,14 +42,42 @@ NAMED_TIERS = ("single", "gross", "pair", "three")
 FOLLOWS_OR_FORCED = ("commanded", "effort")
 SEEDS_APART = 100_000
 ROBOT_JSON = "robot.json"
+HALVES = ("first", "second")
 
 
 @dataclass(frozen=True)
 class Answers:
-    """What one tool said of every axis: case -> answer, and its peak memory."""
+    """What one tool said of every case: case -> answer, and its peak memory."""
 
     by_case: dict[str, Json]
     peak_mb: float
+
+
+@dataclass(frozen=True)
+class Scored:
+    """One case as one tool answered it."""
+
+    case: str
+    group: str
+    """Of the table: cases with one title."""
+    truth: list[str]
+    said: list[str]
+    right: bool
+    """Each hidden effect is a finding, and nothing needless is. Alternatives do not count: only one
+    of the tools offers any."""
+    false: bool | None
+    """Something is claimed that is not there; None where the group counts it elsewhere."""
+    seconds: float
+    failure: str | None = None
+    sizes: list[bool] = field(default_factory=list)
+    """Of each known size that is stated: whether its 95 % interval holds the truth."""
+    over_bound: list[float] = field(default_factory=list)
+    """Errors of sizes over their Cramer-Rao standard deviation."""
+    heldout_over_noise: float = float("nan")
+    agree: list[bool] = field(default_factory=list)
+    """Of each size that both halves state: whether they agree within their intervals."""
+    outright: bool | None = None
+    """Right by its findings alone, where an alternative counts too."""
 
 
 def drawn(count: int, seed: int) -> list[AxisCase]:
@@ -57,11 +98,8 @@ def _seeds(seed: int, tiers: Sequence[str]) -> Iterator[int]:
 
 
 def write_cases(cases: Sequence[AxisCase], folder: Path) -> list[Json]:
-    """A folder a case: two recordings, the robot file, and its values for tools without YAML.
-
-    Returns the truths, which no tool sees.
-    """
-    truths = [case.truth() for case in cases]
+    """A folder a case. Returns the truths with the bounds of sizes, which no tool sees."""
+    truths = [case.truth() | {"bound": case.bound()} for case in cases]
     for case, truth in zip(cases, truths, strict=True):
         own = folder / truth["case"]
         write_blind(case, own)
@@ -85,6 +123,19 @@ def robot_values(plan: Design) -> Json:
             "gravity_zero": zero_rad}  # fmt: skip
 
 
+def cut_in_halves(folder: Path) -> None:
+    """Beside each case two more, CASE.first and CASE.second, with half of its rows each."""
+    for case in [one for one in sorted(folder.iterdir()) if one.is_dir()]:
+        with gzip.open(case / RECORDING, "rt", encoding="utf-8") as text:
+            head, *rows = text.readlines()
+        middle = len(rows) // 2
+        for name, own in zip(HALVES, (rows[:middle], rows[middle:]), strict=True):
+            half = folder / f"{case.name}.{name}"
+            shutil.copytree(case, half)
+            with gzip.open(half / RECORDING, "wt", encoding="utf-8") as text:
+                text.writelines([head, *own])
+
+
 def by_deltactl(folder: Path) -> Answers:
     """Diagnose every case in a process of its own, on one core."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
@@ -97,7 +148,8 @@ def _diagnosed(folder: Path) -> Answers:
         begun = time.monotonic()
         said, failure = diagnose_blind(one)
         seconds = time.monotonic() - begun
-        heldout = said["fit"]["holdout_rms_after_m"] if said is not None else None
+        apart = said is not None and (one / HOLDOUT).exists()
+        heldout = said["fit"]["holdout_rms_after_m"] if said is not None and apart else None
         by_case[one.name] = {"diagnosis": said, "failure": failure, "seconds": seconds,
                              "heldout": heldout}  # fmt: skip
     return Answers(by_case, peak_mb())
@@ -121,21 +173,40 @@ def read_answers(file: Path) -> Answers:
     return Answers(by_case, written["peak_mb"])
 
 
-@dataclass(frozen=True)
-class Scored:
-    """One axis as one tool answered it."""
+def agreement(answers: Answers, case: str) -> list[bool]:
+    """Whether sizes that both halves of a case state agree within their intervals.
 
-    marks: AxisScore
-    right: bool
-    """Each hidden effect, or what an ideal observer cannot tell from it, is a finding, and nothing
-    needless is. Alternatives do not count: only one of the tools offers any."""
-    seconds: float
-    heldout_over_noise: float
-    """NaN for an axis with effort: each tool has a low-pass, and so a noise, of its own."""
+    The interval of a difference of two independent sizes is as wide as both at a right angle.
+    """
+    first, second = (_intervals(answers.by_case.get(f"{case}.{half}")) for half in HALVES)
+    return [
+        abs(first[name][0] - second[name][0]) <= np.hypot(first[name][1], second[name][1])
+        for name in first.keys() & second.keys()
+    ]
+
+
+def _intervals(answer: Json | None) -> dict[tuple[str, str, str], tuple[float, float]]:
+    """Middle and half width of every size with both ends; phases and moments are no sizes."""
+    found = {}
+    for finding in ((answer or {}).get("diagnosis") or {"findings": []})["findings"]:
+        for name, size in finding["parameters"].items():
+            if not isinstance(size, dict) or not isinstance(size["value"], float):
+                continue
+            low, high = size["ci95"]
+            moment = name == "phase" or (name, finding["effect"]) == ("time", "lost_steps")
+            if low is None or high is None or not np.isfinite(high - low) or moment:
+                continue
+            key = finding["effect"], finding.get("component", ""), name
+            found[key] = 0.5 * (low + high), 0.5 * (high - low)
+    return found
 
 
 def scored(truths: Sequence[Json], answers: Answers) -> list[Scored]:
-    """By the proof's own scorer; axes that the tool does not take are left out."""
+    """By the proof's own scorer; axes that the tool does not take are left out.
+
+    What an ideal observer cannot tell from a hidden effect is as right. Held-out errors of axes
+    with effort are left out: each tool has a low-pass, and so a noise, of its own.
+    """
     found = []
     for truth in truths:
         own = answers.by_case[truth["case"]]
@@ -146,6 +217,7 @@ def scored(truths: Sequence[Json], answers: Answers) -> list[Scored]:
             "truth": truth,
             "diagnosis": own["diagnosis"],
             "failure": own["failure"],
+            "bound": truth.get("bound"),
             "diagnosed_s": own["seconds"],
         }
         over = np.nan
@@ -155,5 +227,21 @@ def scored(truths: Sequence[Json], answers: Answers) -> list[Scored]:
         said = set(marks.said)
         named = all(said & {*line["names"], *line["ties"]} for line in truth["answers"])
         right = named and not marks.needless and marks.failure is None
-        found.append(Scored(marks, right, own["seconds"], float(over)))
+        hidden = bool(marks.truth)
+        found.append(
+            Scored(
+                marks.case,
+                {"effort": "with effort"}.get(marks.machine, marks.machine),
+                marks.truth,
+                marks.said,
+                right,
+                None if hidden else marks.alarmed,
+                own["seconds"],
+                marks.failure,
+                marks.covered if hidden else [],
+                marks.over_bound if hidden else [],
+                float(over),
+                agreement(answers, marks.case),
+            )
+        )
     return found

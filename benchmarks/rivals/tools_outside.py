@@ -3,7 +3,8 @@
     python -m benchmarks.rivals.tools_outside TOOL FOLDER OUT
 
 Runs in an environment of its own and imports nothing of deltactl. Each folder in FOLDER holds
-`recording.csv.gz`, `holdout.csv.gz` and `robot.json`; OUT gets one answer a folder, as JSON.
+`recording.csv.gz`, `robot.json` and perhaps `holdout.csv.gz`; OUT gets one answer a folder, as
+JSON.
 
 Protocol. Each tool gets the columns in SI units and the values of the robot file. What may be wrong
 is the list below, written once and the same for every axis; no tool is told which entries are open.
@@ -14,6 +15,7 @@ lmfit (1.3): every set of up to three entries is fitted by `leastsq`; the least 
   a name), `gear_ratio` (0.5 to 2), `gear_backlash` (play, 0 to half of the stroke), `following_lag`
   (time constant and dead time, each 0 to 2 s or a tenth of the recording). Left out: waves, lost
   steps, compliance, resonance, limits of speed.
+- range sensor: `sensor_scale` (0.5 to 2), `sensor_offset`, `sensor_latency` (0 to 2 s).
 - axis with effort: `joint_friction` and `viscous_friction` (at least 0), `effort_offset`,
   `inertia` (a fifth to five times the file's), `effort_gain` (0.2 to 5), `following_lag` (0 to
   0.5 s). Left out: Stribeck friction, limits of effort.
@@ -64,6 +66,8 @@ MOST_NAMES = 3
 SURE_T = 4.0
 LEAST_LAG_PERIODS = 0.25
 COMMANDED_TERMS = ("home_offset", "gear_ratio", "following_lag", "resonance", "gear_backlash")
+SENSOR_TERMS = ("sensor_offset", "sensor_scale", "sensor_latency", "unknown", "unknown")
+LAGS = ("following_lag", "sensor_latency")
 FORCED_TERMS = ("effort_offset", "unknown", "viscous_friction", "inertia", "joint_friction")
 THRESHOLDS = np.geomspace(0.003, 3.0, 12)
 
@@ -85,6 +89,12 @@ def candidates(given: Signals) -> dict[str, list[Open]]:
             "effort_gain": [("scale", 1.0, 0.2, 5.0)],
             "following_lag": [("total", 0.005, 0.0, 0.5)],
         }
+    if given.sets.get("sensor"):
+        return {
+            "sensor_scale": [("scale", 1.0, 0.5, 2.0)],
+            "sensor_offset": [("offset", 0.0, -np.inf, np.inf)],
+            "sensor_latency": [("dead_time", 0.01, 0.0, 2.0)],
+        }
     stroke, late_s = float(np.ptp(given.x)), min(2.0, 0.1 * given.step_s * len(given.x))
     found: dict[str, list[Open]] = {
         "gear_ratio": [("scale", 1.0, 0.5, 2.0)],
@@ -103,7 +113,7 @@ def by_lmfit(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
     import lmfit
 
     entries = candidates(given)
-    nameless = [] if "inertia" in given.sets or "home_offset" in entries else ["angle"]
+    nameless = [] if given.sets.get("zero", "absolute") == "absolute" else ["angle"]
     kept = given.kept.copy()
 
     def fit(names: Sequence[str]) -> Any:
@@ -148,7 +158,7 @@ def by_lmfit(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
             error = None if one.stderr is None else widen * one.stderr
             sizes[value] = _size(one.value, error)
         late_s = sum(result.params[value].value for value, *_ in entries[name])
-        if name != "following_lag" or late_s > LEAST_LAG_PERIODS * given.step_s:
+        if name not in LAGS or late_s > LEAST_LAG_PERIODS * given.step_s:
             findings.append(_finding(name, sizes))
     values = result.params.valuesdict() if result is not None else {}
     return findings, lambda other: axis_model(other, values)
@@ -208,6 +218,8 @@ def _terms(given: Signals, terms: Array) -> list[Json]:
     named = (terms != 0.0) & ~(cannot & np.array([False, False, True, False, True]))
     named[0] &= forced or given.sets["zero"] == "absolute"
     names = FORCED_TERMS if forced else COMMANDED_TERMS
+    if given.sets.get("sensor"):
+        names = SENSOR_TERMS
     return [_finding(name, {}) for name, own in zip(names, named, strict=True) if own]
 
 
@@ -255,12 +267,15 @@ def answer(tool: str, folder: Path) -> Json:
         given = signals(folder / "recording.csv.gz", robot)
         findings, predict = TOOLS[tool](given)
         seconds = time.monotonic() - begun
-        other = signals(folder / "holdout.csv.gz", robot)
+        apart = folder / "holdout.csv.gz"
+        other = signals(apart, robot) if apart.exists() else None
     except (ValueError, TypeError, np.linalg.LinAlgError) as error:
         return {"findings": None, "failure": str(error), "seconds": time.monotonic() - begun,
                 "heldout": None}  # fmt: skip
-    left = (other.y - predict(other))[other.kept]
-    heldout = float(np.sqrt(np.mean(left**2)))
+    heldout = None
+    if other is not None:
+        left = (other.y - predict(other))[other.kept]
+        heldout = float(np.sqrt(np.mean(left**2)))
     return {"findings": findings, "failure": None, "seconds": seconds, "heldout": heldout}
 
 

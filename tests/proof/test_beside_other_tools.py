@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,15 @@ from typing import Any
 
 import pytest
 
-from benchmarks.rivals.cases import drawn, read_answers, scored, write_cases
+from benchmarks.rivals.cases import (
+    Scored,
+    cut_in_halves,
+    drawn,
+    read_answers,
+    scored,
+    write_cases,
+)
+from benchmarks.rivals.real import judged, write_real
 from benchmarks.rivals.table import column, markdown
 from benchmarks.rivals.tools_outside import main
 from benchmarks.structure import ROOT
@@ -36,9 +45,9 @@ def test_the_textbook_names_and_sizes_viscous_friction(
 ) -> None:
     truths, file = said
     only = scored(truths[:1], read_answers(file))[0]
-    assert only.marks.truth == only.marks.said == ["viscous_friction"]
+    assert only.truth == only.said == ["viscous_friction"]
     assert only.right
-    assert only.marks.covered == [True]
+    assert only.sizes == [True]
 
 
 def test_what_is_needless_or_claimed_of_a_healthy_axis_counts_against_a_tool(
@@ -54,7 +63,7 @@ def test_what_is_needless_or_claimed_of_a_healthy_axis_counts_against_a_tool(
         column("textbook", scored(truths, read_answers(one)), 1.0)
         for one in (file, tmp_path / "more.json")
     )
-    right, false = "names right, with effort", "false claims on healthy axes, with effort"
+    right, false = "names right, with effort", "false claims on healthy machines, with effort"
     assert (before[right][:6], after[right][:6]) == ("1 of 1", "0 of 1")
     assert (before[false][:6], after[false][:6]) == ("0 of 2", "1 of 2")
 
@@ -64,8 +73,89 @@ def test_what_a_tool_cannot_do_is_a_dash_with_its_reason(
 ) -> None:
     truths, file = said
     table = markdown({"textbook": column("textbook", scored(truths, read_answers(file)), 1.0)})
-    assert "| names right, commanded | - |" in table
-    assert "textbook: needs a column of effort" in table
+    assert "| 95 % intervals that hold, commanded |" not in table
+    with_another = markdown(
+        {"textbook": column("textbook", scored(truths, read_answers(file)), 1.0),
+         "lmfit": {"names right, commanded": "1 of 1"}}
+    )  # fmt: skip
+    assert "| names right, commanded | - | 1 of 1 |" in with_another
+    assert "textbook: needs a column of effort" in with_another
+
+
+def test_two_halves_of_a_recording_agree_on_a_size_or_are_counted(tmp_path: Path) -> None:
+    truths = write_cases([draw(VISCOUS)], tmp_path / "cases")
+    cut_in_halves(tmp_path / "cases")
+    main("textbook", str(tmp_path / "cases"), str(tmp_path / "said.json"))
+    assert scored(truths, read_answers(tmp_path / "said.json"))[0].agree == [True]
+    written = json.loads((tmp_path / "said.json").read_text())
+    half = written["answers"][truths[0]["case"] + ".second"]["findings"][0]
+    size = half["parameters"]["coefficient"]
+    half["parameters"]["coefficient"] = {
+        "value": 2.0 * size["value"], "ci95": [2.0 * end for end in size["ci95"]]
+    }  # fmt: skip
+    (tmp_path / "apart.json").write_text(json.dumps(written))
+    assert scored(truths, read_answers(tmp_path / "apart.json"))[0].agree == [False]
+
+
+def test_errors_of_sizes_are_held_against_the_least_that_noise_allows(
+    said: tuple[list[dict[str, Any]], Path],
+) -> None:
+    truths, file = said
+    (over,) = scored(truths[:1], read_answers(file))[0].over_bound
+    assert 0.0 < over < 10.0
+
+
+@pytest.fixture
+def given(tmp_path: Path) -> tuple[Path, float]:
+    """A folder as of real recordings, and the viscous friction in it."""
+    truth = write_cases([draw(VISCOUS)], tmp_path / "drawn")[0]
+    machine = tmp_path / "given" / "machine"
+    (tmp_path / "given").mkdir()
+    shutil.move(tmp_path / "drawn" / truth["case"], machine)
+    return machine, truth["answers"][0]["values"]["coefficient"]
+
+
+def _judged(machine: Path, expected: dict[str, Any]) -> Scored:
+    answer = {"expected": [], "holdout": "holdout.csv.gz", "rms_with_effect": 1.0} | expected
+    text = json.dumps({"_about": {}, "recording.csv.gz": answer})
+    (machine / "expected.json").write_text(text)
+    shutil.rmtree(machine.parents[1] / "cases", ignore_errors=True)
+    known, skipped = write_real(machine.parent, machine.parents[1] / "cases")
+    assert not skipped
+    main("textbook", str(machine.parents[1] / "cases"), str(machine.parents[1] / "said.json"))
+    return judged(known, read_answers(machine.parents[1] / "said.json"))[0]
+
+
+def test_a_real_recording_is_right_by_its_names_and_the_ranges_of_its_sizes(
+    given: tuple[Path, float],
+) -> None:
+    machine, size = given
+    viscous = {"effect": "viscous_friction", "component": "motor1", "parameter": "coefficient"}
+    inside = _judged(machine, {"expected": [viscous | {"range": [0.8 * size, 1.2 * size]}]})
+    assert (inside.right, inside.sizes, inside.false) == (True, [True], False)
+    outside = _judged(machine, {"expected": [viscous | {"range": [2.0 * size, 3.0 * size]}]})
+    assert (outside.right, outside.sizes) == (False, [False])
+    missed = _judged(machine, {"expected": [{"effect": "joint_friction", "component": "axis"}]})
+    assert (missed.right, missed.sizes) == (False, [])
+
+
+def test_what_must_not_be_claimed_of_a_real_machine_is_a_false_claim(
+    given: tuple[Path, float],
+) -> None:
+    machine, _ = given
+    assert _judged(machine, {"must_not_claim": ["viscous_friction"]}).false
+    assert _judged(machine, {"must_not_claim": ["viscous_friction as the main effect"]}).false
+    assert not _judged(machine, {"must_not_claim": ["inertia", "gear_backlash over 1 m"]}).false
+
+
+def test_real_recordings_that_cannot_be_used_are_left_out_with_a_reason(tmp_path: Path) -> None:
+    known, skipped = write_real(tmp_path / "absent", tmp_path / "cases")
+    assert known == []
+    assert "absent" in skipped[0]
+    (tmp_path / "given" / "robot").mkdir(parents=True)
+    (tmp_path / "given" / "robot" / "robot.yaml").write_text("kind: delta\nname: other\n")
+    (tmp_path / "given" / "robot" / "expected.json").write_text("{}")
+    assert "kind delta" in write_real(tmp_path / "given", tmp_path / "cases")[1][0]
 
 
 def test_half_of_the_drawn_axes_are_healthy_and_none_tuned_the_diagnosis() -> None:

@@ -160,7 +160,7 @@ def _has_distance(case: Case) -> bool:
 def diagnose_blind(
     folder: Path, also: Sequence[str] = ()
 ) -> tuple[dict[str, Any] | None, str | None]:
-    """Diagnose a folder that holds two recordings and a robot file and nothing else.
+    """Diagnose a folder that holds a recording and a robot file, and maybe one to hold out.
 
     On one core: the others have cases of their own. Returns the contract's JSON, or what went
     wrong: a failure counts as a wrong answer.
@@ -168,12 +168,13 @@ def diagnose_blind(
     from deltactl.diagnosis.api import diagnose
     from deltactl.diagnosis.estimation.side_by_side import alone
 
+    kept_back = folder / HOLDOUT
     try:
         with alone():
             answer = diagnose(
                 [folder / RECORDING, *(folder / name for name in also)],
                 robot=folder / ROBOT_FILE,
-                holdout=[folder / HOLDOUT],
+                holdout=[kept_back] if kept_back.exists() else [],
             )
     except DeltactlError as error:
         return None, str(error)

@@ -1,0 +1,204 @@
+"""Real recordings of single axes and sensors, and what is known of their machines.
+
+A folder holds folders, each with `robot.yaml`, recordings and `expected.json`: recording ->
+`expected` (effects with a `range` or a `tolerance` of a `value`), `must_not_claim` (an effect, with
+"over SIZE UNIT" only from that size on, with "as the main effect" only as the first finding), and
+`rms_with_effect`, what the known effects leave. Nothing of it is copied but into --out.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from benchmarks.rivals.cases import ROBOT_JSON, Answers, Scored, agreement
+from deltactl.proof.cases import HOLDOUT, RECORDING, ROBOT_FILE
+from deltactl.recording.tables.flat_files import read_flat
+
+Json = dict[str, Any]
+EXPECTED = "expected.json"
+SINGLE = ("servo_axis", "stepper_axis", "range_sensor")
+ONE_PLACE = {"axis", "motor1", "joints", "sensor", None}
+"""Places of the only axis of a machine."""
+UNITS = {"um": 1e-6, "mrad": 1e-3, "rad": 1.0, "m": 1.0, "s": 1.0}
+CLAIM = re.compile(r"([a-z_]+)(?: over ([\d.]+) ?(um|mrad|rad|m|s)\b)?")
+QUALIFIED = re.compile(r"alone|beyond|except|instead|interval|refused")
+"""Words of a condition that no list of names can meet or break."""
+SIZES = ("time", "dead_time", "amplitude", "angle", "width", "offset")
+RATIO_NEAR_ONE = 0.01
+GROUP = "real recordings"
+
+
+def write_real(given: Path, folder: Path) -> tuple[list[Json], list[str]]:
+    """A case a recording: what is known of each, and what is left out and why."""
+    if not given.is_dir():
+        return [], [f"real recordings: {given} is no folder"]
+    known, skipped = [], []
+    for own in sorted(file.parent for file in given.glob(f"*/{EXPECTED}")):
+        robot = yaml.safe_load((own / ROBOT_FILE).read_text(encoding="utf-8"))
+        if robot["kind"] not in SINGLE:
+            skipped.append(f"{own.name}: kind {robot['kind']}, not a single axis or sensor")
+            continue
+        expected = json.loads((own / EXPECTED).read_text(encoding="utf-8"))
+        for name, answer in expected.items():
+            if name.startswith("_"):
+                continue
+            if not (own / name).exists():
+                skipped.append(f"{own.name}/{name}: no such file")
+                continue
+            case = f"{own.name}__{name.split('.')[0]}"
+            known.append({"case": case} | answer | _write(own, name, answer, robot, folder / case))
+    if not known:
+        skipped.append(f"real recordings: {given} has no {EXPECTED} of a single axis or sensor")
+    return known, skipped
+
+
+def _write(own: Path, name: str, answer: Json, robot: Json, case: Path) -> Json:
+    case.mkdir(parents=True)
+    shutil.copy(own / name, case / RECORDING)
+    shutil.copy(own / ROBOT_FILE, case / ROBOT_FILE)
+    apart = own / str(answer.get("holdout"))
+    if apart.is_file():
+        shutil.copy(apart, case / HOLDOUT)
+    values = robot_values(robot, set(read_flat(own / name).columns))
+    (case / ROBOT_JSON).write_text(json.dumps(values), encoding="utf-8")
+    return {"forced": "inertia" in values}
+
+
+def robot_values(robot: Json, columns: set[str]) -> Json:
+    """As `cases.robot_values`, of a robot file; `sensor` marks a range sensor."""
+    if "effort" in columns:
+        gravity = robot.get("gravity") or {}
+        return {
+            "inertia": robot["inertia"],
+            "gain": robot.get("effort_gain", 1.0),
+            "weight": gravity.get("force_n", 0.0),
+            "gravity": gravity.get("torque_nm", 0.0),
+            "gravity_zero": gravity.get("zero_rad", 0.0),
+        }
+    drive, step = robot.get("drive"), 1.0
+    if drive and "steps_1" in columns:
+        step = 2.0 * np.pi / (drive["microsteps_per_rev"] * drive["gear_ratio"])
+    zero = robot.get("zero", "absolute")
+    return {"zero": zero, "step": step, "sensor": robot["kind"] == "range_sensor"}
+
+
+def judged(known: Sequence[Json], answers: Answers) -> list[Scored]:
+    """Every recording that the tool takes.
+
+    Right: each expected effect is a finding whose size is in its range, or an alternative of a
+    finding (play and friction give the same positions), and nothing is claimed that must not be.
+    """
+    found = []
+    for one in known:
+        own = answers.by_case[one["case"]]
+        if own["seconds"] is None:
+            continue
+        findings = (own["diagnosis"] or {"findings": []})["findings"]
+        hits = [
+            (part, [finding for finding in findings if same(part, finding)])
+            for part in one["expected"]
+        ]
+        false = [text for text in one.get("must_not_claim") or [] if claims(text, findings, one)]
+        stated = [
+            [ok for finding in hit if (ok := in_range(part, finding)) is not None]
+            for part, hit in hits
+        ]
+        sizes = [any(own_sizes) for own_sizes in stated if own_sizes]
+        others = [other for finding in findings for other in finding["alternatives"]]
+        offered = [hit or any(same(part, other) for other in others) for part, hit in hits]
+        fits = not false and all(sizes) and own["failure"] is None
+        over = np.nan
+        if own["heldout"] is not None and not one["forced"] and one.get("rms_with_effect"):
+            over = own["heldout"] / one["rms_with_effect"]
+        found.append(
+            Scored(
+                one["case"],
+                GROUP,
+                [part["effect"] for part in one["expected"]],
+                [finding["effect"] for finding in findings],
+                all(offered) and fits,
+                bool(false),
+                own["seconds"],
+                own["failure"],
+                sizes,
+                heldout_over_noise=float(over),
+                agree=agreement(answers, one["case"]),
+                outright=all(hit for _, hit in hits) and fits,
+            )
+        )
+    return found
+
+
+def same(part: Json, finding: Json) -> bool:
+    """Whether a finding or an alternative is an expected effect, in its place if it says one."""
+    where, said = part.get("component"), finding.get("component")
+    one = where in ONE_PLACE and said in ONE_PLACE
+    return bool(part["effect"] == finding["effect"]) and (where == said or said is None or one)
+
+
+def in_range(part: Json, finding: Json) -> bool | None:
+    """Whether the size of a finding is in the range of the expected effect, of either sign.
+
+    None for an effect without a range or a finding without a size. A wave must have its period
+    too. A lag is its time constant and its dead time together.
+    """
+    sizes = {name: size["value"] for name, size in finding["parameters"].items()}
+    if part.get("period_deg") and sizes.get("period") is not None:
+        period = sizes["period"]
+        off = abs(period / np.radians(part["period_deg"]) - 1.0)
+        if off > part.get("period_tolerance", 0.05):
+            return False
+    if part["effect"] == "following_lag":
+        value = sum(v for n, v in sizes.items() if n in ("time", "dead_time") and v is not None)
+    else:
+        value = sizes.get(part.get("parameter", ""))
+    low, high = _range(part)
+    if value is None or not sizes or not np.isfinite(high - low):
+        return None
+    return bool(low <= value <= high or low <= abs(value) <= high)
+
+
+def _range(part: Json) -> tuple[float, float]:
+    if part.get("range"):
+        return part["range"][0], part["range"][1]
+    if part.get("tolerance") and part.get("value") is not None:
+        return part["value"] - part["tolerance"], part["value"] + part["tolerance"]
+    return -np.inf, np.inf
+
+
+def claims(text: str, findings: Sequence[Json], one: Json) -> bool:
+    """Whether findings claim what must not be claimed."""
+    words = CLAIM.match(text)
+    if words is None:
+        return False
+    effect, limit, unit = words.groups()
+    own = [finding for finding in findings if finding["effect"] == effect]
+    if " as the main" in text:
+        return bool(findings) and findings[0]["effect"] == effect
+    if " without " in text:
+        other = text.split(" without ")[1].split()[0]
+        return any(other not in [a["effect"] for a in f["alternatives"]] for f in own)
+    if "(a ratio of" in text:
+        scales = [finding["parameters"].get("scale", {}).get("value") for finding in own]
+        return any(scale is None or abs(scale - 1.0) > RATIO_NEAR_ONE for scale in scales)
+    if limit is None and QUALIFIED.search(text):
+        return False
+    own = [finding for finding in own if not any(same(part, finding) for part in one["expected"])]
+    if limit is None:
+        return bool(own)
+    most = float(limit) * UNITS[unit]
+    return any(abs(value) > most for finding in own for value in _values(finding))
+
+
+def _values(finding: Json) -> Iterator[float]:
+    for name, size in finding["parameters"].items():
+        if name in SIZES and isinstance(size["value"], float):
+            yield size["value"]
