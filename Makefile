@@ -18,7 +18,7 @@ EXTRAS   = $(if $(WITH),[$(WITH)])
 QUIET   := $(shell test -t 2 || echo --quiet)
 INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install $(QUIET) --disable-pip-version-check -c constraints.txt
 
-.PHONY: run demo extras test test-beside test-clock test-page check style types newcomer studies release-check reference site hil-aarch64 benchmarks clean
+.PHONY: run demo extras test test-beside test-clock test-page check style types newcomer studies rivals-ci release-check reference site hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
@@ -121,6 +121,11 @@ newcomer: $(VENV)/.test
 # Studies of the papers and diagnoses of many drawn machines, which take minutes.
 studies: $(VENV)/.test
 	$(ONE_THREAD) $(BIN)/python -m pytest $(TWO) -m study --timeout 3600 $(AGAIN)
+
+# A twentieth of the comparison with other tools; without its second environment, what runs in ours.
+rivals-ci: $(VENV)/.test
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.rivals --axes 6 --deltas 3 --halves --out build/rivals/ci \
+	  $(if $(wildcard build/rivals/venv/made-from.txt),,--here)
 
 # Wheel and sdist: built, checked, installed into empty environments, and tried in each Python there is.
 release-check: $(VENV)/.test

@@ -1,11 +1,13 @@
 """Beside other tools: the same machines, one table.
 
-    python -m benchmarks.rivals [--axes 20] [--real FOLDER] [--halves] [--seed 1] [--out FOLDER]
+    python -m benchmarks.rivals [--axes 20] [--deltas N] [--real FOLDER] [--halves] [--seed 1]
 
 deltactl, lmfit with BIC, PySINDy and a textbook's inverse dynamic model get the same files: drawn
-single axes, half of them healthy (cases.py), and real recordings (real.py). Protocols of the others
-are in tools_outside.py. They run in a second virtual environment, which this command makes in
-build/rivals/venv from benchmarks/rivals/constraints.txt; each tool has one process on one core.
+single axes, half of them healthy (cases.py), and real recordings (real.py). On drawn deltas
+(deltas.py) lmfit and a printer's calibration run beside it. Protocols of the others are in
+tools_outside.py and delta_tools.py. They run in a second virtual environment, which this command
+makes in build/rivals/venv from benchmarks/rivals/constraints.txt; each tool has one process on one
+core.
 Written to --out (build/rivals/out): the cases, an answers file a tool, and a table a group with
 what each tool named otherwise.
 """
@@ -34,6 +36,7 @@ from benchmarks.rivals.cases import (
     scored,
     write_cases,
 )
+from benchmarks.rivals.deltas import scored_deltas, write_deltas
 from benchmarks.rivals.real import judged, write_real
 from benchmarks.rivals.table import column, markdown, wrong
 from deltactl.foundation.errors import ConfigError
@@ -43,6 +46,9 @@ ROOT = Path(__file__).parents[2]
 HOME = ROOT / "build" / "rivals"
 CONSTRAINTS = Path(__file__).with_name("constraints.txt")
 OUTSIDE = ("lmfit", "PySINDy", "textbook")
+OUTSIDE_OF_DELTAS = ("lmfit", "Klipper")
+NEED_NOTHING = ("textbook", "Klipper")
+"""Tools that run in this environment too."""
 ONE_CORE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
@@ -78,10 +84,11 @@ def outside(python: Path, tool: str, cases: Path, out: Path) -> Answers:
     return read_answers(out)
 
 
-def versions() -> str:
+def versions(here: bool) -> str:
     """What ran, and on what kind of machine."""
     pinned = CONSTRAINTS.read_text(encoding="utf-8").split()
     tools = [line.replace("==", " ") for line in pinned if line.startswith(("lmfit", "pysindy"))]
+    tools = [] if here else tools
     own = [f"deltactl {own_version()}", *tools, f"Python {platform.python_version()}"]
     return f"{', '.join(own)}; {platform.machine()}, {os.cpu_count()} cores"
 
@@ -96,18 +103,19 @@ class Group:
     score: Callable[[Answers], list[Scored]]
 
 
-def compare(group: Group, halves: bool) -> str:
-    """Run every tool; the table as Markdown."""
+def compare(group: Group, halves: bool, here: bool) -> str:
+    """Run every tool, or those that need no second environment; the table as Markdown."""
     if halves:
         cut_in_halves(group.folder)
     columns, mistakes = {}, ""
-    for tool in ("deltactl", *group.tools):
+    python = Path(sys.executable) if here else environment()
+    for tool in ("deltactl", *(one for one in group.tools if not here or one in NEED_NOTHING)):
         print(f"{group.title}: {tool} ...", file=sys.stderr, flush=True)
         out = group.folder.with_name(f"{group.folder.name}-{tool}.json")
         answers = (
             by_deltactl(group.folder)
             if tool == "deltactl"
-            else outside(environment(), tool, group.folder, out)
+            else outside(python, tool, group.folder, out)
         )
         own = group.score(answers)
         if tool == "deltactl":
@@ -115,7 +123,7 @@ def compare(group: Group, halves: bool) -> str:
             out.write_text(json.dumps(said), encoding="utf-8")
         columns[tool] = column(tool, own, answers.peak_mb)
         mistakes += wrong(tool, own)
-    text = f"{group.title}; {versions()}\n\n{markdown(columns)}"
+    text = f"{group.title}; {versions(here)}\n\n{markdown(columns)}"
     group.folder.with_name(f"{group.folder.name}.md").write_text(
         f"{text}\n## Named otherwise\n\n{mistakes}", encoding="utf-8"
     )
@@ -127,6 +135,14 @@ def axes(count: int, seed: int, out: Path) -> Group:
     folder = _empty(out / f"axes-{seed}")
     truths = write_cases(drawn(count, seed), folder)
     return Group(f"{count} single axes, seed {seed}", folder, OUTSIDE, partial(scored, truths))
+
+
+def deltas(count: int, seed: int, out: Path) -> Group:
+    """Drawn deltas."""
+    folder = _empty(out / f"deltas-{seed}")
+    truths = write_deltas(count, seed, folder)
+    score = partial(scored_deltas, truths)
+    return Group(f"{count} deltas, seed {seed}", folder, OUTSIDE_OF_DELTAS, score)
 
 
 def real(given: Path, out: Path) -> Group | None:
@@ -151,13 +167,18 @@ def main(words: Sequence[str] | None = None) -> int:
         prog="python -m benchmarks.rivals", description=(__doc__ or "").splitlines()[0]
     )
     parser.add_argument("--axes", type=int, default=20, help="how many, half healthy; 0: none")
+    parser.add_argument("--deltas", type=int, default=0, help="how many, half healthy")
     parser.add_argument("--real", type=Path, metavar="FOLDER", help="recordings with answers")
     parser.add_argument("--halves", action="store_true", help="answer halves of each case too")
+    parser.add_argument(
+        "--here", action="store_true", help=f"no second environment: {', '.join(NEED_NOTHING)} only"
+    )
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other machines")
     parser.add_argument("--out", type=Path, default=HOME / "out", help="folder for what is written")
     options = parser.parse_args(words)
-    if options.axes < 0 or options.axes == 1:
-        parser.error(f"--axes {options.axes}: 0, or at least a healthy one and another")
+    for name, count in (("axes", options.axes), ("deltas", options.deltas)):
+        if count < 0 or count == 1:
+            parser.error(f"--{name} {count}: 0, or at least a healthy one and another")
     if options.seed < 0:
         parser.error(f"--seed {options.seed}: at least 0")
     if options.out.exists() and not options.out.is_dir():
@@ -165,9 +186,10 @@ def main(words: Sequence[str] | None = None) -> int:
     out = options.out.resolve()
     try:
         groups = [axes(options.axes, options.seed, out)] if options.axes else []
+        groups += [deltas(options.deltas, options.seed, out)] if options.deltas else []
         groups += [group] if options.real and (group := real(options.real, out)) else []
         for group in groups:
-            print(compare(group, options.halves), flush=True)
+            print(compare(group, options.halves, options.here), flush=True)
     except ConfigError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

@@ -81,7 +81,7 @@ def scored_deltas(truths: Sequence[Json], answers: Answers) -> list[Scored]:
         covered, over = [], []
         for name, line in hidden.items():
             if name in said:
-                sizes = _held(line, said[name]["parameters"], truth["bound"] or {})
+                sizes = list(_held(line, said[name]["parameters"], truth["bound"] or {}))
                 covered += [inside for inside, _ in sizes]
                 over += [error for _, error in sizes if np.isfinite(error)]
         noise = float(np.hypot(truth["sigma"], ROUNDING_M / np.sqrt(12.0)))

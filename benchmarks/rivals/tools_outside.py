@@ -1,4 +1,4 @@
-"""Single axes by lmfit, by PySINDy, and by a textbook's inverse dynamic model.
+"""Single axes by lmfit, by PySINDy, and by a textbook's inverse dynamic model; deltas elsewhere.
 
     python -m benchmarks.rivals.tools_outside TOOL FOLDER OUT
 
@@ -51,6 +51,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.rivals import delta_tools
 from benchmarks.rivals.axis_signals import (
     SLOW,
     WILD,
@@ -255,13 +256,16 @@ def by_textbook(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]
 
 
 TOOLS = {"lmfit": by_lmfit, "PySINDy": by_pysindy, "textbook": by_textbook}
+NOT_TAKEN = {"findings": None, "failure": None, "seconds": None, "heldout": None}
 
 
 def answer(tool: str, folder: Path) -> Json:
-    """Findings in the form of the diagnosis, with seconds and held-out error, of one axis."""
+    """Findings in the form of the diagnosis, with seconds and held-out error, of one case."""
     robot = json.loads((folder / "robot.json").read_text(encoding="utf-8"))
+    if "forearm_m" in robot:
+        return delta_tools.answer(tool, folder, robot)
     if tool == "textbook" and "inertia" not in robot:
-        return {"findings": None, "failure": None, "seconds": None, "heldout": None}
+        return NOT_TAKEN
     begun = time.monotonic()
     try:
         given = signals(folder / "recording.csv.gz", robot)
