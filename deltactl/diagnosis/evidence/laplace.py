@@ -352,7 +352,7 @@ class Laplace:
     def _is_found(self, key: str, linear: dict[str, FloatArray], point: Point) -> bool:
         regressor = self.by_key[key]
         sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
-        return not regressor.as_built or float(np.abs(sizes).max()) > regressor.as_built
+        return not regressor.as_built or float(np.abs(sizes).sum()) > regressor.as_built
 
     @staticmethod
     def _within(

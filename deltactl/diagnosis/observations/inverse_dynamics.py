@@ -8,13 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from deltactl.diagnosis.observations.ahead_in_time import SPLINE
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
-SPLINE = 5
-"""Degree of the splines. Where the low-pass ends, at five samples a period, two slopes of cubic
-splines make a mass 3 % smaller, two of these 0.3 %."""
 FRAYED = 6
 """Rows at each end of a stretch where a slope of noisy readings is mostly their noise."""
 
@@ -34,8 +32,6 @@ class Motion:
     top_speed: float
     low_passed: Callable[[FloatArray], FloatArray]
     slope: Callable[[FloatArray], FloatArray]
-    earlier: Callable[[FloatArray], Callable[[float], FloatArray]]
-    """Values (n,) some seconds before, within each stretch."""
     passes: Callable[[FloatArray], FloatArray]
     """Power (m,) that the low-pass leaves at angles (m,) a sample."""
 
@@ -98,21 +94,6 @@ def motion_of(
                 changing[part] = make_interp_spline(t_s[part], values[part], SPLINE)(t_s[part], 1)
         return changing
 
-    def earlier(values: FloatArray) -> Callable[[float], FloatArray]:
-        curves = [
-            make_interp_spline(t_s[part], values[part], SPLINE)
-            if part.stop - part.start > SPLINE else None for part in stretches
-        ]  # fmt: skip
-
-        def at(late_s: float) -> FloatArray:
-            found = values.copy()
-            for part, curve in zip(stretches, curves, strict=True):
-                if curve is not None:
-                    found[part] = curve(np.maximum(t_s[part] - late_s, t_s[part][0]))
-            return found
-
-        return at
-
     # Filtered last, as the force is: what a filter does where a stretch ends is then the same.
     speed = low_passed(position, 1) if velocity is None else low_passed(velocity)
     rise = low_passed(position, 2) if velocity is None else low_passed(velocity, 1)
@@ -127,7 +108,7 @@ def motion_of(
     top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
         low_passed(position), speed, rise, settled, cut_off_hz, float(noise), max(top, 1e-300),
-        low_passed, slope, earlier, passes,
+        low_passed, slope, passes,
     )  # fmt: skip
 
 

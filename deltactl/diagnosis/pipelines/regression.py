@@ -187,7 +187,8 @@ def _first_p(selected: Selected, charged: float) -> float:
     best, empty = selected.best, selected.empty
     if best.found:
         return chance(selected, best, empty, charged)
-    tried = [e for e in selected.evidence.evaluated if len(e.keys) == 1]
+    possible = [e for e in selected.evidence.evaluated if np.isfinite(e.log_evidence)]
+    tried = [e for e in possible if len(e.found) == len(e.keys) == 1]
     return min([chance(selected, one, empty, charged) for one in tried], default=1.0)
 
 

@@ -57,7 +57,9 @@ class ForcedAxis:
 
     def run(self, sizes: Sizes) -> ForcedAxis:
         """The same axis after it was moved with these faults."""
-        return replace(self, moved=self._move(sizes))
+        # What acts from outside acts where the axis is, which the first pass tells.
+        first = self._move(sizes, self.motion.position)
+        return replace(self, moved=self._move(sizes, first.position))
 
     def clean(self, sizes: Sizes, rows_s: FloatArray, ideal: bool = False) -> FloatArray:
         """Force (n,) that effort times the file's gain would state for the motion that was."""
@@ -158,8 +160,11 @@ class ForcedAxis:
         dry: FloatArray = friction.most(moved.speed) * of_place * way
         return dry + friction.viscous * moved.speed
 
-    def _move(self, sizes: Sizes) -> Moved:
-        """The closed loop, step by step; the motor's lag and limits are within it."""
+    def _move(self, sizes: Sizes, places: FloatArray) -> Moved:
+        """The closed loop, step by step; the motor's lag and limits are within it.
+
+        places: where the axis is, (n,), as far as forces from outside depend on it.
+        """
         motion, step_s = self.motion, self.motion.step_s
         rubs = self._friction(sizes)
         friction = rubs or LuGre(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -171,9 +176,8 @@ class ForcedAxis:
         target = motion.position
         ahead = np.gradient(target, step_s)
         push = self.inertia * np.gradient(ahead, step_s)
-        # Where the axis is differs little from where it is asked to be, for what varies slowly.
-        outside = (self._outside(target, sizes) * np.ones_like(target)).tolist()
-        of_place = (self._of_place(target, sizes) * np.ones_like(target)).tolist()
+        outside = (self._outside(places, sizes) * np.ones_like(target)).tolist()
+        of_place = (self._of_place(places, sizes) * np.ones_like(target)).tolist()
         gain = (self._gain(sizes) * np.ones_like(target)).tolist()
         late_s = step_s * dead + lag.get("time", 0.0)
         # Whoever tunes the loop tunes it to the delay that it has.
@@ -189,7 +193,7 @@ class ForcedAxis:
         falls, viscous = friction.stribeck_speed, friction.viscous
         bristle, damper = friction.bristle, friction.damper
         proportional, builds = self.inertia * inner, self.inertia * inner**2 / 8.0
-        rub = new = 0.0
+        rub = new = rise = 0.0
         for place, rate, feed, hold, factor, real in zip(
             target.tolist(), ahead.tolist(), push.tolist(), outside, of_place, gain, strict=True
         ):
@@ -205,15 +209,17 @@ class ForcedAxis:
             limited = given if -limit < given < limit else copysign(limit, given)
             if limited == given:
                 integral += builds * off * step_s
+            # `speed` is that of half a step before, so that places are exact to second order.
+            now = speed + 0.5 * rise * step_s
             if rubs:
                 most = coulomb
                 if breakaway:
-                    most += breakaway * exp(-min((speed / falls) ** 2, 50.0))
-                grow = 1.0 + bristle * abs(speed) * step_s / max(most * factor, 1e-12)
-                new = (bent + speed * step_s) / grow
-                rub = bristle * new + damper * (new - bent) / step_s + viscous * speed
+                    most += breakaway * exp(-min((now / falls) ** 2, 50.0))
+                grow = 1.0 + bristle * abs(now) * step_s / max(most * factor, 1e-12)
+                new = (bent + now * step_s) / grow
+                rub = bristle * new + damper * (new - bent) / step_s + viscous * now
             rise = (real * limited - hold - rub) / mass
-            out.append((at, speed, rise, asked))
+            out.append((at, now, rise, asked))
             bent = new
             speed += rise * step_s
             at += speed * step_s

@@ -23,7 +23,7 @@ from deltactl.diagnosis.plants.chain.joint_motions import (
     prepared,
 )
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, SERVO_JOINTS
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import (
     Columns,
@@ -220,7 +220,7 @@ class ChainPlant(KeepsBeside):
                 "rotor": (change[:, j], size / max(brisk, 1e-300)),
                 "offset": (np.ones(len(speed)), size),
                 "gain": (self._needed[:, j], FILE_SPREADS.gain_share),
-                "lag": (self._changing[:, j], FORCED_AXIS.dead_time_spread_s),
+                "lag": (self._changing[:, j], LONE.lag_spread_s),
             }
             for column, (shape, spread) in shapes.items():
                 name = JOINT_EFFECTS[column].parameter

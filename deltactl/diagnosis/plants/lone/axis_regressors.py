@@ -33,7 +33,7 @@ def begins_of(axis: RecordedAxis) -> list[str]:
 
 def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     """Every named effect that this recording can tell anything of."""
-    spread_s, longest_s = COMMANDED_AXIS.lag_spread_s, LONE.longest_lag_s
+    spread_s, longest_s = LONE.lag_spread_s, LONE.longest_lag_s
     lag = (
         Size("time", "half", spread_s, 0.0, longest_s, 1e-3),
         Size("dead_time", "half", spread_s, 0.0, longest_s, 1e-3),

@@ -14,7 +14,7 @@ from deltactl.diagnosis.plants.lone.axis_regressors import (
     most_waves,
     usual_load,
 )
-from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.lone.waves import spectrum
 from deltactl.recording.column_measures import TRAVEL
@@ -23,7 +23,7 @@ from deltactl.recording.column_measures import TRAVEL
 def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
     """Where to start the nonlinear sizes of a regressor."""
     if key == "lag":
-        return [{"lag.time": a, "lag.dead_time": b} for a, b in COMMANDED_AXIS.lag_starts_s]
+        return [{"lag.time": a, "lag.dead_time": b} for a, b in LONE.lag_starts_s]
     if key in ("play", "friction", "rubbing"):
         apart = float(np.ptp(np.quantile(residual[axis.rows], TRAVEL)))
         widest = COMMANDED_AXIS.widest_start * axis.span

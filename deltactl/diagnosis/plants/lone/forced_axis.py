@@ -8,7 +8,8 @@ Technol. 21, 428-444).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.ndimage import binary_dilation, binary_opening
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
 from deltactl.diagnosis.observations.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.outliers import without_gross
@@ -58,6 +60,16 @@ def prepared(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
     return [without_gross(one, MEASURED) for one in recordings]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Led:
+    """Columns, their curves, and what they are ahead by a dead time and a time constant."""
+
+    columns: Columns
+    curves: Curves
+    at: tuple[float, float]
+    led: Columns
+
+
 class ForcedAxis(LeftOver):
     """A single axis by its effort; `observed` is effort that the robot file does not explain."""
 
@@ -79,9 +91,11 @@ class ForcedAxis(LeftOver):
         self.force = robot.effort_gain * np.concatenate(
             [smoothly_bridged(r, "effort") for r in recordings]
         )
+        self._in_time = AheadInTime(self.t_s, self.readings.fresh)
         self.let_go = not float(np.ptp(self.force)) > 0.0
         self.rounding = 0.0
         self._stribeck_at: dict[float, Columns] = {}
+        self._leads: dict[str, _Led] = {}
         self.channel = "effort"
         for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
             self._low_passed(recordings, narrower * wider)
@@ -95,9 +109,8 @@ class ForcedAxis(LeftOver):
 
     def _low_passed(self, recordings: Sequence[FlatRecording], narrower: float) -> None:
         """Motion and forces behind a low-pass, and the samples that count of them."""
-        for name in ("_rests", "_direction", "_earlier"):
+        for name in ("_rests", "_direction"):
             self.__dict__.pop(name, None)
-        self._stribeck_at.clear()
         self.motion = self._motion(recordings, narrower)
         self.filtered_force = self.motion.low_passed(self.force)
         self.observed = self._not_explained(recordings)
@@ -210,13 +223,16 @@ class ForcedAxis(LeftOver):
             slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
             speed = Size("speed", "flat", top, slowest, fastest, 0.002 * top)
             step_s, longest_s = 0.05 * self.readings.period_s, LONE.longest_lag_s
-            late = Size("dead_time", "half", FORCED_AXIS.dead_time_spread_s, 0.0, longest_s, step_s)
+            late = [
+                Size(name, "half", LONE.lag_spread_s, 0.0, longest_s, step_s)
+                for name in ("time", "dead_time")
+            ]
             found += [
                 named("effort/offset", equivalents=instead("effort/offset")),
                 named("effort/gain", as_built=FORCED_AXIS.as_stated),
                 named("effort/spring", follows=("position",)),
                 named(
-                    "effort/lag", sizes=(late,), alone=False, takes_over="late",
+                    "effort/lag", sizes=tuple(late), alone=False, takes_over="late",
                     as_built=EVIDENCE.tolerated * self._apart_s,
                     equivalents=instead("effort/lag"),
                 ),
@@ -225,15 +241,31 @@ class ForcedAxis(LeftOver):
         return [*found, *self.unknowns()]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """Effort less what it was when the motion that it makes was commanded, (n,)."""
+        """What a lag changes of the effort that the file explains, (n,)."""
         if "lag" not in keys:
             return np.zeros(len(self.t_s))
-        return self.filtered_force - self._earlier(sizes["lag.dead_time"])
+        led = self._led("", self._needed, sizes)
+        return led.values[:, 0] - self.drawn_on
+
+    def _led(self, key: str, columns: Columns, sizes: Sizes) -> Columns:
+        """Forces as an effort shows them whose motion comes late: ahead of the motion.
+
+        The effort as read is left as it is. A lag that smoothed it would explain its noise.
+        """
+        at = (sizes["lag.dead_time"], sizes["lag.time"])
+        kept = self._leads.get(key)
+        if kept is not None and kept.columns is columns:
+            curves = kept.curves
+        else:
+            kept, curves = None, self._in_time.curves(columns.values)
+        if kept is None or kept.at != at:
+            led = replace(columns, values=self._in_time.later(curves, *at))
+            kept = self._leads[key] = _Led(columns, curves, at, led)
+        return kept.led
 
     @cached_property
-    def _earlier(self) -> Callable[[float], FloatArray]:
-        """Low-passed effort (n,) some seconds before each reading, within its stretch."""
-        return self.motion.earlier(self.filtered_force)
+    def _needed(self) -> Columns:
+        return Columns(self.drawn_on[:, None], np.ones(1))
 
     def free(self) -> Columns:
         """Effort is held between samples and filtered before it is recorded: no finding."""
@@ -252,10 +284,15 @@ class ForcedAxis(LeftOver):
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Forces (n, k) of one regressor, low-passed like the effort."""
-        if key.startswith(UNKNOWN):
-            return self.unknown(key)
         if key == "lag":
             return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+        columns = self._moving(key, sizes)
+        return self._led(key, columns, sizes) if "lag.time" in sizes else columns
+
+    def _moving(self, key: str, sizes: Sizes) -> Columns:
+        """Forces (n, k) of one regressor at the time of the motion."""
+        if key.startswith(UNKNOWN):
+            return self.unknown(key)
         if key == "spring":
             return self._spring
         if key == "stribeck":
@@ -378,7 +415,10 @@ class ForcedAxis(LeftOver):
             ],
             "offset": [Shown("offset", self.unit, lambda v: v["offset"])],
             "gain": [Shown("scale", "1", lambda v: 1.0 / (1.0 + v["scale"]), 1.0)],
-            "lag": [Shown("dead_time", "s", lambda v: v["dead_time"])],
+            "lag": [
+                Shown("time", "s", lambda v: v["time"]),
+                Shown("dead_time", "s", lambda v: v["dead_time"]),
+            ],
             "stribeck": [
                 Shown("torque", self.unit, lambda v: v["torque"]),
                 Shown("speed", "m/s" if linear else "rad/s", lambda v: v["speed"]),
@@ -393,7 +433,8 @@ class ForcedAxis(LeftOver):
         for key in keys & {"friction", "viscous", "stribeck"}:
             if linear[key][0] <= 0.0:
                 return True
-        if "lag" in keys and not 0.0 < sizes["lag.dead_time"] < LONE.longest_lag_s:
+        longest_s = LONE.longest_lag_s
+        if "lag" in keys and not 0.0 < sizes["lag.time"] + sizes["lag.dead_time"] < longest_s:
             return True
         if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
             return True
@@ -408,5 +449,5 @@ class ForcedAxis(LeftOver):
             top = self.motion.top_speed
             return [{"stribeck.speed": share * top} for share in FORCED_AXIS.speed_starts]
         if key == "lag":
-            return [{"lag.dead_time": late_s} for late_s in FORCED_AXIS.delay_starts_s]
+            return [{"lag.time": a, "lag.dead_time": b} for a, b in LONE.lag_starts_s]
         return [{}]

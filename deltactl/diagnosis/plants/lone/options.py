@@ -19,6 +19,15 @@ class LoneOptions:
     """Usual size of an unknown: half of what is to be explained."""
     longest_lag_s: float = 2.0
     """Longest lag, and longest dead time, that a drive is looked for: beyond, it has arrived."""
+    lag_spread_s: float = 0.1
+    """A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101,
+    STS3250)."""
+    lag_starts_s: tuple[tuple[float, float], ...] = (
+        (0.0, 0.02), (0.0, 0.08), (0.03, 0.0), (0.1, 0.0), (0.06, 0.06), (0.25, 0.05),
+        (0.06, 0.25),
+    )  # fmt: skip
+    """Time constants and dead times: either alone at a good and a poor drive's, both, and each
+    long beside the other."""
     fewest_pieces: int = 2
     """Pieces of a spline term over few readings or places: one bend."""
     rows_a_piece: int = 15
@@ -64,9 +73,6 @@ class CommandedAxisOptions:
     """Full steps of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
 
     # What may differ, and by how much.
-    lag_spread_s: float = 0.1
-    """A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101,
-    STS3250)."""
     gap_of_a_lag: float = 0.02
     """Share of the gap between both directions that a delay makes, below which nothing else is
     learned from it: no drive is quite one dead time and one time constant."""
@@ -134,12 +140,6 @@ class CommandedAxisOptions:
     """Times the even share of what repeats that a shape of a map in detail usually has."""
 
     # Where fits start.
-    lag_starts_s: tuple[tuple[float, float], ...] = (
-        (0.0, 0.02), (0.0, 0.08), (0.03, 0.0), (0.1, 0.0), (0.06, 0.06), (0.25, 0.05),
-        (0.06, 0.25),
-    )  # fmt: skip
-    """Time constants and dead times: either alone at a good and a poor drive's, both, and each
-    long beside the other."""
     play_starts: tuple[float, ...] = (0.05, 0.15, 0.4, 1.0)
     """Widths of play, as shares of how far reading and prediction are apart,"""
     widest_start: float = 0.5
@@ -210,10 +210,6 @@ class ForcedAxisOptions:
     as_stated: float = 0.01
     """Share by which inertia and gain are off on any machine: parts are not weighed more exactly,
     nor is a motor's torque constant measured."""
-    dead_time_spread_s: float = 0.05
-    """Spread of a lag beyond that: a slow bus, or a drive's own filter."""
-    delay_starts_s: tuple[float, ...] = (0.003, 0.015, 0.08, 0.3)
-    """Lags from which fits begin, apart by a factor of five: a motion changes little within one."""
     weighed_rad: float = 1.0
     """Travel over which a weight's pull is no straight line."""
     unknown_of_size: float = 0.3

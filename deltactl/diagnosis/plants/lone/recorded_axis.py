@@ -36,7 +36,7 @@ from deltactl.recording.tables.flat import FlatRecording
 
 OBSERVED = ("theta_1", "position")
 COMMANDED = ("command_1", "command")
-SETTLED_S = COMMANDED_AXIS.settling_lags * COMMANDED_AXIS.lag_spread_s
+SETTLED_S = COMMANDED_AXIS.settling_lags * LONE.lag_spread_s
 """After a move, until a drive has arrived."""
 
 
