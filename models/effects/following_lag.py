@@ -70,7 +70,10 @@ CARD = EffectCard(
     on={"command": EFFECT, "effort": EFFECT},
     says={
         "": "the axis follows late, with a time constant of {time}",
-        "effort": "the motion comes {dead_time} later than the effort that makes it",
+        "effort": (
+            "the motion follows its effort late, with a time constant of {time} after a dead time "
+            "of {dead_time}"
+        ),
     },
     log_odds={
         # wears or is set by hand

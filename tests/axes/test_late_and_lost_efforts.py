@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.models.robot import ServoAxis
+from deltactl.models.robot import AxisGravity, ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 pytest.importorskip("scipy", reason="the diagnosis needs the extra 'diagnosis'")
@@ -15,15 +15,20 @@ SLIDE = ServoAxis(kind="servo_axis", name="slide", motion="linear", inertia=2.0)
 PERIOD_S = 0.005
 
 
-def pushed(late_s: float = 0.0, lost: float = 0.0) -> FlatRecording:
-    """A slide that follows its effort late, and of whose positions some are lost."""
+def pushed(late_s: float = 0.0, lost: float = 0.0, slow_s: float = 0.0) -> FlatRecording:
+    """A slide that follows its effort late, and of whose positions some are lost.
+
+    late_s, slow_s: dead time and time constant.
+    """
     rng = np.random.default_rng(3)
     t_s = np.arange(0.0, 20.0, PERIOD_S)
     swings = ((0.1, 3.0, 0.0), (0.03, 11.0, 1.0), (0.01, 23.0, 2.0))
 
     def effort_n(at_s: np.ndarray) -> np.ndarray:
+        turned = [rate * at_s + phase for _, rate, phase in swings]
         pulls = (
-            -2.0 * size * rate**2 * np.sin(rate * at_s + phase) for size, rate, phase in swings
+            -2.0 * size * rate**2 * (np.sin(at) + slow_s * rate * np.cos(at))
+            for (size, rate, _), at in zip(swings, turned, strict=True)
         )
         return np.asarray(sum(pulls))
 
@@ -39,6 +44,24 @@ def test_a_drive_some_periods_late_is_named_with_its_time() -> None:
     late = answer.findings[0].parameters["dead_time"]
     assert late.value == pytest.approx(2.0 * PERIOD_S, abs=0.2 * PERIOD_S)
     assert answer.fit.holdout_rms_after_m < 0.2 * answer.fit.holdout_rms_before_m
+
+
+def test_a_drive_of_first_order_has_a_time_constant_and_no_other_mass() -> None:
+    answer = diagnose_recordings(SLIDE, [pushed(slow_s=0.03)])
+    assert [one.effect for one in answer.findings] == ["following_lag"]
+    sizes = answer.findings[0].parameters
+    assert sizes["time"].value == pytest.approx(0.03, abs=0.003)
+    assert sizes["dead_time"].value < 0.003
+
+
+def test_an_effort_that_only_holds_a_weight_says_nothing_of_a_lag() -> None:
+    rng = np.random.default_rng(4)
+    t_s = np.arange(0.0, 60.0, 0.02)
+    held = SLIDE.model_copy(update={"gravity": AxisGravity(force_n=20.0)})
+    position = 0.2 * np.sin(0.3 * t_s) + rng.normal(0.0, 1e-6, len(t_s))
+    effort = 20.0 - 0.036 * np.sin(0.3 * t_s) + rng.normal(0.0, 0.2, len(t_s))
+    rows = from_columns({"t": t_s, "position": position, "effort": effort}, "held")
+    assert diagnose_recordings(held, [rows]).findings == []
 
 
 def test_less_than_half_a_period_is_no_finding() -> None:
