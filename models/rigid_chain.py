@@ -150,6 +150,25 @@ class RigidChain:
         columns: FloatArray = made @ np.linalg.inv(moments)
         return columns
 
+    def link_columns(self, at: FloatArray, speed: FloatArray, change: FloatArray) -> FloatArray:
+        """Effort by the links of each joint up to the next, (n, joints, joints), linear in their
+        masses.
+        """
+        carrier = np.full(self._bodies, -1)
+        for body in range(1, self._bodies):
+            own = np.flatnonzero(self._model.jnt_bodyid[self._numbers] == body)
+            above = carrier[self._model.body_parentid[body]]
+            carrier[body] = own[-1] if len(own) else above
+        made = []
+        for joint in range(len(self.joints)):
+            lighter = copy.copy(self._model)
+            lighter.body_mass[carrier == joint] *= 0.5
+            lighter.body_inertia[carrier == joint] *= 0.5
+            made.append(self._inverse(lighter, at, speed, change))
+        whole = self.efforts(at, speed, change)[..., None]
+        columns: FloatArray = 2.0 * (whole - np.stack(made, axis=-1))
+        return columns
+
     def placed(self, at: FloatArray, links: Sequence[str], off: FloatArray | None = None) -> Placed:
         """Places of links and joints at positions (n, joints) in rad or m.
 
@@ -258,6 +277,11 @@ class RigidChain:
         """From the base along all links to the last."""
         offsets = [float(np.linalg.norm(self._model.body_pos[b])) for b in range(1, self._bodies)]
         return max(sum(offsets), FROM_AFAR_M)
+
+    @property
+    def tip_m(self) -> float:
+        """How far the last link goes on beyond its joint: twice to its own centre."""
+        return 2.0 * float(np.linalg.norm(self._model.body(self.tip).ipos))
 
     @property
     def _bodies(self) -> int:

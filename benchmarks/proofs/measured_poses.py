@@ -90,7 +90,7 @@ def drawn(seed: int, number: int) -> tuple[Hidden, list[Expected], int]:
     return hidden, expected, int(rng.choice([60, 120, 250]))
 
 
-def _named(answer: Diagnosis, expected: list[Expected]) -> tuple[int, int]:
+def named(answer: Diagnosis, expected: list[Expected]) -> tuple[int, int]:
     """How many of what is hidden are named, and how many findings are none of it."""
     wanted = {(effect, joint) for effect, joint, *_ in expected}
     found = [
@@ -100,15 +100,15 @@ def _named(answer: Diagnosis, expected: list[Expected]) -> tuple[int, int]:
     return sum(any(w in f for f in found) for w in wanted), sum(not f & wanted for f in found)
 
 
-def _held(answer: Diagnosis, expected: list[Expected]) -> list[bool]:
+def held(answer: Diagnosis, expected: list[Expected]) -> list[bool]:
     """Whether each interval of what was named holds the truth."""
-    held = []
+    within = []
     for effect, joint, parameter, truth in expected:
         for one in answer.findings:
             if (one.effect, one.component) == (effect, joint) and parameter in one.parameters:
                 _, low, high = one.parameters[parameter].components[0]
-                held.append(low <= truth <= high)
-    return held
+                within.append(low <= truth <= high)
+    return within
 
 
 def main() -> None:
@@ -119,7 +119,7 @@ def main() -> None:
     parser.add_argument("--odd", action="store_true")
     asked = parser.parse_args()
     right: dict[int, list[bool]] = {0: [], 1: [], 2: []}
-    held: list[bool] = []
+    within: list[bool] = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "arm.urdf").write_text(urdf_text())
@@ -128,16 +128,16 @@ def main() -> None:
         for number in range(int(asked.odd), 2 * asked.arms, 2):
             hidden, expected, count = drawn(asked.seed, number)
             answer = diagnose([table(folder, measured(hidden, count, number))], robot)
-            named, wrong = _named(answer, expected)
-            right[len(expected)].append(named == len(expected) and not wrong)
-            held += _held(answer, expected)
-            if not right[len(expected)][-1] or not all(_held(answer, expected)):
+            count_named, wrong = named(answer, expected)
+            right[len(expected)].append(count_named == len(expected) and not wrong)
+            within += held(answer, expected)
+            if not right[len(expected)][-1] or not all(held(answer, expected)):
                 print(number, count, f"{hidden.noise_m:.1e}", expected)
                 for f in answer.findings:
                     print("   ", f.effect, f.component, f.says)
     for faults, results in right.items():
         print(f"{faults} hidden: {sum(results)} of {len(results)} right")
-    print(f"intervals that hold the truth: {sum(held)} of {len(held)}")
+    print(f"intervals that hold the truth: {sum(within)} of {len(within)}")
 
 
 if __name__ == "__main__":

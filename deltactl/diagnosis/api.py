@@ -28,9 +28,9 @@ from deltactl.recording.tables.flat_files import read_flat
 
 
 def diagnose(
-    recordings: Sequence[Path],
-    robot: Path | Document,
-    holdout: Sequence[Path] = (),
+    recordings: Sequence[Path | str],
+    robot: Path | str | Document,
+    holdout: Sequence[Path | str] = (),
     json_out: Path | None = None,
     progress: Progress = lambda _: None,
     read: Callable[[Path], FlatRecording] | None = None,
@@ -45,7 +45,7 @@ def diagnose(
     A damaged file of several is left out, which the answer says; `recordings` are the others.
     Raises ConfigError, MissingFile or RecordingError, one line each.
     """
-    document = robot if isinstance(robot, Document) else Document.read(robot)
+    document = robot if isinstance(robot, Document) else Document.read(Path(robot))
     accepted = with_effects_in(document)
     progress("reading")
     most = most_rows(accepted)
@@ -77,11 +77,11 @@ def diagnose(
 
 
 def _readable(
-    paths: Sequence[Path], kept: Callable[[Path], FlatRecording]
+    paths: Sequence[Path | str], kept: Callable[[Path], FlatRecording]
 ) -> tuple[list[tuple[Path, FlatRecording]], list[str]]:
     """Those that can be read, and why the others cannot. Raises RecordingError where none can."""
     found, damaged = [], []
-    for path in paths:
+    for path in map(Path, paths):
         try:
             found.append((path, kept(path)))
         except RecordingError as error:

@@ -32,6 +32,9 @@ CARD = EffectCard(
         "effort/inertia": -2.0,
         # by exchange of a motor or an arm
         "joint": -2.5,
+        # of a joint whose model has none: a URDF has no place for a rotor, and behind a gear of 100
+        # it is as large as the arm
+        "unstated": 1.0,
     },
     words=Words(
         noun="a wrong inertia of {part}",

@@ -65,6 +65,12 @@ JOINT_EFFECTS = {
 }
 
 
+def rotor_log_odds(stated: bool) -> float:
+    """That a joint has a rotor that its model does not have; stated: whether that has one."""
+    one = JOINT_EFFECTS["rotor"]
+    return one.log_odds if stated else card_of(one.name).log_odds["unstated"]
+
+
 def load_log_odds() -> float:
     """That the last link carries what the model does not have."""
     return card_of(LOAD).log_odds["joint"]

@@ -196,6 +196,12 @@ def test_a_size_that_differs_from_part_to_part_is_known_no_better_than_that() ->
     assert beyond_noise(even.best, on_blocks(even)) == {}
 
 
+def _fit(chi2: float, sizes: int) -> Any:
+    """An explanation with so many sizes and no tolerances."""
+    free, spreads = {"": np.zeros(0)}, np.ones(sizes)
+    return SimpleNamespace(chi2=chi2, tangent=np.zeros((9, sizes)), linear=free, spreads=spreads)
+
+
 @pytest.mark.parametrize(
     ("places", "tried"),
     [([None], 3.0), ([None] * 7, 21.0), ([None, 50.0, None], 56.0)],
@@ -208,11 +214,11 @@ def test_every_regressor_and_place_that_was_tried_counts_in_the_alarm(
     selected: Any = SimpleNamespace(
         noise=SimpleNamespace(effective=100.0), plant=SimpleNamespace(regressors=regressors)
     )
-    better: Any = SimpleNamespace(chi2=98.0, tangent=np.zeros((9, 2)))
-    worse: Any = SimpleNamespace(chi2=118.0, tangent=np.zeros((9, 1)))
+    better: Any = _fit(98.0, 2)
+    worse: Any = _fit(118.0, 1)
     assert chance(selected, better, worse) == pytest.approx(tried * f.sf(20.0, 1, 98.0), rel=1e-6)
-    noisy: Any = SimpleNamespace(chi2=196.0, tangent=np.zeros((9, 2)))
-    more: Any = SimpleNamespace(chi2=216.0, tangent=np.zeros((9, 1)))
+    noisy: Any = _fit(196.0, 2)
+    more: Any = _fit(216.0, 1)
     assert chance(selected, noisy, more) == pytest.approx(
         min(1.0, tried * f.sf(10.0, 1, 98.0)), rel=1e-6
     )

@@ -7,8 +7,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import deltactl
 from benchmarks.proofs.measured_arm import (
     Hidden,
     heading,
@@ -211,3 +213,12 @@ def test_a_table_of_poses_needs_no_times(
         main()
     assert caught.value.code in (0, None)
     assert "shoulder" in capsys.readouterr().out
+
+
+def test_poses_from_python_need_no_times(robot: Path) -> None:
+    hidden = Hidden()
+    hidden.home_rad[2] = 0.02
+    rows = measured(hidden)
+    frame = pd.DataFrame(rows, columns=heading(rows))
+    (found,) = deltactl.diagnose(deltactl.Recording.from_pandas(frame), robot).answer.findings
+    assert (found.effect, found.component) == ("home_offset", "elbow")

@@ -6,6 +6,7 @@ equations (Luh, Walker and Paul 1980), written here, with points for links and l
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ INERTIAS = np.array([[0.02, 0.02, 0.01], [0.005, 0.04, 0.04], [0.003, 0.02, 0.02
 JOINTS = ("waist", "shoulder", "elbow")
 LOAD_KG, LOAD_AT = 0.8, np.array([0.25, 0.03, 0.0])
 FRICTION_NM = 1.5
+Fault = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def urdf_text(without: str = "") -> str:
@@ -91,11 +93,19 @@ def _efforts(q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, load_kg: float) -> 
 
 
 def recorded(
-    folder: Path, friction_nm: float = 0.0, load_kg: float = 0.0, names: str = "theta_{n}"
+    folder: Path,
+    friction_nm: float = 0.0,
+    load_kg: float = 0.0,
+    names: str = "theta_{n}",
+    fault: Fault | None = None,
+    seconds: float = 25.0,
 ) -> Path:
-    """A table of 25 s at 100 Hz of Fourier series, with noise of encoders and currents."""
+    """A table at 100 Hz of Fourier series, with noise of encoders and currents.
+
+    fault: what it makes of times, positions, velocities and efforts (n, 3) is the effort recorded.
+    """
     rng = np.random.default_rng(7)
-    t_s = np.arange(2500) / 100.0
+    t_s = np.arange(0.0, seconds, 0.01)
     q, dq, ddq = (np.zeros((len(t_s), 3)) for _ in range(3))
     for j in range(3):
         for harmonic in (1, 2, 3, 4):
@@ -106,6 +116,7 @@ def recorded(
             ddq[:, j] -= size * w * w * np.sin(w * t_s + phase)
     effort = _efforts(q, dq, ddq, load_kg)
     effort[:, 1] += friction_nm * np.sign(dq[:, 1])
+    effort = effort if fault is None else fault(t_s, q, dq, effort)
     effort += 0.05 * rng.standard_normal(effort.shape)
     q += 2e-5 * rng.standard_normal(q.shape)
     head = [names.format(n=n, joint=joint) for n, joint in enumerate(JOINTS, 1)]
@@ -150,6 +161,90 @@ def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
     robot.write_text(f"{robot.read_text()}effects: [{entry}]\n")
     answer = diagnose([recorded(robot.parent, FRICTION_NM)], robot)
     assert answer.findings == []
+
+
+def _late(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+    asked = np.interp(t_s + 0.025, t_s, effort[:, 1])
+    return np.column_stack([effort[:, 0], asked, effort[:, 2]])
+
+
+def _weak(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+    return effort / np.array([1.0, 0.88, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("fault", "effect", "parameter", "size"),
+    [(_late, "following_lag", "dead_time", 0.025), (_weak, "effort_gain", "scale", 0.88)],
+)
+def test_what_any_drive_has_a_little_of_is_named_where_it_is_large(
+    robot: Path, fault: Fault, effect: str, parameter: str, size: float
+) -> None:
+    (found,) = diagnose([recorded(robot.parent, fault=fault)], robot).findings
+    assert (found.effect, found.component) == (effect, "shoulder")
+    value, low, high = found.parameters[parameter].components[0]
+    assert low <= size <= high
+    assert value == pytest.approx(size, rel=0.1)
+
+
+def test_a_drive_that_is_late_is_no_finding_once_its_robot_file_says_so(robot: Path) -> None:
+    entry = {"effect": "following_lag", "component": "shoulder"}
+    late: dict[str, Any] = {**entry, "parameters": {"dead_time": 0.025}}
+    robot.write_text(f"{robot.read_text()}effects: [{late}]\n")
+    assert diagnose([recorded(robot.parent, fault=_late)], robot).findings == []
+
+
+def _drifts(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+    return effort * np.stack([np.ones(len(t_s)), 1.0 + 0.3 * t_s / t_s[-1], np.ones(len(t_s))], 1)
+
+
+def _shares_a_motor(
+    t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray
+) -> np.ndarray:
+    return effort + 0.1 * effort[:, [1]] * np.array([1.0, 0.0, 0.0])
+
+
+def _rubs_at_one_end(
+    t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray
+) -> np.ndarray:
+    rubs = (1.0 + q[:, [0]]) * np.sign(dq[:, [0]])
+    return effort + rubs * np.array([1.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("fault", "joint"),
+    [(_drifts, "shoulder"), (_shares_a_motor, "waist"), (_rubs_at_one_end, "waist")],
+)
+def test_what_no_effect_does_is_unknown_at_its_joint(robot: Path, fault: Fault, joint: str) -> None:
+    answer = diagnose([recorded(robot.parent, fault=fault, seconds=80.0)], robot)
+    assert ("unknown", joint) in {(one.effect, one.component) for one in answer.findings}
+    assert {one.component for one in answer.findings} == {joint}
+
+
+def test_a_bearing_that_yields_before_it_slides_has_the_friction_of_its_model(robot: Path) -> None:
+    model = robot.with_name("arm.urdf")
+    stated = f'<dynamics friction="{FRICTION_NM}"/>'
+    model.write_text(model.read_text().replace("</joint>", f"{stated}</joint>"))
+
+    def yields(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+        held, made = np.zeros(3), np.empty_like(q)
+        for row, move in enumerate(np.diff(q, axis=0, prepend=q[:1]) / 2e-3):
+            made[row] = held = np.clip(held + move, -1.0, 1.0)
+        return effort + FRICTION_NM * made
+
+    assert diagnose([recorded(robot.parent, fault=yields)], robot).findings == []
+
+
+def test_places_beside_efforts_are_said_to_be_unused(robot: Path) -> None:
+    made = recorded(robot.parent)
+    head, *rows = made.read_text().splitlines()
+    made.write_text("\n".join([f"{head},pos_x,pos_y,pos_z", *(f"{row},0.1,0,0" for row in rows)]))
+    (doubt,) = diagnose([made], robot).doubts
+    assert "pos_x" in doubt
+    assert diagnose([recorded(robot.parent)], robot).doubts == []
+
+
+def test_paths_may_be_text(robot: Path) -> None:
+    assert diagnose([str(recorded(robot.parent))], str(robot)).findings == []
 
 
 def _refused(robot: Path, recording: Path) -> str:

@@ -8,7 +8,8 @@ import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Doubt
-from deltactl.models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis
+from deltactl.diagnosis.plants.chain.pose_readings import measures_poses, targets_in
+from deltactl.models.robot import ChainRobot, RangeSensor, RobotModel, ServoAxis, StepperAxis
 from deltactl.recording.column_measures import first_of
 from deltactl.recording.foreign.doubts import TURNS_RAD, of_encoder, turns
 from deltactl.recording.tables.flat import FlatRecording
@@ -20,7 +21,22 @@ def doubts_of(robot: RobotModel, recording: FlatRecording) -> Doubt | None:
         steps_of_degrees(robot, recording)
         or far_for_a_joint(robot, recording)
         or far_for_a_sensor(robot, recording)
+        or places_beside_efforts(robot, recording)
     )
+
+
+def places_beside_efforts(robot: RobotModel, recording: FlatRecording) -> Doubt | None:
+    """That the places of a chain in motion, whose efforts are used, are not."""
+    if not isinstance(robot, ChainRobot) or measures_poses(robot, recording):
+        return None
+    for target in targets_in(recording):
+        return Doubt(
+            recording.source,
+            f"{target}_x",
+            f"the places {target}_x..z in {recording.source} are not used, as its efforts are: "
+            "for lengths and zeros, diagnose a table of the same without its effort columns.",
+        )
+    return None
 
 
 def steps_of_degrees(robot: RobotModel, recording: FlatRecording) -> Doubt | None:

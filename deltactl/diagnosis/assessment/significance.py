@@ -43,7 +43,7 @@ def chance(
     regressor could have been the one (Sidak's correction, to first order). charged: chi-square
     that has to be explained before anything is (`charge`).
     """
-    gain = worse.chi2 - better.chi2 - charged
+    gain = _cost(worse) - _cost(better) - charged
     more = max(better.tangent.shape[1] - worse.tangent.shape[1], 1)
     left = max(spare(selected.noise.effective, better.tangent.shape[1]), 3.0)
     if gain <= 0.0:
@@ -51,6 +51,15 @@ def chance(
     scale = max(better.chi2 / left, 1.0)
     single = float(fdtrc(more, left, gain / more / scale))
     return min(1.0, single * tests(selected))
+
+
+def _cost(explanation: Explanation) -> float:
+    """Chi-square with that of tolerances, each of which is a reading of zero: what they are
+    stretched for is not explained.
+    """
+    free = explanation.linear[""]
+    stretched = free / explanation.spreads[: len(free)]
+    return explanation.chi2 + float(stretched @ stretched)
 
 
 def calibrated(probability: float, p: float) -> float:

@@ -397,4 +397,4 @@ def _able(point: Point, moved: list[tuple[str, Size]], gradient: FloatArray) -> 
 def _less(explanation: Explanation, keys: frozenset[str]) -> Point:
     """The nonlinear sizes that a smaller set has of an explanation."""
     sizes = explanation.sizes
-    return {name: size for name, size in sizes.items() if name.split(".")[0] in keys}
+    return {name: size for name, size in sizes.items() if name.rpartition(".")[0] in keys}

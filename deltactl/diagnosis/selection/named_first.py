@@ -115,7 +115,7 @@ def _gaps_again(chosen: Selected, evidence: Laplace) -> Selected | None:
     if best.keys == before.keys:
         return None
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
-    sizes = {name: size for name, size in best.sizes.items() if name.split(".")[0] in keys}
+    sizes = {name: size for name, size in best.sizes.items() if name.rpartition(".")[0] in keys}
     _lay_around(plant, keys, sizes)
     named = evidence.held_at(keys, sizes)
     free, left = _left_over(plant, named)

@@ -27,6 +27,7 @@ from deltactl.recording.tables.flat import (
     UNITS,
     AnyArray,
     FlatRecording,
+    are_poses,
     from_columns,
 )
 
@@ -148,7 +149,7 @@ def read_csv(path: Path, progress: Progress = lambda _: None) -> FlatRecording:
                 continue
         part = _fast(names, body) or _slow(path, names, Block(body, line, 0))
         parts.append(part)
-        rows += len(part["t"])
+        rows += len(next(iter(part.values())))
         if len(parts) > 1:
             progress(f"reading {path.name}: {rows} rows, {block.read_bytes / size:.0%}")
     if not names:
@@ -198,7 +199,7 @@ def write_csv(recording: FlatRecording, path: Path) -> None:
 
 def _heading(path: Path, head: str) -> list[str]:
     names = [name.strip() for name in next(csv.reader([head]))]
-    if "t" not in names:
+    if "t" not in names and not are_poses(names):
         raise RecordingError(
             f"{path}:1: has no column 't'; it has {', '.join(names)[:200]}"
         ).with_typed(f"; type: deltactl inspect {path}")

@@ -155,6 +155,12 @@ class FlatRecording:
         return self.side_by_side(names) if self.has(*names) else None
 
 
+def are_poses(names: Iterable[str]) -> bool:
+    """Whether a table has angles of joints and places of a reflector, and nothing that moves."""
+    stems = {re.split(r"\d*_", name)[0] for name in names if OF_A_CHAIN.fullmatch(name)}
+    return "pos" in stems and bool(stems & {"theta", "command"}) and "effort" not in stems
+
+
 def from_columns(
     named: dict[str, AnyArray], source: str, lines: Sequence[int] | None = None
 ) -> FlatRecording:
@@ -163,6 +169,9 @@ def from_columns(
     `lines` are the lines of the file with the rows, for messages; without them rows are
     counted from 1. Raises RecordingError, naming the line or the row.
     """
+    counted = "t" not in named and are_poses(named)
+    if counted:  # measured at rest, each by itself
+        named = {"t": np.arange(len(next(iter(named.values()))), dtype=float), **named}
     if "t" not in named:
         raise RecordingError(f"{source}: has no column 't'; it has {_listed(named)}")
     if len(named) > MOST_COLUMNS:
@@ -186,7 +195,7 @@ def from_columns(
             row = int(np.flatnonzero(np.isinf(values))[0])
             raise where.fail(row, f"{name} is infinite; leave the cell empty instead")
     extra = {name: values for name, values in named.items() if name not in UNITS}
-    return FlatRecording(t_s, known, extra, source)
+    return FlatRecording(t_s, known, extra, source, timed=not counted)
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -9,12 +9,14 @@ load, which all of them feel, is one regressor.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.plants.chain.joint_motions import (
     JointMotions,
@@ -30,16 +32,23 @@ from deltactl.diagnosis.plants.regression import (
     Draws,
     Regressor,
     Shown,
+    Size,
     Sizes,
 )
-from deltactl.diagnosis.plants.spline_terms import KeepsBeside, spline_terms
-from deltactl.models.effects.chain_joints import JOINT_EFFECTS, LOAD, load_log_odds
+from deltactl.diagnosis.plants.spline_terms import KeepsBeside, less_spanned, spline_basis
+from deltactl.models.effects.chain_joints import (
+    JOINT_EFFECTS,
+    LOAD,
+    load_log_odds,
+    rotor_log_odds,
+)
 from deltactl.models.rigid_chain import BODY, RigidChain
 from deltactl.models.robot import ChainRobot
+from deltactl.models.signals import clipped, late
 from deltactl.recording.tables.flat import FlatRecording
 
 UNKNOWN = "unknown"
-BRAKES = ("dry", "viscous", "lag")
+BRAKES = ("dry", "viscous")
 """No joint has less than none of these."""
 
 
@@ -56,13 +65,47 @@ class ChainOptions:
     as_built: float = 0.02
     """Share by which efforts that the model needs are off on any arm: masses of a drawing, without
     cables, grease and screws, and torque constants that change with the warmth."""
+    friction_as_stated: float = 0.05
+    """Share by which friction differs from what the model states: two days differ by 5 to 10 % with
+    the warmth (UR10e)."""
+    yields_of_travel: float = 1e-3
+    """Way over which a bearing yields before it slides, as a share of the travel (a harmonic drive:
+    minutes of arc),"""
+    yields_of_size: float = 0.1
+    """and the friction that does, as a share of all effort."""
+    bends: int = 2
+    """Pieces of a spline by which friction grows along the way, or a torque constant in time."""
+    dead_time_s: float = 0.05
+    """Spread of a drive's dead time: a slow bus, or a filter of its own,"""
+    dead_times_s: tuple[float, ...] = (0.003, 0.015, 0.08, 0.3)
+    """and from where fits of it begin, apart by a factor of five."""
     load_of_mass: float = 0.1
     """Usual load as a share of what moves: arms carry a tenth to a third of what they weigh."""
     load_off_of_reach: float = 0.1
-    """Usual distance of its centre from the flange, as a share of the reach."""
+    """Usual distance of its centre from the end of the last link, as a share of the reach."""
 
 
 CHAIN = ChainOptions()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Way:
+    """What an unknown effort follows, (n,), times what else it grows with; pieces: of its spline, 0
+    of a straight line.
+    """
+
+    follows: tuple[str, ...]
+    along: FloatArray
+    times: FloatArray | float
+    pieces: int
+
+    def basis(self, rows: IntArray) -> FloatArray:
+        """Shapes (n, k)."""
+        if not self.pieces:
+            return self.along[:, None]
+        low, high = (float(x) for x in np.quantile(self.along[rows], SPLINE_TERMS.covered))
+        basis = spline_basis(self.along, self.pieces, low, high)
+        return basis * (self.times if isinstance(self.times, float) else self.times[:, None])
 
 
 class ChainPlant(KeepsBeside):
@@ -121,13 +164,18 @@ class ChainPlant(KeepsBeside):
         done = np.zeros(len(self.t_s))
         for effect in self.robot.effects:
             for key, columns in self._shapes.items():
-                if (self._effect(key), self._component(key)) == (effect.effect, effect.component):
+                if (self._effect(key), self._component(key)) != (effect.effect, effect.component):
+                    continue
+                if key.startswith("lag "):
+                    sizes = {f"{key}.dead_time": _mean(effect.parameters["dead_time"])}
+                    done += self.base(frozenset({key}), sizes)
+                else:
                     done += columns.values @ self._entered(key, effect.parameters)
         return done
 
     def _entered(self, key: str, parameters: Mapping[str, float | tuple[float, ...]]) -> FloatArray:
         """Sizes of a regressor's columns that the robot file gives."""
-        values = {name: float(np.mean(value)) for name, value in parameters.items()}
+        values = {name: _mean(value) for name, value in parameters.items()}
         if key == LOAD:
             mass = values.get("mass", 0.0)
             at = np.array([values.get(f"centre_{axis}", 0.0) for axis in "xyz"])
@@ -155,20 +203,43 @@ class ChainPlant(KeepsBeside):
     def _regressors(self) -> list[Regressor]:
         found = [
             Regressor(
-                f"{one.key} {joint}", one.name, one.log_odds, joint,
-                alone=False, positive=(one.parameter,) if one.key in BRAKES else (),
+                f"{key} {joint}", one.name, one.log_odds, joint, alone=False,
+                **self._differing(key, j),
             )
-            for joint in self.joints for one in JOINT_EFFECTS.values()
+            for j, joint in enumerate(self.joints) for key, one in JOINT_EFFECTS.items()
+        ]  # fmt: skip
+        found = [
+            replace(one, log_odds=rotor_log_odds(self.chain.armature[self._place(one.key)[1]] > 0))
+            if one.key.startswith("rotor ") else one
+            for one in found
         ]  # fmt: skip
         found.append(Regressor(LOAD, LOAD, load_log_odds(), self.chain.tip, alone=False))
         found += [
             Regressor(
                 f"{UNKNOWN} {joint} {name}", UNKNOWN, SPLINE_TERMS.unknown_log_odds, joint,
-                follows=(name,), left_over=True,
+                follows=one.follows, left_over=True,
             )
-            for joint in self.joints for name in self.covariates
+            for j, joint in enumerate(self.joints) for name, one in self._ways(j).items()
         ]  # fmt: skip
         return found
+
+    def _differing(self, key: str, joint: int) -> dict[str, Any]:
+        """How the regressor of an effect at a joint differs from others."""
+        as_built, step_s = EVIDENCE.tolerated, 0.05 * self.moved.whole.period_s
+        takes_over = f"{key} {self.joints[joint]}"
+        if key in BRAKES:
+            stated = (self.chain.friction, self.chain.damping)[BRAKES.index(key)][joint]
+            as_built *= CHAIN.friction_as_stated * float(stated)
+            positive = (JOINT_EFFECTS[key].parameter,)
+            return {"positive": positive, "as_built": as_built}
+        if key == "gain":
+            return {"as_built": as_built * CHAIN.as_built, "takes_over": takes_over}
+        if key != "lag":
+            return {}
+        spread, most = CHAIN.dead_time_s, LONE.longest_lag_s
+        as_built *= self._apart_s
+        lag = (Size("dead_time", "half", spread, 0.0, most, step_s),)
+        return {"sizes": lag, "as_built": as_built, "takes_over": takes_over, "saturated": False}
 
     @cached_property
     def sizes(self) -> FloatArray:
@@ -178,19 +249,68 @@ class ChainPlant(KeepsBeside):
         return np.maximum(np.array(rms), 1e-300)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """Nothing is predicted of what model and robot file do not explain, (n,)."""
-        return np.zeros(len(self.t_s))
+        """Efforts less what they were when the motion that they make was asked for, (n,)."""
+        made = np.zeros(len(self.t_s))
+        for key in keys:
+            if key.startswith("lag "):
+                joint = self._place(key)[1]
+                made += self._at(joint, self._before(joint, sizes[f"{key}.dead_time"]))
+        return made
+
+    def _before(self, joint: int, dead_s: float) -> FloatArray:
+        """Effort of a joint less what it was a dead time ago, (m,).
+
+        Noise is late, too, and as large. Behind a time constant it would be smaller, so that the
+        longest would fit best.
+        """
+        whole, force = self.moved.whole, self._filtered[:, joint]
+        began_s = whole.t_s[whole.fresh][np.cumsum(whole.fresh) - 1]
+        earlier = late(force, self._changing[:, joint], whole.t_s, began_s, dead_s, 0.0)
+        return np.asarray(force - earlier)
 
     def free(self) -> Columns:
-        """No findings: efforts are held between samples and filtered before they are recorded, and
-        no arm is built exactly as its model.
+        """No findings: efforts are held between samples and filtered before they are recorded, no
+        arm is built exactly as its model, and bearings yield before they slide.
         """
-        spread = max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.moved.whole.period_s)
-        late = [self._at(j, self._changing[:, j]) for j in range(len(self.joints))]
-        built = [self._at(j, self._needed[:, j]) for j in range(len(self.joints))]
-        spreads = np.repeat([spread, CHAIN.as_built], len(self.joints))
-        names = [f"{name} {joint}" for name in ("late", "built") for joint in self.joints]
-        return Columns(np.stack([*late, *built], axis=1), spreads, tuple(names))
+        chain, joints = self.chain, range(len(self.joints))
+        tables = {
+            "lag": (self._changing, self._apart_s),
+            "gain": (self._needed, CHAIN.as_built),
+            "dry": (chain.friction * self._direction, CHAIN.friction_as_stated),
+            "viscous": (chain.damping * self.moved.low_passed(self.moved.speed),
+                        CHAIN.friction_as_stated),
+            "yields": (self._yielding * self.sizes, CHAIN.yields_of_size),
+        }  # fmt: skip
+        each = [self._at(j, values[:, j]) for values, _ in tables.values() for j in joints]
+        spreads = np.repeat(
+            [*(spread for _, spread in tables.values()), CHAIN.as_built], len(joints)
+        )
+        names = [f"{name} {joint}" for name in (*tables, "link") for joint in self.joints]
+        made = np.concatenate([np.stack(each, axis=1), self._links], axis=1)
+        return Columns(made, spreads, tuple(names))
+
+    @cached_property
+    def _links(self) -> FloatArray:
+        """Efforts (n, joints) by the weight and inertia of each joint's own links."""
+        moved = self.moved
+        columns = self.chain.link_columns(moved.at, moved.speed, moved.change)
+        each = [moved.low_passed(columns[:, :, k]) for k in range(len(self.joints))]
+        return self.layout.laid(np.stack(each, axis=-1))
+
+    @cached_property
+    def _yielding(self) -> FloatArray:
+        """Friction of a bearing that yields before it slides, less that of one that does not."""
+        way = CHAIN.yields_of_travel * np.ptp(self.moved.at, axis=0)
+        moves = np.diff(self.moved.at, axis=0, prepend=self.moved.at[:1]) / way
+        moves[self.moved.whole.fresh] = 0.0
+        one = np.ones(len(moves))
+        held = np.stack([clipped(move, -one, one, 0.0) for move in moves.T], axis=1)
+        return self.moved.low_passed(held) - self._direction
+
+    @property
+    def _apart_s(self) -> float:
+        """Usual time between effort and position, by the clocks."""
+        return max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.moved.whole.period_s)
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Efforts (n, k) of one regressor."""
@@ -220,12 +340,12 @@ class ChainPlant(KeepsBeside):
                 "rotor": (change[:, j], size / max(brisk, 1e-300)),
                 "offset": (np.ones(len(speed)), size),
                 "gain": (self._needed[:, j], FILE_SPREADS.gain_share),
-                "lag": (self._changing[:, j], LONE.lag_spread_s),
             }
             for column, (shape, spread) in shapes.items():
                 name = JOINT_EFFECTS[column].parameter
                 own = self._at(j, shape)[:, None]
                 found[f"{column} {joint}"] = Columns(own, np.array([spread]), (name,))
+            found[f"lag {joint}"] = Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
         found[LOAD] = self._load
         return found
 
@@ -235,7 +355,8 @@ class ChainPlant(KeepsBeside):
         moved, chain = self.moved, self.chain
         columns = chain.load_columns(moved.at, moved.speed, moved.change)
         each = [moved.low_passed(columns[:, :, k]) for k in range(len(BODY))]
-        mass, off = CHAIN.load_of_mass * chain.mass_kg, CHAIN.load_off_of_reach * chain.reach_m
+        mass = CHAIN.load_of_mass * chain.mass_kg
+        off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
         spread = mass * np.array([1.0] + [off] * 3 + [off**2] * 6)
         return Columns(self.layout.laid(np.stack(each, axis=-1)), spread, BODY)
 
@@ -246,20 +367,45 @@ class ChainPlant(KeepsBeside):
         found = {name: self.layout.laid(values) for name, values in stacked.items()}
         return found | {"time": self.moved.whole.t_s[self.layout.sample]}
 
-    def _spanned(self, joint: int) -> FloatArray:
-        """Named shapes that no spline term of a joint may take the place of, (n, j)."""
-        own = {LOAD, *(f"{key} {self.joints[joint]}" for key in JOINT_EFFECTS)}
-        named = [columns.values for key, columns in self._shapes.items() if key in own]
-        return np.concatenate([*named, self.beside], axis=1)
+    def _ways(self, joint: int) -> dict[str, _Way]:
+        """How efforts of a joint may hang on what no effect of the vocabulary does: its own
+        place, velocity and time, friction that grows along the way, a torque constant that changes
+        in time, and its neighbours, with which it may share a motor.
+        """
+        own, enough = self.covariates, len(self.rows_of(joint)) // LONE.rows_a_piece
+        pieces = int(np.clip(enough, LONE.fewest_pieces, SERVO_JOINTS.joint_pieces))
+        found = {name: _Way((name,), values, 1.0, pieces) for name, values in own.items()}
+        braked = self.layout.laid(self._direction)
+        found["friction"] = _Way(("position", "direction"), own["position"], braked, CHAIN.bends)
+        driven = self.layout.laid(self._needed)
+        found["scale"] = _Way(("time", "effort"), own["time"], driven, CHAIN.bends)
+        tables = {"effort": self._filtered, "velocity": self.moved.low_passed(self.moved.speed)}
+        for other in (joint - 1, joint + 1):
+            for what, values in tables.items() if 0 <= other < len(self.joints) else ():
+                name = f"{what}_of_{self.joints[other]}"
+                along = values[self.layout.sample, other]
+                found[name] = _Way((name,), along, 1.0, 0)
+        return found
+
+    def _spanned(self, joint: int, name: str) -> FloatArray:
+        """Named shapes that no spline term of a joint may take the place of, (n, j).
+
+        A torque constant that drifts is off on average, too. A load is at all joints together, and
+        at one of them its ten moments have nearly any shape.
+        """
+        keys = [*BRAKES, "rotor"] if name == "scale" else list(JOINT_EFFECTS)
+        named = [self._shapes[f"{key} {self.joints[joint]}"].values for key in keys]
+        late = self._at(joint, self._changing[:, joint])[:, None]
+        return np.concatenate([*named, late, self.beside], axis=1)
 
     @cached_property
     def _unknown(self) -> dict[str, Columns]:
         found = {}
         for j, joint in enumerate(self.joints):
-            rows, spanned = self.rows_of(j), self._spanned(j)
+            rows = self.rows_of(j)
             usual = FORCED_AXIS.unknown_of_size * float(self.sizes[j])
-            for name, covariate in self.covariates.items():
-                shapes = spline_terms(covariate, SERVO_JOINTS.joint_pieces, spanned, rows)
+            for name, way in self._ways(j).items():
+                shapes = less_spanned(way.basis(rows), self._spanned(j, name), rows)
                 shapes = shapes * (self.kinds == j)[:, None]
                 key = f"{UNKNOWN} {joint} {name}"
                 found[key] = Columns(shapes, np.full(shapes.shape[1], usual))
@@ -268,7 +414,8 @@ class ChainPlant(KeepsBeside):
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) of an unknown; NaN where it does not act."""
         joint, _, name = key.removeprefix(f"{UNKNOWN} ").rpartition(" ")
-        return np.where(self.kinds == self.joints.index(joint), self.covariates[name], np.nan)
+        number = self.joints.index(joint)
+        return np.where(self.kinds == number, self._ways(number)[name].along, np.nan)
 
     def noise_bounds(self, left: FloatArray) -> None:
         """The low-pass leaves nothing beyond its band that would show the noise in it."""
@@ -315,6 +462,10 @@ class ChainPlant(KeepsBeside):
             if key == LOAD or key.startswith(UNKNOWN):
                 continue
             column, joint = self._place(key)
+            if column == "lag":
+                if not 0.0 < sizes[f"{key}.dead_time"] < LONE.longest_lag_s:
+                    return True
+                continue
             size = float(linear[key][0])
             if column in BRAKES and size <= 0.0:
                 return True
@@ -325,8 +476,14 @@ class ChainPlant(KeepsBeside):
         return False
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-        """All sizes are linear."""
-        return [{}]
+        """Of a dead time: all others are linear."""
+        if not key.startswith("lag "):
+            return [{}]
+        return [{f"{key}.dead_time": at} for at in CHAIN.dead_times_s]
+
+
+def _mean(value: float | tuple[float, ...]) -> float:
+    return float(np.mean(value))
 
 
 def _centre(first: str) -> Callable[[Draws], FloatArray]:

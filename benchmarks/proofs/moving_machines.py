@@ -1,0 +1,257 @@
+"""Arms and gantries in motion whose drives have faults, by a simulator that shares no code with the
+models: Pinocchio does the rigid bodies, this file the motions, joints, drives and encoders.
+
+A joint's friction is the LuGre law (Canudas de Wit, Olsson, Åström and Lischinsky 1995, IEEE
+Transactions on Automatic Control 40, 419-425), which yields before it slides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from deltactl.models.robot import FloatArray
+
+Rng = np.random.Generator
+FINE_S = 1e-3
+"""Step at which motions and drives are simulated."""
+MARGIN_S = 0.5
+"""Simulated beyond both ends, as an effort may be read early."""
+ARM = ("pan", "shoulder", "elbow", "roll", "pitch", "flange")
+ARM_AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0]])
+ARM_TURNS = (0.0, 0.0, 0.0, 0.5 * np.pi, -0.5 * np.pi, 0.0)
+"""About y before each joint: the roll joint turns about its own z."""
+GANTRY = ("bridge", "cart", "lift")
+DRAWN_MASS = 0.005
+"""Share by which the masses of a machine are off its drawing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Machine:
+    """What its drawing says; lengths [m], masses [kg], friction of its joints [N m or N]."""
+
+    slides: bool
+    joints: tuple[str, ...]
+    axes: FloatArray
+    origins: FloatArray
+    turns: FloatArray
+    masses: FloatArray
+    centres: FloatArray
+    reaches: FloatArray
+    """Largest way to each side [rad or m]."""
+    dry: FloatArray
+    viscous: FloatArray
+
+    @property
+    def tip(self) -> str:
+        """The link that carries a load."""
+        return f"link_{self.joints[-1]}"
+
+    def urdf(self) -> str:
+        """The drawing. A URDF has no place for a rotor."""
+        parts = ['<robot name="drawn"><link name="base"/>']
+        kind = "prismatic" if self.slides else "revolute"
+        for j, name in enumerate(self.joints):
+            above = "base" if j == 0 else f"link_{self.joints[j - 1]}"
+            rows = (self.origins, self.axes, self.centres)
+            origin, axis, centre = (" ".join(f"{x:.6g}" for x in one[j]) for one in rows)
+            xx, yy, zz = self.masses[j] * (0.03**2 + np.sum(self.centres[j] ** 2) / 6.0) * _ROUND
+            parts.append(
+                f'<joint name="{name}" type="{kind}"><parent link="{above}"/>'
+                f'<child link="link_{name}"/><origin xyz="{origin}" rpy="0 {self.turns[j]:.9g} 0"/>'
+                f'<axis xyz="{axis}"/><limit lower="-7" upper="7" effort="999" velocity="99"/>'
+                f'<dynamics friction="{self.dry[j]:.9g}" damping="{self.viscous[j]:.9g}"/></joint>'
+                f'<link name="link_{name}"><inertial><origin xyz="{centre}"/>'
+                f'<mass value="{self.masses[j]:.9g}"/><inertia ixx="{xx:.9g}" iyy="{yy:.9g}"'
+                f' izz="{zz:.9g}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+            )
+        return "".join([*parts, "</robot>"])
+
+
+_ROUND = np.array([1.0, 1.3, 0.8])
+
+
+def machine(rng: Rng, gantry: bool) -> Machine:
+    """A machine of a drawn size; half of the drawings state friction."""
+    size = float(np.exp(rng.uniform(np.log(0.6), np.log(1.5))))
+    if gantry:
+        joints: tuple[str, ...] = GANTRY
+        axes, turns = np.eye(3), np.zeros(3)
+        origins = size * np.array([[0, 0, 1.0], [0, 0.1, 0.05], [0.05, 0, -0.1]])
+        masses = size**2 * np.array([18.0, 7.0, 4.0]) * rng.uniform(0.7, 1.4, 3)
+        centres = size * rng.uniform(-0.1, 0.1, (3, 3))
+        reaches = size * np.array([0.6, 0.4, 0.2])
+        usual = 9.81 * masses[2] * np.ones(3)
+    else:
+        joints, axes, turns = ARM, ARM_AXES.astype(float), np.array(ARM_TURNS)
+        origins = size * np.array(
+            [[0, 0, 0.2], [0.1, 0.05, 0.15], [0, 0, 0.5], [0.1, 0, 0.08], [0, 0, 0.35], [0.1, 0, 0]]
+        )
+        masses = size**2 * np.array([10.0, 11.0, 6.0, 3.0, 1.8, 0.7]) * rng.uniform(0.7, 1.4, 6)
+        centres = size * np.array(
+            [[0.03, 0, 0.08], [0, 0.05, 0.22], [0.07, 0, 0.03], [0, 0, 0.15], [0.05, 0, 0.01],
+             [0.05, 0.01, 0.02]]
+        )  # fmt: skip
+        reaches = np.array([2.0, 1.0, 1.2, 2.2, 1.6, 2.5])
+        usual = 9.81 * size * np.array([5.0, 5.0, 2.5, 0.4, 0.25, 0.08]) * size**2
+    stated = 0.15 * usual * rng.integers(0, 2)
+    return Machine(
+        gantry, joints, axes, origins, turns, masses, centres, reaches,
+        stated * rng.uniform(0.5, 1.5, len(joints)), stated * rng.uniform(0.3, 1.0, len(joints)),
+    )  # fmt: skip
+
+
+@dataclass
+class Faults:
+    """What a machine has beyond its drawing, one of each joint; nothing by default."""
+
+    joints: int
+    load_kg: float = 0.0
+    load_at_m: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        """Each an array (joints,)."""
+        none = np.zeros(self.joints)
+        self.dry, self.viscous, self.rotor, self.offset = (none.copy() for _ in range(4))
+        self.dead_s, self.drift, self.by_place = (none.copy() for _ in range(3))
+        self.gain = none + 1.0
+        self.coupled = np.zeros((self.joints, self.joints))
+        """Share of another joint's effort that a joint's column has too."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A motion on the fine grid: times (m,), positions, velocities, accelerations (m, joints)."""
+
+    t_s: FloatArray
+    at: FloatArray
+    speed: FloatArray
+    change: FloatArray
+
+
+def fourier(rng: Rng, own: Machine, seconds: float) -> Moved:
+    """Sums of five harmonics."""
+    t_s = np.arange(-MARGIN_S, seconds + MARGIN_S, FINE_S)
+    shape = (len(t_s), len(own.joints))
+    at, speed, change = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    first = 2.0 * np.pi * rng.uniform(0.05, 0.12)
+    for k in range(1, 6):
+        w = first * k
+        for j, reach in enumerate(own.reaches):
+            size, phase = reach * rng.uniform(0.2, 0.6) / k, rng.uniform(0.0, 2.0 * np.pi)
+            at[:, j] += size * np.sin(w * t_s + phase)
+            speed[:, j] += size * w * np.cos(w * t_s + phase)
+            change[:, j] -= size * w * w * np.sin(w * t_s + phase)
+    return Moved(t_s, at, speed, change)
+
+
+def trapezoids(rng: Rng, own: Machine, seconds: float) -> Moved:
+    """Moves of all joints between places, speeding up evenly, with rests between them."""
+    t_s = np.arange(-MARGIN_S, seconds + MARGIN_S, FINE_S)
+    change = np.zeros((len(t_s), len(own.joints)))
+    at = place = own.reaches * rng.uniform(-0.7, 0.7, len(own.joints))
+    row = int(1.5 * MARGIN_S / FINE_S)
+    while True:
+        move_s, ramp, rest_s = rng.uniform(0.8, 2.5), rng.uniform(0.15, 0.4), rng.uniform(0.2, 0.8)
+        steps, up = int(move_s / FINE_S), int(ramp * move_s / FINE_S)
+        if row + steps + int(MARGIN_S / FINE_S) >= len(t_s):
+            break
+        target = own.reaches * rng.uniform(-1.0, 1.0, len(own.joints))
+        rise = (target - place) / (up * (steps - up) * FINE_S**2)
+        change[row : row + up] += rise
+        change[row + steps - up : row + steps] -= rise
+        place, row = target, row + steps + int(rest_s / FINE_S)
+    soft = np.hanning(int(rng.uniform(0.03, 0.08) / FINE_S))
+    change = np.stack([np.convolve(c, soft / soft.sum(), "same") for c in change.T], axis=1)
+    speed = np.cumsum(change, axis=0) * FINE_S
+    return Moved(t_s, at + np.cumsum(speed, axis=0) * FINE_S, speed, change)
+
+
+def rigid(own: Machine, moved: Moved, faults: Faults, off: FloatArray) -> FloatArray:
+    """Efforts (m, joints) of the links alone; off: share by which masses are off the drawing."""
+    import pinocchio as pin
+
+    model: Any = pin.buildModelFromXML(own.urdf())
+    data = model.createData()
+    for j in range(len(own.joints)):
+        model.inertias[j + 1] = _heavier(pin, model.inertias[j + 1], 1.0 + float(off[j]))
+    if faults.load_kg:
+        size = np.diag([0.4, 0.3, 0.5]) * faults.load_kg * 0.05**2
+        model.appendBodyToJoint(
+            len(own.joints), pin.Inertia(faults.load_kg, faults.load_at_m, size), pin.SE3.Identity()
+        )
+        data = model.createData()
+    rows = zip(moved.at, moved.speed, moved.change, strict=True)
+    return np.array([pin.rnea(model, data, q, v, a) for q, v, a in rows])
+
+
+def _heavier(pin: Any, inertia: Any, times: float) -> Any:
+    return pin.Inertia(times * inertia.mass, inertia.lever, times * inertia.inertia)
+
+
+def lugre(moved: Moved, dry: FloatArray, viscous: FloatArray, yields: FloatArray) -> FloatArray:
+    """Friction (m, joints); dry: (m, joints) where it slides; yields: way before it does."""
+    z, made = np.zeros(moved.at.shape[1]), np.empty_like(moved.at)
+    stiff = np.max(dry, axis=0) / yields
+    for row, speed in enumerate(moved.speed):
+        held = stiff * FINE_S * np.abs(speed) / np.maximum(dry[row], 1e-12)
+        z = (z + FINE_S * speed) / (1.0 + held)
+        made[row] = stiff * z
+    return np.asarray(made + viscous * moved.speed)
+
+
+def efforts(own: Machine, moved: Moved, faults: Faults, rng: Rng) -> FloatArray:
+    """Columns of effort (m, joints) on the fine grid, without noise."""
+    links = rigid(own, moved, faults, DRAWN_MASS * rng.standard_normal(len(own.joints)))
+    place = moved.at / own.reaches
+    dry = (own.dry + faults.dry * (1.0 + faults.by_place * place)) * np.ones_like(links)
+    yields = own.reaches * np.exp(rng.uniform(np.log(3e-5), np.log(3e-4), len(own.joints)))
+    drive = links + faults.rotor * moved.change + faults.offset
+    drive += lugre(moved, dry, own.viscous + faults.viscous, yields)
+    drive += drive @ faults.coupled.T
+    aged = 1.0 + faults.drift * (moved.t_s / moved.t_s[-1])[:, None]
+    drive = drive / faults.gain / aged
+    pairs = zip(faults.dead_s, drive.T, strict=True)
+    asked = [np.interp(moved.t_s + dead_s, moved.t_s, one) for dead_s, one in pairs]
+    return np.stack(asked, axis=1)
+
+
+def recorded(
+    file: Path, own: Machine, faults: Faults, rng: Rng, moved: Moved, seconds: float
+) -> None:
+    """Write the table: positions as counts of an encoder, noise of the current with a memory."""
+    rate_hz = float(rng.choice([100.0, 125.0, 200.0]))
+    drive = efforts(own, moved, faults, rng)
+    t_s = np.arange(0.0, seconds, 1.0 / rate_hz)
+
+    def sampled(values: FloatArray) -> FloatArray:
+        return np.stack([np.interp(t_s, moved.t_s, one) for one in values.T], axis=1)
+
+    count = own.reaches * 2.0 ** -rng.integers(16, 20)
+    at = count * np.round(sampled(moved.at) / count)
+    effort = sampled(drive)
+    share = rng.uniform(0.01, 0.03) * np.sqrt(np.mean(effort**2, axis=0))
+    keeps = np.exp(-1.0 / (rate_hz * rng.uniform(0.005, 0.02)))
+    effort += share * _coloured(rng, effort.shape, float(keeps))
+    columns, names = [t_s, *at.T], ["t"]
+    numbers = range(1, len(own.joints) + 1)
+    names += [f"theta_{n}" for n in numbers]
+    if rng.integers(0, 2):
+        speed = sampled(moved.speed)
+        speed += 1e-3 * np.std(speed, axis=0) * rng.standard_normal(speed.shape)
+        columns += [*speed.T]
+        names += [f"velocity_{n}" for n in numbers]
+    columns, names = [*columns, *effort.T], [*names, *(f"effort_{n}" for n in numbers)]
+    np.savetxt(file, np.column_stack(columns), "%.9g", ",", header=",".join(names), comments="")
+
+
+def _coloured(rng: Rng, shape: tuple[int, ...], keeps: float) -> FloatArray:
+    """Noise (n, joints) of variance 1 of which each value keeps a share of the one before."""
+    fresh = np.sqrt(1.0 - keeps**2) * rng.standard_normal(shape)
+    made, last = np.empty(shape), rng.standard_normal(shape[1])
+    for row, new in enumerate(fresh):
+        made[row] = last = keeps * last + new
+    return made
