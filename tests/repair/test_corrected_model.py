@@ -39,12 +39,21 @@ def _export(source: Path, out: Path) -> str:
     return done.output
 
 
-def test_a_urdf_corrected_by_poses_has_zeros_and_lengths_in_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("suffix", [".urdf", ".xml"])
+def test_a_model_corrected_by_poses_has_zeros_and_lengths_in_it(
+    tmp_path: Path, suffix: str
+) -> None:
     hidden = Hidden()
     hidden.home_rad[2:4], hidden.off[4, 2], hidden.off[2, 3] = 0.015, 0.002, 0.003
-    (tmp_path / "arm.urdf").write_text(six_joint_urdf())
-    robot, out = tmp_path / "arm.yaml", tmp_path / "corrected.urdf"
-    chain(robot, tmp_path / "arm.urdf")
+    model_file = (tmp_path / "arm").with_suffix(suffix)
+    drawn = six_joint_urdf()
+    if suffix == ".xml":
+        spec = mujoco.MjSpec.from_string(drawn)
+        spec.compile()
+        drawn = spec.to_xml()
+    model_file.write_text(drawn)
+    robot, out = tmp_path / "arm.yaml", tmp_path / f"corrected{suffix}"
+    chain(robot, model_file)
     run = table(tmp_path, measured(hidden, 120))
     corrected = tmp_path / "found.yaml"
     save_corrected(robot, diagnose([run], robot), corrected)
