@@ -1,0 +1,240 @@
+"""Efforts of all joints of a chain in one motion, what its model needs of them, and what of that is
+a little off on any arm as built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
+from deltactl.diagnosis.plants.chain.joint_motions import (
+    JointMotions,
+    Layout,
+    joint_motions,
+    prepared,
+)
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE, SERVO_JOINTS
+from deltactl.diagnosis.plants.options import SPLINE_TERMS
+from deltactl.diagnosis.plants.regression import (
+    Columns,
+)
+from deltactl.diagnosis.plants.spline_terms import spline_basis
+from deltactl.models.rigid_chain import BODY, RigidChain
+from deltactl.models.robot import ChainRobot
+from deltactl.models.signals import clipped, late
+from deltactl.recording.tables.flat import FlatRecording
+
+
+@dataclass(frozen=True, slots=True)
+class ChainOptions:
+    """What is usual of chains."""
+
+    most_rows: int = 3000
+    """Rows of all joints beyond which more tell nothing, as neighbours are alike."""
+    fewest_rows: int = 30
+    """Rows of a joint in clear motion, as of a single axis."""
+    fewest_poses: int = 15
+    """Five numbers for each of the nine of base and target, three of which each pose gives."""
+    as_built: float = 0.02
+    """Share by which efforts that the model needs are off on any arm: masses of a drawing, without
+    cables, grease and screws, and torque constants that change with the warmth."""
+    friction_as_stated: float = 0.05
+    """Share by which friction differs from what the model states: two days differ by 5 to 10 % with
+    the warmth (UR10e)."""
+    yields_of_travel: float = 1e-3
+    """Way over which a bearing yields before it slides, as a share of the travel (a harmonic drive:
+    minutes of arc),"""
+    yields_of_size: float = 0.1
+    """and the friction that does, as a share of all effort."""
+    bends: int = 2
+    """Pieces of a spline by which friction grows along the way, or a torque constant in time."""
+    dead_time_s: float = 0.05
+    """Spread of a drive's dead time: a slow bus, or a filter of its own,"""
+    dead_times_s: tuple[float, ...] = (0.003, 0.015, 0.08, 0.3)
+    """and from where fits of it begin, apart by a factor of five."""
+    load_of_mass: float = 0.1
+    """Usual load as a share of what moves: arms carry a tenth to a third of what they weigh."""
+    load_off_of_reach: float = 0.1
+    """Usual distance of its centre from the end of the last link, as a share of the reach."""
+
+
+CHAIN = ChainOptions()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """What an unknown effort follows, (n,), times what else it grows with; pieces: of its spline, 0
+    of a straight line.
+    """
+
+    follows: tuple[str, ...]
+    along: FloatArray
+    times: FloatArray | float
+    pieces: int
+
+    def basis(self, rows: IntArray) -> FloatArray:
+        """Shapes (n, k)."""
+        if not self.pieces:
+            return self.along[:, None]
+        low, high = (float(x) for x in np.quantile(self.along[rows], SPLINE_TERMS.covered))
+        basis = spline_basis(self.along, self.pieces, low, high)
+        return basis * (self.times if isinstance(self.times, float) else self.times[:, None])
+
+
+class JointEfforts:
+    """Efforts of all joints behind one low-pass, joint after joint (n,), and their tolerances."""
+
+    def __init__(
+        self,
+        robot: ChainRobot,
+        recordings: Sequence[FlatRecording],
+        chain: RigidChain,
+        narrower: float = 1.0,
+    ):
+        """narrower: the low-pass ends at this share of where the position meets its noise."""
+        self.robot, self.chain, self.source = robot, chain, recordings[0].source
+        self.joints = chain.joints
+        self.unit = "N" if all(chain.slides) else "N m"
+        self.moved: JointMotions = joint_motions(robot, prepared(robot, recordings), narrower)
+        moved = self.moved
+        self._filtered = moved.low_passed(moved.force)
+        needed = chain.efforts(moved.at, moved.speed, moved.change)
+        self._needed = moved.low_passed(needed) + chain.friction * self._direction
+        stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
+        self.layout = Layout(moved, ASSESSMENT.folds, stride)
+        left = self._filtered - self._needed
+        self.readings: Readings = self.layout.readings(moved, left, self.unit)
+        self.t_s = self.readings.t_s
+        self.kinds: IntArray = self.layout.joint
+        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
+        self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
+
+    def rows_of(self, joint: int) -> IntArray:
+        """Those of one joint."""
+        own: IntArray = self.rows[self.kinds[self.rows] == joint]
+        return own
+
+    @cached_property
+    def _direction(self) -> FloatArray:
+        """Signs of velocities, smooth where a velocity is lost in its noise; low-passed."""
+        widths = [
+            max(one.velocity_noise, FORCED_AXIS.turning_share * one.top_speed)
+            for one in self.moved.wide
+        ]
+        return self.moved.low_passed(np.tanh(self.moved.speed / np.array(widths)))
+
+    @cached_property
+    def sizes(self) -> FloatArray:
+        """How large efforts of each joint are here, (joints,), by their root mean square."""
+        both = np.stack([self.layout.laid(self._filtered), self.layout.laid(self._needed)])
+        rms = [np.sqrt(np.mean(both[:, self.rows_of(j)] ** 2)) for j in range(len(self.joints))]
+        return np.maximum(np.array(rms), 1e-300)
+
+    def _before(self, joint: int, dead_s: float) -> FloatArray:
+        """Effort of a joint less what it was a dead time ago, (m,).
+
+        Noise is late, too, and as large. Behind a time constant it would be smaller, so that the
+        longest would fit best.
+        """
+        whole, force = self.moved.whole, self._filtered[:, joint]
+        began_s = whole.t_s[whole.fresh][np.cumsum(whole.fresh) - 1]
+        earlier = late(force, self._changing[:, joint], whole.t_s, began_s, dead_s, 0.0)
+        return np.asarray(force - earlier)
+
+    def free(self) -> Columns:
+        """No findings: efforts are held between samples and filtered before they are recorded, no
+        arm is built exactly as its model, and bearings yield before they slide.
+        """
+        chain, joints = self.chain, range(len(self.joints))
+        tables = {
+            "lag": (self._changing, self._apart_s),
+            "gain": (self._needed, CHAIN.as_built),
+            "dry": (chain.friction * self._direction, CHAIN.friction_as_stated),
+            "viscous": (chain.damping * self.moved.low_passed(self.moved.speed),
+                        CHAIN.friction_as_stated),
+            "yields": (self._yielding * self.sizes, CHAIN.yields_of_size),
+        }  # fmt: skip
+        each = [self._at(j, values[:, j]) for values, _ in tables.values() for j in joints]
+        spreads = np.repeat(
+            [*(spread for _, spread in tables.values()), CHAIN.as_built], len(joints)
+        )
+        names = [f"{name} {joint}" for name in (*tables, "link") for joint in self.joints]
+        made = np.concatenate([np.stack(each, axis=1), self._links], axis=1)
+        return Columns(made, spreads, tuple(names))
+
+    @cached_property
+    def _links(self) -> FloatArray:
+        """Efforts (n, joints) by the weight and inertia of each joint's own links."""
+        moved = self.moved
+        columns = self.chain.link_columns(moved.at, moved.speed, moved.change)
+        each = [moved.low_passed(columns[:, :, k]) for k in range(len(self.joints))]
+        return self.layout.laid(np.stack(each, axis=-1))
+
+    @cached_property
+    def _yielding(self) -> FloatArray:
+        """Friction of a bearing that yields before it slides, less that of one that does not."""
+        way = CHAIN.yields_of_travel * np.ptp(self.moved.at, axis=0)
+        moves = np.diff(self.moved.at, axis=0, prepend=self.moved.at[:1]) / way
+        moves[self.moved.whole.fresh] = 0.0
+        one = np.ones(len(moves))
+        held = np.stack([clipped(move, -one, one, 0.0) for move in moves.T], axis=1)
+        return self.moved.low_passed(held) - self._direction
+
+    @property
+    def _apart_s(self) -> float:
+        """Usual time between effort and position, by the clocks."""
+        return max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.moved.whole.period_s)
+
+    @cached_property
+    def _changing(self) -> FloatArray:
+        return self.moved.slope(self._filtered)
+
+    def _at(self, joint: int, effort: FloatArray) -> FloatArray:
+        """An effort of one joint (m,) among the rows of all, (n,)."""
+        made = np.zeros(len(self.t_s))
+        own = self.kinds == joint
+        made[own] = effort[self.layout.sample[own]]
+        return made
+
+    @cached_property
+    def _load(self) -> Columns:
+        """All ten moments of a load: a heavy one far from the flange turns as well as weighs."""
+        moved, chain = self.moved, self.chain
+        columns = chain.load_columns(moved.at, moved.speed, moved.change)
+        each = [moved.low_passed(columns[:, :, k]) for k in range(len(BODY))]
+        mass = CHAIN.load_of_mass * chain.mass_kg
+        off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
+        spread = mass * np.array([1.0] + [off] * 3 + [off**2] * 6)
+        return Columns(self.layout.laid(np.stack(each, axis=-1)), spread, BODY)
+
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:
+        """Each joint's own position and velocity, the effort that it needs, and time, (n,)."""
+        stacked = {"position": self.moved.at, "velocity": self.moved.speed}
+        found = {name: self.layout.laid(values) for name, values in stacked.items()}
+        return found | {"time": self.moved.whole.t_s[self.layout.sample]}
+
+    def _ways(self, joint: int) -> dict[str, Way]:
+        """How efforts of a joint may hang on what no effect of the vocabulary does: its own
+        place, velocity and time, friction that grows along the way, a torque constant that changes
+        in time, and its neighbours, with which it may share a motor.
+        """
+        own, enough = self.covariates, len(self.rows_of(joint)) // LONE.rows_a_piece
+        pieces = int(np.clip(enough, LONE.fewest_pieces, SERVO_JOINTS.joint_pieces))
+        found = {name: Way((name,), values, 1.0, pieces) for name, values in own.items()}
+        braked = self.layout.laid(self._direction)
+        found["friction"] = Way(("position", "direction"), own["position"], braked, CHAIN.bends)
+        driven = self.layout.laid(self._needed)
+        found["scale"] = Way(("time", "effort"), own["time"], driven, CHAIN.bends)
+        tables = {"effort": self._filtered, "velocity": self.moved.low_passed(self.moved.speed)}
+        for other in (joint - 1, joint + 1):
+            for what, values in tables.items() if 0 <= other < len(self.joints) else ():
+                name = f"{what}_of_{self.joints[other]}"
+                along = values[self.layout.sample, other]
+                found[name] = Way((name,), along, 1.0, 0)
+        return found
