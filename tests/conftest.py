@@ -41,10 +41,13 @@ REAL_TIME = (
     "tests/hil/",
     "tests/steps/test_pulse_process.py",
     "tests/steps/test_through_lgpio.py",
-    "tests/web/test_page_in_chromium.py",
     "TestPulseProcess",
 )
 """Parts of the names of tests."""
+PAGE = ("simulated", "signed_in", "chromium")
+"""Fixtures of tests/web: the page with its robot, which keeps time, and a browser that looks at it.
+One process has them: a second page and a second browser would cost as much as all their tests.
+"""
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -106,14 +109,18 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     if any(part in place for part in REAL_TIME):
         return None
     text = collection_path.read_text(encoding="utf-8")
-    return not any(part in text for part in ("mark.realtime", *REAL_TIME))
+    words = ("mark.realtime", *REAL_TIME, *(PAGE if "tests/web/" in place else ()))
+    return not any(part in text for part in words)
+
+
+def fixtures_of(item: pytest.Item) -> list[str]:
+    return item.fixturenames if isinstance(item, pytest.Function) else []
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    # Those of the page wait most: begun last, they would leave a processor idle at the end.
-    items.sort(key=lambda item: not item.nodeid.startswith("tests/web/"))
     for item in items:
-        if any(part in item.nodeid for part in REAL_TIME):
+        of_the_page = item.nodeid.startswith("tests/web/") and set(PAGE) & set(fixtures_of(item))
+        if of_the_page or any(part in item.nodeid for part in REAL_TIME):
             item.add_marker(pytest.mark.realtime)
     for mark, why in APART.items():
         if mark not in config.getoption("-m"):

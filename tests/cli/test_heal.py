@@ -160,3 +160,4 @@ def test_what_cannot_be_healed_is_said_before_anything_moves(deltactl, folder: P
     deltactl("heal", "mine.yaml", "--job", "far.yaml", "--simulate", status=2)
     assert "--continue" in deltactl(*CALL, "--out", "none", "--continue", status=2).stderr
     assert "to undo" in deltactl("heal", "mine.yaml", "--undo", status=2).stderr
+    assert "is an example" in deltactl("heal", "zhao-2023.yaml", "--simulate", status=2).stderr

@@ -24,13 +24,14 @@ from selenium.webdriver.remote.webelement import WebElement
 
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.web.access.users import SCRYPT
+from deltactl.web.access.users import SCRYPT, add_user
 
 READY_S = 60.0
 PATIENCE_S = 30.0
 LOOK_S = 0.15
 """The longest pause between two looks at a page."""
 NICE = 15
+PASSWORD = "correct horse battery"
 DESK, PHONE = (1280, 900), (400, 800)
 CIRCLE = """name: {name}
 robot: {robot}
@@ -217,6 +218,22 @@ def simulated(
         folder, "--simulate", "--robot", str(patient_robot(folder)), "--socket", str(place)
     )
     page.socket = place
+    ends_with_the_folder(pytestconfig, lambda: end_page(page))
+    yield page
+    end_page(page)
+
+
+@pytest.fixture(scope="session")
+def signed_in(
+    simulated: WebPage, tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config
+) -> Iterator[WebPage]:
+    """A second page for the same robot, with passwords: ada operates, hall looks."""
+    folder = tmp_path_factory.mktemp("signed-in")
+    users = folder / "users.yaml"
+    add_user(users, "ada", "operator", PASSWORD)
+    add_user(users, "hall", "viewer", PASSWORD)
+    page = start_page(folder, "--users", str(users), "--socket", str(simulated.socket))
+    page.socket = simulated.socket
     ends_with_the_folder(pytestconfig, lambda: end_page(page))
     yield page
     end_page(page)

@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import pytest
 from selenium.webdriver.common.by import By
 
-from tests.web.conftest import (
-    CIRCLE,
-    PHONE,
-    Browser,
-    Open,
-    WebPage,
-    at_home,
-    end_page,
-    patient_robot,
-    start_page,
-    switch_off,
-)
+from tests.web.conftest import CIRCLE, PHONE, Browser, Open, WebPage, at_home
 
 
 def platform_z_mm(browser: Browser) -> float:
@@ -56,39 +44,6 @@ def test_a_file_of_ones_own_keeps_its_name(browser: Browser, tmp_path: Path) -> 
     browser.says("verdict", "little circle.yaml:3: path.turns")
 
 
-def test_a_robot_of_ones_own_runs_its_job(chromium: Open, tmp_path: Path) -> None:
-    """What `init` writes: a robot file and a job beside it, which the page shows first."""
-    robot = patient_robot(tmp_path).rename(tmp_path / "my-delta.yaml")
-    (tmp_path / "my-circle.yaml").write_text(
-        CIRCLE.format(name="little", robot=robot.name, turns=20)
-    )
-    (tmp_path / "another.yaml").write_text("robot: their-delta.yaml\n")
-    page = start_page(tmp_path, "--simulate", "--robot", str(robot),
-                      "--socket", str(tmp_path / "d.sock"))  # fmt: skip
-    page.socket = tmp_path / "d.sock"
-    try:
-        browser = chromium(page.url)
-        browser.says("state", "off")
-        at_home(page)
-        browser.says("state", "ready")
-        browser.tab("Jobs")
-        browser.says("text", "name: little")
-        browser.press("run")
-        browser.says("job", "little")
-        browser.says("state", "running")
-        browser.tab("Recordings")
-        browser.wait(lambda: not browser.find("diagnose").is_enabled(),
-                     "a run that is still being recorded can be diagnosed")  # fmt: skip
-        assert "still being recorded" in (browser.find("report").get_attribute("title") or "")
-        browser.tab("Robot")
-        browser.press("cancel")
-        browser.tab("Recordings")
-        browser.wait(lambda: browser.find("diagnose").is_enabled(), "it cannot be diagnosed")
-    finally:
-        switch_off(page)
-        end_page(page)
-
-
 def test_a_report_that_the_browser_does_not_open_is_a_link(
     browser: Browser, simulated: WebPage
 ) -> None:
@@ -120,7 +75,7 @@ def test_a_tab_begins_at_its_top_and_a_stop_stays_in_sight(
     simulated: WebPage, chromium: Open
 ) -> None:
     at_home(simulated)
-    phone = chromium(simulated.url, PHONE, drawn=True)
+    phone = chromium(simulated.url, PHONE)
     phone.says("state", "ready")
     press_three_times(phone, "jog-z-1")
     press_three_times(phone, "jog-z-1")
@@ -149,15 +104,6 @@ def test_a_tab_begins_at_its_top_and_a_stop_stays_in_sight(
     assert phone.driver.execute_script(over, button), "what to press lies out of sight"
     button.click()
     phone.says("state", "unhomed")
-    phone.tab("Recordings")
-    phone.find("own-recording")
-    phone.driver.set_window_size(620, 700)
-    time.sleep(0.5)
-    phone.tab("Robot")
-    width = "return document.querySelector('.scene-box canvas')?.clientWidth ?? 0"
-    phone.wait(lambda: phone.driver.execute_script(width) > 450,
-               lambda: f"the drawing is {phone.driver.execute_script(width)} wide")  # fmt: skip
-    phone.driver.set_window_size(*PHONE)
     phone.driver.execute_script("window.scrollTo(0, 99)")
     phone.tab("Jobs")
     phone.wait(lambda: phone.driver.execute_script("return scrollY") == 0,

@@ -2,27 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
-
-import pytest
-
 from deltactl.firmware_py.daemon.client import Client
-from tests.web.conftest import Browser, WebPage, end_page, patient_robot, start_page, switch_off
+from tests.web.conftest import Browser, WebPage, switch_off
 
-Open = Callable[..., Browser]
 SURVEYS_S = 120.0
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
-    folder = tmp_path_factory.mktemp("heal-page")
-    place = folder / "d.sock"
-    words = ("--simulate", "--robot", str(patient_robot(folder)), "--socket", str(place))
-    made = start_page(folder, *words)
-    made.socket = place
-    yield made
-    end_page(made)
 
 
 def state(page: WebPage) -> str:
@@ -31,10 +14,15 @@ def state(page: WebPage) -> str:
         return client.status().state
 
 
-def test_heal_asks_first_and_a_stop_leaves_the_old_file(page: WebPage, chromium: Open) -> None:
+def test_heal_asks_first_and_a_stop_leaves_the_old_file(
+    simulated: WebPage, browser: Browser
+) -> None:
+    page = simulated
     robot_file = page.recordings.parent / "zhao-2023.yaml"
     old = robot_file.read_text(encoding="utf-8")
-    browser = chromium(page.url)
+    switch_off(page)
+    browser.tab("Robot")
+    browser.says("state", "off")
     browser.press("heal")
     browser.find("heal-now")
     assert state(page) == "off"
@@ -51,15 +39,3 @@ def test_heal_asks_first_and_a_stop_leaves_the_old_file(page: WebPage, chromium:
     browser.wait(lambda: "go on" in browser.text("heal"), "cannot go on")
     browser.wait(lambda: browser.find("heal").is_enabled(), "cannot go on")
     assert not browser.find("heal-undo").is_displayed()
-
-
-def test_an_example_of_the_package_is_not_healed(tmp_path: Path, chromium: Open) -> None:
-    place = tmp_path / "d.sock"
-    page = start_page(tmp_path, "--simulate", "--socket", str(place))
-    try:
-        browser = chromium(page.url)
-        browser.press("heal")
-        browser.press("heal-now")
-        browser.wait(lambda: "example" in browser.text("heal-problem"), "is healed", SURVEYS_S)
-    finally:
-        end_page(page)

@@ -11,7 +11,7 @@ from websockets.sync.client import ClientConnection
 
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.web.motion_card import STEPS_MM
-from tests.web.conftest import WebPage, at_home
+from tests.web.conftest import WebPage, at_home, switch_off
 from tests.web.test_runs_of_a_robot import until
 from tests.web.test_whose_page import Tab, answer
 
@@ -39,29 +39,38 @@ def stay_connected(connection: ClientConnection) -> None:
                 connection.send("3")
 
 
+def held_and_released(page: WebPage, kind: str, key: str) -> set[str]:
+    """How the moves ended that a held key had asked for when it was released."""
+    at_home(page)
+    assert page.socket is not None
+    with opened(page) as (tab, connection), Client(page.socket) as client:
+        tab.press(connection, "step-mm", "update:modelValue", LONG)
+        tab.press(connection, "cross", "keydown", {"key": "PageDown", "repeat": False})
+        give_up_s = time.monotonic() + 90.0
+        while client.status().job is None:
+            assert time.monotonic() < give_up_s, "a key does not move the robot"
+            tab.press(connection, "cross", "keydown", {"key": "PageDown", "repeat": True})
+            stay_connected(connection)
+        now = client.status()
+        asked = {now.job_id, *now.queued_ids} - {None}
+        tab.press(connection, "cross", kind, {"key": key})
+        until(lambda: client.status().state == "ready", 60.0)
+        counts = client.status().counts
+        time.sleep(0.5)
+        assert client.status().counts == counts
+        return {client.result(number).outcome for number in asked}  # type: ignore[union-attr, arg-type]
+
+
 @pytest.mark.parametrize(("kind", "key"), [("keyup", "PageDown"), ("focusout", "")])
 def test_what_a_held_key_has_asked_for_is_called_off(
     simulated: WebPage, kind: str, key: str
 ) -> None:
-    at_home(simulated)
-    assert simulated.socket is not None
-    with opened(simulated) as (tab, page), Client(simulated.socket) as client:
-        tab.press(page, "step-mm", "update:modelValue", LONG)
-        tab.press(page, "cross", "keydown", {"key": "PageDown", "repeat": False})
-        give_up_s = time.monotonic() + 90.0
-        while client.status().job is None:
-            assert time.monotonic() < give_up_s, "a key does not move the robot"
-            tab.press(page, "cross", "keydown", {"key": "PageDown", "repeat": True})
-            stay_connected(page)
-        now = client.status()
-        asked = {now.job_id, *now.queued_ids} - {None}
-        tab.press(page, "cross", kind, {"key": key})
-        until(lambda: client.status().state == "ready", 60.0)
-        outcomes = {client.result(number).outcome for number in asked}  # type: ignore[union-attr, arg-type]
-        assert outcomes == {"cancelled"}
-        counts = client.status().counts
-        time.sleep(0.5)
-        assert client.status().counts == counts
+    for _ in range(3):
+        outcomes = held_and_released(simulated, kind, key)
+        if "done" not in outcomes:  # a move of half a second may end before the page hears of it
+            break
+        switch_off(simulated)
+    assert outcomes == {"cancelled"}
 
 
 def test_other_keys_and_keys_elsewhere_move_nothing(simulated: WebPage) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from deltactl.firmware_py.controller.contract import SensorStatus
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.models.linkage import forward
 from deltactl.models.linkage.skeleton import Skeleton
-from deltactl.web.behind.known_robots import KnownRobot
+from deltactl.web.behind.known_robots import KnownRobot, KnownRobots
+from deltactl.web.behind.link import DaemonLink
+from deltactl.web.behind.site import Site
 
 ZHAO = KnownRobot.of(CONFIG_FOLDER / "zhao-2023.yaml")
 HOME = (0.0, 0.0, -0.45)
@@ -64,6 +67,18 @@ def test_the_point_that_the_page_suggests_is_within_reach(name: str) -> None:
     assert known.home_m is not None
     x_m, y_m, z_m = (round(1e3 * value, 2) * 1e-3 for value in known.home_m)
     assert known.allows((x_m, y_m, z_m))
+
+
+def test_the_first_job_of_a_robot_of_ones_own_is_shown_first(tmp_path: Path) -> None:
+    """What `init` writes: a robot file and a job beside it."""
+    robot = tmp_path / "my-delta.yaml"
+    robot.write_text((CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8"))
+    (tmp_path / "another.yaml").write_text("robot: their-delta.yaml\n")
+    site = Site(DaemonLink(None), KnownRobots(robot), tmp_path / "runs", tmp_path / "work")
+    assert site.first_file == "heart.yaml"
+    (tmp_path / "my-circle.yaml").write_text("name: little\nrobot: my-delta.yaml\n")
+    assert site.first_file == "my-circle.yaml"
+    assert site.files()["my-circle.yaml"].parent == tmp_path
 
 
 @settings(deadline=None)

@@ -15,9 +15,10 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from deltactl.firmware_py.daemon.client import Client
-from deltactl.web.access.users import add_user
 from tests.web.conftest import (
     CIRCLE,
+    DESK,
+    PASSWORD,
     PATIENCE_S,
     PHONE,
     Browser,
@@ -208,6 +209,20 @@ def test_playback_moves_slider_cursor_and_platform_together(
     browser.wait(lambda: not browser.find("playback").is_displayed(), "it stays open")
 
 
+def test_the_drawing_follows_the_window_although_it_was_out_of_sight(browser: Browser) -> None:
+    browser.tab("Recordings")
+    browser.find("own-recording")
+    browser.driver.set_window_size(620, 700)
+    time.sleep(0.5)
+    browser.tab("Robot")
+    width = "return document.querySelector('.scene-box canvas')?.clientWidth ?? 0"
+    try:
+        browser.wait(lambda: 450 < browser.driver.execute_script(width) <= 620,
+                     lambda: f"it is {browser.driver.execute_script(width)} wide")  # fmt: skip
+    finally:
+        browser.driver.set_window_size(*DESK)
+
+
 def shown(browser: Browser) -> Any:
     """What slider, plots and drawing of the page show now."""
     return browser.driver.execute_script(SHOWN)
@@ -302,23 +317,18 @@ def test_on_a_phone_stop_and_state_are_in_sight(simulated: WebPage, chromium: Op
 
 
 def test_a_viewer_sees_all_and_can_stop_but_not_start(
-    simulated: WebPage, chromium: Open, tmp_path: Path
+    simulated: WebPage, signed_in: WebPage, chromium: Open
 ) -> None:
     """On a page of its own beside the other, for the same robot, with passwords."""
-    users = tmp_path / "users.yaml"
-    add_user(users, "hall", "viewer", "look and stop")
-    page = start_page(tmp_path, "--users", str(users), "--socket", str(simulated.socket))
-    try:
-        viewer = chromium(page.url)
-        assert viewer.driver.current_url.endswith("/login")
-        viewer.driver.find_element(By.NAME, "name").send_keys("hall")
-        viewer.driver.find_element(By.NAME, "password").send_keys("look and stop\n")
-        viewer.says("state", "ready")
-        assert not viewer.driver.find_elements(By.CSS_SELECTOR, '[data-testid="home"]')
-        viewer.press("stop")
-        viewer.says("latched", "by hall", 5.0)
-    finally:
-        end_page(page)
+    at_home(simulated)
+    viewer = chromium(signed_in.url)
+    assert viewer.driver.current_url.endswith("/login")
+    viewer.driver.find_element(By.NAME, "name").send_keys("hall")
+    viewer.driver.find_element(By.NAME, "password").send_keys(f"{PASSWORD}\n")
+    viewer.says("state", "ready")
+    assert not viewer.driver.find_elements(By.CSS_SELECTOR, '[data-testid="home"]')
+    viewer.press("stop")
+    viewer.says("latched", "by hall", 5.0)
 
 
 def test_two_browsers_and_a_daemon_that_comes_goes_and_comes_again(

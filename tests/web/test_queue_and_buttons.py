@@ -64,12 +64,19 @@ def test_jobs_wait_in_order_and_one_can_be_left_out(
     assert waiting(browser) == []
     assert "moving by hand: not now, the robot is running" in browser.text("unable")
     assert not browser.find("jog-x+1").is_enabled()
+    browser.tab("Recordings")
+    browser.wait(lambda: "still being recorded" in
+                 (browser.find("report").get_attribute("title") or ""),
+                 "a run is not said to be recorded still")  # fmt: skip
+    assert not browser.find("diagnose").is_enabled()
+    browser.tab("Robot")
     browser.press("cancel")
     browser.says("state", "ready")
     browser.says("job", "no job")
     browser.says("ended", "third was cancelled: its recording is third-")
     browser.press("show-recording")
     browser.says("recording", "third-")
+    browser.wait(lambda: browser.find("diagnose").is_enabled(), "it cannot be diagnosed")
 
 
 def test_what_cannot_be_pressed_looks_so_and_says_why(browser: Browser, simulated: WebPage) -> None:

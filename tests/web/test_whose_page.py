@@ -20,26 +20,16 @@ from websockets.sync.client import ClientConnection, connect
 
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.web.access.users import add_user
-from tests.web.conftest import WebPage, end_page, patient_robot, start_page
+from tests.web.conftest import PASSWORD, WebPage, switch_off
 
-PASSWORD = "correct horse battery"
 NEVER_S = 1.5
 """So long nothing may happen that must not."""
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
-    folder = tmp_path_factory.mktemp("whose")
-    users, place = folder / "users.yaml", folder / "d.sock"
-    add_user(users, "ada", "operator", PASSWORD)
-    add_user(users, "hall", "viewer", PASSWORD)
-    its = start_page(
-        folder, "--simulate", "--robot", str(patient_robot(folder)), "--socket", str(place),
-        "--users", str(users),
-    )  # fmt: skip
-    its.socket = place
-    yield its
-    end_page(its)
+@pytest.fixture
+def page(signed_in: WebPage) -> WebPage:
+    switch_off(signed_in)
+    return signed_in
 
 
 class Tab:
