@@ -36,8 +36,8 @@ TWO := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 # Two processes on two cores: more threads of the arithmetic libraries only wait for each other.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 # Tests against the clock, in lanes. They wait most of the time, and the robot of the page bears pauses:
-# on a machine that does nothing else, `make test LANES=2` runs both lanes at once, and `make test LANES=3`
-# the other tests beside them, in the time that the lanes leave idle.
+# both lanes run at once, and the other tests beside them, in the time that the lanes leave idle. On a
+# machine that does something else, `make test LANES=1` runs the three one after the other.
 LANES ?= 3
 IDLE  := $(shell chrt --idle 0 true 2>/dev/null && echo chrt --idle 0 || echo nice -n 19)
 # Without it every process that a test starts compiles all its modules again.

@@ -56,7 +56,7 @@ def test_two_troubles_are_no_worse(number: int, tmp_path: Path) -> None:
     assert outcome.problems == [], drawn
 
 
-@pytest.mark.parametrize("reading", [1, 95, 110, 190])
+@pytest.mark.parametrize("reading", [1, 110])
 def test_one_false_reading_moves_nothing(reading: int, tmp_path: Path) -> None:
     with switched_on(switch_robot(tmp_path, 10.0, sensors=False)) as one:
         switch_of(one, 1).faults.false_at = frozenset({reading})
@@ -65,11 +65,10 @@ def test_one_false_reading_moves_nothing(reading: int, tmp_path: Path) -> None:
     assert outcome.problems == []
 
 
-@pytest.mark.parametrize("rate", [0.02, 0.05])
-def test_false_readings_by_chance_are_outvoted(rate: float, tmp_path: Path) -> None:
+def test_false_readings_by_chance_are_outvoted(tmp_path: Path) -> None:
     with switched_on(switch_robot(tmp_path, 10.0, sensors=False)) as one:
         for motor in range(3):
-            switch_of(one, motor).faults.false_rate = rate
+            switch_of(one, motor).faults.false_rate = 0.05
             switch_of(one, motor).faults.seed = motor
         outcome = home_and_judge(one)
     assert outcome.refused == ""
@@ -123,7 +122,7 @@ def test_steps_lost_between_the_approaches_are_seen(
 
 @pytest.mark.parametrize(
     ("sensors", "begin_deg"),
-    [(True, None), (True, 38.0), (False, None), (False, 38.0), (False, 12.0)],
+    [(True, 38.0), (False, None), (False, 12.0)],
 )
 def test_an_arm_whose_switch_never_closes_stays_within_the_limits(
     sensors: bool, begin_deg: float | None, tmp_path: Path
@@ -138,7 +137,7 @@ def test_an_arm_whose_switch_never_closes_stays_within_the_limits(
     assert outcome.problems == []
 
 
-@pytest.mark.parametrize("home_deg", [0.0, 10.0, 30.0])
+@pytest.mark.parametrize("home_deg", [0.0, 30.0])
 def test_an_arm_whose_switch_never_opens_sinks_no_further_than_the_limits(
     home_deg: float, tmp_path: Path
 ) -> None:
@@ -188,7 +187,7 @@ def test_an_arm_that_the_sensors_see_is_found_wherever_it_is(
         np.testing.assert_allclose(arms_deg(one), 30.0, atol=0.15)
 
 
-@pytest.mark.parametrize("pair", [(0, 1), (1, 2), (0, 2)])
+@pytest.mark.parametrize("pair", [(0, 1), (0, 2)])
 def test_exchanged_wires_stop_the_motion_at_the_switch(
     pair: tuple[int, int], tmp_path: Path
 ) -> None:
