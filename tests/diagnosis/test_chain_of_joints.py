@@ -234,6 +234,17 @@ def test_a_bearing_that_yields_before_it_slides_has_the_friction_of_its_model(ro
     assert diagnose([recorded(robot.parent, fault=yields)], robot).findings == []
 
 
+def test_a_joint_is_known_by_its_own_noise_and_not_by_that_of_a_larger_one(robot: Path) -> None:
+    def rubs(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+        noise = 6.0 * np.random.default_rng(1).standard_normal(len(t_s))
+        return effort + np.column_stack([0.0 * t_s, noise, 0.02 * np.sign(dq[:, 2])])
+
+    (found,) = diagnose([recorded(robot.parent, fault=rubs, seconds=60.0)], robot).findings
+    assert (found.effect, found.component) == ("joint_friction", "elbow")
+    _, low, high = found.parameters["torque"].components[0]
+    assert low <= 0.02 <= high
+
+
 def test_places_beside_efforts_are_said_to_be_unused(robot: Path) -> None:
     made = recorded(robot.parent)
     head, *rows = made.read_text().splitlines()

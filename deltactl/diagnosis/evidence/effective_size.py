@@ -62,6 +62,7 @@ def spare(effective: float, fitted: int) -> float:
 def tempered(
     residual: FloatArray, rows: IntArray, groups: IntArray, kinds: IntArray, noises: IntArray,
     least: float, fitted: int = 0, once: IntArray | None = None, took: FloatArray | None = None,
+    usual: FloatArray | None = None,
 ) -> TemperedNoise:  # fmt: skip
     """Noise of a saturated residual (n,).
 
@@ -69,7 +70,8 @@ def tempered(
     noisiest kind among them. least: standard deviation of rounding, below which no noise is
     accepted. fitted: numbers the saturated model took. once: (m,) number of the run of equal values
     each row lies in. took: (m, p) the model's shapes in standard deviations of the noise and of
-    their sizes, where what they took of noise with a memory is to be given back.
+    their sizes, where what they took of noise with a memory is to be given back. usual: (n,) how
+    large readings like a row's are, where these differ: joints of a chain.
     """
     left = residual[rows]
     if once is None:
@@ -84,7 +86,9 @@ def tempered(
     for noise in np.unique(noises[rows]):
         own = noises[rows] == noise
         sigma[own] = float(sigma[own].max())
-    sigma = np.maximum(sigma, EVIDENCE.least_of_largest * float(sigma.max()))
+    of_size = np.ones(len(rows)) if usual is None else usual[rows]
+    largest = float((sigma / of_size).max())
+    sigma = np.maximum(sigma, EVIDENCE.least_of_largest * largest * of_size)
     standard = left / sigma
     count = float(once[-1]) + 1.0
     new = np.concatenate([[True], np.diff(once) > 0])

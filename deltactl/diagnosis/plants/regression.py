@@ -161,6 +161,11 @@ class RegressionPlant(Protocol):
         """Number (n,) of the stay at one place that a row belongs to; -1 in motion."""
         ...
 
+    @property
+    def usual(self) -> FloatArray | None:
+        """(n,) how large readings like each are; None where all are of one size."""
+        ...
+
     rounding: float
     """Standard deviation of the rounding of a reading, in `unit`."""
     averages: bool

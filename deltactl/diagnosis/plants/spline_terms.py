@@ -93,6 +93,11 @@ class KeepsBeside:
         """One noise for each kind of row."""
         return self.kinds
 
+    @property
+    def usual(self) -> FloatArray | None:
+        """Of one size."""
+        return None
+
     def not_testable(self) -> list[NotTestable]:
         """Nothing is out of reach of every recording of such a machine."""
         return []

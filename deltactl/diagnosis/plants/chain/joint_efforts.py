@@ -146,6 +146,11 @@ class JointEfforts:
         earlier = late(force, self._changing[:, joint], whole.t_s, began_s, dead_s, 0.0)
         return np.asarray(force - earlier)
 
+    @property
+    def usual(self) -> FloatArray:
+        """Efforts of the joint that a row is of: a wrist's are a hundredth of a shoulder's."""
+        return np.asarray(self.sizes[self.kinds])
+
     def free(self) -> Columns:
         """No findings: efforts are held between samples and filtered before they are recorded, no
         arm is built exactly as its model, and bearings yield before they slide.
