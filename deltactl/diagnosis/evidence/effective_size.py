@@ -86,9 +86,11 @@ def tempered(
     for noise in np.unique(noises[rows]):
         own = noises[rows] == noise
         sigma[own] = float(sigma[own].max())
-    of_size = np.ones(len(rows)) if usual is None else usual[rows]
-    largest = float((sigma / of_size).max())
-    sigma = np.maximum(sigma, EVIDENCE.least_of_largest * largest * of_size)
+    largest = np.full(len(rows), float(sigma.max()))
+    if usual is not None:  # traces are no larger than what leaves them, nor than their own share
+        own = usual[rows]
+        largest = np.minimum(largest, float((sigma / own).max()) * own)
+    sigma = np.maximum(sigma, EVIDENCE.least_of_largest * largest)
     standard = left / sigma
     count = float(once[-1]) + 1.0
     new = np.concatenate([[True], np.diff(once) > 0])
