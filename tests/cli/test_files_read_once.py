@@ -77,11 +77,11 @@ def times(opened: dict[str, int], file: Path) -> int:
     return opened.get(str(file.resolve()), 0)
 
 
-@pytest.mark.parametrize("extra", [[], ["--robot", "zhao-2023.yaml"]])
-def test_a_simulated_run(tmp_path: Path, extra: list[str]) -> None:
+def test_a_simulated_run_of_a_robot_that_is_named_twice(tmp_path: Path) -> None:
     job = tmp_path / "short.yaml"
     job.write_text(f"name: short\nrobot: zhao-2023.yaml\n{TIMING}{NETWORK}path: {LINE}\n")
-    opened, interpreters = counted(tmp_path, ["run", "short.yaml", "--simulate", "--json", *extra])
+    words = ["run", "short.yaml", "--simulate", "--json", "--robot", "zhao-2023.yaml"]
+    opened, interpreters = counted(tmp_path, words)
     assert times(opened, job) == 1
     assert times(opened, CONFIG_FOLDER / "zhao-2023.yaml") == 1
     assert times(opened, TRAINED_FOLDER / "zhao-2023.tflite") == 1
