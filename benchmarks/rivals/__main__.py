@@ -8,8 +8,8 @@ single axes, half of them healthy (cases.py), and real recordings (real.py). On 
 tools_outside.py and delta_tools.py. They run in a second virtual environment, which this command
 makes in build/rivals/venv from benchmarks/rivals/constraints.txt; each tool has one process on one
 core.
-Written to --out (build/rivals/out): the cases, an answers file a tool, and a table a group with
-what each tool named otherwise.
+Written to --out (build/rivals/out): the cases, an answers file a tool, a table a group with what
+each tool named otherwise, and drawings of the shares.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from benchmarks.rivals.cases import (
     write_cases,
 )
 from benchmarks.rivals.deltas import scored_deltas, write_deltas
+from benchmarks.rivals.picture import drawing
 from benchmarks.rivals.real import judged, write_real
 from benchmarks.rivals.table import column, markdown, wrong
 from deltactl.foundation.errors import ConfigError
@@ -103,8 +104,8 @@ class Group:
     score: Callable[[Answers], list[Scored]]
 
 
-def compare(group: Group, halves: bool, here: bool) -> str:
-    """Run every tool, or those that need no second environment; the table as Markdown."""
+def compare(group: Group, halves: bool, here: bool) -> tuple[str, dict[str, dict[str, str]]]:
+    """Run every tool, or those of this environment; the table as Markdown and as it is drawn."""
     if halves:
         cut_in_halves(group.folder)
     columns, mistakes = {}, ""
@@ -127,7 +128,7 @@ def compare(group: Group, halves: bool, here: bool) -> str:
     group.folder.with_name(f"{group.folder.name}.md").write_text(
         f"{text}\n## Named otherwise\n\n{mistakes}", encoding="utf-8"
     )
-    return text
+    return text, columns
 
 
 def axes(count: int, seed: int, out: Path) -> Group:
@@ -188,8 +189,13 @@ def main(words: Sequence[str] | None = None) -> int:
         groups = [axes(options.axes, options.seed, out)] if options.axes else []
         groups += [deltas(options.deltas, options.seed, out)] if options.deltas else []
         groups += [group] if options.real and (group := real(options.real, out)) else []
+        tables: list[dict[str, dict[str, str]]] = []
         for group in groups:
-            print(compare(group, options.halves, options.here), flush=True)
+            text, columns = compare(group, options.halves, options.here)
+            print(text, flush=True)
+            tables.append(columns)
+        for name, brief in (("shares.svg", False), ("brief.svg", True)):
+            (out / name).write_text(drawing(tables, brief), encoding="utf-8")
     except ConfigError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

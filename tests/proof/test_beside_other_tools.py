@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 
@@ -19,6 +20,7 @@ from benchmarks.rivals.cases import (
     scored,
     write_cases,
 )
+from benchmarks.rivals.picture import drawing
 from benchmarks.rivals.real import judged, write_real
 from benchmarks.rivals.table import column, markdown
 from benchmarks.rivals.tools_outside import main
@@ -156,6 +158,21 @@ def test_real_recordings_that_cannot_be_used_are_left_out_with_a_reason(tmp_path
     (tmp_path / "given" / "robot" / "robot.yaml").write_text("kind: delta\nname: other\n")
     (tmp_path / "given" / "robot" / "expected.json").write_text("{}")
     assert "kind delta" in write_real(tmp_path / "given", tmp_path / "cases")[1][0]
+
+
+def test_the_drawing_shows_every_share_once_for_each_tool_that_has_it() -> None:
+    table = {
+        "deltactl": {"names right, deltas": "3 of 4 [0.30, 0.95]", "seconds, median": "1.00"},
+        "lmfit": {
+            "names right, deltas": "1 of 4 [0.05, 0.70]",
+            "95 % intervals": "2 of 2 [0.3, 1]",
+        },
+        "PySINDy": {"names right, deltas": "-"},
+    }
+    whole, brief = (ElementTree.fromstring(drawing([table], small)) for small in (False, True))
+    mark = "{http://www.w3.org/2000/svg}circle"
+    assert len(whole.findall(mark)) == 3
+    assert len(brief.findall(mark)) == 2
 
 
 def test_half_of_the_drawn_axes_are_healthy_and_none_tuned_the_diagnosis() -> None:
