@@ -4,10 +4,10 @@
 
 deltactl, lmfit with BIC, PySINDy and a textbook's inverse dynamic model get the same files: drawn
 single axes, half of them healthy (cases.py), and real recordings (real.py). On drawn deltas
-(deltas.py) lmfit and a printer's calibration run beside it. Protocols of the others are in
-tools_outside.py and delta_tools.py. They run in a second virtual environment, which this command
-makes in build/rivals/venv from benchmarks/rivals/constraints.txt; each tool has one process on one
-core.
+(deltas.py) lmfit, a printer's calibration and mujoco.sysid run beside it. Protocols of the others
+are in tools_outside.py, delta_tools.py and delta_sysid.py. They run in a second virtual
+environment, which this command makes in build/rivals/venv from benchmarks/rivals/constraints.txt;
+each tool has one process on one core.
 Written to --out (build/rivals/out): the cases, an answers file a tool, a table a group with what
 each tool named otherwise, and drawings of the shares.
 """
@@ -47,7 +47,7 @@ ROOT = Path(__file__).parents[2]
 HOME = ROOT / "build" / "rivals"
 CONSTRAINTS = Path(__file__).with_name("constraints.txt")
 OUTSIDE = ("lmfit", "PySINDy", "textbook")
-OUTSIDE_OF_DELTAS = ("lmfit", "Klipper")
+OUTSIDE_OF_DELTAS = ("lmfit", "Klipper", "sysid, true set", "sysid, all")
 NEED_NOTHING = ("textbook", "Klipper")
 """Tools that run in this environment too."""
 ONE_CORE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -88,7 +88,11 @@ def outside(python: Path, tool: str, cases: Path, out: Path) -> Answers:
 def versions(here: bool) -> str:
     """What ran, and on what kind of machine."""
     pinned = CONSTRAINTS.read_text(encoding="utf-8").split()
-    tools = [line.replace("==", " ") for line in pinned if line.startswith(("lmfit", "pysindy"))]
+    tools = [
+        line.replace("==", " ")
+        for line in pinned
+        if line.startswith(("lmfit", "pysindy", "mujoco"))
+    ]
     tools = [] if here else tools
     own = [f"deltactl {own_version()}", *tools, f"Python {platform.python_version()}"]
     return f"{', '.join(own)}; {platform.machine()}, {os.cpu_count()} cores"
@@ -112,7 +116,9 @@ def compare(group: Group, halves: bool, here: bool) -> tuple[str, dict[str, dict
     python = Path(sys.executable) if here else environment()
     for tool in ("deltactl", *(one for one in group.tools if not here or one in NEED_NOTHING)):
         print(f"{group.title}: {tool} ...", file=sys.stderr, flush=True)
-        out = group.folder.with_name(f"{group.folder.name}-{tool}.json")
+        out = group.folder.with_name(
+            f"{group.folder.name}-{tool.replace(', ', '-').replace(' ', '-')}.json"
+        )
         answers = (
             by_deltactl(group.folder)
             if tool == "deltactl"

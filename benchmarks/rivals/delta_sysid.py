@@ -4,8 +4,8 @@ Imports nothing of deltactl. Beside the cases lie `robot.xml`, the healthy robot
 (the very model that moved the drawn machines), and a folder that says what is hidden in each.
 
 Protocol. The model has a step of 4 ms, and hubs ten times as heavy so that stiff gears bear it; it
-follows the recorded counts. Open parameters are 26, each within bounds of a workshop: those of
-delta_tools.py without upper arms, lags, sensor scales and latency, with the starts given there.
+follows the recorded counts. Open parameters are 22: those of delta_tools.py without lags, sensor
+scales and latency, with the starts and bounds given there.
 Residuals are readings with a valid status that do not jump, from half a second on. The optimizer is
 mujoco's own, and sizes have its intervals.
 
@@ -16,6 +16,9 @@ whole list on the first 60 s; a size further than four standard errors from heal
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+import io
 import json
 from pathlib import Path
 from typing import Any
@@ -25,7 +28,7 @@ import numpy as np
 from benchmarks.rivals.axis_signals import Array, Json, without_spikes
 from benchmarks.rivals.delta_tools import ARMS, ENTRIES, MOTORS, RANGES, Run, finding, platform_m
 
-LEFT_OUT = ("upper_arm_length", "following_lag", "sensor_scale", "sensor_latency")
+LEFT_OUT = ("following_lag", "sensor_scale", "sensor_latency")
 OPEN = tuple(entry for entry in ENTRIES if entry.split()[0] not in LEFT_OUT)
 LONGEST_S = {"sysid, true set": 120.0, "sysid, all": 60.0}
 SETTLED_S = 0.5
@@ -58,9 +61,8 @@ def by_sysid(tool: str, run: Run, folder: Path) -> list[Json] | None:
 
 def identified(text: str, run: Run, opened: list[str], most_s: float) -> tuple[Values, Values]:
     """Sizes and half widths of their intervals by mujoco.sysid."""
-    import mujoco
-    from mujoco import sysid
-
+    mujoco: Any = importlib.import_module("mujoco")
+    sysid: Any = importlib.import_module("mujoco.sysid")
     spec = mujoco.MjSpec.from_string(text)
     model = spec.compile()
     times_s = run.t_s - run.t_s[0]
@@ -91,7 +93,9 @@ def identified(text: str, run: Run, opened: list[str], most_s: float) -> tuple[V
         return _changed(healthy.copy(), values_of(params), run.robot)
 
     def residual(params: Any, seen: Any, wanted: Any, *_: Any, **__: Any) -> Any:
-        at = np.column_stack([np.interp(wanted.times, seen.times, column) for column in seen.data.T])
+        at = np.column_stack(
+            [np.interp(wanted.times, seen.times, column) for column in seen.data.T]
+        )
         at += run.robot["sensor_m"]
         at += [values_of(params).get(f"sensor_offset {name}", 0.0) for name in RANGES]
         return (at - wanted.data)[kept], wanted, wanted
@@ -99,12 +103,14 @@ def identified(text: str, run: Run, opened: list[str], most_s: float) -> tuple[V
     misses = sysid.build_residual_fn(
         models_sequences=[sequences], build_model=build, modify_residual=residual, n_threads=1
     )
-    best, result = sysid.optimize(
-        sizes, misses, optimizer="mujoco", verbose=False, max_iters=20, eps=CHANGE, xtol=1e-3
-    )
+    # It prints every step, whatever `verbose` says.
+    with contextlib.redirect_stdout(io.StringIO()):
+        best, result = sysid.optimize(
+            sizes, misses, optimizer="mujoco", verbose=False, max_iters=20, eps=CHANGE, xtol=1e-3
+        )
     left, _, _ = misses(best.as_vector(), best)
     _, halves = sysid.calculate_intervals(left, result.jac)
-    return values_of(best), dict(zip(opened, UNIT * np.ravel(halves), strict=True))
+    return values_of(best), dict(zip(opened, (UNIT * np.ravel(halves)).tolist(), strict=True))
 
 
 def _controls(spec: Any, motor: Array, times_s: Array, grid_s: Array) -> Array:
@@ -153,6 +159,9 @@ def _changed(spec: Any, values: Values, robot: Json) -> Any:
             rod_end, anchor = (spec.site(f"{n}_{number}{side}") for n in ("rod_end", "anchor"))
             length = robot["forearm_m"] + values.get(f"forearm_length {arm}", 0.0)
             rod_end.pos = [0.0, 0.0, -length]
+            rod = spec.body(f"rod_{number}{side}")
+            upper = robot["upper_arm_m"] + values.get(f"upper_arm_length {arm}", 0.0)
+            rod.pos = [upper, rod.pos[1], 0.0]
             x, y, z = anchor.pos
             cos, sin = np.cos(turned), np.sin(turned)
             anchor.pos = [cos * x - sin * y, sin * x + cos * y, z]

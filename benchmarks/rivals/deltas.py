@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from benchmarks.rivals.cases import ROBOT_JSON, Answers, Scored, agreement
@@ -19,6 +20,7 @@ from deltactl.proof.cases import ROUND, Case, draw, write_blind
 from deltactl.proof.prove.one_case import as_recorded, bound
 from deltactl.proof.ranging import NOMINAL_OFFSET_M
 from deltactl.proof.robot.as_built import Body, Joints
+from deltactl.proof.robot.bodies import build
 
 Json = dict[str, Any]
 NAMED_GROUPS = ("single", "two", "three")
@@ -26,6 +28,8 @@ SEED_FROM = 46_000
 """Seeds of the generator that nothing else draws from."""
 ROUNDING_M = 1e-3
 GROUP = "deltas"
+HEAVY_KGM2, STEP_S = 0.2, 0.004
+"""A hub and a step of simulation that suit each other; see delta_sysid.py."""
 
 
 def write_deltas(count: int, seed: int, folder: Path) -> list[Json]:
@@ -41,7 +45,25 @@ def write_deltas(count: int, seed: int, folder: Path) -> list[Json]:
         (own / ROBOT_JSON).write_text(json.dumps(robot_values()), encoding="utf-8")
         truth["bound"] = bound(case, as_recorded(case, run)) if case.group == "single" else None
         truths.append(truth)
+    told = {one["case"]: [_name(line) for line in one["answers"]] for one in truths}
+    folder.with_name(f"{folder.name}-told.json").write_text(json.dumps(told), encoding="utf-8")
+    write_bodies(folder.with_name(f"{folder.name}-robot.xml"))
     return truths
+
+
+def _name(line: Json) -> str:
+    return f"{line['effect']} {line['where']}"
+
+
+def write_bodies(file: Path) -> None:
+    """The healthy robot for a tool that simulates it, with a sensor at its platform."""
+    model = build(Body(), Joints(hub_kgm2=HEAVY_KGM2), STEP_S)
+    mujoco.mj_saveLastXML(str(file), model)
+    text = file.read_text(encoding="utf-8")
+    # Rounded in the file, the inertia of a thin plate is less than possible.
+    text = text.replace("<compiler ", '<compiler balanceinertia="true" ', 1)
+    seen = '<sensor><framepos name="at" objtype="xbody" objname="platform"/></sensor>'
+    file.write_text(text.replace("</mujoco>", f"{seen}</mujoco>"), encoding="utf-8")
 
 
 def _drawn(seed: int, groups: Sequence[str]) -> Iterator[Case]:
@@ -74,7 +96,7 @@ def scored_deltas(truths: Sequence[Json], answers: Answers) -> list[Scored]:
         if own["seconds"] is None:
             continue
         findings = (own["diagnosis"] or {"findings": []})["findings"]
-        hidden = {f"{line['effect']} {line['where']}": line for line in truth["answers"]}
+        hidden = {_name(line): line for line in truth["answers"]}
         said = {f"{one['effect']} {one['component']}": one for one in findings}
         if not said and own["diagnosis"] and own["diagnosis"]["verdict"] != "nothing_missing":
             said = {"unknown anywhere": {"parameters": {}}}

@@ -6,12 +6,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
 from benchmarks.rivals.cases import Answers, Scored
+from benchmarks.rivals.delta_sysid import _changed, _pose
 from benchmarks.rivals.delta_tools import by_klipper, finding, off, recording
-from benchmarks.rivals.deltas import robot_values, scored_deltas, write_deltas
+from benchmarks.rivals.deltas import robot_values, scored_deltas, write_bodies, write_deltas
 from deltactl.proof.cases import RECORDING, Case, assemble, write_blind
 
 LENGTH = "forearm_length arm3"
@@ -92,3 +94,27 @@ def test_half_of_the_deltas_are_healthy_and_no_file_says_what_is_hidden(tmp_path
         names = {file.name for file in own.iterdir()}
         assert names == {"recording.csv.gz", "holdout.csv.gz", "robot.yaml", "robot.json"}
         assert json.loads((own / "robot.json").read_text()) == robot_values()
+
+
+def _gap_m(model: mujoco.MjModel, pose: np.ndarray) -> float:
+    data = mujoco.MjData(model)
+    data.qpos[:] = pose
+    mujoco.mj_kinematics(model, data)
+    loops = [f"{arm}{side}" for arm in "123" for side in "ab"]
+    ends, anchors = (
+        np.array([data.site(f"{name}_{loop}").xpos for loop in loops])
+        for name in ("rod_end", "anchor")
+    )
+    return float(np.abs(ends - anchors).max())
+
+
+def test_the_loops_of_the_simulated_robot_are_closed_and_a_length_opens_one(
+    tmp_path: Path,
+) -> None:
+    write_bodies(tmp_path / "robot.xml")
+    spec = mujoco.MjSpec.from_file(str(tmp_path / "robot.xml"))
+    model, robot = spec.compile(), robot_values()
+    pose = _pose(model, np.array([0.6, 0.9, 0.7]), robot)
+    assert _gap_m(model, pose) < 1e-6
+    for entry in (LENGTH, "upper_arm_length arm3", "base_radius frame"):
+        assert _gap_m(_changed(spec.copy(), {entry: 0.004}, robot), pose) > 1e-3
