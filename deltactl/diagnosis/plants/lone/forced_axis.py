@@ -44,6 +44,7 @@ from deltactl.diagnosis.plants.regression import (
     instead,
     named,
 )
+from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.chain.axis import Driven, EffortChain, gravity_pull
 from deltactl.models.effects import Trait, column_of, with_trait
 from deltactl.models.robot import ServoAxis
@@ -109,7 +110,7 @@ class ForcedAxis(LeftOver):
 
     def _low_passed(self, recordings: Sequence[FlatRecording], narrower: float) -> None:
         """Motion and forces behind a low-pass, and the samples that count of them."""
-        for name in ("_rests", "_direction"):
+        for name in ("_rests", "_direction", "_shapes", "_excursion"):
             self.__dict__.pop(name, None)
         self.motion = self._motion(recordings, narrower)
         self.filtered_force = self.motion.low_passed(self.force)
@@ -227,6 +228,8 @@ class ForcedAxis(LeftOver):
                 Size(name, "half", LONE.lag_spread_s, 0.0, longest_s, step_s)
                 for name in ("time", "dead_time")
             ]
+            peak = self._peak
+            limit = Size("limit", "flat", peak, self._usual, peak, 2e-3 * peak)
             found += [
                 named("effort/offset", equivalents=instead("effort/offset")),
                 named("effort/gain", as_built=FORCED_AXIS.as_stated),
@@ -237,15 +240,50 @@ class ForcedAxis(LeftOver):
                     equivalents=instead("effort/lag"),
                 ),
                 named("effort/stribeck", sizes=(speed,), alone=False, positive=("torque",)),
+                named("effort/limit", sizes=(limit,), alone=False),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """What a lag changes of the effort that the file explains, (n,)."""
-        if "lag" not in keys:
-            return np.zeros(len(self.t_s))
-        led = self._led("", self._needed, sizes)
-        return led.values[:, 0] - self.drawn_on
+        """What a lag changes of the effort that the file explains, and a limit keeps back, (n,)."""
+        found = np.zeros(len(self.t_s))
+        if "lag" in keys:
+            found += self._led("", self._needed, sizes).values[:, 0] - self.drawn_on
+        return found + self._kept_back(sizes["limit.limit"]) if "limit" in keys else found
+
+    def _kept_back(self, limit: float) -> FloatArray:
+        """Effort (n,) beyond a limit, where it is more than noise makes of an effort at it."""
+        beyond = np.abs(self.filtered_force) - limit
+        return np.sign(self.filtered_force) * np.where(beyond > self._excursion, beyond, 0.0)
+
+    def _limits(self, limit: float) -> bool:
+        """Whether a limit is larger than what the noise makes of no effort, and is reached."""
+        reached = self._kept_back(limit)[self.rows].any()
+        return limit >= self._excursion and bool(reached)
+
+    @cached_property
+    def _excursion(self) -> float:
+        """How far single readings are off where no limit is reached, and as many of a normal
+        distribution would be: by what all named forces together leave.
+        """
+        shapes = np.stack([one.values[self.rows, 0] for one in self._shapes.values()], axis=1)
+        force = self.observed[self.rows]
+        left = np.abs(force - shapes @ np.linalg.lstsq(shapes, force, rcond=1e-10)[0])
+        expected = MAD_TO_SIGMA * float(np.median(left)) * np.sqrt(2.0 * np.log(len(left)))
+        within = left[np.abs(self.filtered_force[self.rows]) <= self._usual]
+        return max(float(expected), float(within.max()))
+
+    @property
+    def _usual(self) -> float:
+        """Effort that is asked for half of the time: a drive that could not give it would follow
+        nothing.
+        """
+        return float(np.median(np.abs(self.filtered_force[self.rows])))
+
+    @property
+    def _peak(self) -> float:
+        """Largest effort of the rows that count."""
+        return max(float(np.abs(self.filtered_force[self.rows]).max()), 1e-300)
 
     def _led(self, key: str, columns: Columns, sizes: Sizes) -> Columns:
         """Forces as an effort shows them whose motion comes late: ahead of the motion.
@@ -284,7 +322,7 @@ class ForcedAxis(LeftOver):
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Forces (n, k) of one regressor, low-passed like the effort."""
-        if key == "lag":
+        if key in ("lag", "limit"):
             return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
         columns = self._moving(key, sizes)
         return self._led(key, columns, sizes) if "lag.time" in sizes else columns
@@ -419,6 +457,7 @@ class ForcedAxis(LeftOver):
                 Shown("time", "s", lambda v: v["time"]),
                 Shown("dead_time", "s", lambda v: v["dead_time"]),
             ],
+            "limit": [Shown("limit", self.unit, lambda v: v["limit"], nothing=np.inf)],
             "stribeck": [
                 Shown("torque", self.unit, lambda v: v["torque"]),
                 Shown("speed", "m/s" if linear else "rad/s", lambda v: v["speed"]),
@@ -436,6 +475,8 @@ class ForcedAxis(LeftOver):
         longest_s = LONE.longest_lag_s
         if "lag" in keys and not 0.0 < sizes["lag.time"] + sizes["lag.dead_time"] < longest_s:
             return True
+        if "limit" in keys and not self._limits(sizes["limit.limit"]):
+            return True
         if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
             return True
         if "gain" in keys and linear["gain"][0] <= -1.0:
@@ -448,6 +489,9 @@ class ForcedAxis(LeftOver):
         if key == "stribeck":
             top = self.motion.top_speed
             return [{"stribeck.speed": share * top} for share in FORCED_AXIS.speed_starts]
+        if key == "limit":
+            low, room = self._usual, self._peak - self._usual
+            return [{"limit.limit": low + share * room} for share in FORCED_AXIS.limit_starts]
         if key == "lag":
             return [{"lag.time": a, "lag.dead_time": b} for a, b in LONE.lag_starts_s]
         return [{}]

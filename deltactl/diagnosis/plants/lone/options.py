@@ -222,6 +222,8 @@ class ForcedAxisOptions:
     """Nearer to those ends a speed sits at its bound."""
     speed_starts: tuple[float, ...] = (0.02, 0.06, 0.2)
     """Stribeck speeds to start from, as shares of the top speed, apart by a factor of three."""
+    limit_starts: tuple[float, ...] = (0.9, 0.75, 0.5, 0.1)
+    """Limits to start from, as shares of the way from the usual to the largest effort."""
     force_pieces: int = 10
     """Pieces of a spline term: forces by position have more bends than positions by command."""
 
