@@ -1,4 +1,6 @@
-"""A late drive is named with its time; positions that a log lost are no error of the model."""
+"""A late drive is named with its time, a saturated one with its limit; positions that a log lost
+are no error of the model.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,7 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.models.robot import AxisGravity, ServoAxis
+from deltactl.models.robot import AxisGravity, EffectEntry, ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
 pytest.importorskip("scipy", reason="the diagnosis needs the extra 'diagnosis'")
@@ -74,3 +76,30 @@ def test_positions_that_were_lost_are_no_error_of_the_model() -> None:
     assert [answer.verdict for answer in answers] == ["nothing_missing"] * 2
     left = [answer.fit.rms_after_m for answer in answers]
     assert left[1] == pytest.approx(left[0], rel=0.2)
+
+
+def saturated(limit_n: float) -> FlatRecording:
+    """A slide whose drive is asked for up to 5 N."""
+    rng = np.random.default_rng(5)
+    fine_s = np.arange(0.0, 40.0, 0.001)
+    asked = 3.5 * np.sin(4.0 * fine_s) + 1.5 * np.sin(7.0 * fine_s + 1.0)
+    speed = np.cumsum(np.clip(asked, -limit_n, limit_n)) * 0.001 / 2.0
+    position = np.cumsum(speed - speed.mean()) * 0.001
+    rows = slice(None, None, 10)
+    effort = asked[rows] + rng.normal(0.0, 0.01, len(fine_s[rows]))
+    return from_columns({"t": fine_s[rows], "position": position[rows], "effort": effort}, "asked")
+
+
+def test_a_saturated_drive_is_named_with_its_limit_and_corrected() -> None:
+    answer = diagnose_recordings(SLIDE, [saturated(3.5)])
+    assert [one.effect for one in answer.findings] == ["effort_limit"]
+    limit = answer.findings[0].parameters["limit"]
+    assert limit.value == pytest.approx(3.5, rel=0.03)
+    assert answer.fit.holdout_rms_after_m < 0.3 * answer.fit.holdout_rms_before_m
+    entry = EffectEntry(effect="effort_limit", component="axis", parameters={"limit": limit.value})
+    corrected = SLIDE.model_copy(update={"effects": (entry,)})
+    assert diagnose_recordings(corrected, [saturated(3.5)]).findings == []
+
+
+def test_a_drive_that_gives_what_is_asked_has_no_limit() -> None:
+    assert diagnose_recordings(SLIDE, [saturated(6.0)]).findings == []

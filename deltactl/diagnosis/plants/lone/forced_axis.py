@@ -264,14 +264,15 @@ class ForcedAxis(LeftOver):
     @cached_property
     def _excursion(self) -> float:
         """How far single readings are off where no limit is reached, and as many of a normal
-        distribution would be: by what all named forces together leave.
+        distribution would be: by what all named forces together leave there.
         """
-        shapes = np.stack([one.values[self.rows, 0] for one in self._shapes.values()], axis=1)
-        force = self.observed[self.rows]
+        needed = np.abs(self.drawn_on[self.rows])
+        below = self.rows[needed <= np.median(needed)]
+        shapes = np.stack([one.values[below, 0] for one in self._shapes.values()], axis=1)
+        force = self.observed[below]
         left = np.abs(force - shapes @ np.linalg.lstsq(shapes, force, rcond=1e-10)[0])
-        expected = MAD_TO_SIGMA * float(np.median(left)) * np.sqrt(2.0 * np.log(len(left)))
-        within = left[np.abs(self.filtered_force[self.rows]) <= self._usual]
-        return max(float(expected), float(within.max()))
+        expected = MAD_TO_SIGMA * float(np.median(left)) * np.sqrt(2.0 * np.log(len(self.rows)))
+        return max(float(expected), float(left.max()))
 
     @property
     def _usual(self) -> float:
