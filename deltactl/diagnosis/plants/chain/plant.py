@@ -271,7 +271,7 @@ class ChainPlant(JointEfforts, KeepsBeside):
         return False
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-        """Of a dead time: all others are linear."""
+        """Starts of a dead time: all others are linear."""
         if not key.startswith("lag "):
             return [{}]
         return [{f"{key}.dead_time": at} for at in CHAIN.dead_times_s]
