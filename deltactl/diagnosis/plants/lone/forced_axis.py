@@ -254,7 +254,9 @@ class ForcedAxis(LeftOver):
     def _kept_back(self, limit: float) -> FloatArray:
         """Effort (n,) beyond a limit, where it is more than noise makes of an effort at it."""
         beyond = np.abs(self.filtered_force) - limit
-        return np.sign(self.filtered_force) * np.where(beyond > self._excursion, beyond, 0.0)
+        beyond[beyond <= self._excursion] = 0.0
+        kept_back: FloatArray = np.sign(self.filtered_force) * beyond
+        return kept_back
 
     def _limits(self, limit: float) -> bool:
         """Whether a limit is larger than what the noise makes of no effort, and is reached."""
