@@ -117,7 +117,7 @@ def _sentence(
     if not text:
         return kind.says(card_of(kind.name).words.axis_part or COMPONENT, values)
     shown: dict[str, Any] = {
-        p.name: said(float(values[p.name]), p.unit) for p in parameters if p.name in values
+        p.name: said(float(values.get(p.name, p.default or 0.0)), p.unit) for p in parameters
     }
     main = parameters[0]
     if main.name in values:

@@ -119,6 +119,7 @@ def test_the_diagnosis_is_shown_three_files_and_nothing_else(tmp_path, monkeypat
         raise RecordingError("seen enough")
 
     monkeypatch.setattr("deltactl.diagnosis.api.diagnose", note)
+    (tmp_path / "holdout.csv.gz").touch()
     one_case.diagnose_blind(tmp_path)
     assert shown == {
         "recordings": [tmp_path / "recording.csv.gz"],
