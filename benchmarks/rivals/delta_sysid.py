@@ -9,7 +9,7 @@ scales and latency, with the starts and bounds given there.
 Residuals are readings with a valid status that do not jump, from half a second on. The optimizer is
 mujoco's own, and sizes have its intervals.
 
-`sysid, true set` is told which parameters are off, and states their sizes from the first 120 s;
+`sysid, true set` is given the parameters that are off, and states their sizes from the first 120 s;
 cases with anything outside of the list, and healthy ones, are left out. `sysid, all` opens the
 whole list on the first 60 s; a size further than four standard errors from healthy is a name.
 """

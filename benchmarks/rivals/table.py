@@ -11,14 +11,14 @@ from deltactl.proof.prove.reliability import wilson
 
 DASH = "-"
 TOLD = "sysid, true set"
-"""A tool that is told the names has none right."""
+"""A tool that is given the names finds none."""
 REASONS = {
     ("textbook", "commanded"): "textbook: needs a column of effort; other axes are left out",
     ("PySINDy", "intervals"): "PySINDy: STLSQ states no sizes with intervals",
     (
         "sysid, true set",
         "names right",
-    ): "sysid, true set: is told the names; healthy deltas, and what "
+    ): "sysid, true set: is given the names; healthy deltas, and what "
     "its list has not, are left out",
     ("sysid, all", "held-out"): "sysid: held-out recordings were not simulated",
     ("PySINDy", "in range"): "PySINDy: its terms are shares of a motion, no sizes of parts",

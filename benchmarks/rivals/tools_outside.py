@@ -7,7 +7,7 @@ Runs in an environment of its own and imports nothing of deltactl. Each folder i
 JSON.
 
 Protocol. Each tool gets the columns in SI units and the values of the robot file. What may be wrong
-is the list below, written once and the same for every axis; no tool is told which entries are open.
+is the list below, written once and the same for every axis; no tool knows which entries are open.
 
 lmfit (1.3): every set of up to three entries is fitted by `leastsq`; the least BIC is the answer.
 

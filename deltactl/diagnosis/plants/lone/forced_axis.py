@@ -9,7 +9,6 @@ Technol. 21, 428-444).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +16,6 @@ from scipy.ndimage import binary_dilation, binary_opening
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
 from deltactl.diagnosis.observations.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.outliers import without_gross
@@ -32,6 +30,7 @@ from deltactl.diagnosis.observations.readings import (
 )
 from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
+from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, LateDrive
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
@@ -44,7 +43,6 @@ from deltactl.diagnosis.plants.regression import (
     instead,
     named,
 )
-from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.chain.axis import Driven, EffortChain, gravity_pull
 from deltactl.models.effects import Trait, column_of, with_trait
 from deltactl.models.robot import ServoAxis
@@ -59,16 +57,6 @@ FEWEST_IN_MOTION = FORCED_AXIS.fewest_forced_rows // 2
 def prepared(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
     """Without single readings that are none."""
     return [without_gross(one, MEASURED) for one in recordings]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Led:
-    """Columns, their curves, and what they are ahead by a dead time and a time constant."""
-
-    columns: Columns
-    curves: Curves
-    at: tuple[float, float]
-    led: Columns
 
 
 class ForcedAxis(LeftOver):
@@ -92,11 +80,10 @@ class ForcedAxis(LeftOver):
         self.force = robot.effort_gain * np.concatenate(
             [smoothly_bridged(r, "effort") for r in recordings]
         )
-        self._in_time = AheadInTime(self.t_s, self.readings.fresh)
+        self._late = LateDrive(self.t_s, self.readings.fresh)
         self.let_go = not float(np.ptp(self.force)) > 0.0
         self.rounding = 0.0
         self._stribeck_at: dict[float, Columns] = {}
-        self._leads: dict[str, _Led] = {}
         self.channel = "effort"
         for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
             self._low_passed(recordings, narrower * wider)
@@ -110,7 +97,7 @@ class ForcedAxis(LeftOver):
 
     def _low_passed(self, recordings: Sequence[FlatRecording], narrower: float) -> None:
         """Motion and forces behind a low-pass, and the samples that count of them."""
-        for name in ("_rests", "_direction", "_shapes", "_excursion"):
+        for name in ("_rests", "_direction"):
             self.__dict__.pop(name, None)
         self.motion = self._motion(recordings, narrower)
         self.filtered_force = self.motion.low_passed(self.force)
@@ -228,8 +215,6 @@ class ForcedAxis(LeftOver):
                 Size(name, "half", LONE.lag_spread_s, 0.0, longest_s, step_s)
                 for name in ("time", "dead_time")
             ]
-            peak = self._peak
-            limit = Size("limit", "flat", peak, self._usual, peak, 2e-3 * peak)
             found += [
                 named("effort/offset", equivalents=instead("effort/offset")),
                 named("effort/gain", as_built=FORCED_AXIS.as_stated),
@@ -240,7 +225,7 @@ class ForcedAxis(LeftOver):
                     equivalents=instead("effort/lag"),
                 ),
                 named("effort/stribeck", sizes=(speed,), alone=False, positive=("torque",)),
-                named("effort/limit", sizes=(limit,), alone=False),
+                named("effort/limit", sizes=(self._limit.size,), alone=False),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
 
@@ -249,60 +234,21 @@ class ForcedAxis(LeftOver):
         found = np.zeros(len(self.t_s))
         if "lag" in keys:
             found += self._led("", self._needed, sizes).values[:, 0] - self.drawn_on
-        return found + self._kept_back(sizes["limit.limit"]) if "limit" in keys else found
-
-    def _kept_back(self, limit: float) -> FloatArray:
-        """Effort (n,) beyond a limit, where it is more than noise makes of an effort at it."""
-        beyond = np.abs(self.filtered_force) - limit
-        beyond[beyond <= self._excursion] = 0.0
-        kept_back: FloatArray = np.sign(self.filtered_force) * beyond
-        return kept_back
-
-    def _limits(self, limit: float) -> bool:
-        """Whether a limit is larger than what the noise makes of no effort, and is reached."""
-        reached = self._kept_back(limit)[self.rows].any()
-        return limit >= self._excursion and bool(reached)
+        return found + self._limit.kept_back(sizes["limit.limit"]) if "limit" in keys else found
 
     @cached_property
-    def _excursion(self) -> float:
-        """How far single readings are off where no limit is reached, and as many of a normal
-        distribution would be: by what all named forces together leave there.
-        """
-        needed = np.abs(self.drawn_on[self.rows])
-        below = self.rows[needed <= np.median(needed)]
-        shapes = np.stack([one.values[below, 0] for one in self._shapes.values()], axis=1)
-        force = self.observed[below]
-        left = np.abs(force - shapes @ np.linalg.lstsq(shapes, force, rcond=1e-10)[0])
-        expected = MAD_TO_SIGMA * float(np.median(left)) * np.sqrt(2.0 * np.log(len(self.rows)))
-        return max(float(expected), float(left.max()))
+    def _limit(self) -> EffortLimit:
+        return EffortLimit(self.filtered_force, self.drawn_on, self.rows, self._left_by_all)
 
-    @property
-    def _usual(self) -> float:
-        """Effort that is asked for half of the time: a drive that could not give it would follow
-        nothing.
-        """
-        return float(np.median(np.abs(self.filtered_force[self.rows])))
-
-    @property
-    def _peak(self) -> float:
-        """Largest effort of the rows that count."""
-        return max(float(np.abs(self.filtered_force[self.rows]).max()), 1e-300)
+    def _left_by_all(self, rows: IntArray) -> FloatArray:
+        """What all named forces together leave of some rows (m,), absolute."""
+        shapes = np.stack([one.values[rows, 0] for one in self._shapes.values()], axis=1)
+        force = self.observed[rows]
+        left: FloatArray = np.abs(force - shapes @ np.linalg.lstsq(shapes, force, rcond=1e-10)[0])
+        return left
 
     def _led(self, key: str, columns: Columns, sizes: Sizes) -> Columns:
-        """Forces as an effort shows them whose motion comes late: ahead of the motion.
-
-        The effort as read is left as it is. A lag that smoothed it would explain its noise.
-        """
-        at = (sizes["lag.dead_time"], sizes["lag.time"])
-        kept = self._leads.get(key)
-        if kept is not None and kept.columns is columns:
-            curves = kept.curves
-        else:
-            kept, curves = None, self._in_time.curves(columns.values)
-        if kept is None or kept.at != at:
-            led = replace(columns, values=self._in_time.later(curves, *at))
-            kept = self._leads[key] = _Led(columns, curves, at, led)
-        return kept.led
+        return self._late.led(key, columns, sizes["lag.dead_time"], sizes["lag.time"])
 
     @cached_property
     def _needed(self) -> Columns:
@@ -478,7 +424,7 @@ class ForcedAxis(LeftOver):
         longest_s = LONE.longest_lag_s
         if "lag" in keys and not 0.0 < sizes["lag.time"] + sizes["lag.dead_time"] < longest_s:
             return True
-        if "limit" in keys and not self._limits(sizes["limit.limit"]):
+        if "limit" in keys and not self._limit.is_reached(sizes["limit.limit"]):
             return True
         if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
             return True
@@ -493,8 +439,7 @@ class ForcedAxis(LeftOver):
             top = self.motion.top_speed
             return [{"stribeck.speed": share * top} for share in FORCED_AXIS.speed_starts]
         if key == "limit":
-            low, room = self._usual, self._peak - self._usual
-            return [{"limit.limit": low + share * room} for share in FORCED_AXIS.limit_starts]
+            return [{"limit.limit": limit} for limit in self._limit.starts]
         if key == "lag":
             return [{"lag.time": a, "lag.dead_time": b} for a, b in LONE.lag_starts_s]
         return [{}]
