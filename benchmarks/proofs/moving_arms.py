@@ -223,7 +223,8 @@ def main() -> None:
             within = held(answer, draw.expected)
             intervals += within
             if not good or not all(within):
-                print(kind, number, tier, "right" if good else "WRONG", answer.verdict, joint)
+                result = "right" if good else "WRONG"
+                print(kind, number, tier, f"{seconds[-1]:.1f} s", result, answer.verdict, joint)
                 _shown(answer, draw)
     print(f"\n{'machines':20} right   of")
     for kind, results in sorted(right.items()):

@@ -2,7 +2,9 @@
 models: Pinocchio does the rigid bodies, this file the motions, joints, drives and encoders.
 
 A joint's friction is the LuGre law (Canudas de Wit, Olsson, Åström and Lischinsky 1995, IEEE
-Transactions on Automatic Control 40, 419-425), which yields before it slides.
+Transactions on Automatic Control 40, 419-425), which yields before it slides. On half of the
+machines a part of it grows with the load of the gear (Hamon, Gautier and Garrec 2010, Dynamic
+identification of robots with a dry friction model depending on load and velocity, IEEE/RSJ IROS).
 """
 
 from __future__ import annotations
@@ -27,6 +29,13 @@ ARM_TURNS = (0.0, 0.0, 0.0, 0.5 * np.pi, -0.5 * np.pi, 0.0)
 GANTRY = ("bridge", "cart", "lift")
 DRAWN_MASS = 0.005
 """Share by which the masses of a machine are off its drawing."""
+YIELDS = (3e-5, 1e-3)
+"""Way before a bearing slides, as a share of the reach: up to three minutes of arc."""
+BY_LOAD = 0.1
+"""Largest friction of a gear for each unit of its load,"""
+MOST_BY_LOAD = 0.6
+"""and the largest share of its friction that grows so. A size of friction is that at the usual
+load."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,25 +201,34 @@ def _heavier(pin: Any, inertia: Any, times: float) -> Any:
     return pin.Inertia(times * inertia.mass, inertia.lever, times * inertia.inertia)
 
 
-def lugre(moved: Moved, dry: FloatArray, viscous: FloatArray, yields: FloatArray) -> FloatArray:
-    """Friction (m, joints); dry: (m, joints) where it slides; yields: way before it does."""
+def lugre(moved: Moved, dry: FloatArray, yields: FloatArray) -> FloatArray:
+    """Dry friction (m, joints); dry: where it slides; yields: way before it does."""
     z, made = np.zeros(moved.at.shape[1]), np.empty_like(moved.at)
     stiff = np.max(dry, axis=0) / yields
     for row, speed in enumerate(moved.speed):
         held = stiff * FINE_S * np.abs(speed) / np.maximum(dry[row], 1e-12)
         z = (z + FINE_S * speed) / (1.0 + held)
         made[row] = stiff * z
-    return np.asarray(made + viscous * moved.speed)
+    return np.asarray(made)
+
+
+def _dry(own: Machine, faults: Faults, place: FloatArray, load: FloatArray, rng: Rng) -> FloatArray:
+    """Dry friction (m, joints) where bearings slide."""
+    usual = np.mean(np.abs(load), axis=0)
+    by_load = rng.integers(0, 2) * rng.uniform(0.0, BY_LOAD, len(usual))
+    by_load = np.minimum(by_load, MOST_BY_LOAD * (own.dry + faults.dry) / usual)
+    grows = by_load * (np.abs(load) - usual)
+    slides = own.dry + faults.dry * (1.0 + faults.by_place * place) + grows
+    return np.asarray(np.maximum(slides, 0.0))
 
 
 def efforts(own: Machine, moved: Moved, faults: Faults, rng: Rng) -> FloatArray:
     """Columns of effort (m, joints) on the fine grid, without noise."""
     links = rigid(own, moved, faults, DRAWN_MASS * rng.standard_normal(len(own.joints)))
-    place = moved.at / own.reaches
-    dry = (own.dry + faults.dry * (1.0 + faults.by_place * place)) * np.ones_like(links)
-    yields = own.reaches * np.exp(rng.uniform(np.log(3e-5), np.log(3e-4), len(own.joints)))
-    drive = links + faults.rotor * moved.change + faults.offset
-    drive += lugre(moved, dry, own.viscous + faults.viscous, yields)
+    dry = _dry(own, faults, moved.at / own.reaches, links, rng)
+    yields = own.reaches * np.exp(rng.uniform(*np.log(YIELDS), len(own.joints)))
+    drive = links + faults.rotor * moved.change + faults.offset + lugre(moved, dry, yields)
+    drive += (own.viscous + faults.viscous) * moved.speed
     drive += drive @ faults.coupled.T
     aged = 1.0 + faults.drift * (moved.t_s / moved.t_s[-1])[:, None]
     drive = drive / faults.gain / aged

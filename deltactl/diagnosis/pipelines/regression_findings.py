@@ -25,7 +25,7 @@ from deltactl.diagnosis.pipelines.options import REGRESSION, UNKNOWN
 from deltactl.diagnosis.pipelines.regression_figures import rms_left
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import Equivalent, RegressionPlant, Regressor, Shown
-from deltactl.diagnosis.selection.named_first import Selected
+from deltactl.diagnosis.selection.named_first import Selected, named_sizes
 from deltactl.diagnosis.selection.options import SELECTION
 
 TABLED = {("position",), ("distance",)}
@@ -230,17 +230,9 @@ def parameter(
 
 
 def own(explanation: Explanation, key: str) -> dict[str, FloatArray]:
-    """Best sizes of one regressor by their own names."""
-    found: dict[str, FloatArray] = {}
-    prefix = f"{key}."
-    linear = iter(explanation.linear.get(key, ()))
-    for name in explanation.names:
-        if name.startswith(prefix) and name not in explanation.sizes:
-            found[name[len(prefix) :]] = np.asarray(next(linear))
-    for name, value in explanation.sizes.items():
-        if name.startswith(prefix):
-            found[name[len(prefix) :]] = np.asarray(value)
-    return found
+    """Best sizes, those of one regressor by their own names."""
+    found = named_sizes(explanation).items()
+    return {name.removeprefix(f"{key}."): np.asarray(size) for name, size in found}
 
 
 def _mixture(selected: Selected, key: str) -> dict[str, FloatArray]:
@@ -266,21 +258,20 @@ def drawn(
     shift: standard deviation that discrepancy of the model adds to a size, by `key.size`.
     """
     covariance = scaled_covariance(explanation)
-    named = [
-        (i, name[len(key) + 1 :])
-        for i, name in enumerate(explanation.names)
-        if name.startswith(f"{key}.")
-    ]
-    rows = [i for i, _ in named]
+    regressor = next(r for r in plant.regressors if r.key == key)
+    names, prefix = explanation.names, f"{key}."
+    rows = [i for i, n in enumerate(names) if n.startswith(prefix) or n == regressor.measured_by]
     part = covariance[np.ix_(rows, rows)]
     across, spread = np.linalg.eigh(part)[::-1]
     noise = rng.standard_normal((count, len(rows))) * np.sqrt(np.maximum(spread, 0.0))
     moved = noise @ across.T
     values = own(explanation, key)
-    found = {name: values[name] + moved[:, j] for j, (_, name) in enumerate(named)}
-    for _, name in named:
-        found[name] = found[name] + shift.get(f"{key}.{name}", 0.0) * rng.standard_normal(count)
-    regressor = next(r for r in plant.regressors if r.key == key)
+    found = {}
+    for i, off in zip(rows, moved.T, strict=True):
+        off = off + shift.get(names[i], 0.0) * rng.standard_normal(count)
+        found[names[i].removeprefix(prefix)] = values[names[i].removeprefix(prefix)] + off
+    if regressor.measured_by:
+        found.setdefault(regressor.measured_by, np.zeros(count))
     for size in regressor.sizes:
         if size.name not in found:
             half = 2.0 * float(np.median(np.diff(plant.t_s)))
@@ -289,7 +280,8 @@ def drawn(
             found[size.name] = np.maximum(found[size.name], 0.0)
     for name in regressor.positive:
         above = found[name][found[name] > 0.0]
-        found[name] = rng.choice(above, count) if len(above) else np.abs(found[name])
+        instead = rng.choice(above, count) if len(above) else np.abs(found[name])
+        found[name] = np.where(found[name] > 0.0, found[name], instead)
     return found
 
 

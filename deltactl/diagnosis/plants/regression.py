@@ -81,6 +81,8 @@ class Regressor:
     """Size up to which any machine is off, so that it is no finding."""
     takes_over: str = ""
     """Name of the free column that is a tolerance of the same quantity."""
+    measured_by: str = ""
+    """Size of another regressor, by its full name, that `shown` needs where a set has it."""
     mapped: bool = False
     """A map of the position in detail has it as well: beside one it must be distinct."""
     left_over: bool = False

@@ -18,6 +18,7 @@ from deltactl.diagnosis.plants.chain.joint_motions import (
     joint_motions,
     prepared,
 )
+from deltactl.diagnosis.plants.lone.drive_by_effort import LateDrive
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import (
@@ -26,7 +27,7 @@ from deltactl.diagnosis.plants.regression import (
 from deltactl.diagnosis.plants.spline_terms import spline_basis
 from deltactl.models.rigid_chain import BODY, RigidChain
 from deltactl.models.robot import ChainRobot
-from deltactl.models.signals import clipped, late
+from deltactl.models.signals import clipped
 from deltactl.recording.tables.flat import FlatRecording
 
 
@@ -46,6 +47,9 @@ class ChainOptions:
     friction_as_stated: float = 0.05
     """Share by which friction differs from what the model states: two days differ by 5 to 10 % with
     the warmth (UR10e)."""
+    friction_of_load: float = 0.05
+    """Friction that a gear has for each unit of its load, beside what it has at the usual load:
+    reducers take 2 to 10 % of what passes them (Hamon, Gautier and Garrec 2010)."""
     yields_of_travel: float = 1e-3
     """Way over which a bearing yields before it slides, as a share of the travel (a harmonic drive:
     minutes of arc),"""
@@ -102,6 +106,7 @@ class JointEfforts:
         self.unit = "N" if all(chain.slides) else "N m"
         self.moved: JointMotions = joint_motions(robot, prepared(robot, recordings), narrower)
         moved = self.moved
+        self._late = LateDrive(moved.whole.t_s, moved.whole.fresh)
         self._filtered = moved.low_passed(moved.force)
         needed = chain.efforts(moved.at, moved.speed, moved.change)
         self._needed = moved.low_passed(needed) + chain.friction * self._direction
@@ -120,13 +125,18 @@ class JointEfforts:
         return own
 
     @cached_property
-    def _direction(self) -> FloatArray:
-        """Signs of velocities, smooth where a velocity is lost in its noise; low-passed."""
+    def _signs(self) -> FloatArray:
+        """Signs of velocities, smooth where a velocity is lost in its noise."""
         widths = [
             max(one.velocity_noise, FORCED_AXIS.turning_share * one.top_speed)
             for one in self.moved.wide
         ]
-        return self.moved.low_passed(np.tanh(self.moved.speed / np.array(widths)))
+        return np.asarray(np.tanh(self.moved.speed / np.array(widths)))
+
+    @cached_property
+    def _direction(self) -> FloatArray:
+        """The same behind the low-pass."""
+        return self.moved.low_passed(self._signs)
 
     @cached_property
     def sizes(self) -> FloatArray:
@@ -134,17 +144,6 @@ class JointEfforts:
         both = np.stack([self.layout.laid(self._filtered), self.layout.laid(self._needed)])
         rms = [np.sqrt(np.mean(both[:, self.rows_of(j)] ** 2)) for j in range(len(self.joints))]
         return np.maximum(np.array(rms), 1e-300)
-
-    def _before(self, joint: int, dead_s: float) -> FloatArray:
-        """Effort of a joint less what it was a dead time ago, (m,).
-
-        Noise is late, too, and as large. Behind a time constant it would be smaller, so that the
-        longest would fit best.
-        """
-        whole, force = self.moved.whole, self._filtered[:, joint]
-        began_s = whole.t_s[whole.fresh][np.cumsum(whole.fresh) - 1]
-        earlier = late(force, self._changing[:, joint], whole.t_s, began_s, dead_s, 0.0)
-        return np.asarray(force - earlier)
 
     @property
     def usual(self) -> FloatArray:
@@ -162,6 +161,7 @@ class JointEfforts:
             "dry": (chain.friction * self._direction, CHAIN.friction_as_stated),
             "viscous": (chain.damping * self.moved.low_passed(self.moved.speed),
                         CHAIN.friction_as_stated),
+            "loaded": (self._by_load, CHAIN.friction_of_load),
             "yields": (self._yielding * self.sizes, CHAIN.yields_of_size),
         }  # fmt: skip
         each = [self._at(j, values[:, j]) for values, _ in tables.values() for j in joints]
@@ -179,6 +179,14 @@ class JointEfforts:
         columns = self.chain.link_columns(moved.at, moved.speed, moved.change)
         each = [moved.low_passed(columns[:, :, k]) for k in range(len(self.joints))]
         return self.layout.laid(np.stack(each, axis=-1))
+
+    @cached_property
+    def _by_load(self) -> FloatArray:
+        """Friction by the load of the gear, less that at the usual load."""
+        moved = self.moved
+        load = np.abs(self.chain.efforts(moved.at, moved.speed, moved.change))
+        usual = np.array([load[moved.counts[:, j], j].mean() for j in range(len(self.joints))])
+        return moved.low_passed(self._signs * (load - usual))
 
     @cached_property
     def _yielding(self) -> FloatArray:
@@ -199,23 +207,38 @@ class JointEfforts:
     def _changing(self) -> FloatArray:
         return self.moved.slope(self._filtered)
 
+    def _ahead(self, key: str, joint: int, columns: Columns, dead_s: float) -> FloatArray:
+        """Columns (m, k) of a joint a dead time before the motion; the effort as read is left as it
+        is: late noise is as large, and a filter would explain it.
+        """
+        return (
+            self._late.led(f"{key} {joint}", columns, dead_s, 0.0).values
+            if dead_s
+            else columns.values
+        )
+
+    def _rows(self, joint: int, values: FloatArray) -> FloatArray:
+        """Values (m,) or (m, k) of one joint at its own rows of all."""
+        return np.asarray(values[self.layout.sample[self.kinds == joint]])
+
     def _at(self, joint: int, effort: FloatArray) -> FloatArray:
         """An effort of one joint (m,) among the rows of all, (n,)."""
         made = np.zeros(len(self.t_s))
-        own = self.kinds == joint
-        made[own] = effort[self.layout.sample[own]]
+        made[self.kinds == joint] = self._rows(joint, effort)
         return made
 
     @cached_property
-    def _load(self) -> Columns:
-        """All ten moments of a load: a heavy one far from the flange turns as well as weighs."""
+    def _loads(self) -> list[Columns]:
+        """All ten moments of a load at each joint (m, 10): a heavy one far from the flange turns as
+        well as weighs.
+        """
         moved, chain = self.moved, self.chain
         columns = chain.load_columns(moved.at, moved.speed, moved.change)
-        each = [moved.low_passed(columns[:, :, k]) for k in range(len(BODY))]
+        each = np.stack([moved.low_passed(columns[:, :, k]) for k in range(len(BODY))], axis=-1)
         mass = CHAIN.load_of_mass * chain.mass_kg
         off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
         spread = mass * np.array([1.0] + [off] * 3 + [off**2] * 6)
-        return Columns(self.layout.laid(np.stack(each, axis=-1)), spread, BODY)
+        return [Columns(each[:, j], spread, BODY) for j in range(len(self.joints))]
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:

@@ -62,49 +62,59 @@ class ChainPlant(JointEfforts, KeepsBeside):
         """narrower: the low-pass ends at this share of where the position meets its noise."""
         super().__init__(robot, recordings, chain, narrower)
         self._recordings = tuple(recordings)
+        self._led: dict[str, tuple[Columns, list[float], Columns]] = {}
         self.beside = np.zeros((len(self.t_s), 0))
-        self.observed = self.readings.values[:, 0] - self._known()
-        self.drawn_on = self.layout.laid(self._filtered) - self.observed
+        self._explained = self._by_file()
+        self.drawn_on = self.layout.laid(self._explained)
+        self.observed = self.layout.laid(self._filtered) - self.drawn_on
         self.regressors = tuple(self._regressors())
 
-    def _known(self) -> FloatArray:
-        """What the effects of the robot file do, (n,)."""
-        done = np.zeros(len(self.t_s))
-        for effect in self.robot.effects:
-            for key, columns in self._shapes.items():
-                if (self._effect(key), self._component(key)) != (effect.effect, effect.component):
-                    continue
-                if key.startswith("lag "):
-                    sizes = {f"{key}.dead_time": _mean(effect.parameters["dead_time"])}
-                    done += self.base(frozenset({key}), sizes)
-                else:
-                    done += columns.values @ self._entered(key, effect.parameters)
-        return done
+    # ---- the robot file ------------------------------------------------------------------------
 
-    def _entered(self, key: str, parameters: Mapping[str, float | tuple[float, ...]]) -> FloatArray:
+    def _by_file(self) -> FloatArray:
+        """Efforts (m, joints) by model and robot file, as the columns of the table show them."""
+        made, dead_s, gains = self._needed.copy(), dict[str, float](), dict[str, float]()
+        for entry in self.robot.effects:
+            sizes = {name: float(np.mean(value)) for name, value in entry.parameters.items()}
+            name, joint = (entry.effect, entry.component), entry.component
+            if name == self._name(f"lag {joint}"):
+                dead_s[joint] = dead_s.get(joint, 0.0) + sizes["dead_time"]
+            elif name == self._name(f"gain {joint}"):
+                gains[joint] = gains.get(joint, 1.0) * sizes["scale"]
+            else:
+                for key in (key for key in self._acting if self._name(key) == name):
+                    for j, columns in self._acting[key].items():
+                        made[:, j] += columns.values @ self._entered(key, sizes)
+        for j, joint in enumerate(self.joints):
+            whole = Columns(made[:, [j]], np.ones(1))
+            made[:, j] = self._ahead("", j, whole, dead_s.get(joint, 0.0))[:, 0]
+            made[:, j] /= gains.get(joint, 1.0)
+        return made
+
+    def _entered(self, key: str, sizes: Mapping[str, float]) -> FloatArray:
         """Sizes of a regressor's columns that the robot file gives."""
-        values = {name: _mean(value) for name, value in parameters.items()}
         if key == LOAD:
-            mass = values.get("mass", 0.0)
-            at = np.array([values.get(f"centre_{axis}", 0.0) for axis in "xyz"])
-            x, y, z = at
+            x, y, z = (sizes.get(f"centre_{axis}", 0.0) for axis in "xyz")
             moments = [1.0, x, y, z, x * x, y * y, z * z, x * y, x * z, y * z]
-            return mass * np.array(moments)
+            return sizes.get("mass", 0.0) * np.array(moments)
         column, joint = self._place(key)
-        value = values.get(JOINT_EFFECTS[column].parameter, JOINT_EFFECTS[column].nothing)
-        if JOINT_EFFECTS[column].nothing:
-            return np.array([1.0 / value - 1.0])
-        return np.array([value - self._kept(column, joint)])
+        size = sizes.get(JOINT_EFFECTS[column].parameter, 0.0)
+        return np.array([size - self._kept(column, joint)])
 
     def _place(self, key: str) -> tuple[str, int]:
         column, _, joint = key.partition(" ")
         return column, self.joints.index(joint)
 
-    def _effect(self, key: str) -> str:
-        return LOAD if key == LOAD else JOINT_EFFECTS[key.partition(" ")[0]].name
+    def _name(self, key: str) -> tuple[str, str]:
+        """Effect and component of a regressor."""
+        column, _, joint = key.partition(" ")
+        return (LOAD, self.chain.tip) if key == LOAD else (JOINT_EFFECTS[column].name, joint)
 
-    def _component(self, key: str) -> str:
-        return self.chain.tip if key == LOAD else key.partition(" ")[2]
+    def _kept(self, column: str, joint: int) -> float:
+        """What the model has of a size already."""
+        return float(self.chain.armature[joint]) if column == "rotor" else 0.0
+
+    # ---- what may be missing -------------------------------------------------------------------
 
     def _regressors(self) -> list[Regressor]:
         found = [
@@ -114,11 +124,6 @@ class ChainPlant(JointEfforts, KeepsBeside):
             )
             for j, joint in enumerate(self.joints) for key, one in JOINT_EFFECTS.items()
         ]  # fmt: skip
-        found = [
-            replace(one, log_odds=rotor_log_odds(self.chain.armature[self._place(one.key)[1]] > 0))
-            if one.key.startswith("rotor ") else one
-            for one in found
-        ]  # fmt: skip
         found.append(Regressor(LOAD, LOAD, load_log_odds(), self.chain.tip, alone=False))
         found += [
             Regressor(
@@ -127,42 +132,69 @@ class ChainPlant(JointEfforts, KeepsBeside):
             )
             for j, joint in enumerate(self.joints) for name, one in self._ways(j).items()
         ]  # fmt: skip
-        return found
+        return [
+            replace(one, log_odds=rotor_log_odds(self._kept(*self._place(one.key)) > 0.0))
+            if one.key.startswith("rotor ") else one
+            for one in found
+        ]  # fmt: skip
 
     def _differing(self, key: str, joint: int) -> dict[str, Any]:
         """How the regressor of an effect at a joint differs from others."""
         as_built, step_s = EVIDENCE.tolerated, 0.05 * self.moved.whole.period_s
-        takes_over = f"{key} {self.joints[joint]}"
+        name = self.joints[joint]
+        by_gain = {"measured_by": f"gain {name}.scale"}
         if key in BRAKES:
             stated = (self.chain.friction, self.chain.damping)[BRAKES.index(key)][joint]
             as_built *= CHAIN.friction_as_stated * float(stated)
             positive = (JOINT_EFFECTS[key].parameter,)
-            return {"positive": positive, "as_built": as_built}
+            return {"positive": positive, "as_built": as_built, **by_gain}
         if key == "gain":
-            return {"as_built": as_built * CHAIN.as_built, "takes_over": takes_over}
+            return {"as_built": as_built * CHAIN.as_built, "takes_over": f"{key} {name}"}
         if key != "lag":
-            return {}
-        spread, most = CHAIN.dead_time_s, LONE.longest_lag_s
+            return by_gain
         as_built *= self._apart_s
-        lag = (Size("dead_time", "half", spread, 0.0, most, step_s),)
-        return {"sizes": lag, "as_built": as_built, "takes_over": takes_over, "saturated": False}
+        lag = Size("dead_time", "half", CHAIN.dead_time_s, 0.0, LONE.longest_lag_s, step_s)
+        return {
+            "sizes": (lag,), "as_built": as_built, "takes_over": f"{key} {name}",
+            "saturated": False,
+        }  # fmt: skip
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """Efforts less what they were when the motion that they make was asked for, (n,)."""
+        """What lags change of the efforts that model and file explain, (n,)."""
         made = np.zeros(len(self.t_s))
-        for key in keys:
-            if key.startswith("lag "):
-                joint = self._place(key)[1]
-                made += self._at(joint, self._before(joint, sizes[f"{key}.dead_time"]))
+        for j, joint in enumerate(self.joints):
+            if f"lag {joint}" in keys:
+                own = self._explained[:, j]
+                ahead = self._ahead("lag", j, self._whole[j], sizes[f"lag {joint}.dead_time"])
+                made += self._at(j, ahead[:, 0] - own)
         return made
 
+    @cached_property
+    def _whole(self) -> list[Columns]:
+        """All that is explained of each joint's effort."""
+        return [Columns(one[:, None], np.ones(1)) for one in self._explained.T]
+
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
-        """Efforts (n, k) of one regressor."""
-        return self._unknown[key] if key.startswith(UNKNOWN) else self._shapes[key]
+        """Efforts (n, k) of one regressor, ahead of the motion where a joint is late."""
+        if key.startswith(UNKNOWN):
+            return self._unknown[key]
+        dead_s = [sizes.get(f"lag {joint}.dead_time", 0.0) for joint in self.joints]
+        whole, kept = self._shapes[key], self._led.get(key)
+        own = [dead_s[j] for j in self._made[key]]
+        if not any(own):
+            return whole
+        if kept is None or kept[0] is not whole or kept[1] != own:
+            values = whole.values.copy()
+            for j, columns in self._made[key].items():
+                if dead_s[j]:
+                    values[self.kinds == j] = self._rows(j, self._ahead(key, j, columns, dead_s[j]))
+            kept = self._led[key] = (whole, own, replace(whole, values=values))
+        return kept[2]
 
     @cached_property
-    def _shapes(self) -> dict[str, Columns]:
-        found, moved = {}, self.moved
+    def _acting(self) -> dict[str, dict[int, Columns]]:
+        """For each effect at a place: the joints whose efforts it changes, and by what, (m, k)."""
+        made, moved = {}, self.moved
         speed, change = moved.low_passed(moved.speed), moved.low_passed(moved.change)
         for j, joint in enumerate(self.joints):
             size, top = float(self.sizes[j]), moved.edge[j].top_speed
@@ -172,14 +204,31 @@ class ChainPlant(JointEfforts, KeepsBeside):
                 "viscous": (speed[:, j], size / top),
                 "rotor": (change[:, j], size / max(brisk, 1e-300)),
                 "offset": (np.ones(len(speed)), size),
-                "gain": (self._needed[:, j], FILE_SPREADS.gain_share),
             }
             for column, (shape, spread) in shapes.items():
-                name = JOINT_EFFECTS[column].parameter
-                own = self._at(j, shape)[:, None]
-                found[f"{column} {joint}"] = Columns(own, np.array([spread]), (name,))
-            found[f"lag {joint}"] = Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
-        found[LOAD] = self._load
+                name = (JOINT_EFFECTS[column].parameter,)
+                own = Columns(shape[:, None], np.array([spread]), name)
+                made[f"{column} {joint}"] = {j: own}
+        return made | {LOAD: dict(enumerate(self._loads))}
+
+    @cached_property
+    def _made(self) -> dict[str, dict[int, Columns]]:
+        """The same with what drives make of all that acts."""
+        share, name = np.array([FILE_SPREADS.gain_share]), (JOINT_EFFECTS["gain"].parameter,)
+        gains = [Columns(one[:, None], share, name) for one in self._explained.T]
+        lags: dict[str, dict[int, Columns]] = {f"lag {joint}": {} for joint in self.joints}
+        found = {f"gain {one}": {j: gains[j]} for j, one in enumerate(self.joints)}
+        return self._acting | found | lags
+
+    @cached_property
+    def _shapes(self) -> dict[str, Columns]:
+        found = {}
+        for key, each in self._made.items():
+            one = next(iter(each.values()), Columns(np.zeros((0, 0)), np.zeros(0)))
+            values = np.zeros((len(self.t_s), len(one.spread)))
+            for j, columns in each.items():
+                values[self.kinds == j] = self._rows(j, columns.values)
+            found[key] = replace(one, values=values)
         return found
 
     def _spanned(self, joint: int, name: str) -> FloatArray:
@@ -226,11 +275,8 @@ class ChainPlant(JointEfforts, KeepsBeside):
     def adopt(self, trained: ChainPlant) -> None:
         """Spreads of the recording that sizes were found on."""
         self.sizes = trained.sizes
-        self.__dict__.pop("_shapes", None)
-
-    def _kept(self, column: str, joint: int) -> float:
-        """What the model has of a size already."""
-        return float(self.chain.armature[joint]) if column == "rotor" else 0.0
+        for name in ("_acting", "_made", "_shapes"):
+            self.__dict__.pop(name, None)
 
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the effects, in SI units."""
@@ -245,9 +291,12 @@ class ChainPlant(JointEfforts, KeepsBeside):
         column, joint = self._place(key)
         one, kept = JOINT_EFFECTS[column], self._kept(column, joint)
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
-        if one.nothing:
+        if column == "gain":
             return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
-        return [Shown(name, unit, lambda v: kept + v[name], kept)]
+        if column == "lag":
+            return [Shown(name, unit, lambda v: v[name])]
+        gain = f"gain {self.joints[joint]}.scale"
+        return [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), kept)]
 
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
@@ -275,10 +324,6 @@ class ChainPlant(JointEfforts, KeepsBeside):
         if not key.startswith("lag "):
             return [{}]
         return [{f"{key}.dead_time": at} for at in CHAIN.dead_times_s]
-
-
-def _mean(value: float | tuple[float, ...]) -> float:
-    return float(np.mean(value))
 
 
 def _centre(first: str) -> Callable[[Draws], FloatArray]:

@@ -8,7 +8,7 @@ Technol. 21, 428-444).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,7 @@ from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
 from deltactl.diagnosis.plants.regression import (
     Columns,
+    Draws,
     Regressor,
     Shown,
     Size,
@@ -50,6 +51,7 @@ from deltactl.recording.column_measures import first_of
 from deltactl.recording.tables.flat import FlatRecording
 
 MEASURED = ("position", "theta_1", "velocity", "effort")
+GAIN = "gain.scale"
 FEWEST_IN_MOTION = FORCED_AXIS.fewest_forced_rows // 2
 """Samples in clear motion, below which `admission` refuses a recording."""
 
@@ -203,9 +205,11 @@ class ForcedAxis(LeftOver):
     def _regressors(self) -> list[Regressor]:
         top = self.motion.top_speed
         found = [
-            named("effort/friction", positive=("torque",)),
-            named("effort/viscous", positive=("coefficient",)),
-            named("effort/inertia", as_built=FORCED_AXIS.as_stated * self.inertia),
+            named("effort/friction", positive=("torque",), measured_by=GAIN),
+            named("effort/viscous", positive=("coefficient",), measured_by=GAIN),
+            named(
+                "effort/inertia", as_built=FORCED_AXIS.as_stated * self.inertia, measured_by=GAIN
+            ),
         ]
         if not self.let_go:
             slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
@@ -216,7 +220,7 @@ class ForcedAxis(LeftOver):
                 for name in ("time", "dead_time")
             ]
             found += [
-                named("effort/offset", equivalents=instead("effort/offset")),
+                named("effort/offset", equivalents=instead("effort/offset"), measured_by=GAIN),
                 named("effort/gain", as_built=FORCED_AXIS.as_stated),
                 named("effort/spring", follows=("position",)),
                 named(
@@ -224,7 +228,10 @@ class ForcedAxis(LeftOver):
                     as_built=EVIDENCE.tolerated * self._apart_s,
                     equivalents=instead("effort/lag"),
                 ),
-                named("effort/stribeck", sizes=(speed,), alone=False, positive=("torque",)),
+                named(
+                    "effort/stribeck", sizes=(speed,), alone=False, positive=("torque",),
+                    measured_by=GAIN,
+                ),
                 named("effort/limit", sizes=(self._limit.size,), alone=False),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
@@ -394,13 +401,19 @@ class ForcedAxis(LeftOver):
         linear = self.unit == "N"
         viscous = "N s/m" if linear else "N m s/rad"
         kept = self.inertia
+
+        def of(name: str) -> Callable[[Draws], FloatArray]:
+            """A size that the effort shows times what the drive needs for its force."""
+            return lambda v: np.asarray(v[name] / (1.0 + v.get(GAIN, 0.0)))
+
+        moved = of("inertia")
         table = {
-            "friction": [Shown("torque", self.unit, lambda v: v["torque"])],
-            "viscous": [Shown("coefficient", viscous, lambda v: v["coefficient"])],
+            "friction": [Shown("torque", self.unit, of("torque"))],
+            "viscous": [Shown("coefficient", viscous, of("coefficient"))],
             "inertia": [
-                Shown("inertia", "kg" if linear else "kg m2", lambda v: kept + v["inertia"], kept)
+                Shown("inertia", "kg" if linear else "kg m2", lambda v: kept + moved(v), kept)
             ],
-            "offset": [Shown("offset", self.unit, lambda v: v["offset"])],
+            "offset": [Shown("offset", self.unit, of("offset"))],
             "gain": [Shown("scale", "1", lambda v: 1.0 / (1.0 + v["scale"]), 1.0)],
             "lag": [
                 Shown("time", "s", lambda v: v["time"]),
@@ -408,7 +421,7 @@ class ForcedAxis(LeftOver):
             ],
             "limit": [Shown("limit", self.unit, lambda v: v["limit"], nothing=np.inf)],
             "stribeck": [
-                Shown("torque", self.unit, lambda v: v["torque"]),
+                Shown("torque", self.unit, of("torque")),
                 Shown("speed", "m/s" if linear else "rad/s", lambda v: v["speed"]),
             ],
         }
