@@ -37,6 +37,9 @@ MOST_BY_LOAD = 0.6
 """and the largest share of its friction that grows so. A size of friction is that at the usual
 load."""
 
+SLOW = 0.01
+"""Share of the top speed that is a rest."""
+
 
 @dataclass(frozen=True, eq=False)
 class Machine:
@@ -175,8 +178,9 @@ def trapezoids(rng: Rng, own: Machine, seconds: float) -> Moved:
         place, row = target, row + steps + int(rest_s / FINE_S)
     soft = np.hanning(int(rng.uniform(0.03, 0.08) / FINE_S))
     change = np.stack([np.convolve(c, soft / soft.sum(), "same") for c in change.T], axis=1)
-    speed = np.cumsum(change, axis=0) * FINE_S
-    return Moved(t_s, at + np.cumsum(speed, axis=0) * FINE_S, speed, change)
+    gained = np.cumsum(change, axis=0) * FINE_S  # at the middle of the steps
+    moved = (np.cumsum(gained, axis=0) - gained) * FINE_S
+    return Moved(t_s, at + moved, gained - 0.5 * FINE_S * change, change)
 
 
 def rigid(own: Machine, moved: Moved, faults: Faults, off: FloatArray) -> FloatArray:
@@ -212,21 +216,25 @@ def lugre(moved: Moved, dry: FloatArray, yields: FloatArray) -> FloatArray:
     return np.asarray(made)
 
 
-def _dry(own: Machine, faults: Faults, place: FloatArray, load: FloatArray, rng: Rng) -> FloatArray:
-    """Dry friction (m, joints) where bearings slide."""
-    usual = np.mean(np.abs(load), axis=0)
+def _dry(own: Machine, faults: Faults, moved: Moved, load: FloatArray, rng: Rng) -> FloatArray:
+    """Dry friction (m, joints) where bearings slide; the usual load is that in motion."""
+    slides = np.abs(moved.speed) > SLOW * np.max(np.abs(moved.speed), axis=0)
+    usual = np.mean(np.abs(load), axis=0, where=slides)
+    place = moved.at / own.reaches
     by_load = rng.integers(0, 2) * rng.uniform(0.0, BY_LOAD, len(usual))
     by_load = np.minimum(by_load, MOST_BY_LOAD * (own.dry + faults.dry) / usual)
     grows = by_load * (np.abs(load) - usual)
-    slides = own.dry + faults.dry * (1.0 + faults.by_place * place) + grows
-    return np.asarray(np.maximum(slides, 0.0))
+    dry = own.dry + faults.dry * (1.0 + faults.by_place * place) + grows
+    return np.asarray(np.maximum(dry, 0.0))
 
 
 def efforts(own: Machine, moved: Moved, faults: Faults, rng: Rng) -> FloatArray:
     """Columns of effort (m, joints) on the fine grid, without noise."""
     links = rigid(own, moved, faults, DRAWN_MASS * rng.standard_normal(len(own.joints)))
-    dry = _dry(own, faults, moved.at / own.reaches, links, rng)
-    yields = own.reaches * np.exp(rng.uniform(*np.log(YIELDS), len(own.joints)))
+    dry = _dry(own, faults, moved, links, rng)
+    yields = own.reaches * np.exp(
+        rng.uniform(np.log(YIELDS[0]), np.log(YIELDS[1]), len(own.joints))
+    )
     drive = links + faults.rotor * moved.change + faults.offset + lugre(moved, dry, yields)
     drive += (own.viscous + faults.viscous) * moved.speed
     drive += drive @ faults.coupled.T

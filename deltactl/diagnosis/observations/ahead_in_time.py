@@ -58,7 +58,9 @@ class AheadInTime:
         return found
 
     def later(self, curves: Curves, dead_s: float, time_s: float) -> FloatArray:
-        """What becomes the values (n, k) behind a dead time and a first-order lag."""
+        """What becomes the values (n, k) behind a dead time and a first-order lag; of a dead time
+        below zero, what the values were.
+        """
         at = self._between(dead_s)
         values = curves.values + time_s * curves.slopes
         slopes = curves.slopes + time_s * curves.bends
@@ -70,7 +72,7 @@ class AheadInTime:
         t_s, row, share = self._t_s, np.arange(len(self._t_s)), np.zeros(len(self._t_s))
         for part in self._stretches:
             own_s = t_s[part]
-            then_s = np.minimum(own_s + dead_s, own_s[-1])
+            then_s = np.clip(own_s + dead_s, own_s[0], own_s[-1])
             own = np.clip(np.searchsorted(own_s, then_s, side="right") - 1, 0, len(own_s) - 2)
             row[part] = part.start + own
             share[part] = (then_s - own_s[own]) / (own_s[own + 1] - own_s[own])

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.plants.chain.joint_motions import (
     JointMotions,
@@ -18,7 +19,6 @@ from deltactl.diagnosis.plants.chain.joint_motions import (
     joint_motions,
     prepared,
 )
-from deltactl.diagnosis.plants.lone.drive_by_effort import LateDrive
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import (
@@ -106,7 +106,7 @@ class JointEfforts:
         self.unit = "N" if all(chain.slides) else "N m"
         self.moved: JointMotions = joint_motions(robot, prepared(robot, recordings), narrower)
         moved = self.moved
-        self._late = LateDrive(moved.whole.t_s, moved.whole.fresh)
+        self._in_time = AheadInTime(moved.whole.t_s, moved.whole.fresh)
         self._filtered = moved.low_passed(moved.force)
         needed = chain.efforts(moved.at, moved.speed, moved.change)
         self._needed = moved.low_passed(needed) + chain.friction * self._direction
@@ -207,24 +207,24 @@ class JointEfforts:
     def _changing(self) -> FloatArray:
         return self.moved.slope(self._filtered)
 
-    def _ahead(self, key: str, joint: int, columns: Columns, dead_s: float) -> FloatArray:
-        """Columns (m, k) of a joint a dead time before the motion; the effort as read is left as it
-        is: late noise is as large, and a filter would explain it.
-        """
-        return (
-            self._late.led(f"{key} {joint}", columns, dead_s, 0.0).values
-            if dead_s
-            else columns.values
-        )
+    def _since(self, joint: int, dead_s: float) -> FloatArray:
+        """Effort of a joint less what it was a dead time ago, (n,).
 
-    def _rows(self, joint: int, values: FloatArray) -> FloatArray:
-        """Values (m,) or (m, k) of one joint at its own rows of all."""
-        return np.asarray(values[self.layout.sample[self.kinds == joint]])
+        Noise is late, too, and as large. Behind a time constant it would be smaller, so that the
+        longest would fit best.
+        """
+        earlier = self._in_time.later(self._curves[joint], -dead_s, 0.0)
+        return self._at(joint, self._filtered[:, joint] - earlier[:, 0])
+
+    @cached_property
+    def _curves(self) -> list[Curves]:
+        return [self._in_time.curves(force[:, None]) for force in self._filtered.T]
 
     def _at(self, joint: int, effort: FloatArray) -> FloatArray:
-        """An effort of one joint (m,) among the rows of all, (n,)."""
-        made = np.zeros(len(self.t_s))
-        made[self.kinds == joint] = self._rows(joint, effort)
+        """An effort of one joint (m,) or (m, k) among the rows of all, (n,) or (n, k)."""
+        made = np.zeros((len(self.t_s), *effort.shape[1:]))
+        own = self.kinds == joint
+        made[own] = effort[self.layout.sample[own]]
         return made
 
     @cached_property

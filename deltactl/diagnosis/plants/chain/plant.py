@@ -62,34 +62,36 @@ class ChainPlant(JointEfforts, KeepsBeside):
         """narrower: the low-pass ends at this share of where the position meets its noise."""
         super().__init__(robot, recordings, chain, narrower)
         self._recordings = tuple(recordings)
-        self._led: dict[str, tuple[Columns, list[float], Columns]] = {}
         self.beside = np.zeros((len(self.t_s), 0))
-        self._explained = self._by_file()
-        self.drawn_on = self.layout.laid(self._explained)
-        self.observed = self.layout.laid(self._filtered) - self.drawn_on
+        self.observed = self.layout.laid(self._filtered - self._explained) - self._late_by_file()
+        self.drawn_on = self.layout.laid(self._filtered) - self.observed
         self.regressors = tuple(self._regressors())
 
     # ---- the robot file ------------------------------------------------------------------------
 
-    def _by_file(self) -> FloatArray:
-        """Efforts (m, joints) by model and robot file, as the columns of the table show them."""
-        made, dead_s, gains = self._needed.copy(), dict[str, float](), dict[str, float]()
+    @cached_property
+    def _explained(self) -> FloatArray:
+        """Efforts (m, joints) by the model and by what of the robot file is linear."""
+        made, gains = self._needed.copy(), np.ones(len(self.joints))
         for entry in self.robot.effects:
             sizes = {name: float(np.mean(value)) for name, value in entry.parameters.items()}
-            name, joint = (entry.effect, entry.component), entry.component
-            if name == self._name(f"lag {joint}"):
-                dead_s[joint] = dead_s.get(joint, 0.0) + sizes["dead_time"]
-            elif name == self._name(f"gain {joint}"):
-                gains[joint] = gains.get(joint, 1.0) * sizes["scale"]
-            else:
-                for key in (key for key in self._acting if self._name(key) == name):
-                    for j, columns in self._acting[key].items():
-                        made[:, j] += columns.values @ self._entered(key, sizes)
-        for j, joint in enumerate(self.joints):
-            whole = Columns(made[:, [j]], np.ones(1))
-            made[:, j] = self._ahead("", j, whole, dead_s.get(joint, 0.0))[:, 0]
-            made[:, j] /= gains.get(joint, 1.0)
-        return made
+            name = (entry.effect, entry.component)
+            for key, each in self._acting.items():
+                for j, columns in each.items() if self._name(key) == name else ():
+                    made[:, j] += columns.values @ self._entered(key, sizes)
+            for j, joint in enumerate(self.joints):
+                if name == self._name(f"gain {joint}"):
+                    gains[j] *= sizes["scale"]
+        return np.asarray(made / gains)
+
+    def _late_by_file(self) -> FloatArray:
+        """What dead times of the robot file change of the efforts, (n,)."""
+        dead_s: dict[str, float] = {}
+        for one in self.robot.effects:
+            if (one.effect, one.component) == self._name(key := f"lag {one.component}"):
+                more_s = float(np.mean(one.parameters["dead_time"]))
+                dead_s[f"{key}.dead_time"] = dead_s.get(f"{key}.dead_time", 0.0) + more_s
+        return self.base(frozenset(name.rpartition(".")[0] for name in dead_s), dead_s)
 
     def _entered(self, key: str, sizes: Mapping[str, float]) -> FloatArray:
         """Sizes of a regressor's columns that the robot file gives."""
@@ -160,36 +162,16 @@ class ChainPlant(JointEfforts, KeepsBeside):
         }  # fmt: skip
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """What lags change of the efforts that model and file explain, (n,)."""
+        """Efforts less what they were when the motion that they make was asked for, (n,)."""
         made = np.zeros(len(self.t_s))
-        for j, joint in enumerate(self.joints):
-            if f"lag {joint}" in keys:
-                own = self._explained[:, j]
-                ahead = self._ahead("lag", j, self._whole[j], sizes[f"lag {joint}.dead_time"])
-                made += self._at(j, ahead[:, 0] - own)
+        for key in keys:
+            if key.startswith("lag "):
+                made += self._since(self._place(key)[1], sizes[f"{key}.dead_time"])
         return made
 
-    @cached_property
-    def _whole(self) -> list[Columns]:
-        """All that is explained of each joint's effort."""
-        return [Columns(one[:, None], np.ones(1)) for one in self._explained.T]
-
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
-        """Efforts (n, k) of one regressor, ahead of the motion where a joint is late."""
-        if key.startswith(UNKNOWN):
-            return self._unknown[key]
-        dead_s = [sizes.get(f"lag {joint}.dead_time", 0.0) for joint in self.joints]
-        whole, kept = self._shapes[key], self._led.get(key)
-        own = [dead_s[j] for j in self._made[key]]
-        if not any(own):
-            return whole
-        if kept is None or kept[0] is not whole or kept[1] != own:
-            values = whole.values.copy()
-            for j, columns in self._made[key].items():
-                if dead_s[j]:
-                    values[self.kinds == j] = self._rows(j, self._ahead(key, j, columns, dead_s[j]))
-            kept = self._led[key] = (whole, own, replace(whole, values=values))
-        return kept[2]
+        """Efforts (n, k) of one regressor."""
+        return self._unknown[key] if key.startswith(UNKNOWN) else self._shapes[key]
 
     @cached_property
     def _acting(self) -> dict[str, dict[int, Columns]]:
@@ -212,23 +194,17 @@ class ChainPlant(JointEfforts, KeepsBeside):
         return made | {LOAD: dict(enumerate(self._loads))}
 
     @cached_property
-    def _made(self) -> dict[str, dict[int, Columns]]:
-        """The same with what drives make of all that acts."""
-        share, name = np.array([FILE_SPREADS.gain_share]), (JOINT_EFFECTS["gain"].parameter,)
-        gains = [Columns(one[:, None], share, name) for one in self._explained.T]
-        lags: dict[str, dict[int, Columns]] = {f"lag {joint}": {} for joint in self.joints}
-        found = {f"gain {one}": {j: gains[j]} for j, one in enumerate(self.joints)}
-        return self._acting | found | lags
-
-    @cached_property
     def _shapes(self) -> dict[str, Columns]:
+        """The same of all joints end to end, and what drives make of it, (n, k)."""
         found = {}
-        for key, each in self._made.items():
-            one = next(iter(each.values()), Columns(np.zeros((0, 0)), np.zeros(0)))
-            values = np.zeros((len(self.t_s), len(one.spread)))
-            for j, columns in each.items():
-                values[self.kinds == j] = self._rows(j, columns.values)
-            found[key] = replace(one, values=values)
+        for key, each in self._acting.items():
+            one = next(iter(each.values()))
+            values = sum(self._at(j, columns.values) for j, columns in each.items())
+            found[key] = replace(one, values=np.asarray(values))
+        share, name = np.array([FILE_SPREADS.gain_share]), (JOINT_EFFECTS["gain"].parameter,)
+        for j, joint in enumerate(self.joints):
+            found[f"gain {joint}"] = Columns(self._at(j, self._explained[:, [j]]), share, name)
+            found[f"lag {joint}"] = Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
         return found
 
     def _spanned(self, joint: int, name: str) -> FloatArray:
@@ -275,7 +251,7 @@ class ChainPlant(JointEfforts, KeepsBeside):
     def adopt(self, trained: ChainPlant) -> None:
         """Spreads of the recording that sizes were found on."""
         self.sizes = trained.sizes
-        for name in ("_acting", "_made", "_shapes"):
+        for name in ("_acting", "_shapes"):
             self.__dict__.pop(name, None)
 
     def shown(self, key: str) -> Sequence[Shown]:
