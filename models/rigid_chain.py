@@ -238,6 +238,14 @@ class RigidChain:
         return low, high
 
     @property
+    def top_speeds(self) -> FloatArray:
+        """Velocity limits that a URDF states, (joints,) [rad/s or m/s]; infinite where none."""
+        root = document_of(self.path)
+        limits = [root.find(f"joint[@name='{name}']/limit") for name in self.joints]
+        stated = [0.0 if one is None else float(one.get("velocity", 0.0)) for one in limits]
+        return np.array([one if one > 0.0 else np.inf for one in stated])
+
+    @property
     def _numbers(self) -> IntArray:
         return np.array([int(self._model.joint(name).id) for name in self.joints])
 

@@ -44,6 +44,8 @@ from deltactl.models.robot import FloatArray
 Rng = np.random.Generator
 SECONDS = 60.0
 TIERS = ("none", "single", "pair", "unknown")
+BEYOND_STATED = 0.2
+"""Share of the stated friction by which a fault's is larger: by half as much two days differ."""
 OF_FOUR = (0, 1, 1, 1, 2, 2, 2, 3)
 """Tiers in turn: one healthy machine in eight, three with one fault, three with two."""
 
@@ -68,6 +70,10 @@ class Draw:
         """Of the usual effort."""
         return float(np.exp(self.rng.uniform(np.log(low), np.log(high))))
 
+    def beside(self, stated: float, size: float) -> float:
+        """A size beyond that by which friction differs from what the drawing states."""
+        return max(size, BEYOND_STATED * stated)
+
     def expects(self, key: str, joint: int, size: float) -> None:
         """One fault at a joint."""
         one = JOINT_EFFECTS[key]
@@ -81,19 +87,22 @@ def _every(moved: Moved, rows: int) -> Moved:
 
 def _dry(draw: Draw) -> None:
     j = draw.joint()
-    draw.faults.dry[j] = draw.share() * draw.effort[j]
+    draw.faults.dry[j] = draw.beside(draw.own.dry[j], draw.share() * draw.effort[j])
     draw.expects("dry", j, draw.faults.dry[j])
 
 
 def _viscous(draw: Draw) -> None:
     j = draw.joint()
     top = np.quantile(np.abs(draw.moved.speed[:, j]), 0.95)
-    draw.faults.viscous[j] = 1.5 * draw.share() * draw.effort[j] / top
+    size = 1.5 * draw.share() * draw.effort[j] / top
+    draw.faults.viscous[j] = draw.beside(draw.own.viscous[j], size)
     draw.expects("viscous", j, draw.faults.viscous[j])
 
 
 def _rotor(draw: Draw) -> None:
     j = draw.joint()
+    while draw.own.slides and draw.faults.gain[j] != 1.0:
+        j = draw.joint()
     draw.faults.rotor[j] = draw.share() * draw.effort[j] / np.std(draw.moved.change[:, j])
     draw.expects("rotor", j, draw.faults.rotor[j])
 
@@ -106,7 +115,9 @@ def _offset(draw: Draw) -> None:
 
 def _gain(draw: Draw) -> None:
     j = draw.joint()
-    draw.faults.gain[j] = np.exp(draw.rng.choice([-1.0, 1.0]) * draw.rng.uniform(0.07, 0.25))
+    while draw.own.slides and draw.faults.rotor[j]:  # on a level slide both are one
+        j = draw.joint()
+    draw.faults.gain[j] = np.exp(draw.rng.choice([-1.0, 1.0]) * draw.rng.uniform(0.1, 0.25))
     draw.expects("gain", j, draw.faults.gain[j])
 
 

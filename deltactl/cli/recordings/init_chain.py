@@ -29,6 +29,9 @@ PosesOption = Annotated[
     int | None,
     typer.Option(min=15, max=500, help="Also write so many poses to measure, as *-poses.csv."),
 ]
+MotionOption = Annotated[
+    bool, typer.Option(help="Also write a motion that shows most of the efforts, as *-motion.*.")
+]
 
 
 def chain(
@@ -38,6 +41,7 @@ def chain(
     effort_gain: GainOption = "1",
     name: Annotated[str | None, typer.Option(help="What reports call it.")] = None,
     poses: PosesOption = None,
+    motion: MotionOption = False,
     force: ForceOption = False,
 ) -> None:
     """Describe joints one behind the other: any robot with a URDF or MJCF.
@@ -45,14 +49,16 @@ def chain(
     ```
     deltactl init chain arm.yaml --model arm.urdf
     deltactl init chain arm.yaml --model arm.urdf --effort-gain 11.9,11.9,9.8
-    deltactl init chain arm.yaml --model arm.urdf --poses 60
+    deltactl init chain arm.yaml --model arm.urdf --poses 60 --motion
     ```
     """
     from deltactl.models.rigid_chain import RigidChain, moving_joints
     from deltactl.models.robot_files import load_with_effects
 
     measured = file.with_name(f"{file.stem}-poses.csv")
-    for there in (file, *([measured] if poses is not None else [])):
+    job = file.with_name(f"{file.stem}-motion.yaml")
+    moved = [job, job.with_suffix(".csv")] if motion else []
+    for there in (file, *moved, *([measured] if poses is not None else [])):
         if there.exists() and not force:
             raise ConfigError(f"{there}: exists already; name another file, or add --force")
     chosen = joints.split(",") if joints else moving_joints(model)
@@ -70,6 +76,8 @@ def chain(
     say(f"robot file: {file}")
     if poses is not None:
         _write_poses(measured, robot, described, poses)
+    if motion:
+        _write_motion(job, robot, described)
     say(f"next: deltactl diagnose RECORDING --robot {file}")
 
 
@@ -84,6 +92,23 @@ def _write_poses(file: Path, robot: RobotModel, described: RigidChain, count: in
     lines = [",".join(names), *(",".join(f"{x:.5f}" for x in row) for row in rows)]
     write_whole(file, "\n".join([*lines, ""]))
     say(f"poses to measure: {file}; see first that the arm meets nothing on its way")
+
+
+def _write_motion(job: Path, robot: RobotModel, described: RigidChain) -> None:
+    """A motion in which to record the efforts, as a job and as commands of the joints."""
+    import yaml
+
+    from deltactl.diagnosis.experiment.exciting_motion import REPEATS, exciting_motion
+    from deltactl.models.robot import ChainRobot
+
+    assert isinstance(robot, ChainRobot)
+    series = exciting_motion(robot, described)
+    write_whole(job, yaml.safe_dump(series.job(robot.name, REPEATS), default_flow_style=None))
+    names = [f"command_{number}" for number in range(1, len(robot.joints) + 1)]
+    lines = [",".join(["t", *names])]
+    lines += [",".join(f"{x:.5f}" for x in row) for row in series.table()]
+    write_whole(job.with_suffix(".csv"), "\n".join([*lines, ""]))
+    say(f"motion to record: {job} and .csv; see first that the arm meets nothing on its way")
 
 
 def _gains(text: str, joints: list[str]) -> str:

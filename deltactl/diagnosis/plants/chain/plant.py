@@ -126,7 +126,10 @@ class ChainPlant(JointEfforts, KeepsBeside):
             )
             for j, joint in enumerate(self.joints) for key, one in JOINT_EFFECTS.items()
         ]  # fmt: skip
-        found.append(Regressor(LOAD, LOAD, load_log_odds(), self.chain.tip, alone=False))
+        last = f"link {self.joints[-1]}"
+        found.append(
+            Regressor(LOAD, LOAD, load_log_odds(), self.chain.tip, alone=False, takes_over=last)
+        )
         found += [
             Regressor(
                 f"{UNKNOWN} {joint} {name}", UNKNOWN, SPLINE_TERMS.unknown_log_odds, joint,

@@ -1,0 +1,130 @@
+"""A motion in which the efforts of a chain should be recorded: one that tells most of its errors.
+
+Each joint follows a Fourier series of a few harmonics, which begins and ends at rest (Swevers,
+Ganseman, Tükel, De Schutter and Van Brussel 1997, IEEE Transactions on Robotics and Automation 13,
+730-740). Of series drawn within the limits of the joints the one is taken whose information on all
+effects has the largest determinant, as for `calibration_poses`; then each joint's is exchanged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from deltactl.diagnosis.experiment.calibration_poses import WITHIN
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.chain.joint_motions import MEASURED
+from deltactl.diagnosis.plants.chain.plant import ChainPlant
+from deltactl.models.rigid_chain import RigidChain
+from deltactl.models.robot import ChainRobot
+from deltactl.recording.tables.flat import FlatRecording
+
+HARMONICS = 5
+SERIES_S = 20.0
+"""Length of one series: the slowest wave has 0.05 Hz, the fastest 0.25 Hz."""
+OF_TOP_SPEED = 0.5
+"""Share of the velocity limits that is used."""
+UNLIMITED = 1.0
+"""Top speed [rad/s or m/s] where the model states none."""
+REPEATS = 3
+"""A minute: what comes back in each is no noise."""
+RATE_HZ = 50.0
+DRAWN = 12
+"""Series that are drawn for all joints, and then in turn for each."""
+NOISE = 0.02
+"""Usual noise of an effort, as a share of its root mean square."""
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """middle: (joints,) [rad or m]; sine, cosine: (harmonics, joints) of the positions."""
+
+    middle: FloatArray
+    sine: FloatArray
+    cosine: FloatArray
+
+    def at(self, t_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions and velocities (n, joints)."""
+        w = 2.0 * np.pi / SERIES_S * np.arange(1, len(self.sine) + 1)
+        sines, cosines = np.sin(np.outer(t_s, w)), np.cos(np.outer(t_s, w))
+        return (
+            self.middle + sines @ self.sine + cosines @ self.cosine,
+            (cosines * w) @ self.sine - (sines * w) @ self.cosine,
+        )
+
+    def table(self) -> FloatArray:
+        """Times and positions (n, 1 + joints) of all repeats."""
+        t_s = np.arange(0.0, REPEATS * SERIES_S + 0.5 / RATE_HZ, 1.0 / RATE_HZ)
+        return np.column_stack([t_s, self.at(t_s)[0]])
+
+    def job(self, robot: str, repeats: int) -> dict[str, Any]:
+        """As plain data, for any controller."""
+        path = {"shape": "fourier", "period_s": SERIES_S}
+        parts = (("middle", self.middle), ("sine", self.sine), ("cosine", self.cosine))
+        return {
+            "name": "exciting-motion", "robot": robot, "repeats": repeats,
+            "path": path | {name: np.round(each, 6).tolist() for name, each in parts},
+        }  # fmt: skip
+
+
+def exciting_motion(robot: ChainRobot, chain: RigidChain, seed: int = 0) -> Series:
+    """The best of the series that were drawn.
+
+    Whether the arm meets itself or anything else on its way is not looked at.
+    """
+    rng = np.random.default_rng(seed)
+    drawn = [_drawn(rng, chain) for _ in range(DRAWN)]
+    told = [information(robot, chain, one) for one in drawn]
+    best = int(np.argmax(told))
+    series, most = drawn[best], told[best]
+    for joint in range(len(chain.joints)):
+        other = _exchanged(series, _drawn(rng, chain), joint)
+        if (gained := information(robot, chain, other)) > most:
+            series, most = other, gained
+    return series
+
+
+def information(robot: ChainRobot, chain: RigidChain, series: Series) -> float:
+    """Log determinant of what a series tells of all effects, each in its usual size."""
+    plant = ChainPlant(robot, [recording(chain, series)], chain)
+    named = [plant.columns(r.key, plant.observed, {}) for r in plant.regressors if not r.left_over]
+    columns = np.concatenate([one.values * one.spread for one in [plant.free(), *named]], axis=1)
+    told = columns[plant.rows] / (NOISE * plant.usual[plant.rows])[:, None]
+    return float(np.linalg.slogdet(np.eye(told.shape[1]) + told.T @ told)[1])
+
+
+def recording(chain: RigidChain, series: Series) -> FlatRecording:
+    """Positions, velocities and efforts of the chain as its model has them, for two series."""
+    t_s = np.arange(0.0, 2.0 * SERIES_S, 1.0 / RATE_HZ)
+    at, speed = series.at(t_s)
+    effort = chain.efforts(at, speed, np.gradient(speed, t_s, axis=0))
+    columns = {
+        f"{stem}_{j + 1}": values[:, j]
+        for stem, values in zip(MEASURED, (at, effort, speed), strict=True)
+        for j in range(len(chain.joints))
+    }
+    return FlatRecording(t_s, columns, {}, "exciting motion")
+
+
+def _drawn(rng: np.random.Generator, chain: RigidChain) -> Series:
+    """A series that begins at rest, as large as positions and velocities may be."""
+    low, high = chain.limits
+    number = np.arange(1, HARMONICS + 1)[:, None]
+    sine, cosine = rng.standard_normal((2, HARMONICS, len(low))) / number
+    sine -= number * np.sum(number * sine, axis=0) / np.sum(number**2)
+    cosine -= number**2 * np.sum(number**2 * cosine, axis=0) / np.sum(number**4)
+    at, speed = Series(0.0 * low, sine, cosine).at(np.linspace(0.0, SERIES_S, 400))
+    top = np.where(np.isfinite(chain.top_speeds), OF_TOP_SPEED * chain.top_speeds, UNLIMITED)
+    size = np.minimum(WITHIN * (high - low) / np.ptp(at, axis=0), top / np.abs(speed).max(axis=0))
+    middle = 0.5 * (low + high) - 0.5 * size * (at.max(axis=0) + at.min(axis=0))
+    return Series(middle, size * sine, size * cosine)
+
+
+def _exchanged(one: Series, other: Series, joint: int) -> Series:
+    """A series with that of one joint from another."""
+    mixed = [np.array(part) for part in (one.middle, one.sine, one.cosine)]
+    for own, new in zip(mixed, (other.middle, other.sine, other.cosine), strict=True):
+        own[..., joint] = new[..., joint]
+    return Series(*mixed)
