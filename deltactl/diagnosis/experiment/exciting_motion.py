@@ -32,7 +32,7 @@ REPEATS = 3
 """A minute: what comes back in each is no noise."""
 RATE_HZ = 50.0
 DRAWN = 12
-"""Series that are drawn for all joints, and then in turn for each."""
+"""Series that are drawn for all joints; then one more for each."""
 NOISE = 0.02
 """Usual noise of an effort, as a share of its root mean square."""
 
@@ -69,17 +69,18 @@ class Series:
         }  # fmt: skip
 
 
-def exciting_motion(robot: ChainRobot, chain: RigidChain, seed: int = 0) -> Series:
-    """The best of the series that were drawn.
+def exciting_motion(
+    robot: ChainRobot, chain: RigidChain, seed: int = 0, drawn: int = DRAWN
+) -> Series:
+    """The best of the series that were drawn, and once exchanged joint by joint.
 
     Whether the arm meets itself or anything else on its way is not looked at.
     """
     rng = np.random.default_rng(seed)
-    drawn = [_drawn(rng, chain) for _ in range(DRAWN)]
-    told = [information(robot, chain, one) for one in drawn]
-    best = int(np.argmax(told))
-    series, most = drawn[best], told[best]
-    for joint in range(len(chain.joints)):
+    each = [_drawn(rng, chain) for _ in range(drawn)]
+    told = [information(robot, chain, one) for one in each]
+    series, most = each[int(np.argmax(told))], max(told)
+    for joint in range(len(chain.joints) if drawn > 1 else 0):
         other = _exchanged(series, _drawn(rng, chain), joint)
         if (gained := information(robot, chain, other)) > most:
             series, most = other, gained

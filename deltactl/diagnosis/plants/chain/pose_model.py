@@ -31,22 +31,23 @@ HUBER = 3.0
 
 
 @dataclass(eq=False)
-class Shapes:
-    """What each size does. angles: key -> joint and (n, k) change of its position. offs: key ->
-    joint and (6, k) change of the transform before it. bends: key -> (n, 3) rotation and its joint.
+class Shape:
+    """What the sizes (k,) of one error change. angles: joint -> (n, k) its position. before: joint
+    -> (6, k) the transform before it. about: joint -> (n, 3, k) a rotation at it.
     """
 
-    angles: dict[str, tuple[int, FloatArray]] = field(default_factory=dict)
-    offs: dict[str, tuple[int, FloatArray]] = field(default_factory=dict)
-    bends: dict[str, tuple[int, FloatArray]] = field(default_factory=dict)
-    steps: dict[str, FloatArray] = field(default_factory=dict)
-    """key -> (n, joints) change of all positions at once."""
+    angles: dict[int, FloatArray] = field(default_factory=dict)
+    before: dict[int, FloatArray] = field(default_factory=dict)
+    about: dict[int, FloatArray] = field(default_factory=dict)
 
-    def count(self, key: str) -> int:
-        """Columns of a key."""
-        if key in self.angles:
-            return self.angles[key][1].shape[1]
-        return self.offs[key][1].shape[1] if key in self.offs else 1
+    @property
+    def count(self) -> int:
+        """Sizes."""
+        parts = [*self.angles.values(), *self.before.values(), *self.about.values()]
+        return int(parts[0].shape[-1])
+
+
+Shapes = dict[str, Shape]
 
 
 @dataclass(eq=False)
@@ -97,12 +98,8 @@ class PoseModel:
         self.links = [*(chain.moving_link(link) for link in links), chain.tip]
         self.carried = np.array([chain.carries(link) for link in self.links])
         self.channels = 3 * len(poses.targets) + 3 * (poses.turned is not None)
-        self.given = np.zeros_like(poses.at)
-        """What effects of the robot file change of the angles, (n, joints)."""
-        self.given_bends: list[tuple[int, FloatArray]] = []
-        """The same of rotations (n, 3) at joints."""
-        self.off = np.zeros((len(chain.joints), 6))
-        """Geometry of the robot file beyond the model's."""
+        self.given: list[tuple[Shape, FloatArray]] = []
+        """What effects of the robot file change, with its sizes."""
 
     @property
     def valid(self) -> BoolArray:
@@ -116,22 +113,21 @@ class PoseModel:
 
     def at(self, shapes: Shapes, sizes: Mapping[str, FloatArray]) -> At:
         """The chain with these sizes and the present setup."""
-        angles, off = self.poses.at + self.given, self.off.copy()
-        for key, (joint, shape) in shapes.angles.items():
-            angles[:, joint] += shape @ sizes.get(key, np.zeros(shape.shape[1]))
-        for key, (joint, change) in shapes.offs.items():
-            off[joint] += change @ sizes.get(key, np.zeros(change.shape[1]))
-        for key, step in shapes.steps.items():
-            angles += step * sizes.get(key, np.zeros(1))
+        angles, off = self.poses.at.copy(), np.zeros((len(self.chain.joints), 6))
+        acting = [*self.given, *((shapes[key], size) for key, size in sizes.items())]
+        for shape, size in acting:
+            for joint, change in shape.angles.items():
+                angles[:, joint] += change @ size
+            for joint, change in shape.before.items():
+                off[joint] += change @ size
         placed = self.chain.placed(angles, self.links, off)
         points = placed.links + np.einsum("nkij,kj->nki", placed.frames, self._tools)
         arms = points[:, :, None] - placed.anchors[:, None]
         arms = arms * self.carried[None, :, :, None]
         found = At(self._left(placed, points), placed, points[:, :-1], arms)
-        for key in shapes.bends:
-            found.left[:] -= self.column(found, shapes, key)[..., 0] * sizes.get(key, 0.0)
-        for joint, bend in self.given_bends:
-            found.left[:] -= self._turned(found, joint, bend[:, :, None])[..., 0]
+        for shape, size in acting:
+            for joint, about in shape.about.items():
+                found.left[:] -= self._turned(found, joint, about) @ size
         return found
 
     @property
@@ -181,17 +177,11 @@ class PoseModel:
 
     def column(self, at: At, shapes: Shapes, key: str) -> FloatArray:
         """Channels (n, channels, k) by the sizes of a key."""
-        if key in shapes.angles:
-            joint, shape = shapes.angles[key]
-            return np.asarray(self.jacobian(at, joint)[:, :, None] * shape[:, None])
-        if key in shapes.bends:
-            joint, bend = shapes.bends[key]
-            return self._turned(at, joint, bend[:, :, None])
-        if key in shapes.steps:
-            each = [self.jacobian(at, j) * s[:, None] for j, s in enumerate(shapes.steps[key].T)]
-            return np.asarray(np.sum(each, axis=0)[:, :, None])
-        joint, change = shapes.offs[key]
-        return self.geometry(at, joint) @ change
+        angles, before, about = shapes[key].angles, shapes[key].before, shapes[key].about
+        parts = [self.jacobian(at, j)[:, :, None] * shape[:, None] for j, shape in angles.items()]
+        parts += [self.geometry(at, j) @ change for j, change in before.items()]
+        parts += [self._turned(at, j, each) for j, each in about.items()]
+        return np.asarray(sum(parts))
 
     def geometry(self, at: At, joint: int) -> FloatArray:
         """Channels (n, channels, 6) by the fixed transform before a joint."""
@@ -259,7 +249,7 @@ class PoseModel:
         """
         found = {key: np.array(size, dtype=float) for key, size in sizes.items()}
         for key in keys:
-            found.setdefault(key, np.zeros(shapes.count(key)))
+            found.setdefault(key, np.zeros(shapes[key].count))
         at = self.at(shapes, found)
         for _ in range(ROUNDS):
             placing = self.placing(at)

@@ -7,13 +7,12 @@ Fundamentals of Manipulator Calibration, chapter 3).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shapes
+from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shape, Shapes
 from deltactl.diagnosis.plants.chain.pose_readings import last_way
 from deltactl.models.effects.chain_poses import LATE, MISSING, POSE_EFFECTS, SENSORS
 from deltactl.models.effects.link_geometry import OFF
@@ -59,7 +58,7 @@ class PoseShapes:
     def __init__(self, robot: ChainRobot, model: PoseModel):
         self.robot, self.model, self.poses = robot, model, model.poses
         self.joints, self.slides = model.chain.joints, model.chain.slides
-        self.made = Shapes()
+        self.made: Shapes = {}
         self.waves: dict[str, tuple[int, int]] = {}
         """Waves a turn of the gear's error at each joint, and among how many they were chosen."""
         self.free: tuple[str, ...] = ()
@@ -100,11 +99,21 @@ class PoseShapes:
                 key = f"{stem} {joint}"
                 if stem.startswith(UNKNOWN):
                     key = f"{UNKNOWN} {joint} {stem.removeprefix(UNKNOWN)}"
-                self.made.angles[key] = (j, self.angle(key))
+                self.made[key] = self.shape(key)
             if self.tops[f"across {joint}"] > POSES.least_load * heaviest:
-                self.made.bends[f"bend {joint}"] = (j, across_axis(self.start, j))
+                self.made[f"bend {joint}"] = self.shape(f"bend {joint}")
         if np.any(self.poses.step):
-            self.made.steps[f"rest {SENSORS}"] = -self.poses.step
+            self.made[f"rest {SENSORS}"] = self.shape(f"rest {SENSORS}")
+
+    def shape(self, key: str) -> Shape:
+        """What a key changes in these poses; geometry has directions of its own."""
+        stem, joint, _ = parts_of(key)
+        if joint == SENSORS:
+            return Shape({j: -step[:, None] for j, step in enumerate(self.poses.step.T)})
+        j = self.joints.index(joint)
+        if stem == "bend":
+            return Shape(about={j: across_axis(self.start, j)[:, :, None]})
+        return Shape({j: self.angle(key)})
 
     def angle(self, key: str) -> FloatArray:
         """Change (n, k) of a joint's angle by the sizes of a key."""
@@ -136,7 +145,7 @@ class PoseShapes:
             key = f"home {joint}"
             if not basis.takes(self.model.column(at, self.made, key)[valid]) and absolute:
                 self.spanned[key] = "base and targets, whose places are not known, make up for it"
-                del self.made.angles[key]
+                del self.made[key]
         kept: dict[int, list[FloatArray]] = {j: [] for j in range(len(self.joints))}
         spread = POSE_EFFECTS[GEOMETRY].spread
         for part in (slice(0, 3), slice(3, 6)):
@@ -149,7 +158,7 @@ class PoseShapes:
         for j, joint in enumerate(self.joints):
             key = f"{GEOMETRY} {joint}"
             if kept[j]:
-                self.made.offs[key] = (j, np.stack(kept[j], axis=1))
+                self.made[key] = Shape(before={j: np.stack(kept[j], axis=1)})
             else:
                 self.spanned[key] = "base, targets and zeros of joints make up for it"
         if not absolute:
@@ -163,42 +172,34 @@ class PoseShapes:
             usual = 1.0  # its directions have their spread already
         elif stem in ("droop", "bend"):
             usual /= self.tops[joint if stem == "droop" else f"across {joint}"]
-        return np.full(self.made.count(key), usual)
+        return np.full(self.made[key].count, usual)
 
     @property
     def named(self) -> list[str]:
         """Keys of all sizes that have a name."""
-        parts = (self.made.angles, self.made.offs, self.made.bends, self.made.steps)
-        return [key for part in parts for key in part if not key.startswith(UNKNOWN)]
+        return [key for key in self.made if not key.startswith(UNKNOWN)]
 
     def _enter_known(self) -> None:
         """What the effects of the robot file do, so that all that is found lies beyond it."""
         for entry in self.robot.effects:
             stem = next((k for k, e in POSE_EFFECTS.items() if e.name == entry.effect), "")
             values = {n: float(np.mean(v)) for n, v in entry.parameters.items()}
+            key = f"{stem} {entry.component}"
             if stem == "rest":
                 late = values.get(LATE, 0.0) / (self.poses.period_s or np.inf)
-                self.model.given -= (values.get(MISSING, 0.0) + late) * self.poses.step
-            elif stem and entry.component in self.joints:
+                known = self.shape(key), np.array([values.get(MISSING, 0.0) + late])
+            elif not stem or entry.component not in self.joints:
+                continue
+            elif stem == GEOMETRY:
                 j = self.joints.index(entry.component)
-                if stem == GEOMETRY:
-                    self.model.off[j] += [values.get(name, 0.0) for name in OFF]
-                elif stem == "bend":
-                    self.model.given_bends.append(
-                        (j, values["compliance"] * across_axis(self.start, j))
-                    )
-                else:
-                    self.model.given[:, j] += self._given(stem, j, values)
-
-    def _given(self, stem: str, j: int, values: Mapping[str, float]) -> FloatArray:
-        """Change (n,) of a joint's angle by an effect of the robot file."""
-        size = POSE_EFFECTS[stem].from_file(values)
-        if stem in WAVES:
-            shape = _wave(self.poses.at[:, j], 2.0 * np.pi / values["period"])
-        else:
-            shape = self.angle(f"{stem} {self.joints[j]}")
-        given: FloatArray = shape @ size
-        return given
+                known = Shape(before={j: np.eye(6)}), np.array([values.get(n, 0.0) for n in OFF])
+            elif stem in WAVES:
+                j = self.joints.index(entry.component)
+                wave = _wave(self.poses.at[:, j], 2.0 * np.pi / values["period"])
+                known = Shape({j: wave}), POSE_EFFECTS[stem].from_file(values)
+            else:
+                known = self.shape(key), POSE_EFFECTS[stem].from_file(values)
+            self.model.given.append(known)
 
     def find_gear_waves(self, at: At) -> None:
         """For each joint the wave, finer than its own, that explains most of the residual."""
@@ -213,18 +214,12 @@ class PoseShapes:
                 pull = np.sum(self.model.jacobian(at, j) * valid * left, axis=1)
                 power = np.abs(np.exp(1j * np.outer(waves, q)) @ pull) ** 2
                 self.waves[joint] = (int(waves[np.argmax(power)]), len(waves))
-                self.made.angles[f"gear {joint}"] = (j, self.angle(f"gear {joint}"))
+                self.made[f"gear {joint}"] = self.shape(f"gear {joint}")
 
     def take_over(self, other: PoseShapes) -> None:
         """The shapes of another recording's keys in these poses."""
         self.waves, self.tops, self.free = other.waves, other.tops, other.free
-        made = other.made
-        self.made = Shapes(
-            {key: (j, self.angle(key)) for key, (j, _) in made.angles.items()},
-            made.offs,
-            {key: (j, across_axis(self.start, j)) for key, (j, _) in made.bends.items()},
-            dict.fromkeys(made.steps, -self.poses.step),
-        )
+        self.made = {k: one if one.before else self.shape(k) for k, one in other.made.items()}
 
 
 def parts_of(key: str) -> tuple[str, str, str]:

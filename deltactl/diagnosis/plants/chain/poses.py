@@ -119,8 +119,7 @@ class PosePlant(KeepsBeside):
     def _linearise(self, at: At) -> None:
         """Columns at some sizes, and what is to be explained: all beyond the robot file's."""
         self._at = at
-        keys = [*self.may_be.named, *(key for key in self.shapes.angles if key.startswith(UNKNOWN))]
-        each = {key: self.laid(self.model.column(at, self.shapes, key)) for key in keys}
+        each = {key: self.laid(self.model.column(at, self.shapes, key)) for key in self.shapes}
         self._columns = {
             key: Columns(values, self.may_be.spread(key), self._names(key))
             for key, values in each.items()
@@ -155,7 +154,7 @@ class PosePlant(KeepsBeside):
         )
 
     def _names(self, key: str) -> tuple[str, ...]:
-        count = self.shapes.count(key)
+        count = self.shapes[key].count
         return (key.split(" ")[0],) if count == 1 else tuple(f"part{i}" for i in range(count))
 
     def _shows_noise(self) -> set[str]:
@@ -165,7 +164,7 @@ class PosePlant(KeepsBeside):
         room = len(self.rows) // EVIDENCE.readings_a_column - self._free.values.shape[1]
         found, commonest = set(), list(POSE_EFFECTS)
         for key in sorted(self.may_be.named, key=lambda key: commonest.index(parts_of(key)[0])):
-            room -= self.shapes.count(key)
+            room -= self.shapes[key].count
             if room < 0:
                 break
             found.add(key)
@@ -187,7 +186,7 @@ class PosePlant(KeepsBeside):
                         positive=positive, places=places, saturated=key in saturated,
                     )
                 )  # fmt: skip
-        for key in self.shapes.angles:
+        for key in self.shapes:
             if key.startswith(UNKNOWN):
                 _, joint, follows = parts_of(key)
                 odds = SPLINE_TERMS.unknown_log_odds
@@ -249,7 +248,7 @@ class PosePlant(KeepsBeside):
         if stem == UNKNOWN:
             return []
         if stem == GEOMETRY:
-            change = self.shapes.offs[key][1]
+            (change,) = self.shapes[key].before.values()
             units = ["m"] * 3 + ["rad"] * 3
             order = np.argsort(-np.abs(change @ self.best[key]), kind="stable")
             return [Shown(OFF[i], units[i], _along(change[i])) for i in order]
