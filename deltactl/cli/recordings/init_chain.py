@@ -98,12 +98,12 @@ def _write_motion(job: Path, robot: RobotModel, described: RigidChain) -> None:
     """A motion in which to record the efforts, as a job and as commands of the joints."""
     import yaml
 
-    from deltactl.diagnosis.experiment.exciting_motion import REPEATS, exciting_motion
+    from deltactl.diagnosis.experiment.exciting_motion import exciting_motion
     from deltactl.models.robot import ChainRobot
 
     assert isinstance(robot, ChainRobot)
     series = exciting_motion(robot, described)
-    write_whole(job, yaml.safe_dump(series.job(robot.name, REPEATS), default_flow_style=None))
+    write_whole(job, yaml.safe_dump(series.job(robot.name), default_flow_style=None))
     names = [f"command_{number}" for number in range(1, len(robot.joints) + 1)]
     lines = [",".join(["t", *names])]
     lines += [",".join(f"{x:.5f}" for x in row) for row in series.table()]

@@ -11,12 +11,17 @@ from deltactl.diagnosis.admission.refusal import Kind, refuse
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN
-from deltactl.diagnosis.plants.chain.joint_motions import MEASURED, NEEDED, columns_of, prepared
+from deltactl.diagnosis.plants.chain.joint_motions import (
+    MEASURED,
+    NEEDED,
+    columns_of,
+    joint_columns,
+    prepared,
+)
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.chain.pose_readings import (
     QUATERNION,
     block,
-    joint_columns,
     place_of,
     targets_in,
 )

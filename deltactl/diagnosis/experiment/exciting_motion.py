@@ -8,80 +8,38 @@ effects has the largest determinant, as for `calibration_poses`; then each joint
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
 from deltactl.diagnosis.experiment.calibration_poses import WITHIN
-from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.joint_motions import MEASURED
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
+from deltactl.models.fourier_motion import RATE_HZ, SERIES_S, Series
 from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
 HARMONICS = 5
-SERIES_S = 20.0
-"""Length of one series: the slowest wave has 0.05 Hz, the fastest 0.25 Hz."""
 OF_TOP_SPEED = 0.5
 """Share of the velocity limits that is used."""
 UNLIMITED = 1.0
 """Top speed [rad/s or m/s] where the model states none."""
-REPEATS = 3
-"""A minute: what comes back in each is no noise."""
-RATE_HZ = 50.0
 DRAWN = 12
 """Series that are drawn for all joints; then one more for each."""
 NOISE = 0.02
 """Usual noise of an effort, as a share of its root mean square."""
 
 
-@dataclass(frozen=True, eq=False)
-class Series:
-    """middle: (joints,) [rad or m]; sine, cosine: (harmonics, joints) of the positions."""
-
-    middle: FloatArray
-    sine: FloatArray
-    cosine: FloatArray
-
-    def at(self, t_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Positions and velocities (n, joints)."""
-        w = 2.0 * np.pi / SERIES_S * np.arange(1, len(self.sine) + 1)
-        sines, cosines = np.sin(np.outer(t_s, w)), np.cos(np.outer(t_s, w))
-        return (
-            self.middle + sines @ self.sine + cosines @ self.cosine,
-            (cosines * w) @ self.sine - (sines * w) @ self.cosine,
-        )
-
-    def table(self) -> FloatArray:
-        """Times and positions (n, 1 + joints) of all repeats."""
-        t_s = np.arange(0.0, REPEATS * SERIES_S + 0.5 / RATE_HZ, 1.0 / RATE_HZ)
-        return np.column_stack([t_s, self.at(t_s)[0]])
-
-    def job(self, robot: str, repeats: int) -> dict[str, Any]:
-        """As plain data, for any controller."""
-        path = {"shape": "fourier", "period_s": SERIES_S}
-        parts = (("middle", self.middle), ("sine", self.sine), ("cosine", self.cosine))
-        return {
-            "name": "exciting-motion", "robot": robot, "repeats": repeats,
-            "path": path | {name: np.round(each, 6).tolist() for name, each in parts},
-        }  # fmt: skip
-
-
-def exciting_motion(
-    robot: ChainRobot, chain: RigidChain, seed: int = 0, drawn: int = DRAWN
-) -> Series:
+def exciting_motion(robot: ChainRobot, chain: RigidChain, seed: int = 0) -> Series:
     """The best of the series that were drawn, and once exchanged joint by joint.
 
     Whether the arm meets itself or anything else on its way is not looked at.
     """
     rng = np.random.default_rng(seed)
-    each = [_drawn(rng, chain) for _ in range(drawn)]
+    each = [drawn_blindly(rng, chain) for _ in range(DRAWN)]
     told = [information(robot, chain, one) for one in each]
     series, most = each[int(np.argmax(told))], max(told)
-    for joint in range(len(chain.joints) if drawn > 1 else 0):
-        other = _exchanged(series, _drawn(rng, chain), joint)
+    for joint in range(len(chain.joints)):
+        other = _exchanged(series, drawn_blindly(rng, chain), joint)
         if (gained := information(robot, chain, other)) > most:
             series, most = other, gained
     return series
@@ -109,7 +67,7 @@ def recording(chain: RigidChain, series: Series) -> FlatRecording:
     return FlatRecording(t_s, columns, {}, "exciting motion")
 
 
-def _drawn(rng: np.random.Generator, chain: RigidChain) -> Series:
+def drawn_blindly(rng: np.random.Generator, chain: RigidChain) -> Series:
     """A series that begins at rest, as large as positions and velocities may be."""
     low, high = chain.limits
     number = np.arange(1, HARMONICS + 1)[:, None]

@@ -39,16 +39,23 @@ def columns_of(robot: ChainRobot, stem: str) -> Iterator[tuple[str, tuple[str, .
         yield f"{stem}_{number}", (f"{stem}_{number}", f"{stem}_{joint}", f"{joint}_{stem}", *bare)
 
 
+def joint_columns(robot: ChainRobot, recording: FlatRecording, stem: str) -> list[str | None]:
+    """What the column of each joint is called in a table; None where it has none."""
+    table = {**recording.extra, **recording.columns}
+    each = (others for _, others in columns_of(robot, stem))
+    return [next((name for name in others if _numbers(table.get(name))), None) for others in each]
+
+
 def prepared(robot: ChainRobot, recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
     """With the columns of the joints under one name each, and without single wild readings."""
     made = []
     for recording in recordings:
         table = {**recording.extra, **recording.columns}
         own = {
-            name: np.asarray(table[found], dtype=float)
+            f"{stem}_{number}": np.asarray(table[name], dtype=float)
             for stem in MEASURED
-            for name, others in columns_of(robot, stem)
-            if (found := next((o for o in others if _numbers(table.get(o))), None))
+            for number, name in enumerate(joint_columns(robot, recording, stem), 1)
+            if name is not None
         }
         whole = replace(recording, columns={**recording.columns, **own})
         made.append(without_gross(whole, list(own)))

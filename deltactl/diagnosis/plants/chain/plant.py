@@ -281,20 +281,15 @@ class ChainPlant(JointEfforts, KeepsBeside):
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
         """Friction that drives, a rotor or a gain below zero."""
+        late_s = [sizes[name] for key in keys if (name := f"{key}.dead_time") in sizes]
+        if any(not 0.0 < one_s < LONE.longest_lag_s for one_s in late_s):
+            return True
+        least = dict.fromkeys(BRAKES, 0.0) | {"gain": -1.0}
         for key in keys:
-            if key == LOAD or key.startswith(UNKNOWN):
-                continue
-            column, joint = self._place(key)
-            if column == "lag":
-                if not 0.0 < sizes[f"{key}.dead_time"] < LONE.longest_lag_s:
-                    return True
-                continue
-            size = float(linear[key][0])
-            if column in BRAKES and size <= 0.0:
-                return True
-            if column == "rotor" and self._kept(column, joint) + size <= 0.0:
-                return True
-            if column == "gain" and size <= -1.0:
+            column, _, joint = key.partition(" ")
+            if column == "rotor":
+                least[column] = -self._kept(column, self.joints.index(joint))
+            if column in least and float(linear[key][0]) <= least[column]:
                 return True
         return False
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
-from deltactl.diagnosis.plants.chain.joint_motions import columns_of
+from deltactl.diagnosis.plants.chain.joint_motions import joint_columns
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import TARGET, AnyArray, FlatRecording
 
@@ -79,16 +79,6 @@ def _column(table: dict[str, AnyArray], name: str) -> FloatArray | None:
         if values is not None and values.dtype.kind in "fiu":
             return factor * np.asarray(values, dtype=float)
     return None
-
-
-def joint_columns(robot: ChainRobot, recording: FlatRecording, stem: str) -> list[str | None]:
-    """What the column of each joint is called in a table; None where it has none."""
-    table = {**recording.extra, **recording.columns}
-    found = []
-    for _, others in columns_of(robot, stem):
-        there = (name for name in others if name in table and table[name].dtype.kind in "fiu")
-        found.append(next(there, None))
-    return found
 
 
 def joints_of(robot: ChainRobot, recording: FlatRecording, stem: str) -> FloatArray | None:
