@@ -49,7 +49,7 @@ class ForcedRig:
     rho: float = 0.0
     every: int = 10
 
-    def record(self, seed: int, span_s: float = 40.0, size: float = 0.3) -> FlatRecording:
+    def record(self, seed: int, span_s: float = 20.0, size: float = 0.3) -> FlatRecording:
         """t, position and effort; true force = gain * effort - offset."""
         rng = np.random.default_rng(seed)
         step_s = 0.0005
@@ -87,7 +87,7 @@ class FollowingRig:
     wave: float = 0.0
     period: float = 0.1
     lost: float = 0.0
-    lost_at_s: float = 20.0
+    lost_at_s: float = 15.0
     bend: float = 0.0
     noise: float = 2e-4
     rho: float = 0.3
@@ -95,7 +95,7 @@ class FollowingRig:
     rate_hz: float = 50.0
 
     def record(
-        self, seed: int, span_s: float = 60.0, size: float = 0.4, names: str = "command position"
+        self, seed: int, span_s: float = 30.0, size: float = 0.4, names: str = "command position"
     ) -> FlatRecording:
         """t, the command and what the encoder read."""
         rng = np.random.default_rng(seed)
@@ -134,7 +134,7 @@ class RangingRig:
     noise: float = 0.002
     rho: float = 0.4
 
-    def record(self, seed: int, span_s: float = 60.0) -> FlatRecording:
+    def record(self, seed: int, span_s: float = 30.0) -> FlatRecording:
         """t, distance and range at 20 Hz, in whole millimetres."""
         rng = np.random.default_rng(seed)
         t_s = np.arange(int(span_s * 20.0)) / 20.0

@@ -20,7 +20,7 @@ def recorded(folder: Path, constant_nm: float, noise_nm: float, seed: int) -> li
 
     Its inertia needs less than the noise: nothing but the constant says how large forces are.
     """
-    t_s = np.arange(0.0, 30.0, 0.01)
+    t_s = np.arange(0.0, 15.0, 0.01)
     swings = ((0.9, 2.1, 0.0), (0.35, 5.3, 1.0))
     angle_rad = sum(size * np.sin(rate * t_s + at) for size, rate, at in swings)
     accel = sum(-size * rate**2 * np.sin(rate * t_s + at) for size, rate, at in swings)

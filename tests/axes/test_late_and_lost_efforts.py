@@ -23,7 +23,7 @@ def pushed(late_s: float = 0.0, lost: float = 0.0, slow_s: float = 0.0) -> FlatR
     late_s, slow_s: dead time and time constant.
     """
     rng = np.random.default_rng(3)
-    t_s = np.arange(0.0, 20.0, PERIOD_S)
+    t_s = np.arange(0.0, 10.0, PERIOD_S)
     swings = ((0.1, 3.0, 0.0), (0.03, 11.0, 1.0), (0.01, 23.0, 2.0))
 
     def effort_n(at_s: np.ndarray) -> np.ndarray:
@@ -58,7 +58,7 @@ def test_a_drive_of_first_order_has_a_time_constant_and_no_other_mass() -> None:
 
 def test_an_effort_that_only_holds_a_weight_says_nothing_of_a_lag() -> None:
     rng = np.random.default_rng(4)
-    t_s = np.arange(0.0, 60.0, 0.02)
+    t_s = np.arange(0.0, 30.0, 0.02)
     held = SLIDE.model_copy(update={"gravity": AxisGravity(force_n=20.0)})
     position = 0.2 * np.sin(0.3 * t_s) + rng.normal(0.0, 1e-6, len(t_s))
     effort = 20.0 - 0.036 * np.sin(0.3 * t_s) + rng.normal(0.0, 0.2, len(t_s))
@@ -81,7 +81,7 @@ def test_positions_that_were_lost_are_no_error_of_the_model() -> None:
 def saturated(limit_n: float) -> FlatRecording:
     """A slide whose drive is asked for up to 5 N."""
     rng = np.random.default_rng(5)
-    fine_s = np.arange(0.0, 40.0, 0.001)
+    fine_s = np.arange(0.0, 20.0, 0.001)
     asked = 3.5 * np.sin(4.0 * fine_s) + 1.5 * np.sin(7.0 * fine_s + 1.0)
     speed = np.cumsum(np.clip(asked, -limit_n, limit_n)) * 0.001 / 2.0
     position = np.cumsum(speed - speed.mean()) * 0.001

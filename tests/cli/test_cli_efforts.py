@@ -19,7 +19,7 @@ FORCED = f"{ROBOT}inertia: 2.0\n"
 def test_a_command_that_is_not_used_beside_an_effort_is_told(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
-    run = ForcedRig(coulomb=1.0).record(1)
+    run = ForcedRig(coulomb=1.0).record(1, span_s=8.0)
     read = run.columns["position"]
     table = np.column_stack([run.t_s, read, read, run.columns["effort"]])
     head = "t,Soll,position,U"
@@ -51,7 +51,7 @@ def test_an_effort_that_is_there_is_named_with_what_to_type(
 def test_a_force_that_is_multiplied_by_a_gain_of_currents_is_told(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
-    run = ForcedRig(coulomb=1.0).record(1)
+    run = ForcedRig(coulomb=1.0).record(1, span_s=8.0)
     table = np.column_stack([run.t_s, run.columns["position"], run.columns["effort"]])
     head = "t,position,F [N]"
     np.savetxt(tmp_path / "log.csv", table, "%.9g", ",", header=head, comments="")

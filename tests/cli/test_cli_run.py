@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -18,6 +16,7 @@ from deltactl.cli.main import app
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.flat_files import read_flat
+from tests.rigs.started import started
 
 
 def test_the_heart_runs_and_everything_agrees(deltactl, tmp_path: Path) -> None:
@@ -108,11 +107,7 @@ def test_an_interrupted_run_decelerates_and_ends(tmp_path: Path, word: int) -> N
     text = (CONFIG_FOLDER / "heart.yaml").read_text(encoding="utf-8")
     (tmp_path / "long.yaml").write_text(text.replace("repeats: 1", "repeats: 500"))
     recording = tmp_path / "long.mcap"
-    run = subprocess.Popen(
-        [sys.executable, "-m", "deltactl.cli.main", "run", "long.yaml", "--simulate",
-         "--record", str(recording)],
-        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
+    run = started("run", "long.yaml", "--simulate", "--record", recording, cwd=tmp_path)
     while not recording.exists() or recording.stat().st_size < 200_000:
         assert run.poll() is None
         time.sleep(0.02)

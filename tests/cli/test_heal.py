@@ -9,8 +9,6 @@ import json
 import math
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -23,6 +21,7 @@ from deltactl.firmware_py.job_targets import kinematics_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import make_plan
 from deltactl.firmware_py.robot_file import load_robot
+from tests.rigs.started import started
 
 ROBOT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
 FAULT = {"effect": "home_offset", "component": "motor2", "parameters": {"angle": 0.012}}
@@ -50,16 +49,9 @@ def put_robot(folder: Path, *faults: dict[str, Any]) -> str:
     return text
 
 
-def started(folder: Path, *words: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "deltactl.cli.main", *words]
-    return subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-
-
 def killed_after(folder: Path, kinds: list[str], *words: str) -> None:
     """Begin, and kill the program as soon as recordings of these kinds are finished."""
-    process, state = started(folder, *words), folder / "heal-mine" / "healing.json"
+    process, state = started(*words, cwd=folder), folder / "heal-mine" / "healing.json"
     give_up_s = time.monotonic() + WAIT_S
     while process.poll() is None and time.monotonic() < give_up_s:
         if state.exists() and (folder / "heal-mine" / "survey.yaml").exists():

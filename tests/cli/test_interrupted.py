@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
+
+from tests.rigs.started import started
 
 ATTEMPTS, PATIENCE_S = 3, 20.0
 """Python drops an interrupt that comes in a finaliser; whoever meets that presses Ctrl-C again."""
@@ -14,14 +15,7 @@ ATTEMPTS, PATIENCE_S = 3, 20.0
 
 def _interrupted(folder: Path, begun: str, *arguments: str) -> tuple[int, str]:
     """Status and standard error of a command interrupted once the file `begun` is there."""
-    # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    run = subprocess.Popen(
-        [sys.executable, "-m", "deltactl.cli.main", *arguments],
-        cwd=folder,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    run = started(*arguments, cwd=folder)
     while not list(folder.glob(begun)):
         assert run.poll() is None
         time.sleep(0.02)
@@ -30,7 +24,7 @@ def _interrupted(folder: Path, begun: str, *arguments: str) -> tuple[int, str]:
         run.send_signal(signal.SIGINT)
         try:
             said = run.communicate(timeout=PATIENCE_S)[1]
-            return run.returncode, said
+            return run.wait(), said
         except subprocess.TimeoutExpired:
             continue
     run.kill()

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -21,6 +19,7 @@ from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import MotionError, NotReady
+from tests.rigs.started import Started, started
 from tests.rigs.two_clients import ServedRobot, until
 
 MICRO = CONFIG_FOLDER / "uzunovic-2013.yaml"
@@ -50,21 +49,9 @@ def _home(served: ServedRobot) -> None:
     assert served.clients[0].ask("home", accept_unseen_deg=360.0)["ok"]
 
 
-def _as_in_a_terminal() -> None:
-    """These tests may run where both are ignored: in the background, or under nohup."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
-
-
-def _in_a_process(robot: ServedRobot, *words: str) -> subprocess.Popen[str]:
+def _in_a_process(robot: ServedRobot, *words: str) -> Started:
     """A command that waits for the check of its job."""
-    command = subprocess.Popen(
-        [sys.executable, "-m", "deltactl.cli.main", *words, "--socket", str(robot.path)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=_as_in_a_terminal,
-    )
+    command = started(*words, "--socket", robot.path)
     until(lambda: robot.state is State.PLANNING or command.poll() is not None, "the job is planned")
     assert command.poll() is None, command.communicate()
     return command

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +11,7 @@ import pytest
 from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.foundation.errors import ConfigError, DeltactlError, NotReady, UnreachablePoint
+from tests.rigs.started import started
 from tests.rigs.two_clients import ServedRobot, until
 
 
@@ -61,10 +60,10 @@ def test_a_late_refusal_is_raised_where_the_job_was_sent(
     with robot.quick_checks():
         with Client(robot.path) as client, pytest.raises(kind, match="there"):
             client.submit(wrong)
-        command = [sys.executable, "-m", "deltactl.cli.main", "run", str(wrong)]
-        ran = subprocess.run([*command, "--socket", str(robot.path)], stderr=subprocess.PIPE)
+        ran = started("run", wrong, "--socket", robot.path)
+        said = ran.communicate(timeout=120.0)[1]
     assert ran.returncode == 2
-    assert "there" in ran.stderr.decode()
+    assert "there" in said
     assert robot.state is State.READY
     until(lambda: robot.clients[0].ask("result", job_id=1)["result"] is not None, "it has ended")
     found = robot.clients[0].ask("result", job_id=1)

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.proofs import one_screen
 from benchmarks.proofs.frozen_answers import Frozen, Pair, changed, paired, simulated
 from deltactl.proof.cases import ROUND
 
@@ -55,3 +56,18 @@ def test_a_tenth_has_every_group(tmp_path: Path) -> None:
     tenth = list(simulated(tmp_path, [1, 2], 300, tenth=True))
     assert len(tenth) == 60
     assert {case.group for case in tenth} == set(ROUND)
+
+
+def test_an_answer_beyond_the_screen_is_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One that fits, and the same on a screen of fewer lines and columns than it takes."""
+    words = ["--keep", str(tmp_path), "--axes", "1", "--arms", "0", "--deltas", "0"]
+    assert one_screen.main(words) == 0
+    (row,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("axis, ")]
+    lines, columns, beyond = map(int, row.split()[-3:])
+    assert (lines > 0, columns > 0, beyond) == (True, True, 0)
+    for name, most in (("LINES", lines - 1), ("WIDTH", columns - 1)):
+        with monkeypatch.context() as patch:
+            patch.setattr(one_screen, name, most)
+            assert one_screen.main(words) == 1

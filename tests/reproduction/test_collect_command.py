@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
 from deltactl.models.training.dataset import SAMPLES, load_dataset
+from tests.rigs.started import started
 
 pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
 
@@ -40,10 +39,7 @@ def test_killed_in_the_middle_and_gone_on_with(here, surveyed: Path, tmp_path: P
         "--out",
         str(out),
     ]
-    code = "import sys; from deltactl.cli.main import main; main()"
-    process = subprocess.Popen(
-        [sys.executable, "-c", code, *words], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL
-    )
+    process = started(*words)
     samples = out / SAMPLES
     waited_s = time.monotonic() + 60.0
     while not (samples.exists() and samples.stat().st_size > 6000):

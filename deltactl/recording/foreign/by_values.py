@@ -17,6 +17,7 @@ from deltactl.recording.foreign.shapes import (
     correlation,
     difference,
     follows,
+    follows_step,
     is_count,
     is_flag,
     is_label,
@@ -53,6 +54,8 @@ def scored(
         return first | rest
     speeds = [n for n, guess in rest.items() if guess.role == "velocity"]
     rest = {n: guess for n, guess in rest.items() if n not in speeds}
+    if any(guess.role == "command" for guess in first.values()):  # what rests moves nothing
+        rest = {n: one for n, one in rest.items() if one.role != "effort" or np.nanstd(table[n])}
     others = {n: guess for n, guess in {**rest, **first}.items() if n not in speeds}
     slope = _slope_of(table, said, others, position)
     first |= {n: found.get(n, guess) for n, guess in slope.items()}
@@ -82,7 +85,7 @@ def _asked_and_read(
     moving = [n for n in [*movers, *free] if n in table and np.nanstd(table[n]) > 0.0]
     best, pair = -np.inf, None
     for one, other in itertools.combinations(moving, 2):
-        alike = max(correlation(table[one], table[other]), 0.0)
+        alike = follows_step(table[one], table[other])
         as_named = {movers[n].role for n in (one, other) if n in movers} == {"command", "position"}
         one_motion = {one, other} <= movers.keys() or of_one_motion(table[one], table[other])
         if not as_named and not (alike >= GUESSES.alike and one_motion):
@@ -269,14 +272,16 @@ def by_values(
     if len(moving) <= GUESSES.few_columns and (error := difference(table, moving)):
         moving.remove(error)
     speeds = [] if time is None else list(slopes(table, moving, time))
+    with_slope = {of for _, of in speeds}
     for velocity, of in speeds:
         moving.remove(velocity)
         yield Guess(velocity, "velocity", None, said[velocity].unit, f"it is the slope of {of}")
     pairs = list(pairs_alike(table, moving))
+    pairs.sort(key=with_slope.isdisjoint)  # currents move alike too, and have no velocity
     yield from _of_pairs(table, said, pairs)
     rest = [n for n in moving if n not in {name for pair in pairs for name in pair}]
     if not pairs:
-        yield from _of_lone(table, said, rest, [of for _, of in speeds])
+        yield from _of_lone(table, said, rest, list(with_slope))
     elif len(pairs) == 1 and rest:
         yield Guess(rest[0], "effort", None, said[rest[0]].unit, "what is left; may be another")
 
@@ -285,9 +290,7 @@ def _of_pairs(
     table: Mapping[str, FloatArray], said: Mapping[str, Named], pairs: list[tuple[str, str]]
 ) -> Iterator[Guess]:
     """What two columns are that move alike; of more pairs than a delta has motors the first."""
-    indices: Sequence[str | None] = ["1", "2", "3"][: len(pairs)]
-    if len(pairs) == 1 or len(pairs) > MOTORS:
-        indices = [None]
+    indices: Sequence[str | None] = ["1", "2", "3"] if len(pairs) == MOTORS else [None]
     why = "moves like {}"
     for (asked, seen), index in zip(pairs, indices, strict=False):
         like = why.format(asked)

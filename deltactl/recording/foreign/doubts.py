@@ -88,7 +88,7 @@ def slope_ratio(t_s: FloatArray, position: FloatArray, velocity: FloatArray) -> 
     """
     known = np.isfinite(position) & np.isfinite(velocity) & np.isfinite(t_s)
     t_s, position, velocity = t_s[known], position[known], velocity[known]
-    if len(t_s) < GUESSES.fewest_in_common + max(GUESSES.slope_rows):
+    if len(t_s) < GUESSES.fewest_in_common:
         return None
     step = np.diff(t_s)
     longest = GAP_PERIODS * float(np.median(step))
@@ -96,6 +96,8 @@ def slope_ratio(t_s: FloatArray, position: FloatArray, velocity: FloatArray) -> 
     between[step > longest] = np.nan  # and with it whatever spans the gap
     best, ratio = 0.0, None
     for rows in GUESSES.slope_rows:
+        if len(t_s) < GUESSES.fewest_in_common + rows:
+            break
         went = position[rows:] - position[:-rows]
         whole = np.convolve(between, np.ones(rows), mode="valid")
         good = np.isfinite(whole)

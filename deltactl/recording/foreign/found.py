@@ -11,7 +11,15 @@ import numpy as np
 import yaml
 
 from deltactl.recording.foreign.mapping import Mapping, as_option
-from deltactl.recording.foreign.names import Guess, Hint, pulls, unit_said, without_unit
+from deltactl.recording.foreign.names import (
+    Guess,
+    Hint,
+    may_be_outside,
+    pulls,
+    read_name,
+    unit_said,
+    without_unit,
+)
 from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.table_format import IN_OPTIONS
@@ -78,7 +86,9 @@ class Inspection:
             return "holds no numbers"
         if not pulls(column):
             return KEPT
-        names = [n for n in ("load", "effort") if n not in {g.name for g in self.guesses.values()}]
+        outside = may_be_outside(column) and not read_name(column).asked
+        there = {guess.name for guess in self.guesses.values()}
+        names = [name for name in ("load", "effort")[not outside :] if name not in there]
         example = f"{KEPT}; may be {' or '.join(names)}"
         return f"{example}: --set {names[0]}={without_unit(column)}" if names else KEPT
 

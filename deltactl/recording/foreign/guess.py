@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +28,8 @@ from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import (
     copies_of_others,
     correlation,
+    counts,
+    difference,
     rising,
     same_range,
     starts_again,
@@ -68,6 +70,7 @@ def guess_columns(
     for name, what in sorted(said.items(), key=lambda one: _asked_effort(one[1])):
         if what.role is not None:
             found[name] = Guess(name, what.role, what.index, what.unit, "by its name")
+    _counts_between(thin, found)
     _twins(thin, found)
     _ranges_that_follow(thin, found)
     _measured_distance(found)
@@ -103,13 +106,6 @@ def _asked_effort(what: Named) -> bool:
     return what.role == "effort" and what.asked
 
 
-def of_other_joints(names: Iterable[str], found: Mapping[str, Guess]) -> list[str]:
-    """Names of columns that are commands as well, of joints without numbers: shoulder, elbow."""
-    if not any(guess.name == "command" for guess in found.values()):
-        return []
-    return [one for one in names if one not in found and read_name(one).role == "command"]
-
-
 def _letters(names: list[str]) -> dict[str, str]:
     """How each name is read: soll_A, soll_B and soll_C are three motors, and no amperes; x, y and z
     are a place.
@@ -131,6 +127,16 @@ def _letters(names: list[str]) -> dict[str, str]:
         else name
         for name, end in ends.items()
     } | places
+
+
+def _counts_between(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
+    """Counts by which a command and a reading lie apart are no steps: droop pulses."""
+    movers = [name for name, guess in found.items() if guess.role in LETTERED]
+    if len(movers) > GUESSES.few_columns:
+        return
+    error = difference(table, movers)
+    if error is not None and found[error].role == "steps":
+        del found[error]
 
 
 def _twins(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
@@ -194,7 +200,9 @@ def _time(
     good = good or [name for name in named if seldom_back(table[name])]
     if not good:
         even = {name: unevenness(one) for name, one in table.items() if rising(one)}
-        good = sorted((name for name in even if name not in found), key=lambda name: even[name])
+        good = sorted(
+            (n for n in even if n not in found), key=lambda n: (counts(table[n]), even[n])
+        )
         first = next(iter(table), "")
         if not good and even.get(first, 1.0) < GUESSES.clockwork and len(table) > len(even) + 1:
             good = [first]

@@ -22,7 +22,6 @@ from deltactl.recording.foreign.guess import (
     guess_columns,
     kind_of,
     may_be_asked,
-    of_other_joints,
     zero_of,
 )
 from deltactl.recording.foreign.guessed_units import (
@@ -31,7 +30,7 @@ from deltactl.recording.foreign.guessed_units import (
     unit_noted,
     with_units,
 )
-from deltactl.recording.foreign.joints import of_data_set, one_joint
+from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
 from deltactl.recording.foreign.names import Guess, of_contract, read_name
@@ -53,7 +52,7 @@ from deltactl.recording.tables.flat import OF_A_CHAIN, TARGET, UNITS
 from deltactl.recording.tables.flat_files import is_own_run, read_flat
 from deltactl.recording.tables.foreign_log import is_log, read_log, topic_of
 from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
-from deltactl.recording.tables.table_format import TableFormat, guess_format, marks_said
+from deltactl.recording.tables.table_format import TableFormat, guess_format, marks_said, rate_said
 
 
 def inspect(path: Path, said: Mapping | None = None) -> Inspection:
@@ -171,14 +170,16 @@ def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
     counter = row_number(guesses, known) if kind == "range_sensor" else None
     if timeless or counter:
         guesses = _without_times(guesses)
-    timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None)
+    unsaid = base.rate_hz is None and not any(one.role == "t" for one in guesses.values())
+    above = rate_said(read.before) if unsaid else None
+    timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None, above)
     stumbles = None if timeless else stumbling(guesses, known, read.lines, kind)
     if stumbles:
         warnings.append(stumbles.says)
         late = [one for one in late if one not in (NO_COLUMN, NO_TIMES)]
         base = base.model_copy(update={"rate_hz": stumbles.rate_hz or base.rate_hz})
-    if NO_COLUMN in late and kind is not None:
-        base = base.model_copy(update={"rate_hz": GUESSES.rate_hz})
+    if kind not in (None, "range_sensor") and (above or NO_COLUMN in late):
+        base = base.model_copy(update={"rate_hz": above[0] if above else GUESSES.rate_hz})
     if stumbles and stumbles.rate_hz:
         guesses = _without_times(guesses)
     columns = {

@@ -8,9 +8,10 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from deltactl.recording.foreign.guess import LETTERED
-from deltactl.recording.foreign.names import MEASURED, SEEN, read_name
+from deltactl.recording.foreign.guess import COMMANDED, LETTERED
+from deltactl.recording.foreign.names import MEASURED, SEEN, Guess, label_of, read_name
 from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.shapes import correlation
 from deltactl.recording.foreign.units import UNIT_OF
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
@@ -46,6 +47,26 @@ def one_joint(
             kept = wanted or next(iter(group))
             others |= {name: None for j, name in group.items() if j != kept and name not in chosen}
     return {name: one for name, one in table.items() if name not in others}, list(others)
+
+
+def of_other_joints(table: Mapping[str, FloatArray], found: Mapping[str, Guess]) -> list[str]:
+    """Names of columns that are commands as well, of joints without numbers: shoulder, elbow.
+
+    A second command of one joint has no word of its own: command_position, control_position.
+    """
+    if not any(guess.name == "command" for guess in found.values()):
+        return []
+    own = {w for n, one in found.items() if one.role in COMMANDED for w in label_of(n)}
+    others = [one for one in table if one not in found and read_name(one).role == "command"]
+    return [one for one in others if label_of(one) - own and not _of_the_same(table, one, found)]
+
+
+def _of_the_same(table: Mapping[str, FloatArray], name: str, found: Mapping[str, Guess]) -> bool:
+    """Whether a command rests, or is the speed that goes with a command that is known: v_des."""
+    if not np.nanstd(table[name]) > 0.0:
+        return True
+    slopes = [np.gradient(table[n]) for n, one in found.items() if one.name == "command"]
+    return any(correlation(table[name], slope) >= GUESSES.alike_slope for slope in slopes)
 
 
 def _role(group: Group) -> str | None:

@@ -120,6 +120,8 @@ _OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
 `action`, their values say more."""
 IS_PRESENT = "current"
 """Also says that something is as it is now, before another word: current_position."""
+OF_A_SERVO = "present"
+"""A servo's present_load is what its motor gives, as its present_current."""
 OUTSIDE = frozenset(
     [
         "torque", "force", "moment", "drehmoment", "kraft", "couple", "coppia",
@@ -133,6 +135,7 @@ OF_A_PART = frozenset(
 """Words that say nothing by themselves, and occur in compounds: Sollwert, motorangle."""
 PHASES = frozenset(["i", "iq", "id", "u", "v", "w"])
 """Letters that say, with a number and `act`, that a current or a voltage was measured."""
+_SAY_WHAT = ROLE_OF.keys() | MEASURED | QUALIFIES | SEEN | OF_A_PART | UNIT_OF.keys() | {""}
 _SHORTEST = 3
 """Letters of a word in a compound."""
 
@@ -324,6 +327,11 @@ def in_words(name: str) -> list[str]:
     return re.split(r"[^a-z]+", f"{name} {plain}".lower())
 
 
+def label_of(name: str) -> set[str]:
+    """The words of a name that say neither a quantity nor how it came about: a joint's own."""
+    return {w for one in in_words(without_unit(name)) for w in _parts(one)} - _SAY_WHAT
+
+
 def _qualified(words: list[str]) -> bool:
     """Whether a word is beside a quantity of its own: control_position, control_torque."""
     other = {ROLE_OF.get(word) for word in words if word not in QUALIFIES}
@@ -352,6 +360,8 @@ def _role(words: list[str]) -> str | None:
         return None  # a speed that was asked for: of no use here
     if "command" in found and "effort" in found:
         return "effort"
+    if "load" in found and OF_A_SERVO in words:
+        found = ["effort"]
     # A target_position is a command, a measured_distance a range: the qualifier decides.
     for strong in ("t", "command", "velocity", "effort", "steps", "range"):
         if strong in found:

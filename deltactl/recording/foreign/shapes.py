@@ -17,6 +17,11 @@ def rising(values: FloatArray) -> bool:
     return len(values) > 2 and bool(np.isfinite(values).all() and (np.diff(values) > 0.0).all())
 
 
+def counts(values: FloatArray) -> bool:
+    """Whether each row has the number after the one before: a number of the row."""
+    return bool((np.diff(values) == 1.0).all())
+
+
 def same_range(one: FloatArray, other: FloatArray) -> bool:
     """Whether most of the wider of two ranges is common to both."""
     low, high = np.nanmin([one, other], axis=1), np.nanmax([one, other], axis=1)
@@ -88,6 +93,18 @@ def lead(one: FloatArray, other: FloatArray) -> tuple[int, float]:
         if likeness > best + 1e-9:
             best, where = likeness, shift
     return where, max(best, 0.0)
+
+
+def follows_step(one: FloatArray, other: FloatArray) -> float:
+    """How much two columns move alike, 0 to 1; where one rests in turns, the other is compared as
+    late as it follows. No delay is tried for two smooth columns, as a position and its slope are
+    alike a quarter of a wave apart.
+    """
+    alike = max(correlation(one, other), 0.0)
+    if alike >= GUESSES.alike or is_stepwise(one) == is_stepwise(other):
+        return alike
+    ahead, later = lead(one, other) if is_stepwise(one) else lead(other, one)
+    return later if ahead > 0 else alike
 
 
 def asks(one: FloatArray, other: FloatArray) -> bool:

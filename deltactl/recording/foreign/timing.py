@@ -11,6 +11,7 @@ import numpy as np
 
 from deltactl.recording.foreign.names import ALONE, Guess, read_name, without_unit
 from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.shapes import counts, is_whole, rising
 from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.cells import (
@@ -39,7 +40,7 @@ def row_number(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) ->
     time = _time_of(guesses)
     if time is None or time.why != ALONE or time.unit not in (None, "s"):
         return None
-    return time.source if bool((np.diff(table[time.source]) == 1.0).all()) else None
+    return time.source if counts(table[time.source]) else None
 
 
 def rows_and_times(
@@ -47,14 +48,19 @@ def rows_and_times(
     table: Mapping[str, FloatArray],
     kind: str | None,
     rate_hz: float | None,
+    noted: tuple[float, str] | None = None,
 ) -> tuple[Facts, list[str]]:
-    """Facts about the rows, and what to look at; rate_hz: what somebody says in place of times."""
+    """Facts about the rows, and what to look at; rate_hz: what somebody says in place of times;
+    noted: what a line above the table says of them, and that line.
+    """
     rows = len(next(iter(table.values())))
     time = _time_of(guesses)
     if rate_hz is not None:
         return [("rows", f"{rows}, {rate_hz:g} a second, as you say")], []
     if time is None and kind == "range_sensor":
         return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
+    if time is None and noted is not None and kind is not None:
+        return [("rows", f"{rows}, {noted[0]:g} a second, as '{noted[1]}' says")], []
     if time is None:
         return [("rows", str(rows))], [NO_TIMES if kind is None else NO_COLUMN]
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
@@ -158,6 +164,9 @@ def stumbling(
     lines: of the rows in the file; empty where it has none. kind: of the machine.
     """
     time = next((guess for guess in guesses.values() if guess.role == "t"), None)
+    two = _in_two_columns(table)
+    if two is not None and kind != "range_sensor" and (time is None or time.source in two.says):
+        return two
     if time is None:
         return None if kind == "range_sensor" else _named_only(table, lines)
     values = table[time.source]
@@ -178,6 +187,30 @@ def stumbling(
         f"{says}; the printed command takes the rows as evenly spaced, {rate_hz:.4g} a second"
         f" (their mean rate); where they are not, delete {those} and inspect the file again",
     )
+
+
+PARTS = (1e9, 1e6, 1e3)
+"""How many parts a second has in the column beside whole seconds."""
+
+
+def _in_two_columns(table: Mapping[str, FloatArray]) -> Stumbling | None:
+    """A clock whose whole seconds and whose parts of a second are two columns."""
+    for name, whole in table.items():
+        if read_name(name).role != "t" or not is_whole(whole) or rising(whole):
+            continue
+        for other, part in table.items():
+            most = next((ticks for ticks in PARTS if 0.1 * ticks < np.nanmax(part) < ticks), None)
+            if other == name or most is None or not rising(t_s := whole + part / most):
+                continue
+            rate_hz = mean_rate_hz(t_s) or 1.0 / float(np.mean(np.diff(t_s)))
+            return Stumbling(
+                name,
+                float(f"{rate_hz:.4g}"),
+                f"{name}, {other}: one clock in two columns; the printed command takes the rows as"
+                f" evenly spaced, {rate_hz:.4g} a second (their mean rate); where they are not, put"
+                " both into one column and inspect the file again",
+            )
+    return None
 
 
 def _named_only(table: Mapping[str, FloatArray], lines: Sequence[int]) -> Stumbling | None:

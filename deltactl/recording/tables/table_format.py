@@ -7,6 +7,7 @@ import io
 import itertools
 import re
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -36,6 +37,12 @@ _WORD = re.compile(r"(?<!\S)[^\W\d_]{2,}(?=[\s.,:;!?]|$)")
 _PROSE = 3
 """Words to a line from which on a file is one of sentences."""
 _MOST_SHOWN = 40
+_NUMBER = r"[\s:=,;\[(]+([a-zµ]*)[\s:=,;\])]*(\d+(?:[.,]\d+)?(?:e[-+]?\d+)?)\s*([a-zµ]*)"
+_RATE = re.compile(rf"(?i)\b(?:fs|sampl\w*[ _]?(?:rate|frequency|freq))\b{_NUMBER}")
+_PERIOD = re.compile(rf"(?i)\b(?:sampl\w*[ _]?(?:time|period|interval)|delta_?[tx]|dt)\b{_NUMBER}")
+"""What programs call the rows a second, or the time between two, above a table."""
+_IN_HZ = {"": 1.0, "hz": 1.0, "khz": 1e3}
+_IN_S = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 _WIDE_GAP = re.compile(r" {2,}|[ \t]*\t[ \t]*")
 
 
@@ -108,6 +115,19 @@ def marks_said(separator: str, decimal: str) -> str:
     """Words for how a table is written, as `tabs between, decimal comma`."""
     point = "decimal comma" if decimal == "," else "decimal point"
     return f"{SEPARATORS.get(separator, repr(separator))} between, {point}"
+
+
+def rate_said(lines: Iterable[str]) -> tuple[float, str] | None:
+    """Rows a second [1/s] that a line above a table says, as `Fs,50.00`, and that line."""
+    for line in lines:
+        for pattern, in_si, power in ((_RATE, _IN_HZ, 1), (_PERIOD, _IN_S, -1)):
+            if (found := pattern.search(line)) is None:
+                continue
+            unit = (found[1] or found[3]).lower()
+            size = float(found[2].replace(",", ".")) * in_si.get(unit, 0.0)
+            if size > 0.0:
+                return size**power, line.strip()
+    return None
 
 
 def first_cells(path: Path) -> list[str]:
@@ -199,7 +219,11 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
     first = next((n for n, line in enumerate(lines) if numbers(line)), None)
     if first is None:
         raise RecordingError(f"{path}: no line with {width} numbers was found in its first lines")
-    above = [n for n in range(first) if len(_words(lines[n], separator)) == width]
+    above = [
+        n
+        for n in range(first)
+        if len(_words(lines[n], separator)) == width and rate_said([lines[n]]) is None
+    ]
     units: tuple[str, ...] = ("",) * width
     if len(above) > 1 and all(UNIT_CELL.fullmatch(c) for c in _words(lines[above[-1]], separator)):
         units = tuple(cell.strip("[]()") for cell in _words(lines[above.pop()], separator))
