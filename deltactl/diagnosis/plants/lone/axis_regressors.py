@@ -17,7 +17,7 @@ from deltactl.models.robot import ServoAxis, StepperAxis
 
 PLAYS = frozenset(("friction", "rubbing", "play"))
 """Those that begin somewhere in a play, or in the reach of a friction: all of them."""
-OF_MOVES = ("lag", "ringing")
+OF_MOVES = ("lag", "speed", "ringing")
 """Regressors that are over before the next row where rows are read long after each move."""
 LOAD_UNKNOWN = "the load on the axis is not known: it needs {}a column `load`"
 GRAVITY_OR = "`gravity` in the robot file, or "
@@ -55,6 +55,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     found = [
         named(f"{drive}/ratio", equivalents=tuple(of_ratio), apart_from=("offset",)),
         named("command/lag", sizes=lag, equivalents=instead("command/lag")),
+        named("command/speed", sizes=(_fastest(axis),), alone=False),
     ]
     if axis.robot.zero == "absolute":
         zero = column_of("command/offset")[0]
@@ -105,6 +106,19 @@ def why_none_yields(axis: RecordedAxis) -> str:
     if axis.pull.any():
         return PULLS_ALIKE
     return LOAD_UNKNOWN.format(GRAVITY_OR if isinstance(axis.robot, ServoAxis) else "")
+
+
+def speeds_of(axis: RecordedAxis) -> tuple[float, float]:
+    """Mean and highest speed of the command: an axis below the mean would not arrive."""
+    moved, step_s = np.abs(np.diff(axis.nominal)), axis.step_s[1:]
+    within = step_s > 0.0
+    highest = float(np.max(moved[within] / step_s[within], initial=1e-300))
+    return float(moved[within].sum() / max(step_s.sum(), 1e-300)), highest
+
+
+def _fastest(axis: RecordedAxis) -> Size:
+    usual, fastest = speeds_of(axis)
+    return Size("limit", "flat", fastest, usual, fastest, 2e-3 * fastest)
 
 
 def _play(axis: RecordedAxis) -> Size:
@@ -233,8 +247,7 @@ def impossible(
         width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
         if not least < width < widest:
             return True
-    named = COMMANDED_AXIS.fewest_named_waves
-    ranges = {"gear": (named, most_waves(axis)), "teeth": fine_waves(axis)}
+    ranges = {"gear": (COMMANDED_AXIS.fewest_waves, most_waves(axis)), "teeth": fine_waves(axis)}
     for key in keys & ranges.keys():
         fewest, most = ranges[key]
         if not (1.0 + near) * fewest < sizes[f"{key}.waves"] < (1.0 - near) * most:
@@ -242,6 +255,10 @@ def impossible(
     longest_s = COMMANDED_AXIS.together_of_longest * LONE.longest_lag_s
     if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > longest_s:
         return True
-    if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:
+    if "speed" in keys:
+        usual, fastest = speeds_of(axis)
+        if not (1.0 + near) * usual < sizes["speed.limit"] < (1.0 - near) * fastest:
+            return True
+    if "jump" in keys and abs(float(linear["jump"][0])) < axis.rad_per_step:
         return True
     return "ringing" in keys and not _rings(axis, sizes)

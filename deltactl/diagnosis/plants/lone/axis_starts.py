@@ -12,6 +12,7 @@ from deltactl.diagnosis.plants.lone.axis_regressors import (
     fine_waves,
     highest_hz,
     most_waves,
+    speeds_of,
     usual_load,
 )
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
@@ -42,6 +43,9 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
         return [{"teeth.waves": w} for w in _likely_waves(axis, residual, *fine_waves(axis))]
     if key == "jump":
         return [{"jump.moment": _likely_jump(axis, residual)}]
+    if key == "speed":
+        usual, fastest = speeds_of(axis)
+        return [{"speed.limit": usual + x * (fastest - usual)} for x in LONE.limit_starts]
     if key == "ringing":
         from_hz = COMMANDED_AXIS.ringing_from_hz
         up_to_hz = COMMANDED_AXIS.ringing_up_to * highest_hz(axis)

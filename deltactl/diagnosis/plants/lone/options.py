@@ -13,6 +13,8 @@ from dataclasses import dataclass
 class LoneOptions:
     """What all of them share."""
 
+    limit_starts: tuple[float, ...] = (0.9, 0.75, 0.5, 0.1)
+    """Limits to start from, as shares of the way from the usual to the largest effort or speed."""
     near_bound: float = 0.01
     """Share of a bound within which a size sits at it, and was not found."""
     unknown_of_mismatch: float = 0.5
@@ -108,10 +110,8 @@ class CommandedAxisOptions:
     """As many as a wave with its second harmonic has sizes."""
     places_alike: float = 0.7
     """Share of the places at which a wave has one phase: there it looks like a constant."""
-    fewest_waves: float = 2.0
-    """Fewer over the travel look like a ratio or a bend;"""
-    fewest_named_waves: float = 3.0
-    """and fewer are none that repeats: a dip and a rise, as any bend has."""
+    fewest_waves: float = 1.3
+    """Fewer over the travel look like a ratio or a bend."""
     ringing_of_rate: float = 0.25
     """Highest frequency as a share of the sampling rate: four samples a period,"""
     fastest_ringing_hz: float = 25.0
@@ -222,8 +222,6 @@ class ForcedAxisOptions:
     """Nearer to those ends a speed sits at its bound."""
     speed_starts: tuple[float, ...] = (0.02, 0.06, 0.2)
     """Stribeck speeds to start from, as shares of the top speed, apart by a factor of three."""
-    limit_starts: tuple[float, ...] = (0.9, 0.75, 0.5, 0.1)
-    """Limits to start from, as shares of the way from the usual to the largest effort."""
     force_pieces: int = 10
     """Pieces of a spline term: forces by position have more bends than positions by command."""
 
