@@ -1,4 +1,4 @@
-"""The drive turns no faster than its limit: it falls behind, and makes up for it later at that speed.
+"""The drive turns no faster than its limit, falls behind, and makes up for it at that speed.
 
 A servo saturates, a stepper's controller holds back its pulses, a slicer's feed rate is capped
 (Astrom and Hagglund 2006, Advanced PID Control, section 3.5).

@@ -191,6 +191,12 @@ def highest_hz(axis: RecordedAxis) -> float:
     return min(_followed_hz(axis), COMMANDED_AXIS.fastest_ringing_hz)
 
 
+def slowest_hz(axis: RecordedAxis) -> float:
+    """The slowest ringing of which a recording holds some periods."""
+    in_it = COMMANDED_AXIS.ringing_periods / max(axis.readings.span_s, 1e-300)
+    return max(COMMANDED_AXIS.slowest_ringing_hz, in_it)
+
+
 def _followed_hz(axis: RecordedAxis) -> float:
     return COMMANDED_AXIS.ringing_of_rate / axis.readings.period_s
 
@@ -210,7 +216,7 @@ def _ringing(axis: RecordedAxis) -> Regressor | None:
     fastest = _followed_hz(axis)
     if fastest < COMMANDED_AXIS.slowest_sampled_hz:
         return None
-    slowest = COMMANDED_AXIS.slowest_ringing_hz
+    slowest = slowest_hz(axis)
     frequency = Size("frequency", "flat", fastest, slowest, highest_hz(axis), 0.01)
     damping = Size("damping", "flat", 1.0, *COMMANDED_AXIS.damping, 0.01)
     return named("command/ringing", sizes=(frequency, damping), alone=False, saturated=False)
@@ -218,7 +224,7 @@ def _ringing(axis: RecordedAxis) -> Regressor | None:
 
 def _rings(axis: RecordedAxis, sizes: Sizes) -> bool:
     """Whether a frequency and a damping lie within what was looked for, not at its ends."""
-    near, slowest = LONE.near_bound, COMMANDED_AXIS.slowest_ringing_hz
+    near, slowest = LONE.near_bound, slowest_hz(axis)
     low, high = COMMANDED_AXIS.damping_within
     within = (1.0 + near) * slowest < sizes["ringing.frequency"] < (1.0 - near) * highest_hz(axis)
     return within and low < sizes["ringing.damping"] < high

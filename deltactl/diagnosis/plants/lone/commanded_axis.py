@@ -39,7 +39,6 @@ from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import FlatRecording
 
-
 MOVES_THE_LOAD = frozenset({"ratio", "gear", "teeth", "jump", "droop"})
 """Shapes that a load on a spring rings with."""
 

@@ -1,4 +1,4 @@
-"""What an axis does with its command, part by part: lag, limit of speed, friction, play, ringing."""
+"""What an axis does with its command, part by part: lag, top speed, friction, play, ringing."""
 
 from __future__ import annotations
 

@@ -118,8 +118,10 @@ class CommandedAxisOptions:
     """and what no axis exceeds by enough to be read."""
     slowest_sampled_hz: float = 1.0
     """Where samples can follow no faster ringing than this, none is looked for,"""
-    slowest_ringing_hz: float = 0.4
-    """and slower is how the drive moves."""
+    slowest_ringing_hz: float = 0.1
+    """a load on 25 m of rope swings no slower,"""
+    ringing_periods: float = 5.0
+    """and a recording shows so many periods."""
     damping: tuple[float, float] = (0.01, 0.9)
     """Rings for a hundred periods, or hardly at all."""
     damping_within: tuple[float, float] = (0.011, 0.89)
@@ -154,12 +156,12 @@ class CommandedAxisOptions:
     """and how far they are apart: nearer is the same peak. In waves over the travel."""
     steps_a_wave: int = 6
     """Steps of the scan for each wave: a peak is one wave wide."""
-    ringing_starts: int = 7
-    """Frequencies, evenly by ratio,"""
-    ringing_from_hz: float = 0.6
-    """from here"""
+    ringing_apart: float = 1.8
+    """Ratio of two frequencies to start from,"""
+    ringing_from: float = 1.5
+    """the first so many times the slowest,"""
     ringing_up_to: float = 0.9
-    """to this share of the highest,"""
+    """the last this share of the highest,"""
     damping_start: float = 0.1
     """with the damping of a bolted frame."""
     jump_edge_rows: int = 4
