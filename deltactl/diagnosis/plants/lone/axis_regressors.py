@@ -160,7 +160,7 @@ def _gear(axis: RecordedAxis) -> Regressor | None:
         return None
     return named(
         "command/gear", sizes=(waves,), equivalents=instead("command/gear"), alone=False,
-        mapped=True, places=most - fewest,
+        mapped=True, saturated=False, places=most - fewest,
     )  # fmt: skip
 
 
