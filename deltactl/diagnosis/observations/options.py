@@ -24,6 +24,8 @@ class ObservationOptions:
     than it measures: twice as fast repeats half. Beyond the second it hardly ever moves."""
     evenly_held: float = 0.9
     """Share of the repeats that must be equally long, to one row, for that."""
+    single_step: float = 1.5
+    """Steps of a reading: a smaller change is one step."""
 
     # Readings that are none.
     hampel_rows: int = 11

@@ -14,6 +14,7 @@ from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.foundation.scatter import MAD_TO_SIGMA
+from deltactl.recording.column_measures import step_of
 from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
@@ -148,7 +149,8 @@ def _block(
 def _repeats(values: FloatArray) -> BoolArray:
     """Rows that repeat the one before because the sensor was read faster than it measures.
 
-    Only when about half the rows or more do; rounding alone also makes neighbours equal.
+    Only when about half the rows or more do; rounding alone also makes neighbours equal. Readings
+    that mostly change by a single step are rounded: of these the first of a value is always ahead.
     """
     same = np.zeros(len(values), dtype=bool)
     same[1:] = values[1:] == values[:-1]
@@ -156,6 +158,9 @@ def _repeats(values: FloatArray) -> BoolArray:
     moving = len(known) > 0 and known.max() > known.min()
     low, high = OBSERVATIONS.held
     if not moving or not low < same.mean() < high:
+        return np.zeros_like(same)
+    changes = np.abs(np.diff(known))
+    if np.median(changes[changes > 0.0]) < OBSERVATIONS.single_step * step_of(known):
         return np.zeros_like(same)
     runs = np.diff(np.flatnonzero(~same))
     usual = np.median(runs) if len(runs) else 1

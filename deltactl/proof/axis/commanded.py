@@ -43,8 +43,9 @@ class CommandedAxis:
         motion = self.motion
         at = self._axis(self._motor(sizes), sizes, ideal)
         late_s = sizes.get("sensor_latency", {}).get("time", 0.0)
-        read = np.interp(rows_s - late_s, motion.t_s, at)
-        return read + _wave(read, sizes.get("encoder_error"), 0.0)
+        # On the grid, where a gear's error is, too: between its points both are alike.
+        read = at + _wave(at, sizes.get("encoder_error"), 0.0)
+        return np.interp(rows_s - late_s, motion.t_s, read)
 
     def command(self, rows_s: FloatArray) -> FloatArray:
         """What is recorded of the command, in whole microsteps where it is counted in them."""

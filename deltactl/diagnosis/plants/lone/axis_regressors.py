@@ -17,7 +17,7 @@ from deltactl.models.robot import ServoAxis, StepperAxis
 
 PLAYS = frozenset(("friction", "rubbing", "play"))
 """Those that begin somewhere in a play, or in the reach of a friction: all of them."""
-OF_MOVES = ("lag", "ringing")
+OF_MOVES = ("lag", "speed", "ringing")
 """Regressors that are over before the next row where rows are read long after each move."""
 LOAD_UNKNOWN = "the load on the axis is not known: it needs {}a column `load`"
 GRAVITY_OR = "`gravity` in the robot file, or "
@@ -55,6 +55,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     found = [
         named(f"{drive}/ratio", equivalents=tuple(of_ratio), apart_from=("offset",)),
         named("command/lag", sizes=lag, equivalents=instead("command/lag")),
+        named("command/speed", sizes=(_fastest(axis),), alone=False),
     ]
     if axis.robot.zero == "absolute":
         zero = column_of("command/offset")[0]
@@ -107,6 +108,19 @@ def why_none_yields(axis: RecordedAxis) -> str:
     return LOAD_UNKNOWN.format(GRAVITY_OR if isinstance(axis.robot, ServoAxis) else "")
 
 
+def speeds_of(axis: RecordedAxis) -> tuple[float, float]:
+    """Mean and highest speed of the command: an axis below the mean would not arrive."""
+    moved, step_s = np.abs(np.diff(axis.nominal)), axis.step_s[1:]
+    within = step_s > 0.0
+    highest = float(np.max(moved[within] / step_s[within], initial=1e-300))
+    return float(moved[within].sum() / max(step_s.sum(), 1e-300)), highest
+
+
+def _fastest(axis: RecordedAxis) -> Size:
+    usual, fastest = speeds_of(axis)
+    return Size("limit", "flat", fastest, usual, fastest, 2e-3 * fastest)
+
+
 def _play(axis: RecordedAxis) -> Size:
     """How wide play, or friction against a spring, may be."""
     spread = max(
@@ -146,7 +160,7 @@ def _gear(axis: RecordedAxis) -> Regressor | None:
         return None
     return named(
         "command/gear", sizes=(waves,), equivalents=instead("command/gear"), alone=False,
-        mapped=True, places=most - fewest,
+        mapped=True, saturated=False, places=most - fewest,
     )  # fmt: skip
 
 
@@ -177,6 +191,12 @@ def highest_hz(axis: RecordedAxis) -> float:
     return min(_followed_hz(axis), COMMANDED_AXIS.fastest_ringing_hz)
 
 
+def slowest_hz(axis: RecordedAxis) -> float:
+    """The slowest ringing of which a recording holds some periods."""
+    in_it = COMMANDED_AXIS.ringing_periods / max(axis.readings.span_s, 1e-300)
+    return max(COMMANDED_AXIS.slowest_ringing_hz, in_it)
+
+
 def _followed_hz(axis: RecordedAxis) -> float:
     return COMMANDED_AXIS.ringing_of_rate / axis.readings.period_s
 
@@ -196,7 +216,7 @@ def _ringing(axis: RecordedAxis) -> Regressor | None:
     fastest = _followed_hz(axis)
     if fastest < COMMANDED_AXIS.slowest_sampled_hz:
         return None
-    slowest = COMMANDED_AXIS.slowest_ringing_hz
+    slowest = slowest_hz(axis)
     frequency = Size("frequency", "flat", fastest, slowest, highest_hz(axis), 0.01)
     damping = Size("damping", "flat", 1.0, *COMMANDED_AXIS.damping, 0.01)
     return named("command/ringing", sizes=(frequency, damping), alone=False, saturated=False)
@@ -204,7 +224,7 @@ def _ringing(axis: RecordedAxis) -> Regressor | None:
 
 def _rings(axis: RecordedAxis, sizes: Sizes) -> bool:
     """Whether a frequency and a damping lie within what was looked for, not at its ends."""
-    near, slowest = LONE.near_bound, COMMANDED_AXIS.slowest_ringing_hz
+    near, slowest = LONE.near_bound, slowest_hz(axis)
     low, high = COMMANDED_AXIS.damping_within
     within = (1.0 + near) * slowest < sizes["ringing.frequency"] < (1.0 - near) * highest_hz(axis)
     return within and low < sizes["ringing.damping"] < high
@@ -233,8 +253,7 @@ def impossible(
         width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
         if not least < width < widest:
             return True
-    named = COMMANDED_AXIS.fewest_named_waves
-    ranges = {"gear": (named, most_waves(axis)), "teeth": fine_waves(axis)}
+    ranges = {"gear": (COMMANDED_AXIS.fewest_waves, most_waves(axis)), "teeth": fine_waves(axis)}
     for key in keys & ranges.keys():
         fewest, most = ranges[key]
         if not (1.0 + near) * fewest < sizes[f"{key}.waves"] < (1.0 - near) * most:
@@ -242,6 +261,10 @@ def impossible(
     longest_s = COMMANDED_AXIS.together_of_longest * LONE.longest_lag_s
     if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > longest_s:
         return True
-    if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:
+    if "speed" in keys:
+        usual, fastest = speeds_of(axis)
+        if not (1.0 + near) * usual < sizes["speed.limit"] < (1.0 - near) * fastest:
+            return True
+    if "jump" in keys and abs(float(linear["jump"][0])) < axis.rad_per_step:
         return True
     return "ringing" in keys and not _rings(axis, sizes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,6 +13,8 @@ from deltactl.diagnosis.plants.lone.axis_regressors import (
     fine_waves,
     highest_hz,
     most_waves,
+    slowest_hz,
+    speeds_of,
     usual_load,
 )
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
@@ -42,13 +45,17 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
         return [{"teeth.waves": w} for w in _likely_waves(axis, residual, *fine_waves(axis))]
     if key == "jump":
         return [{"jump.moment": _likely_jump(axis, residual)}]
+    if key == "speed":
+        usual, fastest = speeds_of(axis)
+        return [{"speed.limit": usual + x * (fastest - usual)} for x in LONE.limit_starts]
     if key == "ringing":
-        from_hz = COMMANDED_AXIS.ringing_from_hz
+        from_hz = COMMANDED_AXIS.ringing_from * slowest_hz(axis)
         up_to_hz = COMMANDED_AXIS.ringing_up_to * highest_hz(axis)
         damping = COMMANDED_AXIS.damping_start
+        count = 1 + math.ceil(math.log(up_to_hz / from_hz, COMMANDED_AXIS.ringing_apart))
         return [
             {"ringing.frequency": float(f), "ringing.damping": damping}
-            for f in np.geomspace(from_hz, up_to_hz, COMMANDED_AXIS.ringing_starts)
+            for f in np.geomspace(from_hz, up_to_hz, count)
         ]
     return [{}]
 

@@ -1,6 +1,6 @@
 """An axis that follows commands, stepper or servo, as a `RegressionPlant`.
 
-prediction = gear(play(lag(command))) + sum of shapes: a constant, a ratio, a droop under known
+prediction = ringing(play(lag(command)) + sum of shapes): a constant, a ratio, a droop under known
 load, errors that repeat with the angle, slow drifts. What was read is in `recorded_axis`, what
 may differ in `axis_regressors`, what the drive does in `drive_chain`.
 """
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -38,6 +38,9 @@ from deltactl.diagnosis.plants.spline_terms import less_spanned
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import FlatRecording
+
+MOVES_THE_LOAD = frozenset({"ratio", "gear", "teeth", "jump", "droop"})
+"""Shapes that a load on a spring rings with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +85,10 @@ class CommandedAxis(RecordedAxis, LeftOver):
         """Shapes of one regressor around a base."""
         if key.startswith(UNKNOWN):
             return self.unknown(key)
-        return self._shapes.of(key, base, sizes)
+        if key not in MOVES_THE_LOAD or "ringing.frequency" not in sizes:
+            return self._shapes.of(key, base, sizes)
+        shapes = self._shapes.of(key, self._drive.before_ringing(sizes), sizes)
+        return replace(shapes, values=self._drive.rung(shapes.values, sizes))
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
@@ -205,6 +211,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
             ],
             "jump": [Shown("steps", "microsteps", lambda v: -v["shift"] / lost),
                      Shown("time", "s", lambda v: v["moment"])] if self.rad_per_step else [],
+            "speed": [Shown("limit", f"{unit}/s", lambda v: v["limit"], nothing=math.inf)],
             "ringing": [
                 Shown("frequency", "Hz", lambda v: v["frequency"]),
                 Shown("damping", "1", lambda v: v["damping"]),

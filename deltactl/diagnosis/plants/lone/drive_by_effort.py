@@ -10,7 +10,7 @@ import numpy as np
 
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
+from deltactl.diagnosis.plants.lone.options import LONE
 from deltactl.diagnosis.plants.regression import Columns, Size
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
@@ -78,7 +78,7 @@ class EffortLimit:
     def starts(self) -> list[float]:
         """Limits from which fits begin."""
         low, room = self._usual, self._peak - self._usual
-        return [low + share * room for share in FORCED_AXIS.limit_starts]
+        return [low + share * room for share in LONE.limit_starts]
 
     def kept_back(self, limit: float) -> FloatArray:
         """Effort (n,) beyond a limit, where it is more than noise makes of an effort at it."""

@@ -1,4 +1,4 @@
-"""What an axis does with its command, part by part: lag, ringing, friction, play."""
+"""What an axis does with its command, part by part: lag, top speed, friction, play, ringing."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Sizes
 from deltactl.models.effects.axis_play import loose
+from deltactl.models.effects.speed_limit import rate_limited
 from deltactl.models.signals import late, linear, slopes_of
 
-STAGES = ("lag", "ringing", "friction", "rubbing", "play")
+STAGES = ("lag", "speed", "friction", "rubbing", "play", "ringing")
 """Parts of the chain from the command to the axis, in their order."""
 
 
@@ -52,8 +53,11 @@ class DriveChain:
         if key == "lag":
             axis, dead_s, time_s = self._axis, sizes["lag.dead_time"], sizes["lag.time"]
             return late(driven, self._slopes, axis.t_s, axis.stretch_start_s, dead_s, time_s)
+        if key == "speed":
+            limit, before = sizes["speed.limit"], float(driven[0])
+            return rate_limited(driven, self._axis.step_s, limit, before)
         if key == "ringing":
-            return self._rung(driven, sizes["ringing.frequency"], sizes["ringing.damping"])
+            return self.rung(driven[:, None], sizes)[:, 0]
         pull = self._axis.pull if key == "play" else np.zeros(len(driven))
         return self._played(driven, sizes, key, pull)
 
@@ -72,18 +76,26 @@ class DriveChain:
             width = width + sizes["rubbing.grip"] * np.abs(self._axis.pull)
         return loose(driven, self._axis.readings.fresh, width, starts, pull, float(driven[0]))
 
-    def _rung(self, driven: FloatArray, frequency_hz: float, damping: float) -> FloatArray:
-        """A mass on a damped spring whose damper moves along: see models.effects.resonance."""
-        omega = 2.0 * np.pi * frequency_hz
+    def before_ringing(self, sizes: Sizes) -> FloatArray:
+        """Command behind all but the load that rings, (n,)."""
+        known = {name.partition(".")[0] for name in sizes}
+        return self.behind(frozenset(known - {"ringing"}), sizes)
+
+    def rung(self, driven: FloatArray, sizes: Sizes) -> FloatArray:
+        """A mass on a damped spring whose damper moves along: see models.effects.resonance.
+
+        driven: what moves its foot, a column each, (n, k).
+        """
+        omega, damping = 2.0 * np.pi * sizes["ringing.frequency"], sizes["ringing.damping"]
         pole = omega * complex(-damping, np.sqrt(1.0 - damping**2))
         share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
         step = self._axis.step_s
         decay = np.exp(pole * step)
         kept = np.where(step > 0.0, (decay - 1.0) / (pole * np.maximum(step, 1e-12)), 0.0)
-        part = driven[:, None]
-        moved = np.diff(part, axis=0, prepend=part[:1])
+        moved = np.diff(driven, axis=0, prepend=driven[:1])
         moved[step <= 0.0] = 0.0
         gain = np.where(step > 0.0, decay, 0.0)
-        state = linear(gain, -(share * kept)[:, None] * moved, np.zeros(1, complex))
-        rung: FloatArray = (part + state.real)[:, 0]
+        before = np.zeros(driven.shape[1], complex)
+        state = linear(gain, -(share * kept)[:, None] * moved, before)
+        rung: FloatArray = driven + state.real
         return rung

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 class LoneOptions:
     """What all of them share."""
 
+    limit_starts: tuple[float, ...] = (0.9, 0.75, 0.5, 0.1)
+    """Limits to start from, as shares of the way from the usual to the largest effort or speed."""
     near_bound: float = 0.01
     """Share of a bound within which a size sits at it, and was not found."""
     unknown_of_mismatch: float = 0.5
@@ -108,18 +110,18 @@ class CommandedAxisOptions:
     """As many as a wave with its second harmonic has sizes."""
     places_alike: float = 0.7
     """Share of the places at which a wave has one phase: there it looks like a constant."""
-    fewest_waves: float = 2.0
-    """Fewer over the travel look like a ratio or a bend;"""
-    fewest_named_waves: float = 3.0
-    """and fewer are none that repeats: a dip and a rise, as any bend has."""
+    fewest_waves: float = 1.3
+    """Fewer over the travel look like a ratio or a bend."""
     ringing_of_rate: float = 0.25
     """Highest frequency as a share of the sampling rate: four samples a period,"""
     fastest_ringing_hz: float = 25.0
     """and what no axis exceeds by enough to be read."""
     slowest_sampled_hz: float = 1.0
     """Where samples can follow no faster ringing than this, none is looked for,"""
-    slowest_ringing_hz: float = 0.4
-    """and slower is how the drive moves."""
+    slowest_ringing_hz: float = 0.1
+    """a load on 25 m of rope swings no slower,"""
+    ringing_periods: float = 5.0
+    """and a recording shows so many periods."""
     damping: tuple[float, float] = (0.01, 0.9)
     """Rings for a hundred periods, or hardly at all."""
     damping_within: tuple[float, float] = (0.011, 0.89)
@@ -154,12 +156,12 @@ class CommandedAxisOptions:
     """and how far they are apart: nearer is the same peak. In waves over the travel."""
     steps_a_wave: int = 6
     """Steps of the scan for each wave: a peak is one wave wide."""
-    ringing_starts: int = 7
-    """Frequencies, evenly by ratio,"""
-    ringing_from_hz: float = 0.6
-    """from here"""
+    ringing_apart: float = 1.8
+    """Ratio of two frequencies to start from,"""
+    ringing_from: float = 1.5
+    """the first so many times the slowest,"""
     ringing_up_to: float = 0.9
-    """to this share of the highest,"""
+    """the last this share of the highest,"""
     damping_start: float = 0.1
     """with the damping of a bolted frame."""
     jump_edge_rows: int = 4
@@ -222,8 +224,6 @@ class ForcedAxisOptions:
     """Nearer to those ends a speed sits at its bound."""
     speed_starts: tuple[float, ...] = (0.02, 0.06, 0.2)
     """Stribeck speeds to start from, as shares of the top speed, apart by a factor of three."""
-    limit_starts: tuple[float, ...] = (0.9, 0.75, 0.5, 0.1)
-    """Limits to start from, as shares of the way from the usual to the largest effort."""
     force_pieces: int = 10
     """Pieces of a spline term: forces by position have more bends than positions by command."""
 

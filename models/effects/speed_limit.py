@@ -1,0 +1,87 @@
+"""The drive turns no faster than its limit, falls behind, and makes up for it at that speed.
+
+A servo saturates, a stepper's controller holds back its pulses, a slicer's feed rate is capped
+(Astrom and Hagglund 2006, Advanced PID Control, section 3.5).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deltactl.models.effects.card import Drawing, EffectCard, Words
+from deltactl.models.effects.flow import Flow
+from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Port, Values, scalar
+from deltactl.models.robot import FloatArray
+
+CHUNK = 64
+"""Rows that are looked at in one go while the axis is behind."""
+
+
+def rate_limited(asked: FloatArray, step_s: FloatArray, limit: float, before: float) -> FloatArray:
+    """Follow a motion (n,) no faster than `limit`; a step of 0 s starts afresh where it is asked.
+
+    before: where the axis was at the row before the first.
+    """
+    most = limit * step_s
+    at, done = asked.copy(), 0
+    too_fast = np.abs(np.diff(asked, prepend=before)) > most
+    for first in np.flatnonzero(too_fast & (step_s > 0.0)).tolist():
+        if first < done:
+            continue
+        done, here = first, float(at[first - 1]) if first else before
+        while done < len(at) and step_s[done] > 0.0 and abs(asked[done] - here) > most[done]:
+            done, here = _made_up(asked, at, most, done, here)
+    return at
+
+
+def _made_up(
+    asked: FloatArray, at: FloatArray, most: FloatArray, first: int, here: float
+) -> tuple[int, float]:
+    """Fill in `at` while the axis is behind; the row after, and where the axis is before it."""
+    part = slice(first, first + CHUNK)
+    way = 1.0 if asked[first] > here else -1.0
+    reached = here + way * np.cumsum(most[part])
+    ended = (way * (asked[part] - reached) <= 0.0) | (most[part] <= 0.0)
+    count = int(np.argmax(ended)) if ended.any() else len(reached)
+    at[first : first + count] = reached[:count]
+    return first + count, float(reached[count - 1])
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    asked = flow.angles_rad[:, 0]
+    before = memory.get("at", float(asked[0]))
+    flow.angles_rad = rate_limited(asked, flow.step_s, scalar(values, "limit"), before)[:, None]
+    memory["at"] = float(flow.angles_rad[-1, 0])
+
+
+EFFECT = EffectKind(
+    name="speed_limit",
+    port=Port.MOTOR,
+    components=("axis",),
+    parameters=(Parameter("limit", "rad/s", 1e-9, 1e6, step=1e-3),),
+    operate=_operate,
+    says=lambda component, v: f"the drive moves at {v['limit']:.4g} rad/s at most",
+    order=1,
+    smooth=False,
+)
+
+CARD = EffectCard(
+    name="speed_limit",
+    on={"command": EFFECT},
+    says={"": "the drive moves at {limit} at most, however fast it is commanded"},
+    log_odds={
+        # commands are mostly planned within what the drive can do
+        "command/speed": -3.0,
+    },
+    words=Words(
+        noun="a limit of the speed of {part}",
+        axis_regime="where the command is fastest, and while the axis makes up for it",
+    ),
+    remedies={
+        "": (
+            "command {part} more slowly, or raise the limit of its drive: it moves at {size} at "
+            "most"
+        ),
+    },
+    drawing=Drawing(axis=("motor",)),
+)
