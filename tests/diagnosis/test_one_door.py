@@ -69,6 +69,7 @@ def test_only_the_door_refuses_a_recording() -> None:
 def test_only_the_door_takes_a_recording_for_a_machine() -> None:
     """But for a run that is proposed, and the same recording behind a narrower filter."""
     assert _called(PLANTS, _outside_of_the_door()) == {
+        "deltactl/diagnosis/experiment/exciting_motion.py",
         "deltactl/diagnosis/plants/chain/plant.py",
         "deltactl/diagnosis/plants/delta/next_runs.py",
         "deltactl/diagnosis/plants/lone/forced_axis.py",

@@ -2,8 +2,8 @@
 
 Each joint follows a Fourier series of a few harmonics, which begins and ends at rest (Swevers,
 Ganseman, Tükel, De Schutter and Van Brussel 1997, IEEE Transactions on Robotics and Automation 13,
-730-740). Of series drawn within the limits of the joints the one is taken whose information on all
-effects has the largest determinant, as for `calibration_poses`; then each joint's is exchanged.
+730-740). Series are drawn within the limits of the joints. The one is taken whose information on
+all effects has the largest determinant, as for `calibration_poses`; then each joint's is exchanged.
 """
 
 from __future__ import annotations
