@@ -111,6 +111,7 @@ CARD = EffectCard(
     log_odds={
         # errors that a reading shows: gears are made so that it does not
         "command/gear": -3.0,
+        "command/slow": -3.0,
         "command/teeth": -3.0,
         # trackers are finer than encoders are mounted: most joints show a wave a turn
         "pose/wave": -1.5,
@@ -150,6 +151,7 @@ CARD = EffectCard(
             stands_in={
                 # encoders are made finer than gears
                 "command/gear": StandIn(-1.0),
+                "command/slow": StandIn(-1.0),
                 "command/teeth": StandIn(-1.0),
                 "pose/wave": StandIn(-0.5),
                 "pose/second": StandIn(-0.5),

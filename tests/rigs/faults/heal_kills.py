@@ -244,7 +244,7 @@ def judge(stand: HealStand, healing: Started, seen: Interrupted) -> None:
     seen.exchanged = state.get("exchange") is not None and stand.robot_file.read_text() != stand.old
     if not seen.exchanged:
         seen.demand(stand.robot_file.read_text() == stand.old, "the robot file is changed")
-    if healing.returncode > 0 and NOT_BEGUN not in err:
+    if (healing.returncode or 0) > 0 and NOT_BEGUN not in err:
         seen.demand("robot file is in force" in err, f"does not say which file is in force: {err}")
     if healing.returncode == 0:  # it came too late, or cost nothing
         seen.demand(json.loads(out)["outcome"] == "healed", "ends, and is not healed")

@@ -17,6 +17,8 @@ from deltactl.models.robot import ServoAxis, StepperAxis
 
 PLAYS = frozenset(("friction", "rubbing", "play"))
 """Those that begin somewhere in a play, or in the reach of a friction: all of them."""
+WAVES = ("slow", "gear", "teeth")
+"""Errors that repeat over the travel, by how often."""
 OF_MOVES = ("lag", "speed", "ringing")
 """Regressors that are over before the next row where rows are read long after each move."""
 LOAD_UNKNOWN = "the load on the axis is not known: it needs {}a column `load`"
@@ -73,7 +75,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     else:
         either = instead(f"{drive}/play")
         found.append(named(f"{drive}/play", sizes=(width, *starts), equivalents=either))
-    places = (_gear(axis), _teeth(axis), _jump(axis), _ringing(axis))
+    places = (*(_waves(axis, key) for key in WAVES), _jump(axis), _ringing(axis))
     found += [one for one in places if one is not None]
     found.append(named("command/drift", follows=("time",), alone=False))
     same = _constants(axis)
@@ -153,37 +155,32 @@ def _cannot_rub(keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatAr
     return "friction" in keys or sizes["rubbing.grip"] > COMMANDED_AXIS.grip_of_yielding * yields
 
 
-def _gear(axis: RecordedAxis) -> Regressor | None:
-    most, fewest = most_waves(axis), COMMANDED_AXIS.fewest_waves
-    waves = Size("waves", "flat", COMMANDED_AXIS.most_waves, fewest, most, 0.01)
-    if most <= 2.0 * fewest:
-        return None
-    return named(
-        "command/gear", sizes=(waves,), equivalents=instead("command/gear"), alone=False,
-        mapped=True, saturated=False, places=most - fewest,
-    )  # fmt: skip
+def _waves(axis: RecordedAxis, key: str) -> Regressor | None:
+    """Errors of a gear that repeat so often over the travel.
 
-
-def _teeth(axis: RecordedAxis) -> Regressor | None:
-    """Errors that repeat with a tooth or a strain wave, beyond the waves of a wheel or a screw."""
-    low, high = fine_waves(axis)
+    Slow ones take what is smooth, and fine ones many rows: neither shows what noise is.
+    """
+    low, high = waves_of(axis, key)
     if high < COMMANDED_AXIS.more_than_waves * low:
         return None
-    waves = Size("waves", "flat", high, low, high, 0.01)
+    waves = Size("waves", "flat", max(high, COMMANDED_AXIS.most_waves), low, high, 0.01)
     return named(
-        "command/teeth", sizes=(waves,), equivalents=instead("command/teeth"), alone=False,
-        mapped=True, saturated=False, places=high - low,
+        f"command/{key}", sizes=(waves,), equivalents=instead(f"command/{key}"), alone=False,
+        mapped=True, saturated=key == "gear", places=high - low,
     )  # fmt: skip
 
 
-def fine_waves(axis: RecordedAxis) -> tuple[float, float]:
-    """Fewest and most waves over the travel of an error that is finer than `gear` is tried at."""
-    return COMMANDED_AXIS.most_waves, axis.resolved_waves
-
-
-def most_waves(axis: RecordedAxis) -> float:
-    """Waves over the travel of a wheel or a screw, as far as the readings can follow."""
-    return min(COMMANDED_AXIS.most_waves, axis.resolved_waves)
+def waves_of(axis: RecordedAxis, key: str) -> tuple[float, float]:
+    """Fewest and most waves over the travel: slow ones, of a wheel or a screw, finer ones; as far
+    as the readings can follow.
+    """
+    few, some, most = (
+        COMMANDED_AXIS.fewest_waves,
+        COMMANDED_AXIS.some_waves,
+        COMMANDED_AXIS.most_waves,
+    )
+    lows = {"slow": (few, some), "gear": (some, min(most, axis.resolved_waves))}
+    return lows.get(key, (most, axis.resolved_waves))
 
 
 def highest_hz(axis: RecordedAxis) -> float:
@@ -253,9 +250,8 @@ def impossible(
         width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
         if not least < width < widest:
             return True
-    ranges = {"gear": (COMMANDED_AXIS.fewest_waves, most_waves(axis)), "teeth": fine_waves(axis)}
-    for key in keys & ranges.keys():
-        fewest, most = ranges[key]
+    for key in keys & {*WAVES}:
+        fewest, most = waves_of(axis, key)
         if not (1.0 + near) * fewest < sizes[f"{key}.waves"] < (1.0 - near) * most:
             return True
     longest_s = COMMANDED_AXIS.together_of_longest * LONE.longest_lag_s

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.lone.axis_regressors import WAVES
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
@@ -43,7 +44,7 @@ class AxisShapes:
             )
         if key == "droop":
             return self._droop(sizes.get("lag.time", 0.0) + self._known_late_s)
-        if key in ("gear", "teeth"):
+        if key in WAVES:
             return self._waves(base, sizes[f"{key}.waves"])
         if key == "drift":
             return self._bend

@@ -9,13 +9,13 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.axis_regressors import (
+    WAVES,
     begins_of,
-    fine_waves,
     highest_hz,
-    most_waves,
     slowest_hz,
     speeds_of,
     usual_load,
+    waves_of,
 )
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
@@ -38,11 +38,8 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
             for share in COMMANDED_AXIS.play_starts
             for side in COMMANDED_AXIS.side_starts
         ]
-    if key == "gear":
-        ends = 1.1 * COMMANDED_AXIS.fewest_waves, most_waves(axis)
-        return [{"gear.waves": w} for w in _likely_waves(axis, residual, *ends)]
-    if key == "teeth":
-        return [{"teeth.waves": w} for w in _likely_waves(axis, residual, *fine_waves(axis))]
+    if key in WAVES:
+        return [{f"{key}.waves": w} for w in _likely_waves(axis, residual, *waves_of(axis, key))]
     if key == "jump":
         return [{"jump.moment": _likely_jump(axis, residual)}]
     if key == "speed":

@@ -21,6 +21,7 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
 from deltactl.diagnosis.plants.lone.axis_regressors import (
     PLAYS,
+    WAVES,
     begins_of,
     impossible,
     regressors_of,
@@ -39,7 +40,7 @@ from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import FlatRecording
 
-MOVES_THE_LOAD = frozenset({"ratio", "gear", "teeth", "jump", "droop"})
+MOVES_THE_LOAD = frozenset({"ratio", *WAVES, "jump", "droop"})
 """Shapes that a load on a spring rings with."""
 
 
@@ -217,7 +218,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
                 Shown("damping", "1", lambda v: v["damping"]),
             ],
         }  # fmt: skip
-        table["teeth"] = table["gear"]
+        table["slow"] = table["teeth"] = table["gear"]
         load = usual_load(self)
         table["play"] = table["friction"] = [Shown("width", unit, lambda v: v["width"])]
         table["rubbing"] = [
@@ -260,7 +261,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         """Odds of waves that are smaller than a step of the reading."""
         small = [
             key
-            for key in keys & {"gear", "teeth"}
+            for key in keys & {*WAVES}
             if float(np.hypot(*linear[key][:2])) < 0.5 * self.resolution
         ]
         return ODDS.wave_below_a_step * len(small)

@@ -71,9 +71,6 @@ class CommandedAxisOptions:
     clipped_quantile: float = 0.99
     """Quantile of the squared model error: single wild readings do not set the scale of what may
     differ."""
-    full_steps_per_turn: float = 200.0
-    """Full steps of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
-
     # What may differ, and by how much.
     gap_of_a_lag: float = 0.02
     """Share of the gap between both directions that a delay makes, below which nothing else is
@@ -111,7 +108,9 @@ class CommandedAxisOptions:
     places_alike: float = 0.7
     """Share of the places at which a wave has one phase: there it looks like a constant."""
     fewest_waves: float = 1.3
-    """Fewer over the travel look like a ratio or a bend."""
+    """Fewer over the travel look like a ratio or a bend,"""
+    some_waves: float = 2.0
+    """and fewer than these take what is smooth in a recording."""
     ringing_of_rate: float = 0.25
     """Highest frequency as a share of the sampling rate: four samples a period,"""
     fastest_ringing_hz: float = 25.0
