@@ -20,6 +20,8 @@ NOT_REPORTED = frozenset(
 FINEST_S = 2
 """Decimals of a time in s: sampling periods are hardly ever shorter than 10 ms."""
 MOST_DECIMALS = 9
+MOST_DIGITS = 6
+"""Digits of a size: a longer number widens a table, and nothing is measured or set more finely."""
 EVERYDAY = range(-5, 6)
 """Powers of ten that a person writes without an exponent."""
 VECTOR_PARTS = ("x", "y", "z")
@@ -203,7 +205,8 @@ def decimals(value: float, low: float, high: float) -> int:
     """Decimals at which the interval has two significant digits; three of the value without one."""
     half = (high - low) / 2.0
     known = math.isfinite(half) and half > 0.0
-    return max(significant(half, 2) if known else significant(value, 3), 0)
+    wanted = significant(half, 2) if known else significant(value, 3)
+    return max(min(wanted, significant(value, MOST_DIGITS)) if value else wanted, 0)
 
 
 def covariate_unit(name: str, robot: RobotModel) -> str:
