@@ -12,11 +12,12 @@ from typer.testing import CliRunner
 from deltactl.cli.main import app
 from deltactl.diagnosis.experiment.exciting_motion import (
     OF_TOP_SPEED,
+    RATE_HZ,
+    Series,
     drawn_blindly,
     exciting_motion,
     information,
 )
-from deltactl.models.fourier_motion import RATE_HZ, Series
 from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import ChainRobot
 from deltactl.models.robot_files import load_with_effects

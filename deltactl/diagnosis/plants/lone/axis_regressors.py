@@ -174,13 +174,10 @@ def waves_of(axis: RecordedAxis, key: str) -> tuple[float, float]:
     """Fewest and most waves over the travel: slow ones, of a wheel or a screw, finer ones; as far
     as the readings can follow.
     """
-    few, some, most = (
-        COMMANDED_AXIS.fewest_waves,
-        COMMANDED_AXIS.some_waves,
-        COMMANDED_AXIS.most_waves,
-    )
-    lows = {"slow": (few, some), "gear": (some, min(most, axis.resolved_waves))}
-    return lows.get(key, (most, axis.resolved_waves))
+    ends = [COMMANDED_AXIS.fewest_waves, COMMANDED_AXIS.some_waves, COMMANDED_AXIS.most_waves]
+    first = WAVES.index(key)
+    low, *more = ends[first : first + 2]
+    return low, min([*more, axis.resolved_waves])
 
 
 def highest_hz(axis: RecordedAxis) -> float:
