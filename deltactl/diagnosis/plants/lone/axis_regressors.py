@@ -258,6 +258,6 @@ def impossible(
         usual, fastest = speeds_of(axis)
         if not (1.0 + near) * usual < sizes["speed.limit"] < (1.0 - near) * fastest:
             return True
-    if "jump" in keys and abs(float(linear["jump"][0])) < axis.rad_per_step:
+    if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:
         return True
     return "ringing" in keys and not _rings(axis, sizes)

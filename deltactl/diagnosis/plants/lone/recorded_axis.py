@@ -229,6 +229,15 @@ class RecordedAxis:
         began: FloatArray = starts[np.cumsum(self.readings.fresh) - 1]
         return began
 
+    @property
+    def full_step(self) -> float:
+        """Least that a motor loses at the axis [rad]: one of its 200 full steps a turn."""
+        if self._motor is None:
+            return 0.0
+        return (
+            self.rad_per_step * self._motor.microsteps_per_rev / COMMANDED_AXIS.full_steps_per_turn
+        )
+
 
 def unit_of(robot: StepperAxis | ServoAxis) -> str:
     """Unit of its motion."""
