@@ -31,8 +31,8 @@ MOST_BYTES = 1 << 20
 class Started:
     """A command that runs; as much of `subprocess.Popen` as tests use."""
 
-    def __init__(self, pid: int, told: socket.socket, out: IO[str], err: IO[str]):
-        self.pid, self._told = pid, told
+    def __init__(self, pid: int, report: socket.socket, out: IO[str], err: IO[str]):
+        self.pid, self._report = pid, report
         self.stdout, self.stderr = out, err
         self._said = {out: b"", err: b""}
         self.returncode: int | None = None
@@ -46,12 +46,12 @@ class Started:
     def wait(self, timeout: float | None = None) -> int:
         """Wait until it has ended. Raises subprocess.TimeoutExpired."""
         if self.returncode is None:
-            self._told.settimeout(timeout)
+            self._report.settimeout(timeout)
             try:
-                self.returncode = int(self._told.recv(16))
+                self.returncode = int(self._report.recv(16))
             except (TimeoutError, BlockingIOError):
                 raise subprocess.TimeoutExpired("deltactl", timeout or 0.0) from None
-            self._told.close()
+            self._report.close()
         return self.returncode
 
     def communicate(self, timeout: float | None = None) -> tuple[str, str]:
@@ -148,31 +148,31 @@ def _serve(asks: socket.socket) -> dict[str, Any] | None:
         while True:
             for key, _ in ready.select():
                 if key.fd != asks.fileno():
-                    pid, told = running.pop(key.fd)
+                    pid, report = running.pop(key.fd)
                     ready.unregister(key.fd)
                     os.close(key.fd)
                     status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
-                    with contextlib.suppress(BrokenPipeError), told:
-                        told.sendall(str(status).encode())
+                    with contextlib.suppress(BrokenPipeError), report:
+                        report.sendall(str(status).encode())
                     continue
                 text, ends, _, _ = socket.recv_fds(asks, MOST_BYTES, 3)
                 if not text:
                     return None
-                out, err, told_end = ends
+                out, err, report_end = ends
                 if not (pid := os.fork()):
-                    for one in (told_end, *running):
+                    for one in (report_end, *running):
                         os.close(one)
-                    for other in (asks, *(told for _, told in running.values())):
+                    for other in (asks, *(report for _, report in running.values())):
                         other.close()
                     _become(out, err)
                     asked: dict[str, Any] = json.loads(text)
                     return asked
                 os.close(out)
                 os.close(err)
-                told = socket.socket(fileno=told_end)
-                told.sendall(str(pid).encode())
+                report = socket.socket(fileno=report_end)
+                report.sendall(str(pid).encode())
                 watched = os.pidfd_open(pid)
-                running[watched] = pid, told
+                running[watched] = pid, report
                 ready.register(watched, selectors.EVENT_READ)
 
 

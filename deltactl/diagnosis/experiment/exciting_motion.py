@@ -1,4 +1,4 @@
-"""A motion in which the efforts of a chain should be recorded: one that tells most of its errors.
+"""A motion in which the efforts of a chain should be recorded: the one that shows its errors best.
 
 Each joint follows a Fourier series of a few harmonics, which begins and ends at rest (Swevers,
 Ganseman, Tükel, De Schutter and Van Brussel 1997, IEEE Transactions on Robotics and Automation 13,
@@ -75,8 +75,8 @@ def exciting_motion(robot: ChainRobot, chain: RigidChain, seed: int = 0) -> Seri
     """
     rng = np.random.default_rng(seed)
     each = [drawn_blindly(rng, chain) for _ in range(DRAWN)]
-    told = [information(robot, chain, one) for one in each]
-    series, most = each[int(np.argmax(told))], max(told)
+    gains = [information(robot, chain, one) for one in each]
+    series, most = each[int(np.argmax(gains))], max(gains)
     for joint in range(len(chain.joints)):
         other = _exchanged(series, drawn_blindly(rng, chain), joint)
         if (gained := information(robot, chain, other)) > most:
@@ -85,12 +85,12 @@ def exciting_motion(robot: ChainRobot, chain: RigidChain, seed: int = 0) -> Seri
 
 
 def information(robot: ChainRobot, chain: RigidChain, series: Series) -> float:
-    """Log determinant of what a series tells of all effects, each in its usual size."""
+    """Log determinant of the information of a series on all effects, each in its usual size."""
     plant = ChainPlant(robot, [recording(chain, series)], chain)
     named = [plant.columns(r.key, plant.observed, {}) for r in plant.regressors if not r.left_over]
     columns = np.concatenate([one.values * one.spread for one in [plant.free(), *named]], axis=1)
-    told = columns[plant.rows] / (NOISE * plant.usual[plant.rows])[:, None]
-    return float(np.linalg.slogdet(np.eye(told.shape[1]) + told.T @ told)[1])
+    white = columns[plant.rows] / (NOISE * plant.usual[plant.rows])[:, None]
+    return float(np.linalg.slogdet(np.eye(white.shape[1]) + white.T @ white)[1])
 
 
 def recording(chain: RigidChain, series: Series) -> FlatRecording:

@@ -71,7 +71,7 @@ class ChainPlant(JointEfforts, KeepsBeside):
 
     @cached_property
     def _explained(self) -> FloatArray:
-        """Efforts (m, joints) by the model and by what of the robot file is linear."""
+        """Efforts (m, joints) of the model and of the linear effects in the robot file."""
         made, gains = self._needed.copy(), np.ones(len(self.joints))
         for entry in self.robot.effects:
             sizes = {name: float(np.mean(value)) for name, value in entry.parameters.items()}
@@ -178,7 +178,7 @@ class ChainPlant(JointEfforts, KeepsBeside):
 
     @cached_property
     def _acting(self) -> dict[str, dict[int, Columns]]:
-        """For each effect at a place: the joints whose efforts it changes, and by what, (m, k)."""
+        """For each effect at a place: its columns (m, k) in the effort of each joint it changes."""
         made, moved = {}, self.moved
         speed, change = moved.low_passed(moved.speed), moved.low_passed(moved.change)
         for j, joint in enumerate(self.joints):

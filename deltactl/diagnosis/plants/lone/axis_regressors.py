@@ -110,16 +110,8 @@ def why_none_yields(axis: RecordedAxis) -> str:
     return LOAD_UNKNOWN.format(GRAVITY_OR if isinstance(axis.robot, ServoAxis) else "")
 
 
-def speeds_of(axis: RecordedAxis) -> tuple[float, float]:
-    """Mean and highest speed of the command: an axis below the mean would not arrive."""
-    moved, step_s = np.abs(np.diff(axis.nominal)), axis.step_s[1:]
-    within = step_s > 0.0
-    highest = float(np.max(moved[within] / step_s[within], initial=1e-300))
-    return float(moved[within].sum() / max(step_s.sum(), 1e-300)), highest
-
-
 def _fastest(axis: RecordedAxis) -> Size:
-    usual, fastest = speeds_of(axis)
+    usual, fastest = axis.speeds
     return Size("limit", "flat", fastest, usual, fastest, 2e-3 * fastest)
 
 
@@ -255,7 +247,7 @@ def impossible(
     if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > longest_s:
         return True
     if "speed" in keys:
-        usual, fastest = speeds_of(axis)
+        usual, fastest = axis.speeds
         if not (1.0 + near) * usual < sizes["speed.limit"] < (1.0 - near) * fastest:
             return True
     if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:

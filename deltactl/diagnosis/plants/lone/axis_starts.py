@@ -13,7 +13,6 @@ from deltactl.diagnosis.plants.lone.axis_regressors import (
     begins_of,
     highest_hz,
     slowest_hz,
-    speeds_of,
     usual_load,
     waves_of,
 )
@@ -43,7 +42,7 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
     if key == "jump":
         return [{"jump.moment": _likely_jump(axis, residual)}]
     if key == "speed":
-        usual, fastest = speeds_of(axis)
+        usual, fastest = axis.speeds
         return [{"speed.limit": usual + x * (fastest - usual)} for x in LONE.limit_starts]
     if key == "ringing":
         from_hz = COMMANDED_AXIS.ringing_from * slowest_hz(axis)

@@ -66,13 +66,14 @@ class CommandedAxisOptions:
     """Share of the load's range by which it has to change to make another rest."""
     steady_correlation: float = 0.999
     """Correlation of command and time above which an axis turns steadily and they are one."""
-    full_steps_per_turn: float = 200.0
-    """Full steps of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
     least_move_share: float = 1e-6
     """Share of the travel: a command that changes by less rests."""
     clipped_quantile: float = 0.99
     """Quantile of the squared model error: single wild readings do not set the scale of what may
     differ."""
+    full_steps_per_turn: float = 200.0
+    """Full steps of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
+
     # What may differ, and by how much.
     gap_of_a_lag: float = 0.02
     """Share of the gap between both directions that a delay makes, below which nothing else is

@@ -217,6 +217,14 @@ class RecordedAxis:
         return steps
 
     @cached_property
+    def speeds(self) -> tuple[float, float]:
+        """Mean and highest speed of the command: an axis below the mean would not arrive."""
+        moved, step_s = np.abs(np.diff(self.nominal)), self.step_s[1:]
+        within = step_s > 0.0
+        highest = float(np.max(moved[within] / step_s[within], initial=1e-300))
+        return float(moved[within].sum() / max(step_s.sum(), 1e-300)), highest
+
+    @cached_property
     def usual_speed(self) -> float:
         """Speed of the command, root mean square over the rows that count."""
         speed = np.gradient(self.commanded, self.t_s)[self.rows]
