@@ -26,6 +26,7 @@ from tests.rigs.hil.modelled_pi import ModelledPi
 from .conftest import SHIPPED_T_PWM_S, T_PWM_S, Site, refused, wait_for
 
 pytestmark = pytest.mark.hil
+TURNS_WHILE_PLANNED = 6
 SHIPPED_S = 600.0
 """At most, for a heart of 16 s: on an emulated processor the models are slow."""
 
@@ -83,9 +84,11 @@ def test_a_large_job_changes_no_pulse_of_a_run(
     )
     site.home(client)
     before, home = np.array(pi.bench.counts()), np.array(client.status().counts)
-    number = client.submit(site.job(0.015))
+    # On a slow machine the large job is planned late, and must not begin before it is cancelled.
+    number = client.submit(site.job(0.015, turns=TURNS_WHILE_PLANNED))
     with site.client() as other:
         other.cancel(other.submit(large))
+    assert client.result(number) is None
     wait_for(lambda: client.result(number) is not None, 60.0)
     result = client.result(number)
     assert result is not None
