@@ -246,10 +246,8 @@ def impossible(
     longest_s = COMMANDED_AXIS.together_of_longest * LONE.longest_lag_s
     if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > longest_s:
         return True
-    if "speed" in keys:
-        usual, fastest = axis.speeds
-        if not (1.0 + near) * usual < sizes["speed.limit"] < (1.0 - near) * fastest:
-            return True
+    if "speed" in keys and not least < axis.behind_a_limit(sizes["speed.limit"]):
+        return True
     if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:
         return True
     return "ringing" in keys and not _rings(axis, sizes)

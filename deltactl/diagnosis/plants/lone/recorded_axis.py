@@ -29,6 +29,7 @@ from deltactl.diagnosis.plants.lone.travel import (
 from deltactl.diagnosis.plants.lone.waves import resolved_waves
 from deltactl.models.chain.axis import AxisChain, entries_of, gravity_pull
 from deltactl.models.chain.commands import Commands
+from deltactl.models.effects.speed_limit import rate_limited
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.models.signals import lagged
 from deltactl.recording.column_measures import first_of, step_of
@@ -223,6 +224,11 @@ class RecordedAxis:
         within = step_s > 0.0
         highest = float(np.max(moved[within] / step_s[within], initial=1e-300))
         return float(moved[within].sum() / max(step_s.sum(), 1e-300)), highest
+
+    def behind_a_limit(self, limit: float) -> float:
+        """How far an axis with a limit of its speed falls behind, but for a rounded command."""
+        held = rate_limited(self.nominal, self.step_s, limit, float(self.nominal[0]))
+        return float(np.max(np.abs(self.nominal - held))) - step_of(self.commanded)
 
     @cached_property
     def usual_speed(self) -> float:
