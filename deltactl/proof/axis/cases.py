@@ -236,7 +236,14 @@ def _seen(
 ) -> Hidden:
     """What an ideal observer makes of one effect among all that is hidden."""
     signal = observer.parts(sizes, kind.effect)
-    others = [observer.parts(sizes, name) for name in sizes if name != kind.effect]
+    without = {name: values for name, values in sizes.items() if name != kind.effect}
+    # Beside the effect and without it: the phase of a wave moves with what shifts the axis.
+    others = [
+        column
+        for beside in (sizes, without)
+        for name in without
+        for column in observer.free(beside, name)
+    ]
     chi2 = observer.chi2(signal, others)
     alike = Alternatives([], [], chi2, chi2)
     if culprit:

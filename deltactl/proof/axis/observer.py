@@ -28,6 +28,8 @@ REFITS = 10
 """Secants of an alternative that is refitted; each gains a digit or so."""
 HOPELESS = 400.0
 """Chi-square from which on an alternative that a refit did not halve is no tie."""
+NUDGE = 1e-3
+"""Share of a size by which it is moved, to see what it does: small beside any interval drawn."""
 PART = 0.02
 """Change of a size for a derivative, in sizes."""
 
@@ -66,6 +68,15 @@ class Observer:
         """What one effect among others does to the readings (m,)."""
         without = {name: values for name, values in sizes.items() if name != effect}
         return self.signal(sizes) - self.signal(without)
+
+    def free(self, sizes: Sizes, effect: str) -> list[FloatArray]:
+        """What an effect does, and what a little more of each of its sizes would, (m,) each."""
+        here = self.signal(sizes)
+        columns = [self.parts(sizes, effect)]
+        for name, value in sizes[effect].items():
+            nudged = {**sizes[effect], name: value + NUDGE * max(abs(value), NUDGE)}
+            columns.append((self.signal({**sizes, effect: nudged}) - here) / NUDGE)
+        return columns
 
     def left(self, signal: FloatArray, columns: Sequence[FloatArray] = ()) -> FloatArray:
         """Whitened signal after what is free, (m,)."""
