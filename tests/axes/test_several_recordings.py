@@ -77,7 +77,7 @@ class WideSensor(RangeSensorPlant):
 
 
 def test_evidence_under_wider_priors_is_that_of_a_fit_with_them() -> None:
-    recording = RangingRig(offset=0.02, scale=1.01).record(3)
+    recording = RangingRig(offset=0.02, scale=1.01).record(3, span_s=60.0)
     plain, wide = RangeSensorPlant(RANGES, [recording]), WideSensor(RANGES, [recording])
     noise = saturated_noise(plain)
     by_key = {r.key: r for r in plain.regressors}
@@ -98,7 +98,7 @@ def test_a_faint_effect_says_how_it_hangs_on_the_priors() -> None:
 
 def test_no_size_is_usual_of_what_has_no_name() -> None:
     """An unknown at 91 %, 99 % and 53 % by the spread of its curve: no reader can use that."""
-    rec = FollowingRig(noise=1e-3, rho=0.0).record(1)
+    rec = FollowingRig(noise=1e-3, rho=0.0).record(1, span_s=60.0)
     t_s = rec.t_s[:800]
     columns = {name: values[:800] for name, values in rec.columns.items()}
     columns["position"] = columns["position"] + 0.0006 * np.sin(3.0 * np.pi * t_s / np.ptp(t_s))
