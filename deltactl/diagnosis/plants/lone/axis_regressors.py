@@ -174,17 +174,14 @@ def waves_of(axis: RecordedAxis, key: str) -> tuple[float, float]:
 
 def highest_hz(axis: RecordedAxis) -> float:
     """The fastest ringing that the samples of a recording can follow, or an axis has."""
-    return min(_followed_hz(axis), COMMANDED_AXIS.fastest_ringing_hz)
+    followed_hz = COMMANDED_AXIS.ringing_of_rate / axis.readings.period_s
+    return min(followed_hz, COMMANDED_AXIS.fastest_ringing_hz)
 
 
 def slowest_hz(axis: RecordedAxis) -> float:
     """The slowest ringing of which a recording holds some periods."""
     in_it = COMMANDED_AXIS.ringing_periods / max(axis.readings.span_s, 1e-300)
     return max(COMMANDED_AXIS.slowest_ringing_hz, in_it)
-
-
-def _followed_hz(axis: RecordedAxis) -> float:
-    return COMMANDED_AXIS.ringing_of_rate / axis.readings.period_s
 
 
 def _jump(axis: RecordedAxis) -> Regressor:
@@ -199,11 +196,10 @@ def _jump(axis: RecordedAxis) -> Regressor:
 
 
 def _ringing(axis: RecordedAxis) -> Regressor | None:
-    fastest = _followed_hz(axis)
-    if fastest < COMMANDED_AXIS.slowest_sampled_hz:
+    slowest, fastest = slowest_hz(axis), highest_hz(axis)
+    if fastest <= slowest:
         return None
-    slowest = slowest_hz(axis)
-    frequency = Size("frequency", "flat", fastest, slowest, highest_hz(axis), 0.01)
+    frequency = Size("frequency", "flat", fastest, slowest, fastest, 0.01)
     damping = Size("damping", "flat", 1.0, *COMMANDED_AXIS.damping, 0.01)
     return named("command/ringing", sizes=(frequency, damping), alone=False, saturated=False)
 

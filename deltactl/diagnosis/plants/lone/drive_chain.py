@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Sizes
@@ -90,12 +90,23 @@ class DriveChain:
         pole = omega * complex(-damping, np.sqrt(1.0 - damping**2))
         share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
         step = self._axis.step_s
+        moves, span = step > 0.0, np.maximum(step, 1e-12)
         decay = np.exp(pole * step)
-        kept = np.where(step > 0.0, (decay - 1.0) / (pole * np.maximum(step, 1e-12)), 0.0)
-        moved = np.diff(driven, axis=0, prepend=driven[:1])
-        moved[step <= 0.0] = 0.0
-        gain = np.where(step > 0.0, decay, 0.0)
-        before = np.zeros(driven.shape[1], complex)
-        state = linear(gain, -(share * kept)[:, None] * moved, before)
+        speed = np.diff(driven, axis=0, prepend=driven[:1]) / span[:, None]
+        speed[~moves] = 0.0
+        kept = np.where(moves, (decay - 1.0) / pole, 0.0)
+        # Where the foot speeds up within a step: exact for a parabola.
+        bent = np.where(moves, kept / (pole * span) - 0.5 * (decay + 1.0) / pole, 0.0)
+        pushed = kept[:, None] * speed + bent[:, None] * _speeds_up(speed, moves)
+        gain = np.where(moves, decay, 0.0)
+        state = linear(gain, -share * pushed, np.zeros(driven.shape[1], complex))
         rung: FloatArray = driven + state.real
         return rung
+
+
+def _speeds_up(speed: FloatArray, moves: BoolArray) -> FloatArray:
+    """Change of the speed (n, k) within each row's step, from the steps beside it."""
+    before, after = np.roll(speed, 1, axis=0), np.roll(speed, -1, axis=0)
+    first, last = ~np.roll(moves, 1), ~np.roll(moves, -1)
+    before[first], after[last] = speed[first], speed[last]
+    return 0.5 * (after - before)

@@ -45,7 +45,7 @@ class CommandedAxisOptions:
     """Below which lag, play and a ratio share too few readings to be distinguished."""
     most_followed_rows: int = 2000
     """Rows beyond which an axis tells no more: readings are correlated over many samples."""
-    most_followed_samples: int = 4000
+    most_followed_samples: int = 10000
     """Longer recordings are thinned: an axis hardly moves between their samples."""
     moving_share: float = 0.05
     """Share of the top speed above which a row counts as in motion."""
@@ -114,12 +114,10 @@ class CommandedAxisOptions:
     """Fewer over the travel look like a ratio or a bend,"""
     some_waves: float = 2.0
     """and fewer than these take what is smooth in a recording."""
-    ringing_of_rate: float = 0.25
-    """Highest frequency as a share of the sampling rate: four samples a period,"""
+    ringing_of_rate: float = 0.4
+    """Highest frequency as a share of the sampling rate: five samples in two periods,"""
     fastest_ringing_hz: float = 25.0
     """and what no axis exceeds by enough to be read."""
-    slowest_sampled_hz: float = 1.0
-    """Where samples can follow no faster ringing than this, none is looked for,"""
     slowest_ringing_hz: float = 0.1
     """a load on 25 m of rope swings no slower,"""
     ringing_periods: float = 5.0
