@@ -160,7 +160,7 @@ def _pictured(picture: Picture, plant: ChainPlant) -> Picture:
     layout = plant.layout
 
     def whole(column: FloatArray) -> FloatArray:
-        return layout.by_joint(column).T.ravel()
+        return layout.apart(column).T.ravel()
 
     channels = [
         one.model_copy(update={n: whole(getattr(one, n)) for n in ("observed", "before", "after")})

@@ -12,18 +12,11 @@ import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
-from deltactl.diagnosis.plants.chain.joint_motions import (
-    JointMotions,
-    Layout,
-    joint_motions,
-    prepared,
-)
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.plants.chain.joint_motions import Layout, joint_motions, prepared
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
-from deltactl.diagnosis.plants.regression import (
-    Columns,
-)
+from deltactl.diagnosis.plants.regression import Columns
 from deltactl.diagnosis.plants.spline_terms import spline_basis
 from deltactl.models.rigid_chain import BODY, RigidChain
 from deltactl.models.robot import ChainRobot
@@ -105,18 +98,22 @@ class JointEfforts:
         self.robot, self.chain, self.source = robot, chain, recordings[0].source
         self.joints = chain.joints
         self.unit = "N" if all(chain.slides) else "N m"
-        self.moved: JointMotions = joint_motions(robot, prepared(robot, recordings), narrower)
-        moved = self.moved
+        self.moved = moved = joint_motions(robot, prepared(robot, recordings), narrower)
+        self._low_passed, self._motion = (
+            moved.edge.low_passed,
+            (moved.at, moved.speed, moved.change),
+        )
         self._in_time = AheadInTime(moved.whole.t_s, moved.whole.fresh)
-        self._filtered = moved.low_passed(moved.force)
-        needed = chain.efforts(moved.at, moved.speed, moved.change)
-        self._needed = moved.low_passed(needed) + chain.friction * self._direction
+        self._filtered = self._low_passed(moved.force)
+        self._direction = self._low_passed(moved.signs)
+        self._speed = self._low_passed(moved.speed)
+        self._bare = chain.efforts(*self._motion)
+        self._needed = self._low_passed(self._bare) + chain.friction * self._direction
         stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
-        self.layout = Layout(moved, ASSESSMENT.folds, stride)
-        left = self._filtered - self._needed
-        self.readings: Readings = self.layout.readings(moved, left, self.unit)
+        self.layout = Layout(moved.counts, ASSESSMENT.folds, stride)
+        self.readings = self.layout.readings(moved.whole, moved.counts, "effort", self.unit)
         self.t_s = self.readings.t_s
-        self.kinds: IntArray = self.layout.joint
+        self.kinds: IntArray = self.layout.column
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
 
@@ -124,20 +121,6 @@ class JointEfforts:
         """Those of one joint."""
         own: IntArray = self.rows[self.kinds[self.rows] == joint]
         return own
-
-    @cached_property
-    def _signs(self) -> FloatArray:
-        """Signs of velocities, smooth where a velocity is lost in its noise."""
-        widths = [
-            max(one.velocity_noise, FORCED_AXIS.turning_share * one.top_speed)
-            for one in self.moved.wide
-        ]
-        return np.asarray(np.tanh(self.moved.speed / np.array(widths)))
-
-    @cached_property
-    def _direction(self) -> FloatArray:
-        """The same behind the low-pass."""
-        return self.moved.low_passed(self._signs)
 
     @cached_property
     def sizes(self) -> FloatArray:
@@ -155,39 +138,32 @@ class JointEfforts:
         """No findings: efforts are held between samples and filtered before they are recorded, no
         arm is built exactly as its model, and bearings yield before they slide.
         """
-        chain, joints = self.chain, range(len(self.joints))
+        chain = self.chain
         tables = {
             "lag": (self._changing, self._apart_s),
             "gain": (self._needed, CHAIN.as_built),
             "dry": (chain.friction * self._direction, CHAIN.friction_as_stated),
-            "viscous": (chain.damping * self.moved.low_passed(self.moved.speed),
-                        CHAIN.friction_as_stated),
+            "viscous": (chain.damping * self._speed, CHAIN.friction_as_stated),
             "loaded": (self._by_load, CHAIN.friction_of_load),
             "yields": (self._yielding * self.sizes, CHAIN.yields_of_size),
-        }  # fmt: skip
-        each = [self._at(j, values[:, j]) for values, _ in tables.values() for j in joints]
-        spreads = np.repeat(
-            [*(spread for _, spread in tables.values()), CHAIN.as_built], len(joints)
-        )
+        }
+        each = [self._each(values) for values, _ in tables.values()]
+        spreads = [*(spread for _, spread in tables.values()), CHAIN.as_built]
         names = [f"{name} {joint}" for name in (*tables, "link") for joint in self.joints]
-        made = np.concatenate([np.stack(each, axis=1), self._links], axis=1)
-        return Columns(made, spreads, tuple(names))
+        values = np.concatenate([*each, self._links], axis=1)
+        return Columns(values, np.repeat(spreads, len(self.joints)), tuple(names))
 
     @cached_property
     def _links(self) -> FloatArray:
         """Efforts (n, joints) by the weight and inertia of each joint's own links."""
-        moved = self.moved
-        columns = self.chain.link_columns(moved.at, moved.speed, moved.change)
-        each = [moved.low_passed(columns[:, :, k]) for k in range(len(self.joints))]
-        return self.layout.laid(np.stack(each, axis=-1))
+        return self.layout.laid(self._low_passed(self.chain.link_columns(*self._motion)))
 
     @cached_property
     def _by_load(self) -> FloatArray:
         """Friction by the load of the gear, less that at the usual load."""
-        moved = self.moved
-        load = np.abs(self.chain.efforts(moved.at, moved.speed, moved.change))
-        usual = np.array([load[moved.counts[:, j], j].mean() for j in range(len(self.joints))])
-        return moved.low_passed(self._signs * (load - usual))
+        load, counts = np.abs(self._bare), self.moved.counts
+        usual = np.sum(load * counts, axis=0) / np.maximum(np.sum(counts, axis=0), 1)
+        return self._low_passed(self.moved.signs * (load - usual))
 
     @cached_property
     def _yielding(self) -> FloatArray:
@@ -197,7 +173,7 @@ class JointEfforts:
         moves[self.moved.whole.fresh] = 0.0
         one = np.ones(len(moves))
         held = np.stack([clipped(move, -one, one, 0.0) for move in moves.T], axis=1)
-        return self.moved.low_passed(held) - self._direction
+        return self._low_passed(held) - self._direction
 
     @property
     def _apart_s(self) -> float:
@@ -206,7 +182,7 @@ class JointEfforts:
 
     @cached_property
     def _changing(self) -> FloatArray:
-        return self.moved.slope(self._filtered)
+        return self.moved.edge.slope(self._filtered)
 
     def _since(self, joint: int, dead_s: float) -> FloatArray:
         """Effort of a joint less what it was a dead time ago, (n,).
@@ -222,24 +198,23 @@ class JointEfforts:
         return [self._in_time.curves(force[:, None]) for force in self._filtered.T]
 
     def _at(self, joint: int, effort: FloatArray) -> FloatArray:
-        """An effort of one joint (m,) or (m, k) among the rows of all, (n,) or (n, k)."""
-        made = np.zeros((len(self.t_s), *effort.shape[1:]))
-        own = self.kinds == joint
-        made[own] = effort[self.layout.sample[own]]
-        return made
+        """An effort of one joint (m,) among the rows of all, (n,)."""
+        own: FloatArray = np.where(self.kinds == joint, effort[self.layout.sample], 0.0)
+        return own
+
+    def _each(self, efforts: FloatArray) -> FloatArray:
+        """Efforts (m, joints) of all joints, each by itself, (n, joints)."""
+        return np.stack([self._at(j, effort) for j, effort in enumerate(efforts.T)], axis=1)
 
     @cached_property
-    def _loads(self) -> list[Columns]:
-        """All ten moments of a load at each joint (m, 10): a heavy one far from the flange turns as
-        well as weighs.
+    def _load(self) -> Columns:
+        """All ten moments of a load, (n, 10): a heavy one far from the flange turns as well as
+        weighs.
         """
-        moved, chain = self.moved, self.chain
-        columns = chain.load_columns(moved.at, moved.speed, moved.change)
-        each = np.stack([moved.low_passed(columns[:, :, k]) for k in range(len(BODY))], axis=-1)
-        mass = CHAIN.load_of_mass * chain.mass_kg
+        chain, mass = self.chain, CHAIN.load_of_mass * self.chain.mass_kg
+        values = self.layout.laid(self._low_passed(chain.load_columns(*self._motion)))
         off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
-        spread = mass * np.array([1.0] + [off] * 3 + [off**2] * 6)
-        return [Columns(each[:, j], spread, BODY) for j in range(len(self.joints))]
+        return Columns(values, mass * np.array([1.0] + [off] * 3 + [off**2] * 6), BODY)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
@@ -260,7 +235,7 @@ class JointEfforts:
         found["friction"] = Way(("position", "direction"), own["position"], braked, CHAIN.bends)
         driven = self.layout.laid(self._needed)
         found["scale"] = Way(("time", "effort"), own["time"], driven, CHAIN.bends)
-        tables = {"effort": self._filtered, "velocity": self.moved.low_passed(self.moved.speed)}
+        tables = {"effort": self._filtered, "velocity": self._speed}
         for other in (joint - 1, joint + 1):
             for what, values in tables.items() if 0 <= other < len(self.joints) else ():
                 name = f"{what}_of_{self.joints[other]}"

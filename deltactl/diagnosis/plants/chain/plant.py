@@ -63,26 +63,28 @@ class ChainPlant(JointEfforts, KeepsBeside):
         super().__init__(robot, recordings, chain, narrower)
         self._recordings = tuple(recordings)
         self.beside = np.zeros((len(self.t_s), 0))
-        self.observed = self.layout.laid(self._filtered - self._explained) - self._late_by_file()
-        self.drawn_on = self.layout.laid(self._filtered) - self.observed
+        filtered = self.layout.laid(self._filtered)
+        self.observed = filtered - self._explained - self._late_by_file()
+        self.readings.values[:, 0] = self.observed
+        self.drawn_on = filtered - self.observed
         self.regressors = tuple(self._regressors())
 
     # ---- the robot file ------------------------------------------------------------------------
 
     @cached_property
     def _explained(self) -> FloatArray:
-        """Efforts (m, joints) of the model and of the linear effects in the robot file."""
-        made, gains = self._needed.copy(), np.ones(len(self.joints))
+        """Efforts (n,) of the model and of the linear effects in the robot file."""
+        made, gains = self.layout.laid(self._needed), np.ones(len(self.joints))
         for entry in self.robot.effects:
             sizes = {name: float(np.mean(value)) for name, value in entry.parameters.items()}
             name = (entry.effect, entry.component)
-            for key, each in self._acting.items():
-                for j, columns in each.items() if self._name(key) == name else ():
-                    made[:, j] += columns.values @ self._entered(key, sizes)
+            for key, columns in self._acting.items():
+                if self._name(key) == name:
+                    made = made + columns.values @ self._entered(key, sizes)
             for j, joint in enumerate(self.joints):
                 if name == self._name(f"gain {joint}"):
                     gains[j] *= sizes["scale"]
-        return np.asarray(made / gains)
+        return np.asarray(made / gains[self.kinds])
 
     def _late_by_file(self) -> FloatArray:
         """What dead times of the robot file change of the efforts, (n,)."""
@@ -177,36 +179,33 @@ class ChainPlant(JointEfforts, KeepsBeside):
         return self._unknown[key] if key.startswith(UNKNOWN) else self._shapes[key]
 
     @cached_property
-    def _acting(self) -> dict[str, dict[int, Columns]]:
-        """For each effect at a place: its columns (m, k) in the effort of each joint it changes."""
-        made, moved = {}, self.moved
-        speed, change = moved.low_passed(moved.speed), moved.low_passed(moved.change)
-        for j, joint in enumerate(self.joints):
-            size, top = float(self.sizes[j]), moved.edge[j].top_speed
-            brisk = float(np.std(change[moved.counts[:, j], j]))
-            shapes = {
-                "dry": (self._direction[:, j], size),
-                "viscous": (speed[:, j], size / top),
-                "rotor": (change[:, j], size / max(brisk, 1e-300)),
-                "offset": (np.ones(len(speed)), size),
-            }
-            for column, (shape, spread) in shapes.items():
-                name = (JOINT_EFFECTS[column].parameter,)
-                own = Columns(shape[:, None], np.array([spread]), name)
-                made[f"{column} {joint}"] = {j: own}
-        return made | {LOAD: dict(enumerate(self._loads))}
+    def _acting(self) -> dict[str, Columns]:
+        """Efforts (n, k) of all that acts at a joint or at the last link."""
+        change, counts = self._low_passed(self.moved.change), self.moved.counts
+        brisk = [
+            max(float(np.std(c[own])), 1e-300) for c, own in zip(change.T, counts.T, strict=True)
+        ]
+        tables = {
+            "dry": (self._direction, self.sizes),
+            "viscous": (self._speed, self.sizes / self.moved.top_speeds),
+            "rotor": (change, self.sizes / np.array(brisk)),
+            "offset": (np.ones_like(change), self.sizes),
+        }
+        made = {LOAD: self._load}
+        for column, (values, spreads) in tables.items():
+            name, each = (JOINT_EFFECTS[column].parameter,), self._each(values)
+            for j, joint in enumerate(self.joints):
+                made[f"{column} {joint}"] = Columns(each[:, [j]], spreads[[j]], name)
+        return made
 
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
-        """The same of all joints end to end, and what drives make of it, (n, k)."""
-        found = {}
-        for key, each in self._acting.items():
-            one = next(iter(each.values()))
-            values = sum(self._at(j, columns.values) for j, columns in each.items())
-            found[key] = replace(one, values=np.asarray(values))
-        share, name = np.array([FILE_SPREADS.gain_share]), (JOINT_EFFECTS["gain"].parameter,)
+        """The same, and what drives make of it."""
+        found, share = dict(self._acting), np.array([FILE_SPREADS.gain_share])
+        name = (JOINT_EFFECTS["gain"].parameter,)
         for j, joint in enumerate(self.joints):
-            found[f"gain {joint}"] = Columns(self._at(j, self._explained[:, [j]]), share, name)
+            own = np.where(self.kinds == j, self._explained, 0.0)
+            found[f"gain {joint}"] = Columns(own[:, None], share, name)
             found[f"lag {joint}"] = Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
         return found
 
