@@ -32,8 +32,6 @@ UNLIMITED = 1.0
 """Top speed [rad/s or m/s] where the model states none."""
 DRAWN = 12
 """Series that are drawn for all joints; then one more for each."""
-NOISE = 0.02
-"""Usual noise of an effort, as a share of its root mean square."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +86,7 @@ def information(robot: ChainRobot, chain: RigidChain, series: Series) -> float:
     """Log determinant of the information of a series on all effects, each in its usual size."""
     plant = ChainPlant(robot, [recording(chain, series)], chain)
     named = [plant.columns(r.key, plant.observed, {}) for r in plant.regressors if not r.left_over]
-    columns = np.concatenate([one.values * one.spread for one in [plant.free(), *named]], axis=1)
-    white = columns[plant.rows] / (NOISE * plant.usual[plant.rows])[:, None]
+    white = plant.whitened([plant.free(), *named])
     return float(np.linalg.slogdet(np.eye(white.shape[1]) + white.T @ white)[1])
 
 

@@ -40,10 +40,11 @@ class ChainOptions:
     friction_as_stated: float = 0.05
     """Share by which friction differs from what the model states: two days differ by 5 to 10 % with
     the warmth (UR10e)."""
-    friction_of_load: float = 0.05
-    """Friction that a gear has for each unit of its load, beside what it has at the usual load, in
-    the form of Hamon, Gautier and Garrec (2010, IEEE/RSJ IROS): catalogues of reducers state losses
-    of 2 to 10 % of what passes them."""
+    friction_of_load: float = 0.1
+    """Friction that a gear has for each unit of its load, beside what it has at the usual load.
+    Measured: 0.063 and 0.148 (strain wave gears eRob80, 50:1 and 100:1), 0.108 (Dynamixel MX-106;
+    all three: parameters m3 of github.com/Rhoban/bam), 0.06 (joints 2 and 3 of a UR10e, by a fit to
+    its recording). Their root mean square is 0.095."""
     yields_of_travel: float = 1e-3
     """Way over which a bearing yields before it slides, as a share of the travel (a harmonic drive:
     minutes of arc). A fifth or three times of it changes no answer on even draws,"""
@@ -55,6 +56,10 @@ class ChainOptions:
     """Spread of a drive's dead time: a slow bus, or a filter of its own,"""
     dead_times_s: tuple[float, ...] = (0.003, 0.015, 0.08, 0.3)
     """and from where fits of it begin, apart by a factor of five."""
+    noise: float = 0.02
+    """Usual noise of an effort, as a share of its root mean square."""
+    rounds: int = 4
+    """In which gain and load are found in turn; the third changes a gain by less than 0.1 %."""
     load_of_mass: float = 0.1
     """Usual load as a share of what moves: arms carry a tenth to a third of what they weigh."""
     load_off_of_reach: float = 0.1
@@ -133,6 +138,11 @@ class JointEfforts:
     def usual(self) -> FloatArray:
         """Efforts of the joint that a row is of: a wrist's are a hundredth of a shoulder's."""
         return np.asarray(self.sizes[self.kinds])
+
+    def whitened(self, columns: Sequence[Columns]) -> FloatArray:
+        """Rows (m, k) of columns in their usual sizes, by the usual noise of efforts."""
+        noise = CHAIN.noise * self.usual[self.rows, None]
+        return np.concatenate([c.values[self.rows] * c.spread / noise for c in columns], axis=1)
 
     def free(self) -> Columns:
         """No findings: efforts are held between samples and filtered before they are recorded, no

@@ -36,7 +36,7 @@ from deltactl.models.effects.chain_joints import (
     load_log_odds,
     rotor_log_odds,
 )
-from deltactl.models.rigid_chain import RigidChain
+from deltactl.models.rigid_chain import BODY, RigidChain
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -78,7 +78,7 @@ class ChainPlant(JointEfforts, KeepsBeside):
         for entry in self.robot.effects:
             sizes = {name: float(np.mean(value)) for name, value in entry.parameters.items()}
             name = (entry.effect, entry.component)
-            for key, columns in self._acting.items():
+            for key, columns in {**self._acting, LOAD: self._load}.items():
                 if self._name(key) == name:
                     made = made + columns.values @ self._entered(key, sizes)
             for j, joint in enumerate(self.joints):
@@ -191,7 +191,7 @@ class ChainPlant(JointEfforts, KeepsBeside):
             "rotor": (change, self.sizes / np.array(brisk)),
             "offset": (np.ones_like(change), self.sizes),
         }
-        made = {LOAD: self._load}
+        made = {}
         for column, (values, spreads) in tables.items():
             name, each = (JOINT_EFFECTS[column].parameter,), self._each(values)
             for j, joint in enumerate(self.joints):
@@ -201,13 +201,33 @@ class ChainPlant(JointEfforts, KeepsBeside):
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
         """The same, and what drives make of it."""
-        found, share = dict(self._acting), np.array([FILE_SPREADS.gain_share])
+        found, share = {**self._acting, LOAD: self._load}, np.array([FILE_SPREADS.gain_share])
         name = (JOINT_EFFECTS["gain"].parameter,)
+        given = self._explained + self._load.values @ self._carried
         for j, joint in enumerate(self.joints):
-            own = np.where(self.kinds == j, self._explained, 0.0)
+            own = np.where(self.kinds == j, given, 0.0)
             found[f"gain {joint}"] = Columns(own[:, None], share, name)
             found[f"lag {joint}"] = Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
         return found
+
+    @cached_property
+    def _carried(self) -> FloatArray:
+        """Most probable moments (10,) of a load beside all that has a name.
+
+        A drive that is off gives a share of the load's effort, too: gain times load is no sum, so
+        that one of both has to be known first.
+        """
+        moments, own = np.zeros(len(BODY)), self.kinds[:, None] == np.arange(len(self.joints))
+        spread = np.full(len(self.joints), FILE_SPREADS.gain_share)
+        left = self.observed[self.rows] / (CHAIN.noise * self.usual[self.rows])
+        for _ in range(CHAIN.rounds):
+            given = self._explained + self._load.values @ moments
+            drives = Columns(given[:, None] * own, spread)
+            white = self.whitened([self._load, drives, self.free(), *self._acting.values()])
+            known = np.eye(white.shape[1]) + white.T @ white
+            size = np.linalg.solve(known, white.T @ left)
+            moments = size[: len(BODY)] * self._load.spread
+        return moments
 
     def _spanned(self, joint: int, name: str) -> FloatArray:
         """Named shapes that no spline term of a joint may take the place of, (n, j).
