@@ -130,9 +130,21 @@ class JointEfforts:
     @cached_property
     def sizes(self) -> FloatArray:
         """How large efforts of each joint are here, (joints,), by their root mean square."""
-        both = np.stack([self.layout.laid(self._filtered), self.layout.laid(self._needed)])
-        rms = [np.sqrt(np.mean(both[:, self.rows_of(j)] ** 2)) for j in range(len(self.joints))]
-        return np.maximum(np.array(rms), 1e-300)
+        both = np.stack([self._filtered, self._needed]) ** 2
+        sizes: FloatArray = np.sqrt(np.maximum(self._usually(both), 1e-300)).max(axis=0)
+        return sizes
+
+    def _usually(self, values: FloatArray) -> FloatArray:
+        """Means (..., joints) of values (..., m, joints) where a joint is in clear motion; of one
+        that never is, of all.
+        """
+        counts = self.moved.counts | ~self.moved.counts.any(axis=0)
+        means: FloatArray = np.sum(values * counts, axis=-2) / np.sum(counts, axis=0)
+        return means
+
+    def moving(self) -> list[int]:
+        """Joints with rows enough in clear motion for anything to show."""
+        return [j for j in range(len(self.joints)) if len(self.rows_of(j)) >= LONE.rows_a_piece]
 
     @property
     def usual(self) -> FloatArray:
@@ -171,14 +183,13 @@ class JointEfforts:
     @cached_property
     def _by_load(self) -> FloatArray:
         """Friction by the load of the gear, less that at the usual load."""
-        load, counts = np.abs(self._bare), self.moved.counts
-        usual = np.sum(load * counts, axis=0) / np.maximum(np.sum(counts, axis=0), 1)
-        return self._low_passed(self.moved.signs * (load - usual))
+        load = np.abs(self._bare)
+        return self._low_passed(self.moved.signs * (load - self._usually(load)))
 
     @cached_property
     def _yielding(self) -> FloatArray:
         """Friction of a bearing that yields before it slides, less that of one that does not."""
-        way = CHAIN.yields_of_travel * np.ptp(self.moved.at, axis=0)
+        way = np.maximum(CHAIN.yields_of_travel * np.ptp(self.moved.at, axis=0), 1e-300)
         moves = np.diff(self.moved.at, axis=0, prepend=self.moved.at[:1]) / way
         moves[self.moved.whole.fresh] = 0.0
         one = np.ones(len(moves))

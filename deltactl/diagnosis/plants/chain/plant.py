@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN, JointEfforts
@@ -121,12 +122,13 @@ class ChainPlant(JointEfforts, KeepsBeside):
     # ---- what may be missing -------------------------------------------------------------------
 
     def _regressors(self) -> list[Regressor]:
+        moving = [(j, self.joints[j]) for j in self.moving()]
         found = [
             Regressor(
                 f"{key} {joint}", one.name, one.log_odds, joint, alone=False,
                 **self._differing(key, j),
             )
-            for j, joint in enumerate(self.joints) for key, one in JOINT_EFFECTS.items()
+            for j, joint in moving for key, one in JOINT_EFFECTS.items()
         ]  # fmt: skip
         last = f"link {self.joints[-1]}"
         found.append(
@@ -137,7 +139,7 @@ class ChainPlant(JointEfforts, KeepsBeside):
                 f"{UNKNOWN} {joint} {name}", UNKNOWN, SPLINE_TERMS.unknown_log_odds, joint,
                 follows=one.follows, left_over=True,
             )
-            for j, joint in enumerate(self.joints) for name, one in self._ways(j).items()
+            for j, joint in moving for name, one in self._ways(j).items()
         ]  # fmt: skip
         return [
             replace(one, log_odds=rotor_log_odds(self._kept(*self._place(one.key)) > 0.0))
@@ -181,14 +183,12 @@ class ChainPlant(JointEfforts, KeepsBeside):
     @cached_property
     def _acting(self) -> dict[str, Columns]:
         """Efforts (n, k) of all that acts at a joint or at the last link."""
-        change, counts = self._low_passed(self.moved.change), self.moved.counts
-        brisk = [
-            max(float(np.std(c[own])), 1e-300) for c, own in zip(change.T, counts.T, strict=True)
-        ]
+        change = self._low_passed(self.moved.change)
+        brisk = np.sqrt(np.maximum(self._usually(change**2), 1e-300))
         tables = {
             "dry": (self._direction, self.sizes),
             "viscous": (self._speed, self.sizes / self.moved.top_speeds),
-            "rotor": (change, self.sizes / np.array(brisk)),
+            "rotor": (change, self.sizes / brisk),
             "offset": (np.ones_like(change), self.sizes),
         }
         made = {}
@@ -243,8 +243,8 @@ class ChainPlant(JointEfforts, KeepsBeside):
     @cached_property
     def _unknown(self) -> dict[str, Columns]:
         found = {}
-        for j, joint in enumerate(self.joints):
-            rows = self.rows_of(j)
+        for j in self.moving():
+            rows, joint = self.rows_of(j), self.joints[j]
             usual = FORCED_AXIS.unknown_of_size * float(self.sizes[j])
             for name, way in self._ways(j).items():
                 shapes = less_spanned(way.basis(rows), self._spanned(j, name), rows)
@@ -259,6 +259,15 @@ class ChainPlant(JointEfforts, KeepsBeside):
         number = self.joints.index(joint)
         return np.where(self.kinds == number, self._ways(number)[name].along, np.nan)
 
+    def not_testable(self) -> list[NotTestable]:
+        """All effects at joints that hardly move."""
+        still = [joint for j, joint in enumerate(self.joints) if j not in self.moving()]
+        return [
+            NotTestable(effect=one.name, component=joint, why="it hardly moves in this recording")
+            for joint in still
+            for one in JOINT_EFFECTS.values()
+        ]
+
     def noise_bounds(self, left: FloatArray) -> None:
         """The low-pass leaves nothing beyond its band that would show the noise in it."""
 
@@ -271,8 +280,8 @@ class ChainPlant(JointEfforts, KeepsBeside):
         return ChainPlant(self.robot, self._recordings, self.chain, FORCED_AXIS.narrower)
 
     def adopt(self, trained: ChainPlant) -> None:
-        """Spreads of the recording that sizes were found on."""
-        self.sizes = trained.sizes
+        """Spreads and load of the recording that sizes were found on."""
+        self.sizes, self._carried = trained.sizes, trained._carried
         for name in ("_acting", "_shapes"):
             self.__dict__.pop(name, None)
 
