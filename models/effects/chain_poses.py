@@ -42,6 +42,12 @@ class PoseEffect:
     """Whether no joint has less than none of it."""
     nothing: float = 0.0
 
+    def of_size(self, size: FloatArray) -> FloatArray:
+        """The parameter by the size of its column; of what yields, by its reciprocal."""
+        if np.isinf(self.nothing):
+            return 1.0 / np.where(size == 0.0, 1e-300, size)
+        return np.asarray(self.nothing + size)
+
     @property
     def name(self) -> str:
         """The effect."""

@@ -104,7 +104,8 @@ def recorded(
 ) -> Path:
     """A table at 100 Hz of Fourier series, with noise of encoders and currents.
 
-    moving: joints that move. fault: what it makes of times, positions, velocities and efforts (n, 3) is the effort recorded.
+    moving: joints that move. fault: what it makes of times, positions, velocities and efforts
+    (n, 3) is the effort recorded.
     """
     rng = np.random.default_rng(7)
     t_s = np.arange(0.0, seconds, 0.01)

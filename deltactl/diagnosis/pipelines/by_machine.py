@@ -151,11 +151,14 @@ def _of_channels(picture: Picture, plant: PosePlant) -> Picture:
     (whole,) = picture.channels
     channels = []
     for number, name in enumerate(plant.names):
-        own = np.flatnonzero(plant.at_channel == number)
-        own = own[np.argsort(plant.at_pose[own])]
-        parts = {part: getattr(whole, part)[own] for part in ("observed", "before", "after")}
+        parts = {
+            part: plant.layout.apart(getattr(whole, part))[:, number]
+            for part in ("observed", "before", "after")
+        }
         channels.append(whole.model_copy(update={"name": name, **parts}))
-    covariates = {name: values[own] for name, values in picture.covariates.items()}
+    covariates = {
+        name: plant.layout.apart(values)[:, 0] for name, values in picture.covariates.items()
+    }
     return Picture(t_s=plant.poses.t_s, channels=channels, covariates=covariates)
 
 
