@@ -93,14 +93,12 @@ class JointEfforts:
     """Efforts of all joints behind one low-pass, joint after joint (n,), and their tolerances."""
 
     def __init__(
-        self,
-        robot: ChainRobot,
-        recordings: Sequence[FlatRecording],
-        chain: RigidChain,
-        narrower: float = 1.0,
-    ):
-        """narrower: the low-pass ends at this share of where the position meets its noise."""
+        self, robot: ChainRobot, recordings: Sequence[FlatRecording], chain: RigidChain,
+        narrower: float,
+    ):  # fmt: skip
+        """narrower: as of `ChainPlant`."""
         self.robot, self.chain, self.source = robot, chain, recordings[0].source
+        self._recordings = tuple(recordings)
         self.joints = chain.joints
         self.unit = "N" if all(chain.slides) else "N m"
         self.moved = moved = joint_motions(robot, prepared(robot, recordings), narrower)
@@ -121,6 +119,7 @@ class JointEfforts:
         self.kinds: IntArray = self.layout.column
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
+        self.beside = np.zeros((len(self.t_s), 0))
 
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from deltactl.diagnosis.observations.readings import (
 from deltactl.diagnosis.plants.lone.clear_motion import in_clear_motion
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.models.robot import ChainRobot
+from deltactl.recording.tables.chain_tables import by_joint, columns_of
 from deltactl.recording.tables.flat import FlatRecording
 
 NEEDED = ("theta", "effort")
@@ -30,43 +31,11 @@ WIDER = 3.0
 frequency of the motion, and those of three joints together three times."""
 
 
-def columns_of(robot: ChainRobot, stem: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """The column of each joint, and the names that a table may have for it: by its place among the
-    joints, by the joint's name; an angle also by the joint's name alone.
-    """
-    for number, joint in enumerate(robot.joints, 1):
-        bare = (joint,) if stem == "theta" else ()
-        yield f"{stem}_{number}", (f"{stem}_{number}", f"{stem}_{joint}", f"{joint}_{stem}", *bare)
-
-
-def joint_columns(robot: ChainRobot, recording: FlatRecording, stem: str) -> list[str | None]:
-    """What the column of each joint is called in a table; None where it has none."""
-    table = {**recording.extra, **recording.columns}
-    each = (others for _, others in columns_of(robot, stem))
-    return [next((name for name in others if _numbers(table.get(name))), None) for others in each]
-
-
-def by_joint(robot: ChainRobot, recording: FlatRecording, stems: Sequence[str]) -> FlatRecording:
-    """A recording with the columns of the joints under one name each."""
-    table = {**recording.extra, **recording.columns}
-    own = {
-        f"{stem}_{number}": np.asarray(table[name], dtype=float)
-        for stem in stems
-        for number, name in enumerate(joint_columns(robot, recording, stem), 1)
-        if name is not None
-    }
-    return replace(recording, columns={**recording.columns, **own})
-
-
 def prepared(robot: ChainRobot, recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
-    """The same without single wild readings."""
-    names = [name for stem in MEASURED for name, _ in columns_of(robot, stem)]
-    each = [by_joint(robot, recording, MEASURED) for recording in recordings]
+    """With the columns of the joints under one name each, and without single wild readings."""
+    names = [name for stem in MEASURED for name, _ in columns_of(robot.joints, stem)]
+    each = [by_joint(robot.joints, recording, MEASURED) for recording in recordings]
     return [without_gross(one, [name for name in names if name in one.columns]) for one in each]
-
-
-def _numbers(values: object) -> bool:
-    return isinstance(values, np.ndarray) and values.dtype.kind in "fiu" and len(values) > 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,9 +50,9 @@ class JointMotions:
     speed: FloatArray
     change: FloatArray
     signs: FloatArray
-    """Of the velocities, smooth where a velocity is lost in its noise."""
+    """Signs of the velocities, smooth where a velocity is lost in its noise."""
     edge: Motion
-    """A joint's behind the low-pass that efforts and all that explains them pass."""
+    """Motion of a joint behind the low-pass that efforts and all that explains them pass."""
     top_speeds: FloatArray
     """Behind that, (joints,)."""
     force: FloatArray
@@ -101,18 +70,21 @@ def joint_motions(
     position meets its noise. What a motion needs is worked out before that low-pass, and passes it
     as the effort does: products of velocities have twice their frequency.
     """
-    names = [name for name, _ in columns_of(robot, "theta")]
-    whole = gather(recordings, names, dict.fromkeys(names, "rad"))
-    at = _side_by_side(recordings, robot, "theta")
-    speeds = None
-    if all(name in one.columns for one in recordings for name, _ in columns_of(robot, "velocity")):
-        speeds = _side_by_side(recordings, robot, "velocity")
+    named = {stem: [name for name, _ in columns_of(robot.joints, stem)] for stem in MEASURED}
+
+    def read(stem: str) -> FloatArray:
+        return np.stack([_bridged(recordings, name) for name in named[stem]], axis=1)
+
+    whole = gather(recordings, named["theta"], dict.fromkeys(named["theta"], "rad"))
+    at = read("theta")
+    known = all(name in one.columns for one in recordings for name in named["velocity"])
+    speeds = read("velocity") if known else None
 
     def motion(joint: int, share: float) -> Motion:
         speed = None if speeds is None else speeds[:, joint]
         return motion_of(whole.t_s, whole.fresh, at[:, joint], speed, share)
 
-    own_hz = [motion(j, 1.0).cut_off_hz for j in range(len(names))]
+    own_hz = [motion(j, 1.0).cut_off_hz for j in range(len(robot.joints))]
     edge_hz = narrower * min(own_hz)
     edges = [motion(j, edge_hz / one) for j, one in enumerate(own_hz)]
     wide = [motion(j, WIDER * edge_hz / one) for j, one in enumerate(own_hz)]
@@ -124,15 +96,13 @@ def joint_motions(
         whole, np.stack([one.position for one in wide], axis=1), speed,
         np.stack([one.acceleration for one in wide], axis=1), np.tanh(speed / np.array(widths)),
         edges[0], np.array([one.top_speed for one in edges]),
-        robot.effort_per_unit * _side_by_side(recordings, robot, "effort"), counts,
+        robot.effort_per_unit * read("effort"), counts,
         max(1, int(FORCED_AXIS.periods_a_row / period)),
     )  # fmt: skip
 
 
-def _side_by_side(recordings: Sequence[FlatRecording], robot: ChainRobot, stem: str) -> FloatArray:
-    names = [name for name, _ in columns_of(robot, stem)]
-    each = [np.stack([smoothly_bridged(one, name) for name in names], axis=1) for one in recordings]
-    return np.concatenate(each)
+def _bridged(recordings: Sequence[FlatRecording], name: str) -> FloatArray:
+    return np.concatenate([smoothly_bridged(one, name) for one in recordings])
 
 
 class Layout:

@@ -9,7 +9,6 @@ load, which all of them feel, is one regressor.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -54,19 +53,13 @@ class ChainPlant(JointEfforts, KeepsBeside):
     channel = "effort"
 
     def __init__(
-        self,
-        robot: ChainRobot,
-        recordings: Sequence[FlatRecording],
-        chain: RigidChain,
+        self, robot: ChainRobot, recordings: Sequence[FlatRecording], chain: RigidChain,
         narrower: float = 1.0,
-    ):
+    ):  # fmt: skip
         """narrower: the low-pass ends at this share of where the position meets its noise."""
         super().__init__(robot, recordings, chain, narrower)
-        self._recordings = tuple(recordings)
-        self.beside = np.zeros((len(self.t_s), 0))
         filtered = self.layout.laid(self._filtered)
         self.observed = filtered - self._explained - self._late_by_file()
-        self.readings.values[:, 0] = self.observed
         self.drawn_on = filtered - self.observed
         self.regressors = tuple(self._regressors())
 
@@ -125,8 +118,8 @@ class ChainPlant(JointEfforts, KeepsBeside):
         moving = [(j, self.joints[j]) for j in self.moving()]
         found = [
             Regressor(
-                f"{key} {joint}", one.name, one.log_odds, joint, alone=False,
-                **self._differing(key, j),
+                f"{key} {joint}", one.name, component=joint, alone=False,
+                **{"log_odds": one.log_odds, **self._differing(key, j)},
             )
             for j, joint in moving for key, one in JOINT_EFFECTS.items()
         ]  # fmt: skip
@@ -134,17 +127,12 @@ class ChainPlant(JointEfforts, KeepsBeside):
         found.append(
             Regressor(LOAD, LOAD, load_log_odds(), self.chain.tip, alone=False, takes_over=last)
         )
-        found += [
+        return found + [
             Regressor(
                 f"{UNKNOWN} {joint} {name}", UNKNOWN, SPLINE_TERMS.unknown_log_odds, joint,
                 follows=one.follows, left_over=True,
             )
             for j, joint in moving for name, one in self._ways(j).items()
-        ]  # fmt: skip
-        return [
-            replace(one, log_odds=rotor_log_odds(self._kept(*self._place(one.key)) > 0.0))
-            if one.key.startswith("rotor ") else one
-            for one in found
         ]  # fmt: skip
 
     def _differing(self, key: str, joint: int) -> dict[str, Any]:
@@ -159,6 +147,8 @@ class ChainPlant(JointEfforts, KeepsBeside):
             return {"positive": positive, "as_built": as_built, **by_gain}
         if key == "gain":
             return {"as_built": as_built * CHAIN.as_built, "takes_over": f"{key} {name}"}
+        if key == "rotor":
+            return {"log_odds": rotor_log_odds(self._kept(key, joint) > 0.0), **by_gain}
         if key != "lag":
             return by_gain
         as_built *= self._apart_s
@@ -330,10 +320,4 @@ class ChainPlant(JointEfforts, KeepsBeside):
 
 def _centre(first: str) -> Callable[[Draws], FloatArray]:
     """Distance of a load's centre, by its first moment."""
-
-    def of(drawn: Draws) -> FloatArray:
-        mass = np.asarray(drawn["mass"])
-        centre: FloatArray = np.asarray(drawn[first]) / np.where(mass == 0.0, 1e-300, mass)
-        return centre
-
-    return of
+    return lambda v: np.asarray(v[first] / np.where(v["mass"] == 0.0, 1e-300, v["mass"]))

@@ -17,7 +17,7 @@ from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.plants.chain.joint_motions import Layout
 from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shapes
-from deltactl.diagnosis.plants.chain.pose_readings import ROTATION, poses_of
+from deltactl.diagnosis.plants.chain.pose_readings import poses_of
 from deltactl.diagnosis.plants.chain.pose_shapes import (
     GEOMETRY,
     UNKNOWN,
@@ -41,8 +41,11 @@ from deltactl.models.effects.link_geometry import OFF
 from deltactl.models.effects.lone_axis import LINEAR_UNIT
 from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import ChainRobot
+from deltactl.recording.tables.chain_tables import ROTATION
 from deltactl.recording.tables.flat import FlatRecording
 
+POSITIVE = frozenset(stem for stem, one in POSE_EFFECTS.items() if one.positive)
+"""No joint has less than none of these."""
 ANYWHERE = 1.0
 """Prior spread [m, rad] of placements, which have been found already."""
 EXACT = 1e-9
@@ -165,13 +168,13 @@ class PosePlant(KeepsBeside):
             one = POSE_EFFECTS[stem]
             places = self.may_be.waves[component][1] if stem == "gear" else None
             odds = one.log_odds - (float(np.log(places)) if places else 0.0)
-            positive = (stem,) if one.positive else ()
             same = instead(f"pose/{stem}")
             if key not in self.may_be.free:
                 found.append(
                     Regressor(
                         key, one.name, odds, component, equivalents=same, alone=False,
-                        positive=positive, places=places, saturated=key in saturated,
+                        positive=tuple({stem} & POSITIVE), places=places,
+                        saturated=key in saturated,
                     )
                 )  # fmt: skip
         for key in self.shapes:
@@ -270,13 +273,8 @@ class PosePlant(KeepsBeside):
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
         """What gives way against its load, or play below zero."""
-        return any(_positive(key) and float(linear[key][0]) <= 0.0 for key in keys)
-
-
-def _positive(key: str) -> bool:
-    """Whether no joint has less than none of it."""
-    stem = parts_of(key)[0]
-    return stem != UNKNOWN and POSE_EFFECTS[stem].positive
+        above = [key for key in keys if key.partition(" ")[0] in POSITIVE]
+        return any(float(linear[key][0]) <= 0.0 for key in above)
 
 
 def _along(weights: FloatArray) -> Callable[[Draws], FloatArray]:
