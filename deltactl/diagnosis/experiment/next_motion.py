@@ -94,8 +94,7 @@ def _told(run: ChainPlant, scale: FloatArray, truth: Explanation, other: Explana
     white *= scale[:, None]
     left = (seen - begun)[run.rows] * scale
     theta = np.linalg.solve(np.eye(white.shape[1]) + white.T @ white, white.T @ left)
-    left = left - white @ theta
-    return float(left @ left + theta @ theta)
+    return float(left @ (left - white @ theta))
 
 
 def _named(one: Explanation) -> list[str]:

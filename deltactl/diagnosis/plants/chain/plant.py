@@ -302,14 +302,9 @@ class ChainPlant(JointEfforts, KeepsBeside):
         late_s = [sizes[name] for key in keys if (name := f"{key}.dead_time") in sizes]
         if any(not 0.0 < one_s < LONE.longest_lag_s for one_s in late_s):
             return True
-        least = dict.fromkeys(BRAKES, 0.0) | {"gain": -1.0}
-        for key in keys:
-            column, _, joint = key.partition(" ")
-            if column == "rotor":
-                least[column] = -self._kept(column, self.joints.index(joint))
-            if column in least and float(linear[key][0]) <= least[column]:
-                return True
-        return False
+        bounded = [k for k in keys if k.partition(" ")[0] in (*BRAKES, "gain", "rotor")]
+        places = [(float(linear[key][0]), *self._place(key)) for key in bounded]
+        return any(v <= (-1.0 if c == "gain" else -self._kept(c, j)) for v, c, j in places)
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Starts of a dead time: all others are linear."""
