@@ -3,8 +3,8 @@ models: Pinocchio does the rigid bodies, this file the motions, joints, drives a
 
 A joint's friction is the LuGre law (Canudas de Wit, Olsson, Åström and Lischinsky 1995, IEEE
 Transactions on Automatic Control 40, 419-425), which yields before it slides. On half of the
-machines a part of it grows with the load of the gear (Hamon, Gautier and Garrec 2010, Dynamic
-identification of robots with a dry friction model depending on load and velocity, IEEE/RSJ IROS).
+machines a part of it grows with the load of the gear, by 0.06 to 0.15 N m for each N m where it was
+measured (`ChainOptions.friction_of_load`).
 """
 
 from __future__ import annotations

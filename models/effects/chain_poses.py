@@ -42,6 +42,12 @@ class PoseEffect:
     """Whether no joint has less than none of it."""
     nothing: float = 0.0
 
+    def of_size(self, size: FloatArray) -> FloatArray:
+        """The parameter by the size of its column; of what yields, by its reciprocal."""
+        if np.isinf(self.nothing):
+            return 1.0 / np.where(size == 0.0, 1e-300, size)
+        return np.asarray(self.nothing + size)
+
     @property
     def name(self) -> str:
         """The effect."""
@@ -71,9 +77,9 @@ def _yielding(given: Given) -> FloatArray:
     return np.array([1.0 / float(given["stiffness"])])
 
 
-def _none(given: Given) -> FloatArray:
-    """Geometry is no size of one direction: it enters the model as it is."""
-    return np.zeros(0)
+def _off(given: Given) -> FloatArray:
+    """Shift and turn."""
+    return np.array([float(given.get(name, 0.0)) for name in OFF])
 
 
 GEAR_WAVE = "the gear or encoder of {part} has a periodic error of {size} every {period}"
@@ -92,7 +98,7 @@ POSE_EFFECTS = {
         # a mark on a joint, set by eye
         PoseEffect("home", (("angle", "rad"),), ZERO, _plain("angle"), 1e-2),
         # castings that were bolted together
-        PoseEffect("geometry", OFFS, "", _none, 2e-3),
+        PoseEffect("geometry", OFFS, "", _off, 2e-3),
         PoseEffect("droop", (("stiffness", "N m/rad"),), YIELDS, _yielding, 2e-3, True, np.inf),
         PoseEffect("windup", (("share", "1"),), WINDS, _plain("share"), 1.0),
         # an encoder's disc or a gear's ring that runs out of centre

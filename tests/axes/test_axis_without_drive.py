@@ -36,7 +36,7 @@ def test_angles_alone_are_diagnosed(tmp_path: Path) -> None:
          "--next-job", str(tmp_path / "next.yaml")],
     )  # fmt: skip
     assert done.exit_code == 0, done.output
-    assert "job: none, as only deltas have jobs" in done.output
+    assert "job: none, as only deltas and chains have jobs" in done.output
     found = json.loads(out.read_text())["findings"]
     assert [one["effect"] for one in found] == ["home_offset"]
     assert found[0]["parameters"]["angle"]["value"] == pytest.approx(0.02, abs=1e-3)

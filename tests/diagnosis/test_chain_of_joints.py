@@ -6,7 +6,7 @@ equations (Luh, Walker and Paul 1980), written here, with points for links and l
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import pytest
 
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.api import diagnose
+from deltactl.diagnosis.report.next_run import experiment_line
 from deltactl.foundation.errors import DeltactlError
 from deltactl.models.rigid_chain import RigidChain
 
@@ -99,10 +100,12 @@ def recorded(
     names: str = "theta_{n}",
     fault: Fault | None = None,
     seconds: float = 25.0,
+    moving: Sequence[int] = (0, 1, 2),
 ) -> Path:
     """A table at 100 Hz of Fourier series, with noise of encoders and currents.
 
-    fault: what it makes of times, positions, velocities and efforts (n, 3) is the effort recorded.
+    moving: joints that move. fault: what it makes of times, positions, velocities and efforts
+    (n, 3) is the effort recorded.
     """
     rng = np.random.default_rng(7)
     t_s = np.arange(0.0, seconds, 0.01)
@@ -114,6 +117,8 @@ def recorded(
             q[:, j] += size * np.sin(w * t_s + phase)
             dq[:, j] += size * w * np.cos(w * t_s + phase)
             ddq[:, j] -= size * w * w * np.sin(w * t_s + phase)
+    still = [j for j in range(3) if j not in moving]
+    q[:, still] = dq[:, still] = ddq[:, still] = 0.0
     effort = _efforts(q, dq, ddq, load_kg)
     effort[:, 1] += friction_nm * np.sign(dq[:, 1])
     effort = effort if fault is None else fault(t_s, q, dq, effort)
@@ -252,6 +257,24 @@ def test_places_beside_efforts_are_said_to_be_unused(robot: Path) -> None:
     (doubt,) = diagnose([made], robot).doubts
     assert "pos_x" in doubt
     assert diagnose([recorded(robot.parent)], robot).doubts == []
+
+
+def test_what_one_joint_alone_leaves_tied_is_told_apart_by_the_motion_proposed(robot: Path) -> None:
+    def heavier(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+        change = np.gradient(dq[:, 0], t_s)
+        return effort + np.column_stack([0.3 * change, 0.0 * t_s, 0.0 * t_s])
+
+    answer = diagnose([recorded(robot.parent, fault=heavier, moving=[0])], robot)
+    (found,) = answer.findings
+    tied = {(found.effect, found.component), *((a.effect, a.component) for a in found.alternatives)}
+    assert {("inertia", "waist"), ("payload", "body_elbow")} <= tied
+    run = answer.next_experiment
+    assert run is not None
+    assert {"inertia waist", "payload body_elbow"} <= set(run.tells_apart)
+    assert run.job["path"]["shape"] == "fourier"
+    assert "init chain --motion" in experiment_line(answer)
+    still = {one.component for one in answer.not_testable}
+    assert still == {"shoulder", "elbow"}
 
 
 def test_paths_may_be_text(robot: Path) -> None:

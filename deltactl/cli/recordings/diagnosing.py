@@ -25,7 +25,7 @@ from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.one_screen import Part
-from deltactl.models.robot import DeltaRobot, RobotModel, ServoAxis
+from deltactl.models.robot import ChainRobot, DeltaRobot, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_with_effects
 
 if TYPE_CHECKING:
@@ -152,7 +152,8 @@ def _job(answer: Diagnosis, robot: RobotModel, path: Path) -> str:
     """Where the job is, or why there is none."""
     if answer.next_experiment is not None:
         return str(path)
-    why = "no run would tell more" if isinstance(robot, DeltaRobot) else "only deltas have jobs"
+    designed = isinstance(robot, DeltaRobot | ChainRobot)
+    why = "no run would tell more" if designed else "only deltas and chains have jobs"
     return f"none, as {why}"
 
 

@@ -11,20 +11,8 @@ from deltactl.diagnosis.admission.refusal import Kind, refuse
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN
-from deltactl.diagnosis.plants.chain.joint_motions import (
-    MEASURED,
-    NEEDED,
-    columns_of,
-    joint_columns,
-    prepared,
-)
+from deltactl.diagnosis.plants.chain.joint_motions import MEASURED, NEEDED, prepared
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
-from deltactl.diagnosis.plants.chain.pose_readings import (
-    QUATERNION,
-    block,
-    place_of,
-    targets_in,
-)
 from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.foundation.errors import ConfigError
@@ -32,6 +20,14 @@ from deltactl.foundation.printable import count
 from deltactl.models.effects.chain_joints import chain_effects
 from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import ChainRobot
+from deltactl.recording.tables.chain_tables import (
+    QUATERNION,
+    block,
+    columns_of,
+    joint_columns,
+    place_of,
+    targets_in,
+)
 from deltactl.recording.tables.flat import FlatRecording
 
 TURNS_RAD = 4.0 * np.pi
@@ -66,7 +62,7 @@ def check_joints(robot: ChainRobot, chain: RigidChain, recording: FlatRecording)
     if len(whole) < fewest:
         refuse(Kind.SHORT, source, f"has {count(len(whole), 'row')}", f"at least {fewest}")
     for stem in NEEDED:
-        for joint, (name, others) in zip(robot.joints, columns_of(robot, stem), strict=True):
+        for joint, (name, others) in zip(robot.joints, columns_of(robot.joints, stem), strict=True):
             if name not in whole.columns:
                 refuse(
                     Kind.COLUMNS,
@@ -75,10 +71,12 @@ def check_joints(robot: ChainRobot, chain: RigidChain, recording: FlatRecording)
                     f"name it {' or '.join(others[:2])}, or take the joint out of `joints`",
                     column=name,
                 )
-    for name in (n for stem in MEASURED for n, _ in columns_of(robot, stem) if n in whole.columns):
+    for name in (
+        n for stem in MEASURED for n, _ in columns_of(robot.joints, stem) if n in whole.columns
+    ):
         if np.isfinite(whole.columns[name]).mean() < OBSERVATIONS.least_known:
             refuse(Kind.EMPTY, source, f"{name} is mostly empty", column=name)
-    for slides, (name, _) in zip(chain.slides, columns_of(robot, "theta"), strict=True):
+    for slides, (name, _) in zip(chain.slides, columns_of(robot.joints, "theta"), strict=True):
         _check_unit(source, name, slides, whole.columns[name])
 
 
@@ -88,7 +86,7 @@ def check_poses(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) 
     if len(recording) < CHAIN.fewest_poses:
         why = f"has {count(len(recording), 'pose')}"
         refuse(Kind.SHORT, source, why, f"at least {CHAIN.fewest_poses}, far apart")
-    read = [joint_columns(robot, recording, stem) for stem in ("theta", "command")]
+    read = [joint_columns(robot.joints, recording, stem) for stem in ("theta", "command")]
     names = max(read, key=lambda found: sum(name is not None for name in found))
     for joint, name, number in zip(robot.joints, names, range(1, len(names) + 1), strict=True):
         if name is None:

@@ -8,10 +8,11 @@ import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Doubt
-from deltactl.diagnosis.plants.chain.pose_readings import measures_poses, targets_in
+from deltactl.diagnosis.plants.chain.pose_readings import measures_poses
 from deltactl.models.robot import ChainRobot, RangeSensor, RobotModel, ServoAxis, StepperAxis
 from deltactl.recording.column_measures import first_of
 from deltactl.recording.foreign.doubts import TURNS_RAD, of_encoder, turns
+from deltactl.recording.tables.chain_tables import targets_in
 from deltactl.recording.tables.flat import FlatRecording
 
 

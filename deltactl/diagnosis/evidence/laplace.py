@@ -9,7 +9,7 @@ solved for at each value of the nonlinear ones (variable projection, Golub and P
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +18,7 @@ from scipy.special import ndtr
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.scalar_products import Block, Products
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 
 Point = dict[str, float]
@@ -32,7 +32,7 @@ class Explanation:
     what is predicted beyond `base`. observed: (n,) in the unit of the readings.
     chi2: of the whitened rows alone. penalised: with the priors of the sizes.
     shapes: whitened shapes times prior spread, which sets share; names: of their columns,
-    `key.size`.
+    `key.size`; taken: those that its regressors take over.
     log_evidence: with the prior odds of the set.
     """
 
@@ -48,6 +48,7 @@ class Explanation:
     penalised: float
     log_evidence: float
     shapes: tuple[FloatArray, ...]
+    taken: IntArray
     names: tuple[str, ...]
     spreads: FloatArray
     white: FloatArray
@@ -70,7 +71,7 @@ class Explanation:
     @property
     def tangent(self) -> FloatArray:
         """All shapes side by side, (m, p)."""
-        return _side_by_side(len(self.white), self.shapes)
+        return _side_by_side(len(self.white), self.shapes, self.taken)
 
 
 class Laplace:
@@ -82,7 +83,6 @@ class Laplace:
         self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
         self._free = plant.free()
         self._tolerated = tolerated(plant)
-        self._frees = {"": self._free}
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = {}
         self._products = Products()
@@ -232,7 +232,7 @@ class Laplace:
     def _solve(self, keys: frozenset[str], point: Point) -> tuple[float, FloatArray]:
         """Penalised cost and the vector (m + p + q,) whose square it is."""
         _, white, blocks = self._whitened(keys, point)
-        theta, explained, _ = self._most_probable(white, blocks)
+        theta, explained, _ = self._most_probable(white, blocks, self._taken(keys))
         penalties = np.array(
             [point[name] / size.spread for name, size in self._moved(keys) if size.prior == "half"]
         )
@@ -241,25 +241,19 @@ class Laplace:
         return float(left @ left), left
 
     def _columns(self, keys: frozenset[str], base: FloatArray, point: Point) -> list[Columns]:
-        free = self._frees[self._taken(keys)]
-        return [free, *(self.plant.columns(key, base, point) for key in sorted(keys))]
+        return [self._free, *(self.plant.columns(key, base, point) for key in sorted(keys))]
 
-    def _taken(self, keys: frozenset[str]) -> str:
-        """Which tolerances the regressors of a set take over, as the name of what is free then."""
+    def _taken(self, keys: frozenset[str]) -> IntArray:
+        """Columns of the tolerances that the regressors of a set take over."""
         taken = {self.by_key[key].takes_over for key in keys} - {""}
-        name = "".join(f".{one}" for one in sorted(taken))
-        if name not in self._frees:
-            kept = np.array([one not in taken for one in self._free.names], dtype=float)
-            self._frees[name] = replace(self._free, values=self._free.values * kept)
-        return name
+        return np.flatnonzero(np.array([name in taken for name in self._free.names], dtype=bool))
 
     def _whitened(
         self, keys: frozenset[str], point: Point
     ) -> tuple[FloatArray, FloatArray, list[Block]]:
         base = self.plant.base(keys, point)
         white = self.noise.whiten(self.plant.observed - base)
-        named = (self._taken(keys), *sorted(keys))
-        columns = zip(named, self._columns(keys, base, point), strict=True)
+        columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
         return base, white, [self._block(key, c) for key, c in columns if c.values.shape[1]]
 
     def _block(self, key: str, columns: Columns) -> Block:
@@ -271,13 +265,14 @@ class Laplace:
         return kept[1]
 
     def _most_probable(
-        self, white: FloatArray, blocks: list[Block]
+        self, white: FloatArray, blocks: list[Block], taken: IntArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Linear sizes (p,), each in its prior spread, what they explain, (m,), and their inverse
         covariance.
         """
         share = np.concatenate([np.zeros(0), *(block[1].T @ white for block in blocks)])
         gram = self._products.of(blocks)
+        share[taken] = gram[taken] = gram[:, taken] = 0.0
         gram[np.diag_indices_from(gram)] += 1.0
         theta = self._within_tolerance(gram, share)
         explained, first = np.zeros(len(white)), 0
@@ -302,14 +297,15 @@ class Laplace:
     def _explanation(self, keys: frozenset[str], point: Point) -> Explanation:
         base, white, blocks = self._whitened(keys, point)
         columns = self._columns(keys, base, point)
-        theta, explained, known = self._most_probable(white, blocks)
+        taken = self._taken(keys)
+        theta, explained, known = self._most_probable(white, blocks, taken)
         left = white - explained
         shapes = [shape for _, shape in blocks]
         if moved := self._moved(keys):
             _, whole = self._solve(keys, point)
             slopes = [(self._slope(keys, point, whole, m))[: len(white)] for m in moved]
             shapes += [slope[:, None] for slope in slopes]
-            tangent = _side_by_side(len(white), shapes)
+            tangent = _side_by_side(len(white), shapes, taken)
             known = np.eye(tangent.shape[1]) + tangent.T @ tangent
         spreads = np.concatenate([c.spread for c in columns] + [[m[1].spread for m in moved]])
         linear: dict[str, FloatArray] = {}
@@ -346,7 +342,7 @@ class Laplace:
             observed=self.plant.observed, chi2=float(left @ left),
             penalised=penalised,
             log_evidence=odds - 0.5 * (penalised + occam + chosen - halves),
-            shapes=tuple(shapes), names=tuple(names), spreads=spreads, white=left,
+            shapes=tuple(shapes), taken=taken, names=tuple(names), spreads=spreads, white=left,
         )  # fmt: skip
 
     def _is_found(self, key: str, linear: dict[str, FloatArray], point: Point) -> bool:
@@ -379,9 +375,11 @@ def tolerated(plant: RegressionPlant) -> FloatArray:
     return np.array([EVIDENCE.tolerated if name and name in bounded else np.inf for name in names])
 
 
-def _side_by_side(rows: int, shapes: Sequence[FloatArray]) -> FloatArray:
-    """Columns (rows, p) of several shapes."""
-    return np.concatenate([np.zeros((rows, 0)), *shapes], axis=1)
+def _side_by_side(rows: int, shapes: Sequence[FloatArray], taken: IntArray) -> FloatArray:
+    """Columns (rows, p) of several shapes; none where they are taken."""
+    columns: FloatArray = np.concatenate([np.zeros((rows, 0)), *shapes], axis=1)
+    columns[:, taken] = 0.0
+    return columns
 
 
 def _able(point: Point, moved: list[tuple[str, Size]], gradient: FloatArray) -> BoolArray:

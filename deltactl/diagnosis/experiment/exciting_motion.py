@@ -24,6 +24,8 @@ SERIES_S = 20.0
 """Length of one series: the slowest wave has 0.05 Hz, the fastest of five 0.25 Hz."""
 REPEATS = 3
 """A minute: what comes back in each is no noise."""
+DESIGNED = 2
+"""Series by which motions are compared."""
 RATE_HZ = 50.0
 HARMONICS = 5
 OF_TOP_SPEED = 0.5
@@ -32,8 +34,6 @@ UNLIMITED = 1.0
 """Top speed [rad/s or m/s] where the model states none."""
 DRAWN = 12
 """Series that are drawn for all joints; then one more for each."""
-NOISE = 0.02
-"""Usual noise of an effort, as a share of its root mean square."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,16 +86,20 @@ def exciting_motion(robot: ChainRobot, chain: RigidChain, seed: int = 0) -> Seri
 
 def information(robot: ChainRobot, chain: RigidChain, series: Series) -> float:
     """Log determinant of the information of a series on all effects, each in its usual size."""
-    plant = ChainPlant(robot, [recording(chain, series)], chain)
+    plant = moved_so(robot, chain, series)
     named = [plant.columns(r.key, plant.observed, {}) for r in plant.regressors if not r.left_over]
-    columns = np.concatenate([one.values * one.spread for one in [plant.free(), *named]], axis=1)
-    white = columns[plant.rows] / (NOISE * plant.usual[plant.rows])[:, None]
+    white = plant.whitened([plant.free(), *named])
     return float(np.linalg.slogdet(np.eye(white.shape[1]) + white.T @ white)[1])
 
 
+def moved_so(robot: ChainRobot, chain: RigidChain, series: Series) -> ChainPlant:
+    """The chain in some series, with efforts as its model has them."""
+    return ChainPlant(robot, [recording(chain, series)], chain)
+
+
 def recording(chain: RigidChain, series: Series) -> FlatRecording:
-    """Positions, velocities and efforts of the chain as its model has them, for two series."""
-    t_s = np.arange(0.0, 2.0 * SERIES_S, 1.0 / RATE_HZ)
+    """Positions, velocities and efforts of the chain as its model has them."""
+    t_s = np.arange(0.0, DESIGNED * SERIES_S, 1.0 / RATE_HZ)
     at, speed = series.at(t_s)
     effort = chain.efforts(at, speed, np.gradient(speed, t_s, axis=0))
     columns = {

@@ -32,6 +32,7 @@ class Motion:
     top_speed: float
     low_passed: Callable[[FloatArray], FloatArray]
     slope: Callable[[FloatArray], FloatArray]
+    """Both of values (n, ...)."""
     passes: Callable[[FloatArray], FloatArray]
     """Power (m,) that the low-pass leaves at angles (m,) a sample."""
 
@@ -70,7 +71,8 @@ def motion_of(
     sections = butter(OBSERVATIONS.low_pass_order, of_nyquist, output="sos")
 
     def low_passed(values: FloatArray, slopes: int = 0) -> FloatArray:
-        smooth = np.array(values, dtype=float) if slopes == 0 else np.zeros(len(values))
+        smooth = np.array(values, dtype=float) if slopes == 0 else np.zeros(values.shape)
+        frayed = [(FRAYED, FRAYED), *[(0, 0)] * (values.ndim - 1)]
         for part in stretches:
             if part.stop - part.start >= OBSERVATIONS.fewest_in_stretch:
                 own_s, grid_s = t_s[part], even_s(part)
@@ -79,8 +81,8 @@ def motion_of(
                     evenly = np.asarray(make_interp_spline(grid_s, evenly, SPLINE)(grid_s, 1))
                 inner = evenly[FRAYED:-FRAYED]
                 pad = min(3 * int(1.0 / (cut_off_hz * step_s)) + 9, len(inner) - 2)
-                passed = sosfiltfilt(sections, inner, padtype="even", padlen=pad)
-                smooth[part] = resampled(np.pad(passed, FRAYED, "edge"), grid_s, own_s)
+                passed = sosfiltfilt(sections, inner, axis=0, padtype="even", padlen=pad)
+                smooth[part] = resampled(np.pad(passed, frayed, "edge"), grid_s, own_s)
         return smooth
 
     def passes(angle: FloatArray) -> FloatArray:

@@ -22,9 +22,11 @@ from deltactl.diagnosis.answer.records import (
     Verdict,
 )
 from deltactl.diagnosis.evidence.detection import Progress
+from deltactl.diagnosis.experiment.next_motion import next_motion
+from deltactl.diagnosis.experiment.propose import Proposal
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.pipelines.nonlinear import diagnose_model
-from deltactl.diagnosis.pipelines.regression import diagnose_plant
+from deltactl.diagnosis.pipelines.regression import NextRun, diagnose_plant
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
@@ -77,10 +79,12 @@ def _delta(
     return diagnose_model(machine.model, rad_per_step, machine.held_out, progress, runs, thorough)
 
 
-def _answered(machine: Lone, progress: Progress) -> Diagnosis:
+def _answered(
+    machine: Lone, progress: Progress, runs: NextRun = lambda _: Proposal(None)
+) -> Diagnosis:
     """The engine's answer, with the recordings that could not be held out."""
     try:
-        answer = diagnose_plant(machine.plant, machine.others, progress, machine.singles)
+        answer = diagnose_plant(machine.plant, machine.others, progress, machine.singles, runs)
     except OverflowError:
         raise too_large() from None
     left_out = [refusal.says for refusal in machine.left_out]
@@ -114,7 +118,7 @@ def _chain(machine: Lone, progress: Progress) -> Diagnosis:
     """A chain of joints by its efforts."""
     plant = machine.plant
     assert isinstance(plant, ChainPlant)
-    answer = _answered(machine, progress)
+    answer = _answered(machine, progress, partial(next_motion, plant))
     whole, chain = plant.moved.whole, plant.chain
     if answer.picture is not None:
         answer = answer.model_copy(update={"picture": _pictured(answer.picture, plant)})
@@ -147,11 +151,14 @@ def _of_channels(picture: Picture, plant: PosePlant) -> Picture:
     (whole,) = picture.channels
     channels = []
     for number, name in enumerate(plant.names):
-        own = np.flatnonzero(plant.at_channel == number)
-        own = own[np.argsort(plant.at_pose[own])]
-        parts = {part: getattr(whole, part)[own] for part in ("observed", "before", "after")}
+        parts = {
+            part: plant.layout.apart(getattr(whole, part))[:, number]
+            for part in ("observed", "before", "after")
+        }
         channels.append(whole.model_copy(update={"name": name, **parts}))
-    covariates = {name: values[own] for name, values in picture.covariates.items()}
+    covariates = {
+        name: plant.layout.apart(values)[:, 0] for name, values in picture.covariates.items()
+    }
     return Picture(t_s=plant.poses.t_s, channels=channels, covariates=covariates)
 
 
@@ -160,7 +167,7 @@ def _pictured(picture: Picture, plant: ChainPlant) -> Picture:
     layout = plant.layout
 
     def whole(column: FloatArray) -> FloatArray:
-        return layout.by_joint(column).T.ravel()
+        return layout.apart(column).T.ravel()
 
     channels = [
         one.model_copy(update={n: whole(getattr(one, n)) for n in ("observed", "before", "after")})

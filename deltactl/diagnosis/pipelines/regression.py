@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -46,17 +46,21 @@ from deltactl.diagnosis.selection.model_posterior import Posterior
 from deltactl.diagnosis.selection.named_first import Selected, select
 from deltactl.models.effects import Trait, has
 
+NextRun = Callable[[Selected], Proposal]
+
 
 def diagnose_plant(
     plant: RegressionPlant,
     others: Sequence[RegressionPlant],
     progress: Progress = lambda _: None,
     singles: Sequence[RegressionPlant] = (),
+    runs: NextRun = lambda _: Proposal(None),
 ) -> Diagnosis:
     """Noise, selection and alarm; then the answer as on every way (`way.answered`).
 
     others: plants of held-out recordings; without any, blocks of time are left out in turn.
-    singles: each of several recordings by itself, to say whether they agree.
+    singles: each of several recordings by itself, to say whether they agree. runs: designs the
+    next run; without it the words of the effects say what else to record.
     """
     searched = select(plant, progress)
     charged = charge(plant, searched.noise, searched.empty)
@@ -67,7 +71,7 @@ def diagnose_plant(
     if not _claimed(searched, first_p, blocks):
         selected, blocks = _widened(_nothing(searched))
     compared = agreement(selected, singles)
-    settled = SummedColumns(plant, searched, selected, blocks, first_p, others, compared)
+    settled = SummedColumns(plant, searched, selected, blocks, first_p, others, compared, runs)
     return answered(settled, progress)
 
 
@@ -84,6 +88,7 @@ class SummedColumns:
     others: Sequence[RegressionPlant]
     compared: list[Agreement]
     """Sizes in each of several recordings."""
+    runs: NextRun
 
     def figures(self) -> Figures:
         """See Settled."""
@@ -119,8 +124,8 @@ class SummedColumns:
         return Limits(self.plant.not_testable(), detection_limits(self.selected))
 
     def next_run(self) -> Proposal:
-        """None: the words of its effects say what else to record."""
-        return Proposal(None)
+        """See Settled."""
+        return self.runs(self.selected)
 
     def picture(self) -> Picture:
         """See Settled."""

@@ -17,7 +17,7 @@ from deltactl.diagnosis.observations.largest_noise import (
 )
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
-from deltactl.diagnosis.plants.regression import Sizes
+from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
 
 
 def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) -> FloatArray:
@@ -110,6 +110,18 @@ class KeepsBeside:
             return None
         shapes = remembering(seen.angle)
         return NoiseBounds([Bound(seen, shapes)], np.ones(shapes.shape[1]))
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Nothing is predicted but by columns, (n,)."""
+        return np.zeros(len(self.groups))
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """All sizes are linear."""
+        return [{}]
+
+    def variant(self) -> RegressionPlant | None:
+        """There is one way to prepare it."""
+        return None
 
     def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
         """There is no map in detail."""

@@ -83,6 +83,8 @@ def experiment_line(diagnosis: Diagnosis) -> str:
         apart=listed([spelled(name) for name in plan.tells_apart]) or say("run.them"),
         expected=say("run.expected", gain=gain) if math.isfinite(gain) else "",
     )
+    if plan.job["path"]["shape"] == "fourier":
+        says += say("run.of_joints")
     return sentence(says)
 
 

@@ -12,18 +12,11 @@ import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
-from deltactl.diagnosis.plants.chain.joint_motions import (
-    JointMotions,
-    Layout,
-    joint_motions,
-    prepared,
-)
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.plants.chain.joint_motions import Layout, joint_motions, prepared
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
-from deltactl.diagnosis.plants.regression import (
-    Columns,
-)
+from deltactl.diagnosis.plants.regression import Columns
 from deltactl.diagnosis.plants.spline_terms import spline_basis
 from deltactl.models.rigid_chain import BODY, RigidChain
 from deltactl.models.robot import ChainRobot
@@ -47,10 +40,11 @@ class ChainOptions:
     friction_as_stated: float = 0.05
     """Share by which friction differs from what the model states: two days differ by 5 to 10 % with
     the warmth (UR10e)."""
-    friction_of_load: float = 0.05
-    """Friction that a gear has for each unit of its load, beside what it has at the usual load, in
-    the form of Hamon, Gautier and Garrec (2010, IEEE/RSJ IROS): catalogues of reducers state losses
-    of 2 to 10 % of what passes them."""
+    friction_of_load: float = 0.1
+    """Friction that a gear has for each unit of its load, beside what it has at the usual load.
+    Measured: 0.063 and 0.148 (strain wave gears eRob80, 50:1 and 100:1), 0.108 (Dynamixel MX-106;
+    all three: parameters m3 of github.com/Rhoban/bam), 0.06 (joints 2 and 3 of a UR10e, by a fit to
+    its recording). Their root mean square is 0.095."""
     yields_of_travel: float = 1e-3
     """Way over which a bearing yields before it slides, as a share of the travel (a harmonic drive:
     minutes of arc). A fifth or three times of it changes no answer on even draws,"""
@@ -62,6 +56,10 @@ class ChainOptions:
     """Spread of a drive's dead time: a slow bus, or a filter of its own,"""
     dead_times_s: tuple[float, ...] = (0.003, 0.015, 0.08, 0.3)
     """and from where fits of it begin, apart by a factor of five."""
+    noise: float = 0.02
+    """Usual noise of an effort, as a share of its root mean square."""
+    rounds: int = 4
+    """In which gain and load are found in turn; the third changes a gain by less than 0.1 %."""
     load_of_mass: float = 0.1
     """Usual load as a share of what moves: arms carry a tenth to a third of what they weigh."""
     load_off_of_reach: float = 0.1
@@ -95,30 +93,33 @@ class JointEfforts:
     """Efforts of all joints behind one low-pass, joint after joint (n,), and their tolerances."""
 
     def __init__(
-        self,
-        robot: ChainRobot,
-        recordings: Sequence[FlatRecording],
-        chain: RigidChain,
-        narrower: float = 1.0,
-    ):
-        """narrower: the low-pass ends at this share of where the position meets its noise."""
+        self, robot: ChainRobot, recordings: Sequence[FlatRecording], chain: RigidChain,
+        narrower: float,
+    ):  # fmt: skip
+        """narrower: as of `ChainPlant`."""
         self.robot, self.chain, self.source = robot, chain, recordings[0].source
+        self._recordings = tuple(recordings)
         self.joints = chain.joints
         self.unit = "N" if all(chain.slides) else "N m"
-        self.moved: JointMotions = joint_motions(robot, prepared(robot, recordings), narrower)
-        moved = self.moved
+        self.moved = moved = joint_motions(robot, prepared(robot, recordings), narrower)
+        self._low_passed, self._motion = (
+            moved.edge.low_passed,
+            (moved.at, moved.speed, moved.change),
+        )
         self._in_time = AheadInTime(moved.whole.t_s, moved.whole.fresh)
-        self._filtered = moved.low_passed(moved.force)
-        needed = chain.efforts(moved.at, moved.speed, moved.change)
-        self._needed = moved.low_passed(needed) + chain.friction * self._direction
+        self._filtered = self._low_passed(moved.force)
+        self._direction = self._low_passed(moved.signs)
+        self._speed = self._low_passed(moved.speed)
+        self._bare = chain.efforts(*self._motion)
+        self._needed = self._low_passed(self._bare) + chain.friction * self._direction
         stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
-        self.layout = Layout(moved, ASSESSMENT.folds, stride)
-        left = self._filtered - self._needed
-        self.readings: Readings = self.layout.readings(moved, left, self.unit)
+        self.layout = Layout(moved.counts, ASSESSMENT.folds, stride)
+        self.readings = self.layout.readings(moved.whole, moved.counts, "effort", self.unit)
         self.t_s = self.readings.t_s
-        self.kinds: IntArray = self.layout.joint
+        self.kinds: IntArray = self.layout.column
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
+        self.beside = np.zeros((len(self.t_s), 0))
 
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""
@@ -126,78 +127,73 @@ class JointEfforts:
         return own
 
     @cached_property
-    def _signs(self) -> FloatArray:
-        """Signs of velocities, smooth where a velocity is lost in its noise."""
-        widths = [
-            max(one.velocity_noise, FORCED_AXIS.turning_share * one.top_speed)
-            for one in self.moved.wide
-        ]
-        return np.asarray(np.tanh(self.moved.speed / np.array(widths)))
-
-    @cached_property
-    def _direction(self) -> FloatArray:
-        """The same behind the low-pass."""
-        return self.moved.low_passed(self._signs)
-
-    @cached_property
     def sizes(self) -> FloatArray:
         """How large efforts of each joint are here, (joints,), by their root mean square."""
-        both = np.stack([self.layout.laid(self._filtered), self.layout.laid(self._needed)])
-        rms = [np.sqrt(np.mean(both[:, self.rows_of(j)] ** 2)) for j in range(len(self.joints))]
-        return np.maximum(np.array(rms), 1e-300)
+        both = np.stack([self._filtered, self._needed]) ** 2
+        sizes: FloatArray = np.sqrt(np.maximum(self._usually(both), 1e-300)).max(axis=0)
+        return sizes
+
+    def _usually(self, values: FloatArray) -> FloatArray:
+        """Means (..., joints) of values (..., m, joints) where a joint is in clear motion; of one
+        that never is, of all.
+        """
+        counts = self.moved.counts | ~self.moved.counts.any(axis=0)
+        means: FloatArray = np.sum(values * counts, axis=-2) / np.sum(counts, axis=0)
+        return means
+
+    def moving(self) -> list[int]:
+        """Joints with rows enough in clear motion for anything to show."""
+        return [j for j in range(len(self.joints)) if len(self.rows_of(j)) >= LONE.rows_a_piece]
 
     @property
     def usual(self) -> FloatArray:
         """Efforts of the joint that a row is of: a wrist's are a hundredth of a shoulder's."""
         return np.asarray(self.sizes[self.kinds])
 
+    def whitened(self, columns: Sequence[Columns]) -> FloatArray:
+        """Rows (m, k) of columns in their usual sizes, by the usual noise of efforts."""
+        noise = CHAIN.noise * self.usual[self.rows, None]
+        return np.concatenate([c.values[self.rows] * c.spread / noise for c in columns], axis=1)
+
     def free(self) -> Columns:
         """No findings: efforts are held between samples and filtered before they are recorded, no
         arm is built exactly as its model, and bearings yield before they slide.
         """
-        chain, joints = self.chain, range(len(self.joints))
+        chain = self.chain
         tables = {
             "lag": (self._changing, self._apart_s),
             "gain": (self._needed, CHAIN.as_built),
             "dry": (chain.friction * self._direction, CHAIN.friction_as_stated),
-            "viscous": (chain.damping * self.moved.low_passed(self.moved.speed),
-                        CHAIN.friction_as_stated),
+            "viscous": (chain.damping * self._speed, CHAIN.friction_as_stated),
             "loaded": (self._by_load, CHAIN.friction_of_load),
             "yields": (self._yielding * self.sizes, CHAIN.yields_of_size),
-        }  # fmt: skip
-        each = [self._at(j, values[:, j]) for values, _ in tables.values() for j in joints]
-        spreads = np.repeat(
-            [*(spread for _, spread in tables.values()), CHAIN.as_built], len(joints)
-        )
+        }
+        each = [self._each(values) for values, _ in tables.values()]
+        spreads = [*(spread for _, spread in tables.values()), CHAIN.as_built]
         names = [f"{name} {joint}" for name in (*tables, "link") for joint in self.joints]
-        made = np.concatenate([np.stack(each, axis=1), self._links], axis=1)
-        return Columns(made, spreads, tuple(names))
+        values = np.concatenate([*each, self._links], axis=1)
+        return Columns(values, np.repeat(spreads, len(self.joints)), tuple(names))
 
     @cached_property
     def _links(self) -> FloatArray:
         """Efforts (n, joints) by the weight and inertia of each joint's own links."""
-        moved = self.moved
-        columns = self.chain.link_columns(moved.at, moved.speed, moved.change)
-        each = [moved.low_passed(columns[:, :, k]) for k in range(len(self.joints))]
-        return self.layout.laid(np.stack(each, axis=-1))
+        return self.layout.laid(self._low_passed(self.chain.link_columns(*self._motion)))
 
     @cached_property
     def _by_load(self) -> FloatArray:
         """Friction by the load of the gear, less that at the usual load."""
-        moved = self.moved
-        load = np.abs(self.chain.efforts(moved.at, moved.speed, moved.change))
-        usual = np.array([load[moved.counts[:, j], j].mean() for j in range(len(self.joints))])
-        return moved.low_passed(self._signs * (load - usual))
+        load = np.abs(self._bare)
+        return self._low_passed(self.moved.signs * (load - self._usually(load)))
 
     @cached_property
     def _yielding(self) -> FloatArray:
         """Friction of a bearing that yields before it slides, less that of one that does not."""
-        way = CHAIN.yields_of_travel * np.ptp(self.moved.at, axis=0)
+        way = np.maximum(CHAIN.yields_of_travel * np.ptp(self.moved.at, axis=0), 1e-300)
         moves = np.diff(self.moved.at, axis=0, prepend=self.moved.at[:1]) / way
         moves[self.moved.whole.fresh] = 0.0
         one = np.ones(len(moves))
         held = np.stack([clipped(move, -one, one, 0.0) for move in moves.T], axis=1)
-        return self.moved.low_passed(held) - self._direction
+        return self._low_passed(held) - self._direction
 
     @property
     def _apart_s(self) -> float:
@@ -206,7 +202,7 @@ class JointEfforts:
 
     @cached_property
     def _changing(self) -> FloatArray:
-        return self.moved.slope(self._filtered)
+        return self.moved.edge.slope(self._filtered)
 
     def _since(self, joint: int, dead_s: float) -> FloatArray:
         """Effort of a joint less what it was a dead time ago, (n,).
@@ -222,24 +218,23 @@ class JointEfforts:
         return [self._in_time.curves(force[:, None]) for force in self._filtered.T]
 
     def _at(self, joint: int, effort: FloatArray) -> FloatArray:
-        """An effort of one joint (m,) or (m, k) among the rows of all, (n,) or (n, k)."""
-        made = np.zeros((len(self.t_s), *effort.shape[1:]))
-        own = self.kinds == joint
-        made[own] = effort[self.layout.sample[own]]
-        return made
+        """An effort of one joint (m,) among the rows of all, (n,)."""
+        own: FloatArray = np.where(self.kinds == joint, effort[self.layout.sample], 0.0)
+        return own
+
+    def _each(self, efforts: FloatArray) -> FloatArray:
+        """Efforts (m, joints) of all joints, each by itself, (n, joints)."""
+        return np.stack([self._at(j, effort) for j, effort in enumerate(efforts.T)], axis=1)
 
     @cached_property
-    def _loads(self) -> list[Columns]:
-        """All ten moments of a load at each joint (m, 10): a heavy one far from the flange turns as
-        well as weighs.
+    def _load(self) -> Columns:
+        """All ten moments of a load, (n, 10): a heavy one far from the flange turns as well as
+        weighs.
         """
-        moved, chain = self.moved, self.chain
-        columns = chain.load_columns(moved.at, moved.speed, moved.change)
-        each = np.stack([moved.low_passed(columns[:, :, k]) for k in range(len(BODY))], axis=-1)
-        mass = CHAIN.load_of_mass * chain.mass_kg
+        chain, mass = self.chain, CHAIN.load_of_mass * self.chain.mass_kg
+        values = self.layout.laid(self._low_passed(chain.load_columns(*self._motion)))
         off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
-        spread = mass * np.array([1.0] + [off] * 3 + [off**2] * 6)
-        return [Columns(each[:, j], spread, BODY) for j in range(len(self.joints))]
+        return Columns(values, mass * np.array([1.0] + [off] * 3 + [off**2] * 6), BODY)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
@@ -260,7 +255,7 @@ class JointEfforts:
         found["friction"] = Way(("position", "direction"), own["position"], braked, CHAIN.bends)
         driven = self.layout.laid(self._needed)
         found["scale"] = Way(("time", "effort"), own["time"], driven, CHAIN.bends)
-        tables = {"effort": self._filtered, "velocity": self.moved.low_passed(self.moved.speed)}
+        tables = {"effort": self._filtered, "velocity": self._speed}
         for other in (joint - 1, joint + 1):
             for what, values in tables.items() if 0 <= other < len(self.joints) else ():
                 name = f"{what}_of_{self.joints[other]}"

@@ -9,12 +9,12 @@ load, which all of them feel, is one regressor.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN, JointEfforts
@@ -36,7 +36,7 @@ from deltactl.models.effects.chain_joints import (
     load_log_odds,
     rotor_log_odds,
 )
-from deltactl.models.rigid_chain import RigidChain
+from deltactl.models.rigid_chain import BODY, RigidChain
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -53,36 +53,32 @@ class ChainPlant(JointEfforts, KeepsBeside):
     channel = "effort"
 
     def __init__(
-        self,
-        robot: ChainRobot,
-        recordings: Sequence[FlatRecording],
-        chain: RigidChain,
+        self, robot: ChainRobot, recordings: Sequence[FlatRecording], chain: RigidChain,
         narrower: float = 1.0,
-    ):
+    ):  # fmt: skip
         """narrower: the low-pass ends at this share of where the position meets its noise."""
         super().__init__(robot, recordings, chain, narrower)
-        self._recordings = tuple(recordings)
-        self.beside = np.zeros((len(self.t_s), 0))
-        self.observed = self.layout.laid(self._filtered - self._explained) - self._late_by_file()
-        self.drawn_on = self.layout.laid(self._filtered) - self.observed
+        filtered = self.layout.laid(self._filtered)
+        self.observed = filtered - self._explained - self._late_by_file()
+        self.drawn_on = filtered - self.observed
         self.regressors = tuple(self._regressors())
 
     # ---- the robot file ------------------------------------------------------------------------
 
     @cached_property
     def _explained(self) -> FloatArray:
-        """Efforts (m, joints) of the model and of the linear effects in the robot file."""
-        made, gains = self._needed.copy(), np.ones(len(self.joints))
+        """Efforts (n,) of the model and of the linear effects in the robot file."""
+        made, gains = self.layout.laid(self._needed), np.ones(len(self.joints))
         for entry in self.robot.effects:
             sizes = {name: float(np.mean(value)) for name, value in entry.parameters.items()}
             name = (entry.effect, entry.component)
-            for key, each in self._acting.items():
-                for j, columns in each.items() if self._name(key) == name else ():
-                    made[:, j] += columns.values @ self._entered(key, sizes)
+            for key, columns in {**self._acting, LOAD: self._load}.items():
+                if self._name(key) == name:
+                    made = made + columns.values @ self._entered(key, sizes)
             for j, joint in enumerate(self.joints):
                 if name == self._name(f"gain {joint}"):
                     gains[j] *= sizes["scale"]
-        return np.asarray(made / gains)
+        return np.asarray(made / gains[self.kinds])
 
     def _late_by_file(self) -> FloatArray:
         """What dead times of the robot file change of the efforts, (n,)."""
@@ -119,28 +115,24 @@ class ChainPlant(JointEfforts, KeepsBeside):
     # ---- what may be missing -------------------------------------------------------------------
 
     def _regressors(self) -> list[Regressor]:
+        moving = [(j, self.joints[j]) for j in self.moving()]
         found = [
             Regressor(
-                f"{key} {joint}", one.name, one.log_odds, joint, alone=False,
-                **self._differing(key, j),
+                f"{key} {joint}", one.name, component=joint, alone=False,
+                **{"log_odds": one.log_odds, **self._differing(key, j)},
             )
-            for j, joint in enumerate(self.joints) for key, one in JOINT_EFFECTS.items()
+            for j, joint in moving for key, one in JOINT_EFFECTS.items()
         ]  # fmt: skip
         last = f"link {self.joints[-1]}"
         found.append(
             Regressor(LOAD, LOAD, load_log_odds(), self.chain.tip, alone=False, takes_over=last)
         )
-        found += [
+        return found + [
             Regressor(
                 f"{UNKNOWN} {joint} {name}", UNKNOWN, SPLINE_TERMS.unknown_log_odds, joint,
                 follows=one.follows, left_over=True,
             )
-            for j, joint in enumerate(self.joints) for name, one in self._ways(j).items()
-        ]  # fmt: skip
-        return [
-            replace(one, log_odds=rotor_log_odds(self._kept(*self._place(one.key)) > 0.0))
-            if one.key.startswith("rotor ") else one
-            for one in found
+            for j, joint in moving for name, one in self._ways(j).items()
         ]  # fmt: skip
 
     def _differing(self, key: str, joint: int) -> dict[str, Any]:
@@ -155,6 +147,8 @@ class ChainPlant(JointEfforts, KeepsBeside):
             return {"positive": positive, "as_built": as_built, **by_gain}
         if key == "gain":
             return {"as_built": as_built * CHAIN.as_built, "takes_over": f"{key} {name}"}
+        if key == "rotor":
+            return {"log_odds": rotor_log_odds(self._kept(key, joint) > 0.0), **by_gain}
         if key != "lag":
             return by_gain
         as_built *= self._apart_s
@@ -177,38 +171,53 @@ class ChainPlant(JointEfforts, KeepsBeside):
         return self._unknown[key] if key.startswith(UNKNOWN) else self._shapes[key]
 
     @cached_property
-    def _acting(self) -> dict[str, dict[int, Columns]]:
-        """For each effect at a place: its columns (m, k) in the effort of each joint it changes."""
-        made, moved = {}, self.moved
-        speed, change = moved.low_passed(moved.speed), moved.low_passed(moved.change)
-        for j, joint in enumerate(self.joints):
-            size, top = float(self.sizes[j]), moved.edge[j].top_speed
-            brisk = float(np.std(change[moved.counts[:, j], j]))
-            shapes = {
-                "dry": (self._direction[:, j], size),
-                "viscous": (speed[:, j], size / top),
-                "rotor": (change[:, j], size / max(brisk, 1e-300)),
-                "offset": (np.ones(len(speed)), size),
-            }
-            for column, (shape, spread) in shapes.items():
-                name = (JOINT_EFFECTS[column].parameter,)
-                own = Columns(shape[:, None], np.array([spread]), name)
-                made[f"{column} {joint}"] = {j: own}
-        return made | {LOAD: dict(enumerate(self._loads))}
+    def _acting(self) -> dict[str, Columns]:
+        """Efforts (n, k) of all that acts at a joint or at the last link."""
+        change = self._low_passed(self.moved.change)
+        brisk = np.sqrt(np.maximum(self._usually(change**2), 1e-300))
+        tables = {
+            "dry": (self._direction, self.sizes),
+            "viscous": (self._speed, self.sizes / self.moved.top_speeds),
+            "rotor": (change, self.sizes / brisk),
+            "offset": (np.ones_like(change), self.sizes),
+        }
+        made = {}
+        for column, (values, spreads) in tables.items():
+            name, each = (JOINT_EFFECTS[column].parameter,), self._each(values)
+            for j, joint in enumerate(self.joints):
+                made[f"{column} {joint}"] = Columns(each[:, [j]], spreads[[j]], name)
+        return made
 
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
-        """The same of all joints end to end, and what drives make of it, (n, k)."""
-        found = {}
-        for key, each in self._acting.items():
-            one = next(iter(each.values()))
-            values = sum(self._at(j, columns.values) for j, columns in each.items())
-            found[key] = replace(one, values=np.asarray(values))
-        share, name = np.array([FILE_SPREADS.gain_share]), (JOINT_EFFECTS["gain"].parameter,)
+        """The same, and what drives make of it."""
+        found, share = {**self._acting, LOAD: self._load}, np.array([FILE_SPREADS.gain_share])
+        name = (JOINT_EFFECTS["gain"].parameter,)
+        given = self._explained + self._load.values @ self._carried
         for j, joint in enumerate(self.joints):
-            found[f"gain {joint}"] = Columns(self._at(j, self._explained[:, [j]]), share, name)
+            own = np.where(self.kinds == j, given, 0.0)
+            found[f"gain {joint}"] = Columns(own[:, None], share, name)
             found[f"lag {joint}"] = Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
         return found
+
+    @cached_property
+    def _carried(self) -> FloatArray:
+        """Most probable moments (10,) of a load beside all that has a name.
+
+        A drive that is off gives a share of the load's effort, too: gain times load is no sum, so
+        that one of both has to be known first.
+        """
+        moments, own = np.zeros(len(BODY)), self.kinds[:, None] == np.arange(len(self.joints))
+        spread = np.full(len(self.joints), FILE_SPREADS.gain_share)
+        left = self.observed[self.rows] / (CHAIN.noise * self.usual[self.rows])
+        for _ in range(CHAIN.rounds):
+            given = self._explained + self._load.values @ moments
+            drives = Columns(given[:, None] * own, spread)
+            white = self.whitened([self._load, drives, self.free(), *self._acting.values()])
+            known = np.eye(white.shape[1]) + white.T @ white
+            size = np.linalg.solve(known, white.T @ left)
+            moments = size[: len(BODY)] * self._load.spread
+        return moments
 
     def _spanned(self, joint: int, name: str) -> FloatArray:
         """Named shapes that no spline term of a joint may take the place of, (n, j).
@@ -224,8 +233,8 @@ class ChainPlant(JointEfforts, KeepsBeside):
     @cached_property
     def _unknown(self) -> dict[str, Columns]:
         found = {}
-        for j, joint in enumerate(self.joints):
-            rows = self.rows_of(j)
+        for j in self.moving():
+            rows, joint = self.rows_of(j), self.joints[j]
             usual = FORCED_AXIS.unknown_of_size * float(self.sizes[j])
             for name, way in self._ways(j).items():
                 shapes = less_spanned(way.basis(rows), self._spanned(j, name), rows)
@@ -240,6 +249,15 @@ class ChainPlant(JointEfforts, KeepsBeside):
         number = self.joints.index(joint)
         return np.where(self.kinds == number, self._ways(number)[name].along, np.nan)
 
+    def not_testable(self) -> list[NotTestable]:
+        """All effects at joints that hardly move."""
+        still = [joint for j, joint in enumerate(self.joints) if j not in self.moving()]
+        return [
+            NotTestable(effect=one.name, component=joint, why="it hardly moves in this recording")
+            for joint in still
+            for one in JOINT_EFFECTS.values()
+        ]
+
     def noise_bounds(self, left: FloatArray) -> None:
         """The low-pass leaves nothing beyond its band that would show the noise in it."""
 
@@ -252,8 +270,8 @@ class ChainPlant(JointEfforts, KeepsBeside):
         return ChainPlant(self.robot, self._recordings, self.chain, FORCED_AXIS.narrower)
 
     def adopt(self, trained: ChainPlant) -> None:
-        """Spreads of the recording that sizes were found on."""
-        self.sizes = trained.sizes
+        """Spreads and load of the recording that sizes were found on."""
+        self.sizes, self._carried = trained.sizes, trained._carried
         for name in ("_acting", "_shapes"):
             self.__dict__.pop(name, None)
 
@@ -284,14 +302,9 @@ class ChainPlant(JointEfforts, KeepsBeside):
         late_s = [sizes[name] for key in keys if (name := f"{key}.dead_time") in sizes]
         if any(not 0.0 < one_s < LONE.longest_lag_s for one_s in late_s):
             return True
-        least = dict.fromkeys(BRAKES, 0.0) | {"gain": -1.0}
-        for key in keys:
-            column, _, joint = key.partition(" ")
-            if column == "rotor":
-                least[column] = -self._kept(column, self.joints.index(joint))
-            if column in least and float(linear[key][0]) <= least[column]:
-                return True
-        return False
+        bounded = [k for k in keys if k.partition(" ")[0] in (*BRAKES, "gain", "rotor")]
+        places = [(float(linear[key][0]), *self._place(key)) for key in bounded]
+        return any(v <= (-1.0 if c == "gain" else -self._kept(c, j)) for v, c, j in places)
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Starts of a dead time: all others are linear."""
@@ -302,10 +315,4 @@ class ChainPlant(JointEfforts, KeepsBeside):
 
 def _centre(first: str) -> Callable[[Draws], FloatArray]:
     """Distance of a load's centre, by its first moment."""
-
-    def of(drawn: Draws) -> FloatArray:
-        mass = np.asarray(drawn["mass"])
-        centre: FloatArray = np.asarray(drawn[first]) / np.where(mass == 0.0, 1e-300, mass)
-        return centre
-
-    return of
+    return lambda v: np.asarray(v[first] / np.where(v["mass"] == 0.0, 1e-300, v["mass"]))

@@ -220,15 +220,18 @@ class PoseModel:
             points = placed.links + np.einsum("nkij,kj->nki", placed.frames, self._tools)
             for part in range(len(self.setup.turns)):
                 own = self.poses.part == part
-                turn, shift = _kabsch(points[own, :-1], self.poses.places[own])
-                self.setup.turns[part], self.setup.shifts[part] = turn, shift
+                known = own[:, None] & np.isfinite(self.poses.places).all(axis=2)
+                there, seen = points[:, :-1][known], self.poses.places[known]
+                middle, centre = there.mean(axis=0), seen.mean(axis=0)
+                turn = Rotation.align_vectors(seen - centre, there - middle)[0].as_matrix()
+                self.setup.turns[part], self.setup.shifts[part] = turn, centre - turn @ middle
             self._targets(placed)
         if self.poses.turned is not None:
             read = Rotation.from_rotvec(np.nan_to_num(self.poses.turned)).as_matrix()
             turn = self.setup.turns[self.poses.part]
             known = np.isfinite(self.poses.turned).all(axis=1)
             each = np.swapaxes(turn @ placed.frames[:, -1], 1, 2) @ read
-            self.setup.hand = _nearest_turn(each[known].sum(axis=0))
+            self.setup.hand = Rotation.from_matrix(each[known]).mean().as_matrix()
         self.settle(shapes, {key: np.asarray(size) for key, size in sizes.items()}, {}, ())
 
     def _targets(self, placed: Placed) -> None:
@@ -298,19 +301,3 @@ def _step(
         sigma = max(MAD_TO_SIGMA * float(np.median(rest)), FINEST_M)
         weight = np.minimum(1.0, HUBER * sigma / np.maximum(rest, 1e-12)) / sigma**2
     return np.asarray(step)
-
-
-def _kabsch(points: FloatArray, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotation and shift that take points (n, k, 3) nearest to where they were seen."""
-    known = np.isfinite(seen).all(axis=2)
-    own, there = points[known], seen[known]
-    middle, centre = own.mean(axis=0), there.mean(axis=0)
-    turn = _nearest_turn((there - centre).T @ (own - middle))
-    return turn, centre - turn @ middle
-
-
-def _nearest_turn(matrix: FloatArray) -> FloatArray:
-    left, _, right = np.linalg.svd(matrix)
-    hand = np.sign(np.linalg.det(left @ right))
-    turn: FloatArray = left @ np.diag([1.0, 1.0, hand]) @ right
-    return turn

@@ -6,16 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
-from deltactl.diagnosis.plants.chain.joint_motions import joint_columns
 from deltactl.models.robot import ChainRobot
-from deltactl.recording.tables.flat import TARGET, AnyArray, FlatRecording
+from deltactl.recording.tables.chain_tables import (
+    joint_columns,
+    joints_of,
+    orientation,
+    place_of,
+    targets_in,
+)
+from deltactl.recording.tables.flat import FlatRecording
 
-QUATERNION = ("quat_x", "quat_y", "quat_z", "quat_w")
-ROTATION = ("rotvec_x", "rotvec_y", "rotvec_z")
-IN_MM = "_mm"
 MOST_POSES = 1500
 """More of a motion are thinned out: neighbours are alike."""
 SMOOTH = 0.05
@@ -48,63 +50,17 @@ class Poses:
 
 def measures_poses(robot: ChainRobot, recording: FlatRecording) -> bool:
     """Whether a table has places, and no efforts in motion, which say more of it."""
-    efforts = all(joint_columns(robot, recording, "effort"))
+    efforts = all(joint_columns(robot.joints, recording, "effort"))
     at_rest = not recording.timed or len(recording.stretches()) == len(recording)
     return bool(targets_in(recording)) and (at_rest or not efforts)
-
-
-def targets_in(recording: FlatRecording) -> tuple[str, ...]:
-    """Stems of the columns of places: pos, pos1, pos2."""
-    names = [*recording.columns, *recording.extra]
-    found = {match[1] for name in names if (match := TARGET.fullmatch(name))}
-    return tuple(sorted(found, key=lambda stem: (len(stem), stem)))
-
-
-def place_of(recording: FlatRecording, stem: str) -> FloatArray | None:
-    """Where a target was, (n, 3) [m]; None where a column is missing."""
-    return block(recording, [f"{stem}_{axis}" for axis in "xyz"])
-
-
-def block(recording: FlatRecording, names: Sequence[str]) -> FloatArray | None:
-    """Columns (n, k) in SI units; None where one is missing."""
-    table = {**recording.extra, **recording.columns}
-    found = [_column(table, name) for name in names]
-    known = [one for one in found if one is not None]
-    return np.stack(known, axis=1) if len(known) == len(names) else None
-
-
-def _column(table: dict[str, AnyArray], name: str) -> FloatArray | None:
-    for called, factor in ((name, 1.0), (f"{name}{IN_MM}", 1e-3)):
-        values = table.get(called)
-        if values is not None and values.dtype.kind in "fiu":
-            return factor * np.asarray(values, dtype=float)
-    return None
-
-
-def joints_of(robot: ChainRobot, recording: FlatRecording, stem: str) -> FloatArray | None:
-    """Angles or commands of all joints, (n, joints)."""
-    names = joint_columns(robot, recording, stem)
-    known = [name for name in names if name is not None]
-    return block(recording, known) if len(known) == len(names) else None
-
-
-def orientation(recording: FlatRecording) -> FloatArray | None:
-    """Rotation vectors (n, 3) [rad], NaN where none was measured; None without such columns."""
-    quaternion, vector = block(recording, QUATERNION), block(recording, ROTATION)
-    if quaternion is not None:
-        size = np.linalg.norm(quaternion, axis=1)
-        known = np.isfinite(size) & (size > 0.0)
-        vector = np.full((len(size), 3), np.nan)
-        vector[known] = Rotation.from_quat(quaternion[known]).as_rotvec()
-    return vector
 
 
 def poses_of(robot: ChainRobot, recordings: Sequence[FlatRecording]) -> Poses:
     """The poses of recordings that `admission` let pass; rows that are not known in full are left
     out.
     """
-    angles = [joints_of(robot, one, "theta") for one in recordings]
-    commands = [joints_of(robot, one, "command") for one in recordings]
+    angles = [joints_of(robot.joints, one, "theta") for one in recordings]
+    commands = [joints_of(robot.joints, one, "command") for one in recordings]
     read = all(one is not None for one in angles)
     at = _joined(angles if read else commands)
     both = read and all(one is not None for one in commands)

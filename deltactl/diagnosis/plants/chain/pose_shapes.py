@@ -14,8 +14,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shape, Shapes
 from deltactl.diagnosis.plants.chain.pose_readings import last_way
-from deltactl.models.effects.chain_poses import LATE, MISSING, POSE_EFFECTS, SENSORS
-from deltactl.models.effects.link_geometry import OFF
+from deltactl.models.effects.chain_poses import LATE, POSE_EFFECTS, SENSORS
 from deltactl.models.robot import ChainRobot
 
 UNKNOWN, GEOMETRY = "left", "geometry"
@@ -106,11 +105,13 @@ class PoseShapes:
             self.made[f"rest {SENSORS}"] = self.shape(f"rest {SENSORS}")
 
     def shape(self, key: str) -> Shape:
-        """What a key changes in these poses; geometry has directions of its own."""
+        """What a key changes in these poses; of geometry all, of which directions are chosen."""
         stem, joint, _ = parts_of(key)
         if joint == SENSORS:
             return Shape({j: -step[:, None] for j, step in enumerate(self.poses.step.T)})
         j = self.joints.index(joint)
+        if stem == GEOMETRY:
+            return Shape(before={j: np.eye(6)})
         if stem == "bend":
             return Shape(about={j: across_axis(self.start, j)[:, :, None]})
         return Shape({j: self.angle(key)})
@@ -183,23 +184,18 @@ class PoseShapes:
         """What the effects of the robot file do, so that all that is found lies beyond it."""
         for entry in self.robot.effects:
             stem = next((k for k, e in POSE_EFFECTS.items() if e.name == entry.effect), "")
-            values = {n: float(np.mean(v)) for n, v in entry.parameters.items()}
-            key = f"{stem} {entry.component}"
-            if stem == "rest":
-                late = values.get(LATE, 0.0) / (self.poses.period_s or np.inf)
-                known = self.shape(key), np.array([values.get(MISSING, 0.0) + late])
-            elif not stem or entry.component not in self.joints:
+            if not stem or entry.component not in (*self.joints, SENSORS):
                 continue
-            elif stem == GEOMETRY:
+            values = {n: float(np.mean(v)) for n, v in entry.parameters.items()}
+            size = POSE_EFFECTS[stem].from_file(values)
+            if stem in WAVES:
                 j = self.joints.index(entry.component)
-                known = Shape(before={j: np.eye(6)}), np.array([values.get(n, 0.0) for n in OFF])
-            elif stem in WAVES:
-                j = self.joints.index(entry.component)
-                wave = _wave(self.poses.at[:, j], 2.0 * np.pi / values["period"])
-                known = Shape({j: wave}), POSE_EFFECTS[stem].from_file(values)
+                shape = Shape({j: _wave(self.poses.at[:, j], 2.0 * np.pi / values["period"])})
             else:
-                known = self.shape(key), POSE_EFFECTS[stem].from_file(values)
-            self.model.given.append(known)
+                shape = self.shape(f"{stem} {entry.component}")
+            if stem == "rest" and self.poses.period_s:
+                size = size + values.get(LATE, 0.0) / self.poses.period_s
+            self.model.given.append((shape, size))
 
     def find_gear_waves(self, at: At) -> None:
         """For each joint the wave, finer than its own, that explains most of the residual."""
@@ -255,12 +251,9 @@ class _Basis:
     """What columns span, one block after another."""
 
     def __init__(self, columns: FloatArray):
-        left, size, _ = np.linalg.svd(columns / _norms(columns), full_matrices=False)
+        norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        left, size, _ = np.linalg.svd(columns / norms, full_matrices=False)
         self._spans = left[:, size > POSES.spanned * size[0]]
-
-    def _beyond(self, block: FloatArray) -> FloatArray:
-        beyond: FloatArray = block - self._spans @ (self._spans.T @ block)
-        return beyond
 
     def takes(self, column: FloatArray) -> bool:
         """Whether a column (m, 1) is not spanned; then it is from now on."""
@@ -268,14 +261,10 @@ class _Basis:
 
     def directions(self, block: FloatArray) -> FloatArray:
         """Directions (j, k) of a block (m, j) that are not spanned; then they are."""
-        whole = float(np.linalg.norm(block, axis=0).max())
-        left, size, right = np.linalg.svd(self._beyond(block), full_matrices=False)
-        kept = size > POSES.spanned * max(whole, 1e-300)
+        whole = max(float(np.linalg.norm(block, axis=0).max()), 1e-300)
+        beyond = block - self._spans @ (self._spans.T @ block)
+        left, size, right = np.linalg.svd(beyond, full_matrices=False)
+        kept = size > POSES.spanned * whole
         self._spans = np.concatenate([self._spans, left[:, kept]], axis=1)
         directions: FloatArray = np.where(np.abs(right[kept]) < ROUNDED, 0.0, right[kept]).T
         return directions
-
-
-def _norms(columns: FloatArray) -> FloatArray:
-    norms: FloatArray = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    return norms

@@ -15,8 +15,9 @@ from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
+from deltactl.diagnosis.plants.chain.joint_motions import Layout
 from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shapes
-from deltactl.diagnosis.plants.chain.pose_readings import ROTATION, poses_of
+from deltactl.diagnosis.plants.chain.pose_readings import poses_of
 from deltactl.diagnosis.plants.chain.pose_shapes import (
     GEOMETRY,
     UNKNOWN,
@@ -40,8 +41,11 @@ from deltactl.models.effects.link_geometry import OFF
 from deltactl.models.effects.lone_axis import LINEAR_UNIT
 from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import ChainRobot
+from deltactl.recording.tables.chain_tables import ROTATION
 from deltactl.recording.tables.flat import FlatRecording
 
+POSITIVE = frozenset(stem for stem, one in POSE_EFFECTS.items() if one.positive)
+"""No joint has less than none of these."""
 ANYWHERE = 1.0
 """Prior spread [m, rad] of placements, which have been found already."""
 EXACT = 1e-9
@@ -64,7 +68,7 @@ class PosePlant(KeepsBeside):
         self.poses = poses_of(robot, recordings)
         self.model = PoseModel(robot, chain, self.poses)
         self._lay_out(len(recordings))
-        self.beside = np.zeros((len(self.order), 0))
+        self.beside = np.zeros((len(self.t_s), 0))
         self.may_be = PoseShapes(robot, self.model)
         self.model.place(self.shapes, {})
         placed = self.model.at(self.shapes, {})
@@ -80,33 +84,24 @@ class PosePlant(KeepsBeside):
         """All that may be wrong."""
         return self.may_be.made
 
-    # ---- rows ----------------------------------------------------------------------------------
-
     def _lay_out(self, parts: int) -> None:
         """Channel after channel in sections of poses, so that a share left out is of poses."""
-        count, channels = len(self.poses.at), self.model.channels
-        section = np.arange(count) * ASSESSMENT.folds // count
-        key = section[:, None] * channels + np.arange(channels)
-        self.order: IntArray = np.argsort(key.T.ravel(), kind="stable")
-        self.at_channel: IntArray = np.repeat(np.arange(channels), count)[self.order]
-        self.at_pose: IntArray = np.tile(np.arange(count), channels)[self.order]
-        self.rows: IntArray = np.flatnonzero(self.model.valid[self.at_pose, self.at_channel])
-        places = 3 * len(self.poses.targets)
-        self.kinds: IntArray = (self.at_channel >= places).astype(np.intp)
-        fresh = np.diff(self.at_channel, prepend=-1) != 0
-        self.groups = np.cumsum(fresh).astype(np.intp)
-        self.t_s = np.arange(len(self.order), dtype=float)
-        valid = np.zeros((len(self.order), 1), dtype=bool)
-        valid[self.rows] = True
-        self.readings = Readings(
-            self.t_s, fresh, self.poses.part[self.at_pose], (0.0,) * parts, (self.channel,), ("m",),
-            np.zeros((len(self.order), 1)), valid,
+        valid, places = self.model.valid, 3 * len(self.poses.targets)
+        self.layout = Layout(np.ones_like(valid), ASSESSMENT.folds)
+        part, nothing = self.poses.part, np.zeros((len(valid), 1))
+        visits = Readings(
+            np.arange(len(valid), dtype=float), nothing[:, 0] > 0.0, part, (0.0,) * parts,
+            (self.channel,), (self.unit,), nothing, nothing == 0.0,
         )  # fmt: skip
+        self.readings = self.layout.readings(visits, valid, self.channel, self.unit)
+        self.t_s = self.readings.t_s
+        self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
+        self.kinds: IntArray = (self.layout.column >= places).astype(np.intp)
+        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
 
     def laid(self, values: FloatArray) -> FloatArray:
         """(poses, channels) or (poses, channels, k) as (n,) or (n, k); 0 where nothing was read."""
-        laid: FloatArray = np.nan_to_num(values[self.at_pose, self.at_channel])
-        return laid
+        return np.nan_to_num(self.layout.laid(values))
 
     # ---- columns -------------------------------------------------------------------------------
 
@@ -146,12 +141,8 @@ class PosePlant(KeepsBeside):
 
     def _measured(self) -> FloatArray:
         """What was read, (poses, channels)."""
-        seen = self.poses.places.reshape(len(self.poses.at), -1)
-        return (
-            seen
-            if self.poses.turned is None
-            else np.concatenate([seen, 0.0 * self.poses.turned], 1)
-        )
+        seen, turned = self.poses.places.reshape(len(self.poses.at), -1), self.poses.turned
+        return seen if turned is None else np.concatenate([seen, 0.0 * turned], 1)
 
     def _names(self, key: str) -> tuple[str, ...]:
         count = self.shapes[key].count
@@ -177,13 +168,13 @@ class PosePlant(KeepsBeside):
             one = POSE_EFFECTS[stem]
             places = self.may_be.waves[component][1] if stem == "gear" else None
             odds = one.log_odds - (float(np.log(places)) if places else 0.0)
-            positive = (stem,) if one.positive else ()
             same = instead(f"pose/{stem}")
             if key not in self.may_be.free:
                 found.append(
                     Regressor(
                         key, one.name, odds, component, equivalents=same, alone=False,
-                        positive=positive, places=places, saturated=key in saturated,
+                        positive=tuple({stem} & POSITIVE), places=places,
+                        saturated=key in saturated,
                     )
                 )  # fmt: skip
         for key in self.shapes:
@@ -194,10 +185,6 @@ class PosePlant(KeepsBeside):
                     Regressor(key, "unknown", odds, joint, follows=(follows,), left_over=True)
                 )
         return found
-
-    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """Nothing is predicted beyond what base, targets and the robot file make, (n,)."""
-        return np.zeros(len(self.order))
 
     def free(self) -> Columns:
         """Placement of base and targets."""
@@ -211,8 +198,10 @@ class PosePlant(KeepsBeside):
     def covariates(self) -> dict[str, FloatArray]:
         """Angles and loads of all joints, (n,)."""
         placed = self._at.placed
-        found = {f"theta_{j + 1}": q[self.at_pose] for j, q in enumerate(self.poses.at.T)}
-        return found | {f"load_{j + 1}": q[self.at_pose] for j, q in enumerate(placed.loads.T)}
+        found = {f"theta_{j + 1}": q[self.layout.sample] for j, q in enumerate(self.poses.at.T)}
+        return found | {
+            f"load_{j + 1}": q[self.layout.sample] for j, q in enumerate(placed.loads.T)
+        }
 
     def followed(self, key: str) -> FloatArray:
         """Angle or load (n,) that what has no name follows."""
@@ -231,9 +220,6 @@ class PosePlant(KeepsBeside):
             )
             for key, why in self.may_be.spanned.items()
         ]
-
-    def variant(self) -> None:
-        """There is one way to prepare it."""
 
     def adopt(self, trained: PosePlant) -> None:
         """Linearise where the other recording is: sizes of one hold in the other."""
@@ -254,18 +240,13 @@ class PosePlant(KeepsBeside):
             return [Shown(OFF[i], units[i], _along(change[i])) for i in order]
         if stem in WAVES:
             return self._shown_wave(key)
-        slides = component in self.joints and self.chain.slides[self.joints.index(component)]
-        name, unit = POSE_EFFECTS[stem].parameters[0]
+        one = POSE_EFFECTS[stem]
+        name, unit = one.parameters[0]
         if stem == "rest" and (period_s := self.poses.period_s):
             return [Shown(LATE, "s", lambda v: period_s * v[stem])]
-        unit = LINEAR_UNIT.get(unit, unit) if slides else unit
-        if stem == "ratio":
-            return [Shown(name, unit, lambda v: 1.0 + v[stem], 1.0)]
-        if stem == "droop":
-            return [
-                Shown(name, unit, lambda v: 1.0 / np.where(v[stem] == 0.0, 1e-300, v[stem]), np.inf)
-            ]
-        return [Shown(name, unit, lambda v: np.asarray(v[stem]))]
+        if component in self.joints and self.chain.slides[self.joints.index(component)]:
+            unit = LINEAR_UNIT.get(unit, unit)
+        return [Shown(name, unit, lambda v: one.of_size(v[stem]), one.nothing)]
 
     def _shown_wave(self, key: str) -> list[Shown]:
         """A wave by amplitude, period and phase. Once and twice a turn are exact; a gear has its
@@ -292,17 +273,8 @@ class PosePlant(KeepsBeside):
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
         """What gives way against its load, or play below zero."""
-        return any(_positive(key) and float(linear[key][0]) <= 0.0 for key in keys)
-
-    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-        """All sizes are linear."""
-        return [{}]
-
-
-def _positive(key: str) -> bool:
-    """Whether no joint has less than none of it."""
-    stem = parts_of(key)[0]
-    return stem != UNKNOWN and POSE_EFFECTS[stem].positive
+        above = [key for key in keys if key.partition(" ")[0] in POSITIVE]
+        return any(float(linear[key][0]) <= 0.0 for key in above)
 
 
 def _along(weights: FloatArray) -> Callable[[Draws], FloatArray]:

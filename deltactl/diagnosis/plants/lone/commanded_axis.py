@@ -182,9 +182,6 @@ class CommandedAxis(RecordedAxis, LeftOver):
         """Half of what reading and prediction are apart."""
         return LONE.unknown_of_mismatch * self.mismatch
 
-    def variant(self) -> None:
-        """There is one way to prepare it."""
-
     def adopt(self, trained: CommandedAxis) -> None:
         """Travel, spread and map in detail of the recording that sizes were found on."""
         self.span, self.mismatch = trained.span, trained.mismatch

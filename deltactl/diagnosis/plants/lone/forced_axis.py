@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import binary_dilation, binary_opening
+from scipy.ndimage import binary_dilation
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
@@ -30,6 +30,7 @@ from deltactl.diagnosis.observations.readings import (
 )
 from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
+from deltactl.diagnosis.plants.lone.clear_motion import in_clear_motion, rests_of
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, LateDrive
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
@@ -143,22 +144,10 @@ class ForcedAxis(LeftOver):
         left, motion = EffortChain(robot).force(driven), self.motion
         return motion.low_passed(left.force) - left.inertia * motion.acceleration
 
-    @property
-    def _slow(self) -> float:
-        """Speed below which the axis may rest."""
-        slowest = FORCED_AXIS.slowest_share * self.motion.top_speed
-        return max(FORCED_AXIS.resolved * self.motion.velocity_noise, slowest)
-
     @cached_property
     def _rests(self) -> BoolArray:
-        """Samples (n,) at which the axis rests.
-
-        A turning point is no rest: friction changes its sign there, and passes the low-pass too.
-        """
-        slow = np.abs(self.motion.velocity) <= self._slow
-        rest = max(2, int(FORCED_AXIS.rest_periods / self._period))
-        stands: BoolArray = binary_opening(slow, np.ones(rest, dtype=bool))
-        return stands
+        """Samples (n,) at which the axis rests."""
+        return rests_of(self.motion, self._period)
 
     @property
     def _period(self) -> float:
@@ -167,11 +156,8 @@ class ForcedAxis(LeftOver):
 
     def _rows(self) -> IntArray:
         """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
-        motion, period = self.motion, self._period
-        reach = max(1, int(FORCED_AXIS.smeared_periods / period))
-        slow = np.abs(motion.velocity) <= self._slow
-        moving = ~slow & ~binary_dilation(self._rests, np.ones(2 * reach + 1, dtype=bool))
-        self._counts: BoolArray = motion.settled & moving & self.readings.valid[:, 0]
+        period = self._period
+        self._counts = in_clear_motion(self.motion, period) & self.readings.valid[:, 0]
         good = np.flatnonzero(self._counts)
         stride = max(1, int(FORCED_AXIS.periods_a_row / period))
         return good[::stride]

@@ -185,9 +185,6 @@ class RangeSensorPlant(LeftOver):
         """Half of what readings and distances are apart."""
         return LONE.unknown_of_mismatch * self.mismatch
 
-    def variant(self) -> None:
-        """There is one way to prepare it."""
-
     def adopt(self, trained: RangeSensorPlant) -> None:
         """Spread of the recording that sizes were found on."""
         self.mismatch = trained.mismatch

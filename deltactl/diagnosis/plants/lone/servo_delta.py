@@ -221,9 +221,6 @@ class ServoDelta(KeepsBeside):
     def noise_bounds(self, left: FloatArray) -> None:
         """An observer filters what it estimates: beyond its band nothing shows the noise in it."""
 
-    def variant(self) -> None:
-        """There is one way to prepare it."""
-
     def adopt(self, trained: ServoDelta) -> None:
         """All shapes are the robot's own."""
 
@@ -250,7 +247,3 @@ class ServoDelta(KeepsBeside):
             or (key.startswith("inertia ") and self.chain.rotor_kgm2 + float(linear[key][0]) <= 0.0)
             for key in keys
         )
-
-    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-        """All sizes are linear."""
-        return [{}]

@@ -1,0 +1,105 @@
+"""The next run of a chain by its efforts: the exciting motion, where that settles a tie."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from deltactl.diagnosis.answer.records import NextExperiment, OpenTie
+from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.experiment.design import EXPERIMENT
+from deltactl.diagnosis.experiment.exciting_motion import (
+    DESIGNED,
+    REPEATS,
+    SERIES_S,
+    exciting_motion,
+    moved_so,
+)
+from deltactl.diagnosis.experiment.propose import Proposal
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.chain.plant import ChainPlant
+from deltactl.diagnosis.selection.named_first import Selected
+
+Sides = tuple[list[str], list[str]]
+"""`effect component` of what differs, on either side."""
+
+
+def next_motion(plant: ChainPlant, selected: Selected) -> Proposal:
+    """The motion that `init chain --motion` writes, where sets of effects that count differ by more
+    than one of them being left out.
+    """
+    ties = _ties(selected)[: EXPERIMENT.most_ties]
+    if not ties:
+        return Proposal(None)
+    series = exciting_motion(plant.robot, plant.chain)
+    run = moved_so(plant.robot, plant.chain, series)
+    run.adopt(plant)
+    scale = _scale(plant, selected)[run.kinds[run.rows]]
+    best = selected.best
+    both = [(_told(run, scale, best, e), _told(run, scale, e, best)) for e, _ in ties]
+    a_series = np.array(both) / DESIGNED
+    most = int(60.0 * EXPERIMENT.longest_min / SERIES_S)
+    able = a_series[a_series * most >= EXPERIMENT.settles]
+    if not len(able):
+        return Proposal(None, [_open(sides, EXPERIMENT.longest_min) for _, sides in ties])
+    needed = math.ceil(EXPERIMENT.holds_back * EXPERIMENT.settles / float(able.min()))
+    repeats = min(max(needed, REPEATS), most)
+    good = a_series * repeats >= EXPERIMENT.settles
+    pairs = list(zip(ties, good.tolist(), strict=True))
+    names = dict.fromkeys(n for (_, sides), each in pairs if any(each) for s in sides for n in s)
+    experiment = NextExperiment(
+        job=series.job(plant.robot.name) | {"repeats": repeats},
+        tells_apart=list(names),
+        expected_delta_chi2=round(float((a_series * repeats)[good].min()), 1),
+        minutes=round(repeats * SERIES_S / 60.0, 2),
+    )
+    left = [
+        _open(sides[::-1] if second else sides, None if first or second else EXPERIMENT.longest_min)
+        for (_, sides), (first, second) in pairs
+        if not (first and second)
+    ]
+    return Proposal(experiment, left)
+
+
+def _ties(selected: Selected) -> list[tuple[Explanation, Sides]]:
+    """Sets that count of which each has a named effect that the best does not have, and the other
+    way round.
+    """
+    of = {r.key: f"{r.effect} {r.component}" for r in selected.plant.regressors if not r.left_over}
+    own, found = selected.best.found & of.keys(), []
+    for one in selected.posterior.explanations[1:]:
+        other = one.found & of.keys()
+        sides = sorted(of[key] for key in own - other), sorted(of[key] for key in other - own)
+        if all(sides):
+            found.append((one, sides))
+    return found
+
+
+def _scale(plant: ChainPlant, selected: Selected) -> FloatArray:
+    """How much a row of each joint counted in the recording, (joints,) [1/unit]."""
+    joint, noise = plant.kinds[selected.noise.rows], selected.noise.scale
+    each = [noise[joint == j] for j in range(len(plant.joints))]
+    return np.array([float(np.median(one)) if len(one) else 0.0 for one in each])
+
+
+def _told(run: ChainPlant, scale: FloatArray, truth: Explanation, other: Explanation) -> float:
+    """Chi-square that separates another set from the true one in a run, all of it refitted."""
+    base = run.base(truth.keys, truth.sizes)
+    acting = [(run.columns(key, base, truth.sizes), truth.linear[key]) for key in _named(truth)]
+    seen = base + sum(columns.values @ size for columns, size in acting)
+    begun = run.base(other.keys, other.sizes)
+    shapes = [run.free(), *(run.columns(key, begun, other.sizes) for key in _named(other))]
+    white = np.concatenate([one.values[run.rows] * one.spread for one in shapes], axis=1)
+    white *= scale[:, None]
+    left = (seen - begun)[run.rows] * scale
+    theta = np.linalg.solve(np.eye(white.shape[1]) + white.T @ white, white.T @ left)
+    return float(left @ (left - white @ theta))
+
+
+def _named(one: Explanation) -> list[str]:
+    return sorted(key for key in one.keys if not key.startswith("unknown "))
+
+
+def _open(sides: Sides, minutes: float | None) -> OpenTie:
+    return OpenTie(one=sides[0], other=sides[1], minutes=minutes)

@@ -1,0 +1,37 @@
+"""Where an axis is in clear motion: at rest its friction is anything."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import binary_dilation, binary_opening
+
+from deltactl.diagnosis.observations.inverse_dynamics import Motion
+from deltactl.diagnosis.observations.readings import BoolArray
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
+
+
+def rests_of(motion: Motion, period: float) -> BoolArray:
+    """Samples (n,) at which an axis rests; period: between samples, in periods of the low-pass.
+
+    A turning point is no rest: friction changes its sign there, and passes the low-pass too.
+    """
+    rest = max(2, int(FORCED_AXIS.rest_periods / period))
+    rests: BoolArray = binary_opening(_slow(motion), np.ones(rest, dtype=bool))
+    return rests
+
+
+def in_clear_motion(motion: Motion, period: float) -> BoolArray:
+    """Samples (n,) in motion, away from rests and from the ends of a stretch."""
+    reach = max(1, int(FORCED_AXIS.smeared_periods / period))
+    smeared = binary_dilation(rests_of(motion, period), np.ones(2 * reach + 1, dtype=bool))
+    clear: BoolArray = motion.settled & ~_slow(motion) & ~smeared
+    return clear
+
+
+def _slow(motion: Motion) -> BoolArray:
+    """Samples (n,) at which an axis may rest."""
+    slowest = FORCED_AXIS.slowest_share * motion.top_speed
+    slow: BoolArray = np.abs(motion.velocity) <= max(
+        FORCED_AXIS.resolved * motion.velocity_noise, slowest
+    )
+    return slow
