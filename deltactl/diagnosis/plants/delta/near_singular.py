@@ -6,12 +6,10 @@ more and the arms cannot be assembled at all. A fit would meet cliffs there.
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
 from deltactl.diagnosis.plants.delta.options import DELTA_FITS
-from deltactl.models.linkage import Linkage, forward
+from deltactl.models.linkage import Linkage, forward, neighbours
 from deltactl.models.robot import FloatArray
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -20,11 +18,7 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 def fragile(linkage: Linkage, angles_rad: FloatArray) -> BoolArray:
     """Samples, of angles (n, 3) [rad], that cannot be assembled with all arms off alike; (n,)."""
     lost = np.zeros(len(angles_rad), dtype=bool)
-    for longer, further in product((-1.0, 1.0), (-1.0, 1.0)):
-        other = linkage.with_(
-            forearm_m=linkage.forearm_m * (1.0 + longer * DELTA_FITS.length_off),
-            home_offset_rad=linkage.home_offset_rad + further * DELTA_FITS.home_off_rad,
-        )
+    for other in neighbours(linkage):
         lost |= ~np.isfinite(forward(other, angles_rad).position_m[:, 0])
     few = lost.mean() <= DELTA_FITS.most_fragile
     return lost if few else np.zeros(len(angles_rad), dtype=bool)
