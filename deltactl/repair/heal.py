@@ -23,6 +23,7 @@ from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.experiment.propose import write_job
 from deltactl.diagnosis.report.page import write_report
 from deltactl.firmware_py.job_file import NetworkIk, load_job
+from deltactl.firmware_py.job_targets import network_file
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import home_counts, plan_of
 from deltactl.firmware_py.program.coverage import coverage_of
@@ -30,9 +31,10 @@ from deltactl.firmware_py.program.totals import program_of, summarise_program
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, MotionError
 from deltactl.foundation.plain_file import check_place, said_of_output, write_whole
+from deltactl.models.network.file import NetworkFile
 from deltactl.models.robot_files import load_with_effects
 from deltactl.repair.compared import Distance, Gain, Seen, distance, gain
-from deltactl.repair.correct import held_back, trained
+from deltactl.repair.correct import held_back, trained, with_network
 from deltactl.repair.drawing import heart_for, refuse_other_machine
 from deltactl.repair.healing_state import (
     BEFORE,
@@ -310,15 +312,20 @@ class Healer:
         return played(plan_of(self._job, robot))
 
     def _with_network(self, robot: RobotFile, candidate: Path) -> RobotFile:
-        """The same with a network that learned the correction, where the job takes one."""
-        if not isinstance(load_job(self._job).inverse_kinematics, NetworkIk):
+        """The same with a network that learned the correction in place of the job's, if it has one.
+
+        Whatever its shape: what the job's network was taught is not what the robot is.
+        """
+        chosen = load_job(self._job).inverse_kinematics
+        if not isinstance(chosen, NetworkIk):
             return robot
         self._do("training the network of the corrected robot (about half a minute)")
-        learned = trained(robot, candidate.with_suffix(".tflite"))
+        replaces = NetworkFile.load(network_file(chosen, robot, self._job))
+        learned = trained(robot, candidate.with_suffix(".tflite"), replaces=replaces)
         if learned is None:
             return robot
-        block = yaml.safe_dump({"networks": {learned[0]: str(learned[1])}}, sort_keys=False)
-        write_whole(candidate, f"{candidate.read_text(encoding='utf-8').rstrip()}\n\n{block}")
+        text = candidate.read_text(encoding="utf-8")
+        write_whole(candidate, with_network(text, robot, chosen.file, learned[1]))
         return load_robot(candidate)
 
     def _drawn(self, candidate: Path, corrected: RobotFile) -> tuple[Distance, Distance, Gain]:
