@@ -103,7 +103,7 @@ def _along(angles_rad: FloatArray) -> tuple[FloatArray, IntArray, IntArray]:
     first = np.cumsum(counts) - counts
     move = np.repeat(np.arange(len(counts)), counts)
     part = (np.arange(len(move)) - first[move] + 1) / counts[move]
-    along = angles_rad[move] + part[:, None] * np.diff(angles_rad, axis=0)[move]
+    along: FloatArray = angles_rad[move] + part[:, None] * np.diff(angles_rad, axis=0)[move]
     return np.concatenate([angles_rad[:1], along]), first, counts
 
 
@@ -122,12 +122,12 @@ def _moves(linkage: Linkage, angles_rad: FloatArray) -> Reach:
     seen = poses(linkage, along)
     position_m = seen.position_m
     hops_m: FloatArray = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
-    steepest_m: FloatArray = np.maximum.reduceat(hops_m, first) * counts
+    longest_m: FloatArray = np.maximum.reduceat(hops_m, first)
     return Reach(
         serial=np.minimum(np.minimum.reduceat(seen.serial[1:], first), seen.serial[first]),
         parallel=np.minimum(np.minimum.reduceat(seen.parallel[1:], first), seen.parallel[first]),
         length_m=np.add.reduceat(hops_m, first),
-        steepest_m=steepest_m,
+        steepest_m=longest_m * counts,
         low_m=np.fmin(np.fmin.reduceat(position_m[1:], first), position_m[first]),
         high_m=np.fmax(np.fmax.reduceat(position_m[1:], first), position_m[first]),
     )

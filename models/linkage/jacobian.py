@@ -64,8 +64,9 @@ def least_gain(linkage: Linkage, angles_rad: FloatArray, position_m: FloatArray)
     pose is unreachable or exactly singular.
     """
     moved = np.nan_to_num(jacobian(linkage, angles_rad, position_m))
-    least: FloatArray = np.linalg.svd(moved, compute_uv=False)[..., -1]
-    return least / linkage.upper_arm_m.mean(axis=-1)
+    gains = np.linalg.svd(moved, compute_uv=False)
+    least: FloatArray = gains[..., -1] / linkage.upper_arm_m.mean(axis=-1)
+    return least
 
 
 def serial_margin(linkage: Linkage, angles_rad: FloatArray, position_m: FloatArray) -> FloatArray:
