@@ -20,7 +20,8 @@ from deltactl.firmware_py.path_file import (
     Way,
 )
 from deltactl.firmware_py.paths.path import Path as Targets
-from deltactl.firmware_py.paths.shapes import circle, heart, joints, points, spiral, survey
+from deltactl.firmware_py.paths.shapes import circle, heart, joints, points, spiral
+from deltactl.firmware_py.paths.survey import held, survey
 from deltactl.firmware_py.paths.way import way
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError
@@ -52,14 +53,8 @@ def path_of(job: JobFile, robot: RobotFile) -> Targets:
         return way(np.array(spec.start_m), spec.legs, spec.corner_m, spec.spacing_m)
     if isinstance(spec, Joints):
         return joints(spec.angles_deg, spec.dwell_s)
-    return survey(
-        Linkage.of(robot.geometry),
-        spec.count,
-        spec.angle_deg,
-        spec.dwell_s,
-        spec.seed,
-        robot.limits.singularity_margin,
-    )
+    spare = held(Linkage.of(robot.geometry), robot.limits.singularity_margin)
+    return survey(spare, spec.count, spec.angle_deg, spec.dwell_s, spec.seed)
 
 
 if TYPE_CHECKING:

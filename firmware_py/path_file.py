@@ -238,7 +238,7 @@ class Joints(StrictModel):
 class Survey(RuledModel):
     """Random arm angles, as Zhao 2023 section 3 collects its training data.
 
-    Triples that cannot be used are skipped and drawn again, see firmware_py/paths/shapes.py.
+    Triples near singular poses are skipped and drawn again, see firmware_py/paths/survey.py.
     """
 
     shape: Literal["survey"]

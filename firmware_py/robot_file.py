@@ -211,8 +211,9 @@ class RobotFile(DeltaRobot):
         return Switches(self.outputs)
 
     def is_machine_of(self, other: RobotFile) -> bool:
-        """Whether both files are of one machine, with effects that may differ."""
+        """Whether both files are of one machine, with another name or other effects."""
         may_differ = {
+            "name": "",
             "effects": (),
             "networks": {},
             "as_built": AsBuilt(),

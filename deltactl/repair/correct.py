@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,17 +23,21 @@ from deltactl.models.network.file import NetworkFile
 from deltactl.recording.tables.flat import FlatRecording
 
 Progress = Callable[[str], None]
+_NETWORKS = re.compile(r"^networks:.*\n(?:[ \t#].*\n|\n)*", re.MULTILINE)
 
 
 def trained(
-    robot: RobotFile, out: Path, progress: Progress = lambda _: None
+    robot: RobotFile,
+    out: Path,
+    progress: Progress = lambda _: None,
+    replaces: NetworkFile | None = None,
 ) -> tuple[str, Path, float] | None:
     """Train a network with the effects of a robot file: the one it replaces, its file, its error.
 
-    The error is in degrees RMS, held out. None where no network of this robot is shipped. Raises
-    NetworkError.
+    replaces: whose place and region it takes; else the shipped one's. The error is in degrees RMS,
+    held out. None where no network of this robot is shipped. Raises NetworkError.
     """
-    shipped = _shipped_network(robot)
+    shipped = replaces or _shipped_network(robot)
     if shipped is None:
         return None
     from deltactl.models.training.corrected import train_corrected
@@ -101,8 +106,7 @@ def correct(
         learned = trained(robot, out.with_suffix(".tflite"), progress)
     if learned is not None:
         name, network, _ = learned
-        block = yaml.safe_dump({"networks": {name: str(network.resolve())}}, sort_keys=False)
-        _write(out, f"{text.rstrip()}\n\n{block}")
+        _write(out, with_network(text, robot, name, network))
         robot = _loaded(out)
     return Corrected(
         diagnosis=answer,
@@ -115,6 +119,14 @@ def correct(
         network_error_deg=learned[2] if learned else None,
         instead_of=learned[0] if learned else "",
     )
+
+
+def with_network(text: str, robot: RobotFile, name: str, network: Path) -> str:
+    """The text of a robot file with this file in place of the network that jobs name."""
+    networks = {**robot.networks, name: str(network.resolve())}
+    block = yaml.safe_dump({"networks": networks}, sort_keys=False)
+    rest = _NETWORKS.sub("", text.rstrip() + "\n").rstrip()
+    return f"{rest}\n\n{block}"
 
 
 def held_back(

@@ -23,6 +23,7 @@ from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.experiment.propose import write_job
 from deltactl.diagnosis.report.page import write_report
 from deltactl.firmware_py.job_file import NetworkIk, load_job
+from deltactl.firmware_py.job_targets import network_file
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import home_counts, plan_of
 from deltactl.firmware_py.program.coverage import coverage_of
@@ -30,9 +31,11 @@ from deltactl.firmware_py.program.totals import program_of, summarise_program
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, MotionError
 from deltactl.foundation.plain_file import check_place, said_of_output, write_whole
+from deltactl.models.network.file import NetworkFile
 from deltactl.models.robot_files import load_with_effects
 from deltactl.repair.compared import Distance, Gain, Seen, distance, gain
-from deltactl.repair.correct import held_back, trained
+from deltactl.repair.correct import held_back, trained, with_network
+from deltactl.repair.drawing import heart_for, refuse_other_machine
 from deltactl.repair.healing_state import (
     BEFORE,
     EXPERIMENT,
@@ -64,10 +67,13 @@ GO_ON = "it goes on from there with --continue, or with Heal on the page"
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What is to be healed. minutes: of the survey, instead of what accuracy and noise ask for."""
+    """What is to be healed. minutes: of the survey, instead of what accuracy and noise ask for.
+
+    job: of this machine; None for the heart, which any robot draws that can reach it.
+    """
 
     robot_file: Path
-    job: Path
+    job: Path | None
     out: Path
     minutes: float | None = None
     go_on: bool = False
@@ -85,6 +91,7 @@ class Healer:
         self._doing = "before anything moved"
         self._earlier: list[dict[str, str]] = []
         self._robot = self._checked()
+        self._job = self._of_this_machine(self._robot)
         self._state = self._begin()
 
     def heal(self) -> dict[str, Any]:
@@ -126,18 +133,18 @@ class Healer:
         now = digest_of(robot_file)
         if order.go_on and old is not None:
             same = old.old_sha256 == now or (old.kept is not None and old.is_exchanged)
-            if old.answer is None and same and old.job == order.job.resolve():
+            if old.answer is None and same and old.job == self._job.resolve():
                 self._say(f"going on after: {old.step or 'nothing yet'}")
                 return old
             self._earlier = (old.answer or {}).get("by_hand", [])
-        new = Healing(robot_file=robot_file, job=order.job.resolve(), old_sha256=now)
+        new = Healing(robot_file=robot_file, job=self._job.resolve(), old_sha256=now)
         if old is not None and old.exchange is not None and old.exchange.new_sha256 == now:
             new = new.model_copy(update={"exchange": old.exchange})  # it can still be undone
         write_healing(order.out, new)
         return new
 
     def _checked(self) -> RobotFile:
-        """Before anything moves: the job, and a robot that is seen and whose file can be written.
+        """Before anything moves: a robot that is seen and whose file can be written.
 
         Raises ConfigError, RecordingError.
         """
@@ -151,9 +158,16 @@ class Healer:
             raise ConfigError(f"{path}: has servo drives; only steppers can be healed")
         if robot.sensors is None:
             raise ConfigError(f"{path}: has no sensors; nothing can be measured")
-        self._check_job(self._order.job, robot)
-        plan_of(self._order.job, robot)
         return robot
+
+    def _of_this_machine(self, robot: RobotFile) -> Path:
+        """The job, which this robot can draw. Raises ConfigError, MotionError, RecordingError."""
+        order = self._order
+        job = heart_for(order.robot_file, order.out) if order.job is None else order.job
+        refuse_other_machine(job, robot)
+        self._check_job(job, robot)
+        plan_of(job, robot)
+        return job
 
     def _check_job(self, job: Path, robot: RobotFile) -> None:
         program = program_of(job, robot)
@@ -165,7 +179,7 @@ class Healer:
         self._say(f"home: {homed.text}; readings scatter by {homed.noise_m * 1e3:.2f} mm")
         given = self._order.minutes
         noise_m, path = homed.noise_m, self._order.robot_file
-        seconds = first_s(self._order.job, path, noise_m) if given is None else 60.0 * given
+        seconds = first_s(self._job, path, noise_m) if given is None else 60.0 * given
         self._record_survey(robot, seconds)
 
     def _record_survey(self, robot: RobotFile, seconds: float) -> None:
@@ -185,7 +199,7 @@ class Healer:
         text = corrected_text(self._order.robot_file, answer, tables=Tables.JOINTS)
         write_whole(self._candidate, text)
         surveyed_s = sum(one.seconds for one in surveys)
-        return more_s(self._order.job, self._candidate, surveyed_s, self._state.robot_s)
+        return more_s(self._job, self._candidate, surveyed_s, self._state.robot_s)
 
     @property
     def _candidate(self) -> Path:
@@ -247,8 +261,8 @@ class Healer:
         write_whole(candidate, text)
         try:
             corrected = self._with_network(load_robot(candidate), candidate)
-            old, new = played(plan_of(self._order.job, robot)), self._plan(corrected)
-            self._check_job(self._order.job, corrected)
+            old, new = played(plan_of(self._job, robot)), self._plan(corrected)
+            self._check_job(self._job, corrected)
         except (ConfigError, MotionError) as error:
             by_hand = self._by_hand(answer, robot)
             why = f"a machine cannot have or follow the correction: {error}"
@@ -257,7 +271,7 @@ class Healer:
             by_hand = self._by_hand(answer, robot)
             by_hand += [_in_sensors(one) for one in answer.findings if sure(one, answer)]
             return found | {"outcome": NOTHING, "by_hand": by_hand}
-        covered = coverage_of(self._order.job, candidate)
+        covered = coverage_of(self._job, candidate)
         says = {(one.effect, one.component): one.says for one in covered.effects}
         found["worth"] = [
             one.as_json() | {"says": says.get((one.effect, one.component), one.effect)}
@@ -290,28 +304,33 @@ class Healer:
 
     def _ranked(self, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
         """What each correction is worth; nothing for a network, which learned all of them."""
-        if isinstance(load_job(self._order.job).inverse_kinematics, NetworkIk):
+        if isinstance(load_job(self._job).inverse_kinematics, NetworkIk):
             return []
-        return ranked(self._order.job, robot, corrected)
+        return ranked(self._job, robot, corrected)
 
     def _plan(self, robot: RobotFile) -> Any:
-        return played(plan_of(self._order.job, robot))
+        return played(plan_of(self._job, robot))
 
     def _with_network(self, robot: RobotFile, candidate: Path) -> RobotFile:
-        """The same with a network that learned the correction, where the job takes one."""
-        if not isinstance(load_job(self._order.job).inverse_kinematics, NetworkIk):
+        """The same with a network that learned the correction in place of the job's, if it has one.
+
+        Whatever its shape: what the job's network was taught is not what the robot is.
+        """
+        chosen = load_job(self._job).inverse_kinematics
+        if not isinstance(chosen, NetworkIk):
             return robot
         self._do("training the network of the corrected robot (about half a minute)")
-        learned = trained(robot, candidate.with_suffix(".tflite"))
+        replaces = NetworkFile.load(network_file(chosen, robot, self._job))
+        learned = trained(robot, candidate.with_suffix(".tflite"), replaces=replaces)
         if learned is None:
             return robot
-        block = yaml.safe_dump({"networks": {learned[0]: str(learned[1])}}, sort_keys=False)
-        write_whole(candidate, f"{candidate.read_text(encoding='utf-8').rstrip()}\n\n{block}")
+        text = candidate.read_text(encoding="utf-8")
+        write_whole(candidate, with_network(text, robot, chosen.file, learned[1]))
         return load_robot(candidate)
 
     def _drawn(self, candidate: Path, corrected: RobotFile) -> tuple[Distance, Distance, Gain]:
         """The job before and after, again while noise hides which is nearer to its path."""
-        job, path = self._order.job, self._order.robot_file
+        job, path = self._job, self._order.robot_file
         while True:
             for kind, file in ((OLD, path), (NEW, candidate)):
                 done = min(len(self._state.of(OLD)), len(self._state.of(NEW)))
@@ -327,7 +346,7 @@ class Healer:
 
     def _seen(self, kind: str) -> list[Seen]:
         file = self._order.robot_file if kind == OLD else self._candidate
-        return [self._patient.seen(one.file, self._order.job, file) for one in self._state.of(kind)]
+        return [self._patient.seen(one.file, self._job, file) for one in self._state.of(kind)]
 
     def _by_hand(
         self, answer: Diagnosis, robot: RobotFile, file: Path | None = None
@@ -338,7 +357,7 @@ class Healer:
             for finding, why in held_back(answer, robot, False, Tables.JOINTS)
         ]
         named = {(one["effect"], one["component"]) for one in work}
-        covered = coverage_of(self._order.job, file or self._order.robot_file)
+        covered = coverage_of(self._job, file or self._order.robot_file)
         work += [
             _item(one.effect, one.component, one.says, one.why_not or "not compensated")
             for one in covered.left
@@ -354,7 +373,7 @@ class Healer:
         answer |= {
             "robot": str(self._order.robot_file),
             "report": str(report),
-            "job": str(self._order.job),
+            "job": str(self._job),
             "robot_s": self._state.robot_s,
             "took_s": time.monotonic() - self._begun_s,
             "recordings": [str(one.file) for one in self._state.recordings],

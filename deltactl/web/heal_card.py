@@ -9,13 +9,12 @@ from nicegui import ui
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.firmware_py.controller.states import State
 from deltactl.foundation.errors import DeltactlError, NotReady
-from deltactl.web.behind.healings import JOB
 from deltactl.web.style import marked, tell_problem
 from deltactl.web.visit import Visit, offer, why_not
 
 TITLE = "Heal: the robot corrects itself"
 SAYS = (
-    f"It records a survey, is diagnosed and corrected, and draws {JOB} before and after. The"
+    "It records a survey, is diagnosed and corrected, and draws a heart before and after. The"
     " correction is kept only if the sensors show that it helps."
 )
 ASK = (

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from deltactl.firmware_py.paths.shapes import survey
+from deltactl.firmware_py.paths.survey import off_singular, survey
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import ConfigError
 from deltactl.models.linkage import Linkage
@@ -47,9 +47,8 @@ def survey_counts(robot: RobotFile, count: int, seed: int) -> IntArray:
     The same seed gives the same counts, a larger count adds to them. Raises UnreachablePoint.
     """
     limits = robot.limits
-    path = survey(
-        Linkage.of(robot.geometry), count, limits.arm_deg, 0.0, seed, limits.singularity_margin
-    )
+    spare = off_singular(Linkage.of(robot.geometry), limits.singularity_margin)
+    path = survey(spare, count, limits.arm_deg, 0.0, seed)
     counts: IntArray = np.rint(path.targets / robot.drive.rad_per_step).astype(np.int64)
     return counts
 

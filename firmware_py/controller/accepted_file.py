@@ -38,9 +38,9 @@ def other_accepted(accepted: RobotFile, new: RobotFile, path: Path) -> RobotFile
     """
     if not accepted.is_machine_of(new):
         raise ConfigError(
-            f"{path}: describes another machine than the one that runs (only effects, networks,"
-            " as_built and recordings may differ); restart the daemon with it"
+            f"{path}: describes another machine than the one that runs (only the name, effects,"
+            " networks, as_built and recordings may differ); restart the daemon with it"
         )
     truth = accepted.as_built.model_copy(update={"effects": accepted.effects_as_built})
-    update = {"as_built": truth, "recordings": accepted.recordings}
+    update = {"name": accepted.name, "as_built": truth, "recordings": accepted.recordings}
     return new.model_copy(update=update)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from deltactl.models.linkage import Linkage, Status, forward, parallel_margin, serial_margin
 from deltactl.models.robot import FloatArray
 
+IntArray = np.ndarray[Any, np.dtype[np.int64]]
 STEP_RAD = np.deg2rad(2.0)
 """Poses along a move are at most this far apart in any arm.
 
@@ -79,10 +80,10 @@ def moves(linkage: Linkage, angles_rad: FloatArray) -> Reach:
     return Reach(*(np.concatenate([getattr(p, name) for p in parts]) for name in Reach.__slots__))
 
 
-def _counts(angles_rad: FloatArray) -> np.ndarray[Any, np.dtype[np.int64]]:
+def _counts(angles_rad: FloatArray) -> IntArray:
     """How many poses each move is looked at in, besides its start."""
     widest = np.abs(np.diff(angles_rad, axis=0)).max(axis=1)
-    counts: np.ndarray[Any, np.dtype[np.int64]] = np.ceil(widest / STEP_RAD).astype(np.int64)
+    counts: IntArray = np.ceil(widest / STEP_RAD).astype(np.int64)
     return np.maximum(1, counts)
 
 
@@ -96,21 +97,37 @@ def _blocks(angles_rad: FloatArray) -> Iterator[FloatArray]:
         yield angles_rad[start : end + 1]
 
 
-def _moves(linkage: Linkage, angles_rad: FloatArray) -> Reach:
+def _along(angles_rad: FloatArray) -> tuple[FloatArray, IntArray, IntArray]:
+    """Poses of the moves less the first start, the row of each move's first, and their counts."""
     counts = _counts(angles_rad)
     first = np.cumsum(counts) - counts
     move = np.repeat(np.arange(len(counts)), counts)
     part = (np.arange(len(move)) - first[move] + 1) / counts[move]
-    along = angles_rad[move] + part[:, None] * np.diff(angles_rad, axis=0)[move]
-    seen = poses(linkage, np.concatenate([angles_rad[:1], along]))
+    along: FloatArray = angles_rad[move] + part[:, None] * np.diff(angles_rad, axis=0)[move]
+    return np.concatenate([angles_rad[:1], along]), first, counts
+
+
+def least(of: Callable[[FloatArray], FloatArray], angles_rad: FloatArray) -> FloatArray:
+    """The smallest value of a function of poses (n, 3) on each of the moves, ends included."""
+    parts = [np.empty(0)]
+    for block in _blocks(angles_rad):
+        along, first, _ = _along(block)
+        values = of(along)
+        parts.append(np.minimum(np.minimum.reduceat(values[1:], first), values[first]))
+    return np.concatenate(parts)
+
+
+def _moves(linkage: Linkage, angles_rad: FloatArray) -> Reach:
+    along, first, counts = _along(angles_rad)
+    seen = poses(linkage, along)
     position_m = seen.position_m
     hops_m: FloatArray = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
-    steepest_m: FloatArray = np.maximum.reduceat(hops_m, first) * counts
+    longest_m: FloatArray = np.maximum.reduceat(hops_m, first)
     return Reach(
         serial=np.minimum(np.minimum.reduceat(seen.serial[1:], first), seen.serial[first]),
         parallel=np.minimum(np.minimum.reduceat(seen.parallel[1:], first), seen.parallel[first]),
         length_m=np.add.reduceat(hops_m, first),
-        steepest_m=steepest_m,
+        steepest_m=longest_m * counts,
         low_m=np.fmin(np.fmin.reduceat(position_m[1:], first), position_m[first]),
         high_m=np.fmax(np.fmax.reduceat(position_m[1:], first), position_m[first]),
     )

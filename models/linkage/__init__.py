@@ -13,8 +13,9 @@ from deltactl.models.linkage.arms import (
     PlatformPosition,
     Status,
 )
-from deltactl.models.linkage.jacobian import jacobian, parallel_margin, serial_margin
+from deltactl.models.linkage.jacobian import jacobian, least_gain, parallel_margin, serial_margin
 from deltactl.models.linkage.kinematics import forward, inverse
+from deltactl.models.linkage.neighbours import neighbours
 from deltactl.models.linkage.scalar import inverse_one
 
 __all__ = [
@@ -28,6 +29,8 @@ __all__ = [
     "inverse",
     "inverse_one",
     "jacobian",
+    "least_gain",
+    "neighbours",
     "parallel_margin",
     "serial_margin",
 ]

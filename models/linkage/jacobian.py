@@ -57,6 +57,18 @@ def jacobian(linkage: Linkage, angles_rad: FloatArray, position_m: FloatArray) -
     return np.stack([component * gain for component in crosses], axis=-2)
 
 
+def least_gain(linkage: Linkage, angles_rad: FloatArray, position_m: FloatArray) -> FloatArray:
+    """Smallest singular value of the Jacobian over the mean upper arm, shape (...).
+
+    How far the platform moves, at least, in the direction in which it moves least. 0 where the
+    pose is unreachable or exactly singular.
+    """
+    moved = np.nan_to_num(jacobian(linkage, angles_rad, position_m))
+    gains = np.linalg.svd(moved, compute_uv=False)
+    least: FloatArray = gains[..., -1] / linkage.upper_arm_m.mean(axis=-1)
+    return least
+
+
 def serial_margin(linkage: Linkage, angles_rad: FloatArray, position_m: FloatArray) -> FloatArray:
     """Sine of the angle between each forearm and the plane of its upper arm and motor axis.
 

@@ -150,6 +150,12 @@ def test_what_cannot_be_healed_is_said_before_anything_moves(deltactl, folder: P
     far = HEART | {"path": HEART["path"] | {"width_m": 3.0}}
     (folder / "far.yaml").write_text(yaml.safe_dump(far))
     deltactl("heal", "mine.yaml", "--job", "far.yaml", "--simulate", status=2)
+    other = ROBOT.replace("gear_ratio: 10 ", "gear_ratio: 12 ")
+    (folder / "other.yaml").write_text(other)
+    (folder / "other-job.yaml").write_text(yaml.safe_dump(HEART | {"robot": "other.yaml"}))
+    theirs = deltactl("heal", "mine.yaml", "--job", "other-job.yaml", "--simulate", status=2)
+    assert "other.yaml, which describes another machine" in theirs.stderr
+    assert not (folder / "heal-mine").exists()
     assert "--continue" in deltactl(*CALL, "--out", "none", "--continue", status=2).stderr
     assert "to undo" in deltactl("heal", "mine.yaml", "--undo", status=2).stderr
     assert "is an example" in deltactl("heal", "zhao-2023.yaml", "--simulate", status=2).stderr

@@ -92,10 +92,11 @@ def test_homing_with_a_corrected_file_puts_it_in_force_and_leaves_the_truth(
     served: Served, tmp_path: Path
 ) -> None:
     corrected = tmp_path / "corrected.yaml"
-    corrected.write_text(TEXT + BELIEF)
+    corrected.write_text(TEXT.replace("name: zhao-2023", "name: renamed") + BELIEF)
     served.client.power_on()
     served.client.home(robot=corrected)
     assert off_target_m(served) < MICROSTEP_M
+    assert served.controller.robot.name == "zhao-2023"  # as recordings are named
     other = tmp_path / "other.yaml"
     other.write_text(TEXT.replace("forearm_m: 0.5 ", "forearm_m: 0.52 "))
     with pytest.raises(ConfigError, match="another machine"):

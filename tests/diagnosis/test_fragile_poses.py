@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.diagnosis.plants.delta.near_singular import fragile
+from deltactl.diagnosis.plants.delta.safe_poses import fragile
 from deltactl.models.linkage import Linkage, forward
 from deltactl.models.robot import DeltaRobot
 

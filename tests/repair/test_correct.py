@@ -15,7 +15,7 @@ from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.campaign import BESIDE_FROM, Row, kinds_of
-from deltactl.repair.correct import correct
+from deltactl.repair.correct import correct, with_network
 from deltactl.repair.machine import faulty_robot
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
@@ -66,3 +66,17 @@ def test_enough_is_near_the_possible_and_worse_is_worse_than_before() -> None:
     assert not row(0.05, 0.05).tables_enough
     assert row(0.08, 0.2).worse
     assert not row(0.08, 0.081).worse
+
+
+def test_a_network_joins_those_that_a_robot_file_names_already(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text((CONFIG_FOLDER / "zhao-2023.yaml").read_text())
+    for name, network in (("small.tflite", "a.tflite"), ("8x50.tflite", "b.tflite"),
+                          ("small.tflite", "c.tflite")):  # fmt: skip
+        robot = load_robot(path)
+        path.write_text(with_network(path.read_text(), robot, name, tmp_path / network))
+    assert load_robot(path).networks == {
+        "small.tflite": str(tmp_path / "c.tflite"),
+        "8x50.tflite": str(tmp_path / "b.tflite"),
+    }
+    assert load_robot(path).is_machine_of(robot)

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import yaml
 
+from deltactl.diagnosis.plants.delta.safe_poses import between
 from deltactl.firmware_py.job_file import load_job
+from deltactl.firmware_py.job_targets import path_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
+from deltactl.firmware_py.paths.survey import LEAST_GAIN
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.robot_file import load_robot
-from deltactl.repair.surveys import MOST_ROBOT_S, first_s, more_s, survey_job
+from deltactl.models.linkage import Linkage, forward
+from deltactl.models.robot import FloatArray
+from deltactl.proof.motions import arm_angles
+from deltactl.proof.robot.as_built import Body
+from deltactl.repair.campaign import ROBOT
+from deltactl.repair.heal_campaign import causes_of
+from deltactl.repair.machine import faulty_robot
+from deltactl.repair.surveys import MOST_ROBOT_S, POSE_S, SURVEY_S, first_s, more_s, survey_job
 
 JOB = CONFIG_FOLDER / "demo-heart.yaml"
 SURVEYED_S = 240.0
@@ -63,3 +74,39 @@ def test_surveys_go_to_different_places(tmp_path: Path) -> None:
         assert load_job(job).path is not None
         ends.append(plan_of(job, robot).last_counts)
     assert ends[0] != ends[1]
+
+
+def least_gain_of(body: Body, home_rad: FloatArray, angles_rad: FloatArray) -> float:
+    """The smallest singular value over the upper arm along a survey, by the proof's own inverse.
+
+    0 where a machine cannot be assembled, or where its inverse leads to other angles.
+    """
+    machine = Linkage(
+        radius_m=body.base_radius_m - body.platform_radius_m,
+        upper_arm_m=body.upper_arm_m,
+        forearm_m=body.forearm_m,
+        azimuth_rad=body.azimuth_rad,
+        home_offset_rad=np.zeros(3),
+    )
+    true_rad = angles_rad + home_rad
+    position_m = forward(machine, true_rad).position_m
+    if np.isnan(position_m).any():
+        return 0.0
+    assert np.abs(arm_angles(position_m, body) - true_rad).max() < 1e-6
+    step_m = 1e-6 * np.eye(3)
+    slopes = [
+        (arm_angles(position_m + d, body) - arm_angles(position_m - d, body)) / 2e-6 for d in step_m
+    ]
+    most = np.linalg.norm(np.stack(slopes, axis=-1), 2, axis=(-2, -1)).max()
+    return float(1.0 / (most * body.upper_arm_m.mean()))
+
+
+def test_the_platforms_of_drawn_robots_stay_held_in_the_surveys(tmp_path: Path) -> None:
+    robot, poses, least = load_robot(ROBOT), round(SURVEY_S[1] / POSE_S), []
+    for number in range(24):
+        job = tmp_path / "survey.yaml"
+        job.write_text(yaml.safe_dump(survey_job(robot, ROBOT, poses, 1 + number % 2)))
+        drawn = faulty_robot(causes_of(5504, number), number).machine.robot
+        along = between(path_of(load_job(job), robot).targets)
+        least.append(least_gain_of(drawn.body, drawn.joints.home_rad, along))
+    assert min(least) >= LEAST_GAIN

@@ -37,9 +37,10 @@ NOT_HEALED = 1
 
 def heal(
     robot: Annotated[str, typer.Argument(help="Robot file; corrected in place.")],
-    job: Annotated[str, typer.Option(help="The job that is drawn before and after.")] = (
-        "demo-heart.yaml"
-    ),
+    job: Annotated[
+        str | None,
+        typer.Option(help="The job that is drawn before and after; else the heart of the demo."),
+    ] = None,
     simulate: Annotated[
         bool, typer.Option("--simulate", help="On a simulated robot in this process, no daemon.")
     ] = False,
@@ -92,7 +93,8 @@ def heal(
             return
         say(f"{path}: {'as before the correction again' if changed else 'nothing to undo'}")
         return
-    order = Order(path, find(job, key=JOB_KEY), folder, minutes, go_on)
+    drawn = None if job is None else find(job, key=JOB_KEY)
+    order = Order(path, drawn, folder, minutes, go_on)
     with _patient(order.robot_file, folder, simulate, socket) as patient:
         answer = Healer(order, patient, _progress(json_out)).heal()
     if json_out:

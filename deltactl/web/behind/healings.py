@@ -15,14 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.firmware_py.controller.contract import Status
-from deltactl.firmware_py.named_files import JOB_KEY, find
 from deltactl.foundation.errors import DeltactlError, NotReady
 from deltactl.foundation.plain_file import write_whole
 from deltactl.web.behind.link import DaemonLink
 from deltactl.web.behind.tasks import Tasks
 
-JOB = "demo-heart.yaml"
-"""Drawn before and after, as by the command."""
 ANSWER = "shown.json"
 
 
@@ -87,7 +84,7 @@ class Healings:
         goes_on = "go_on" if self.begun(status) else "begin"
         try:
             place = await asyncio.to_thread(self._link.place)
-            words = (folder, status.robot_path, find(JOB, key=JOB_KEY), place, goes_on)
+            words = (folder, status.robot_path, place, goes_on)
             answer = await self._tasks.run("heal", *words, progress=self._tell)
             write_whole(folder / ANSWER, json.dumps(answer))
         except DeltactlError as error:

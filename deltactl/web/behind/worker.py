@@ -196,7 +196,7 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
     }
 
 
-def heal(folder: Path, robot_file: Path, job: Path, socket: Path, go_on: Path) -> dict[str, Any]:
+def heal(folder: Path, robot_file: Path, socket: Path, go_on: Path) -> dict[str, Any]:
     """Heal the robot of the daemon at a socket; `folder` holds the state. go_on: go_on or begin.
 
     Raises DeltactlError; then the old robot file is in force.
@@ -205,7 +205,7 @@ def heal(folder: Path, robot_file: Path, job: Path, socket: Path, go_on: Path) -
     from deltactl.repair.heal_answer import lines_of
     from deltactl.repair.patients import DaemonPatient
 
-    order = Order(robot_file, job, folder, go_on=go_on.name == "go_on")
+    order = Order(robot_file, None, folder, go_on=go_on.name == "go_on")
     answer = Healer(order, DaemonPatient(socket, robot_file), write_progress).heal()
     lines = lines_of(answer, "press Heal", "press Undo")
     return {"outcome": answer["outcome"], "lines": lines}

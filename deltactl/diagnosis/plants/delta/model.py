@@ -18,7 +18,7 @@ from deltactl.diagnosis.plants.delta.candidates import (
     tolerances,
 )
 from deltactl.diagnosis.plants.delta.measured_before import beside, changes, joined, measured_before
-from deltactl.diagnosis.plants.delta.near_singular import fragile
+from deltactl.diagnosis.plants.delta.safe_poses import fragile
 from deltactl.diagnosis.plants.delta.sensor_clock import OwnTimes
 from deltactl.diagnosis.plants.delta.traits import delta_traits
 from deltactl.diagnosis.plants.nuisance import Nuisance

@@ -27,10 +27,6 @@ class DeltaFitOptions:
     shortest_period_rad: float = 1e-2
     """Shortest period of a periodic error where the arms hardly move."""
     # Poses that a machine a little off its file may not reach.
-    length_off: float = 0.02
-    """Share of the forearm,"""
-    home_off_rad: float = 0.02
-    """and angle, by which a faulty machine may well be off; moderate faults are half as large."""
     most_fragile: float = 0.2
     """More than this share is not left out: then the file is wrong, or the motion is all there."""
 

@@ -1,4 +1,4 @@
-"""Which arm angles a proposed motion may use: the robot file's limits, and well off singular."""
+"""Which arm angles a proposed motion may use, and which tell nothing reliable."""
 
 from __future__ import annotations
 
@@ -9,9 +9,17 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.delta.options import NEXT_RUNS
-from deltactl.models.linkage import Linkage, Status, forward, parallel_margin, serial_margin
+from deltactl.diagnosis.plants.delta.options import DELTA_FITS, NEXT_RUNS
+from deltactl.models.linkage import (
+    Linkage,
+    Status,
+    forward,
+    neighbours,
+    parallel_margin,
+    serial_margin,
+)
 
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Box = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
 
@@ -70,3 +78,16 @@ def between(angles_rad: FloatArray) -> FloatArray:
         share = np.arange(1, count + 1)[:, None] / count
         parts.append(start + share * (end - start))
     return np.concatenate(parts)
+
+
+def fragile(linkage: Linkage, angles_rad: FloatArray) -> BoolArray:
+    """Samples, of angles (n, 3) [rad], that cannot be assembled with all arms off alike; (n,).
+
+    Near where the arms lie flat, a wrong length moves the platform by many times itself, and a
+    little more and the arms cannot be assembled at all. A fit would meet cliffs there.
+    """
+    lost = np.zeros(len(angles_rad), dtype=bool)
+    for other in neighbours(linkage):
+        lost |= ~np.isfinite(forward(other, angles_rad).position_m[:, 0])
+    few = lost.mean() <= DELTA_FITS.most_fragile
+    return lost if few else np.zeros(len(angles_rad), dtype=bool)
