@@ -86,6 +86,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
         """Shapes of one regressor around a base."""
         if key.startswith(UNKNOWN):
             return self.unknown(key)
+        if key == "ringing":
+            return self._drive.begun_ringing(sizes)
         if key not in MOVES_THE_LOAD or "ringing.frequency" not in sizes:
             return self._shapes.of(key, base, sizes)
         shapes = self._shapes.of(key, self._drive.before_ringing(sizes), sizes)

@@ -10,7 +10,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
-from deltactl.diagnosis.plants.regression import Sizes
+from deltactl.diagnosis.plants.regression import Columns, Sizes
 from deltactl.models.effects.axis_play import loose
 from deltactl.models.effects.speed_limit import rate_limited
 from deltactl.models.signals import late, linear, slopes_of
@@ -86,8 +86,7 @@ class DriveChain:
 
         driven: what moves its foot, a column each, (n, k).
         """
-        omega, damping = 2.0 * np.pi * sizes["ringing.frequency"], sizes["ringing.damping"]
-        pole = omega * complex(-damping, np.sqrt(1.0 - damping**2))
+        pole, damping = _pole(sizes), sizes["ringing.damping"]
         share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
         step = self._axis.step_s
         moves, span = step > 0.0, np.maximum(step, 1e-12)
@@ -102,6 +101,24 @@ class DriveChain:
         state = linear(gain, -share * pushed, np.zeros(driven.shape[1], complex))
         rung: FloatArray = driven + state.real
         return rung
+
+    def begun_ringing(self, sizes: Sizes) -> Columns:
+        """How a load rings that was moving where a stretch begins: cosine and sine of each."""
+        axis, pole = self._axis, _pole(sizes)
+        since_s = axis.t_s - axis.stretch_start_s
+        stretch = np.cumsum(axis.readings.fresh) - 1
+        first = np.flatnonzero(axis.readings.fresh)[: max(len(self._begins), 1)]
+        rings = np.exp(pole * since_s)[:, None] * (stretch[:, None] == np.arange(len(first)))
+        after = np.minimum(first + 1, len(axis.t_s) - 1)
+        moved = np.abs(axis.nominal[after] - axis.nominal[first])
+        spread = moved / np.maximum(axis.step_s[after], 1e-12) / abs(pole)
+        values = np.concatenate([rings.real, rings.imag], axis=1)
+        return Columns(values, np.maximum(np.tile(spread, 2), 1e-300))
+
+
+def _pole(sizes: Sizes) -> complex:
+    damping = sizes["ringing.damping"]
+    return complex(-damping, np.sqrt(1.0 - damping**2)) * 2.0 * np.pi * sizes["ringing.frequency"]
 
 
 def _speeds_up(speed: FloatArray, moves: BoolArray) -> FloatArray:
