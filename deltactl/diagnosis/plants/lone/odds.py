@@ -23,8 +23,9 @@ class FileSpreadOptions:
 
     inertia_share: float = 0.3
     """Part weights and drawings."""
-    gain_share: float = 0.1
-    """A stated torque constant: drive makers give 10 %."""
+    gain_share: float = 0.3
+    """Drive makers give 10 % for a torque constant, and state it by rms or by peak amperes, which
+    differ by a factor of 1.41."""
     stepper_ratio_share: float = 0.02
     """Belts and rollers slip a little, wheels are turned to a hundredth."""
     servo_ratio_share: float = 0.01
