@@ -33,7 +33,7 @@ from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
 from deltactl.diagnosis.plants.lone.clear_motion import in_clear_motion, rests_of
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, LateDrive
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
-from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
+from deltactl.diagnosis.plants.lone.force_shapes import ForceShapes, direction_of
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
 from deltactl.diagnosis.plants.regression import (
     Columns,
@@ -86,7 +86,6 @@ class ForcedAxis(LeftOver):
         self._late = LateDrive(self.t_s, self.readings.fresh)
         self.let_go = not float(np.ptp(self.force)) > 0.0
         self.rounding = 0.0
-        self._stribeck_at: dict[float, Columns] = {}
         self.channel = "effort"
         for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
             self._low_passed(recordings, narrower * wider)
@@ -100,10 +99,10 @@ class ForcedAxis(LeftOver):
 
     def _low_passed(self, recordings: Sequence[FlatRecording], narrower: float) -> None:
         """Motion and forces behind a low-pass, and the samples that count of them."""
-        for name in ("_rests", "_direction"):
-            self.__dict__.pop(name, None)
+        self.__dict__.pop("_rests", None)
         self.motion = self._motion(recordings, narrower)
         self.filtered_force = self.motion.low_passed(self.force)
+        self._direction = direction_of(self.motion)
         self.observed = self._not_explained(recordings)
         self.drawn_on = self.filtered_force - self.observed
         self.rows = self._rows()
@@ -182,11 +181,15 @@ class ForcedAxis(LeftOver):
     # ---- what may be missing -------------------------------------------------------------------
 
     @cached_property
-    def size(self) -> float:
-        """How large forces are here, by their root mean square: a constant one is a force too."""
-        moved = self.motion.acceleration * self.inertia - self.pulled
-        either = [force[self.rows] for force in (self.filtered_force, moved)]
-        return max(*(float(np.sqrt(np.mean(force**2))) for force in either), 1e-300)
+    def _forces(self) -> ForceShapes:
+        return ForceShapes(
+            motion=self.motion,
+            direction=self._direction,
+            force=self.filtered_force,
+            pulled=self.pulled,
+            rows=self.rows,
+            robot=self.robot,
+        )
 
     def _regressors(self) -> list[Regressor]:
         top = self.motion.top_speed
@@ -235,7 +238,7 @@ class ForcedAxis(LeftOver):
 
     def _left_by_all(self, rows: IntArray) -> FloatArray:
         """What all named forces together leave of some rows (m,), absolute."""
-        shapes = np.stack([one.values[rows, 0] for one in self._shapes.values()], axis=1)
+        shapes = np.stack([one.values[rows, 0] for one in self._forces.linear.values()], axis=1)
         force = self.observed[rows]
         left: FloatArray = np.abs(force - shapes @ np.linalg.lstsq(shapes, force, rcond=1e-10)[0])
         return left
@@ -273,59 +276,7 @@ class ForcedAxis(LeftOver):
         """Forces (n, k) of one regressor at the time of the motion."""
         if key.startswith(UNKNOWN):
             return self.unknown(key)
-        if key == "spring":
-            return self._spring
-        if key == "stribeck":
-            return self._stribeck(sizes["stribeck.speed"])
-        return self._shapes[key]
-
-    def _stribeck(self, speed: float) -> Columns:
-        """By its speed, at which many sets are tried in turn."""
-        if speed not in self._stribeck_at:
-            share = np.exp(-((self.motion.velocity / speed) ** 2))
-            shape = self.motion.low_passed(self._direction * share)
-            spread = FORCED_AXIS.stribeck_of_size * self.size
-            self._stribeck_at[speed] = Columns(shape[:, None], np.array([spread]), ("torque",))
-        return self._stribeck_at[speed]
-
-    @cached_property
-    def _spring(self) -> Columns:
-        """A force by position that no effect is: a spring or cable, a weight the file leaves out.
-
-        In motions to and fro it looks like inertia, so it is chosen together with the named ones.
-        """
-        at = self.motion.position
-        turns = self.unit == "N m" and float(np.ptp(at[self.rows])) > FORCED_AXIS.weighed_rad
-        forms = [np.sin(at), np.cos(at)] if turns else [at]
-        shapes = [form - float(np.mean(form[self.rows])) for form in forms]
-        sizes = [max(float(np.std(shape[self.rows])), 1e-300) for shape in shapes]
-        pull = FORCED_AXIS.stribeck_of_size * self.size
-        return Columns(np.stack(shapes, axis=1), pull / np.array(sizes))
-
-    @cached_property
-    def _direction(self) -> FloatArray:
-        width = max(self.motion.velocity_noise, FORCED_AXIS.turning_share * self.motion.top_speed)
-        direction: FloatArray = np.tanh(self.motion.velocity / width)
-        return direction
-
-    @cached_property
-    def _shapes(self) -> dict[str, Columns]:
-        motion, size = self.motion, self.size
-        table = {
-            "friction": (motion.low_passed(self._direction), size, "torque"),
-            "viscous": (motion.velocity, size / motion.top_speed, "coefficient"),
-            "inertia": (motion.acceleration, FILE_SPREADS.inertia_share * self.inertia, "inertia"),
-            "offset": (np.ones(len(self.t_s)), size, "offset"),
-            "gain": (
-                motion.acceleration * self.inertia - self.pulled,
-                FILE_SPREADS.gain_share,
-                "scale",
-            ),
-        }
-        return {
-            key: Columns(shape[:, None], np.array([spread]), (name,))
-            for key, (shape, spread, name) in table.items()
-        }
+        return self._forces.of(key, sizes)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
@@ -336,7 +287,7 @@ class ForcedAxis(LeftOver):
     def spanned(self, name: str) -> FloatArray:
         """Named shapes (n, j) that no spline term may take the place of."""
         left_out = {"offset"} if self.let_go else set()
-        named = [c.values[:, 0] for key, c in self._shapes.items() if key not in left_out]
+        named = [c.values[:, 0] for key, c in self._forces.linear.items() if key not in left_out]
         return np.stack(named, axis=1)
 
     def pieces(self, name: str) -> int:
@@ -352,7 +303,7 @@ class ForcedAxis(LeftOver):
     @property
     def unknown_spread(self) -> float:
         """A third of all forces."""
-        return FORCED_AXIS.unknown_of_size * self.size
+        return FORCED_AXIS.unknown_of_size * self._forces.size
 
     def variant(self) -> ForcedAxis:
         """The same under a narrower low-pass: what differs between the two is no knowledge."""
@@ -380,7 +331,7 @@ class ForcedAxis(LeftOver):
 
     def adopt(self, trained: ForcedAxis) -> None:
         """Spread of the recording that sizes were found on."""
-        self.size = trained.size
+        self._forces.size = trained._forces.size
 
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the contract's effects, in N or N m."""

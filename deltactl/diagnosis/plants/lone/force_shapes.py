@@ -1,0 +1,95 @@
+"""Shapes of the forces that may be missing on an axis driven by effort, a column a size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from deltactl.diagnosis.observations.inverse_dynamics import Motion
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
+from deltactl.diagnosis.plants.regression import Columns, Sizes
+from deltactl.models.robot import ServoAxis
+
+
+@dataclass(eq=False)
+class ForceShapes:
+    """Columns (n, k) with their spreads, low-passed like the effort.
+
+    direction: (n,) from -1 to 1. force: what the drive gives, and pulled: what loads and gravity
+    give, both low-passed, (n,). rows: samples that count.
+    """
+
+    motion: Motion
+    direction: FloatArray
+    force: FloatArray
+    pulled: FloatArray
+    rows: IntArray
+    robot: ServoAxis
+    _stribeck_at: dict[float, Columns] = field(default_factory=dict)
+
+    def of(self, key: str, sizes: Sizes) -> Columns:
+        """Forces of one regressor at the time of the motion."""
+        if key == "spring":
+            return self._spring
+        return self._stribeck(sizes["stribeck.speed"]) if key == "stribeck" else self.linear[key]
+
+    @cached_property
+    def size(self) -> float:
+        """How large forces are here, by their root mean square: a constant one is a force too."""
+        moved = self._accelerated - self.pulled
+        either = [force[self.rows] for force in (self.force, moved)]
+        return max(*(float(np.sqrt(np.mean(force**2))) for force in either), 1e-300)
+
+    @cached_property
+    def linear(self) -> dict[str, Columns]:
+        """Forces that a size scales, by their regressor."""
+        motion, inertia = self.motion, self.robot.inertia or 0.0
+        table = {
+            "friction": (motion.low_passed(self.direction), self.size, "torque"),
+            "viscous": (motion.velocity, self.size / motion.top_speed, "coefficient"),
+            "inertia": (motion.acceleration, FILE_SPREADS.inertia_share * inertia, "inertia"),
+            "offset": (np.ones(len(motion.position)), self.size, "offset"),
+            "gain": (self._accelerated - self.pulled, FILE_SPREADS.gain_share, "scale"),
+        }
+        return {
+            key: Columns(shape[:, None], np.array([spread]), (name,))
+            for key, (shape, spread, name) in table.items()
+        }
+
+    @property
+    def _accelerated(self) -> FloatArray:
+        return self.motion.acceleration * (self.robot.inertia or 0.0)
+
+    def _stribeck(self, speed: float) -> Columns:
+        """By its speed, at which many sets are tried in turn."""
+        if speed not in self._stribeck_at:
+            share = np.exp(-((self.motion.velocity / speed) ** 2))
+            shape = self.motion.low_passed(self.direction * share)
+            spread = FORCED_AXIS.stribeck_of_size * self.size
+            self._stribeck_at[speed] = Columns(shape[:, None], np.array([spread]), ("torque",))
+        return self._stribeck_at[speed]
+
+    @cached_property
+    def _spring(self) -> Columns:
+        """A force by position that no effect is: a spring or cable, a weight the file leaves out.
+
+        In motions to and fro it looks like inertia, so it is chosen together with the named ones.
+        """
+        at = self.motion.position
+        far = float(np.ptp(at[self.rows])) > FORCED_AXIS.weighed_rad
+        forms = [np.sin(at), np.cos(at)] if far and self.robot.motion == "rotary" else [at]
+        shapes = [form - float(np.mean(form[self.rows])) for form in forms]
+        sizes = [max(float(np.std(shape[self.rows])), 1e-300) for shape in shapes]
+        pull = FORCED_AXIS.stribeck_of_size * self.size
+        return Columns(np.stack(shapes, axis=1), pull / np.array(sizes))
+
+
+def direction_of(motion: Motion) -> FloatArray:
+    """Way of a motion (n,), from -1 to 1: no more certain than its velocity."""
+    width = max(motion.velocity_noise, FORCED_AXIS.turning_share * motion.top_speed)
+    direction: FloatArray = np.tanh(motion.velocity / width)
+    return direction
