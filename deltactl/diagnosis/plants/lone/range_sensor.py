@@ -157,9 +157,9 @@ class RangeSensorPlant(LeftOver):
         return speed
 
     def _drift(self, time_constant_s: float) -> Columns:
-        since = self.t_s - self.t_s[self.readings.fresh][np.cumsum(self.readings.fresh) - 1]
-        started = self.t_s - self.t_s[0] if not self.moves_all_the_time else since
-        share = -np.expm1(-started / time_constant_s)
+        """A sensor warms from the beginning of a recording on, whatever rows are missing in it."""
+        first = np.searchsorted(self.readings.part, self.readings.part)
+        share = -np.expm1((self.t_s[first] - self.t_s) / time_constant_s)
         return Columns(share[:, None], np.array([self.mismatch]), ("offset",))
 
     @cached_property
