@@ -19,6 +19,7 @@ PLAYS = frozenset(("friction", "rubbing", "play"))
 """Those that begin somewhere in a play, or in the reach of a friction: all of them."""
 WAVES = ("slow", "gear", "teeth")
 """Errors that repeat over the travel, by how often."""
+RATIO = "ratio.scale"
 OF_MOVES = ("lag", "speed", "ringing")
 """Regressors that are over before the next row where rows are read long after each move."""
 LOAD_UNKNOWN = "the load on the axis is not known: it needs {}a column `load`"
@@ -158,7 +159,7 @@ def _waves(axis: RecordedAxis, key: str) -> Regressor | None:
     waves = Size("waves", "flat", max(high, COMMANDED_AXIS.most_waves), low, high, 0.01)
     return named(
         f"command/{key}", sizes=(waves,), equivalents=instead(f"command/{key}"), alone=False,
-        mapped=True, saturated=key == "gear", places=high - low,
+        mapped=True, saturated=key == "gear", places=high - low, measured_by=RATIO,
     )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
 from deltactl.diagnosis.plants.lone.axis_regressors import (
     PLAYS,
+    RATIO,
     WAVES,
     begins_of,
     impossible,
@@ -204,7 +205,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
             "droop": [Shown("stiffness", stiffness, lambda v: 1.0 / v["1/stiffness"])],
             "gear": [
                 Shown("amplitude", unit, lambda v: np.hypot(v["sine"], v["cosine"])),
-                Shown("period", unit, lambda v: self.span / v["waves"]),
+                # At the output, which a ratio that is off moves farther than the command says.
+                Shown("period", unit, lambda v: self.span * (1.0 + v.get(RATIO, 0.0)) / v["waves"]),
                 Shown("phase", "rad", lambda v: np.arctan2(v["cosine"], v["sine"])),
                 Shown("amplitude_2", unit, lambda v: np.hypot(v["sine2"], v["cosine2"])),
                 Shown("phase_2", "rad", lambda v: np.arctan2(v["cosine2"], v["sine2"])),
