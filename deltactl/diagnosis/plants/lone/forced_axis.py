@@ -234,7 +234,10 @@ class ForcedAxis(LeftOver):
 
     @cached_property
     def _limit(self) -> EffortLimit:
-        return EffortLimit(self.filtered_force, self.drawn_on, self.rows, self._left_by_all)
+        return EffortLimit(
+            self.force, self.motion.low_passed, self.filtered_force, self.drawn_on, self.rows,
+            self._left_by_all,
+        )  # fmt: skip
 
     def _left_by_all(self, rows: IntArray) -> FloatArray:
         """What all named forces together leave of some rows (m,), absolute."""
