@@ -67,10 +67,10 @@ class EffortLimit:
     ):
         self._asked, self._low_passed = asked, low_passed
         self._force, self._needed, self._rows, self._left = force, needed, rows, left
-        asked = np.abs(force[rows])
-        self._peak = max(float(asked.max()), 1e-300)
+        size = np.abs(force[rows])
+        self._peak = max(float(size.max()), 1e-300)
         # A drive that could not give half of what is asked of it would follow nothing.
-        self._usual = float(np.median(asked))
+        self._usual = float(np.median(size))
 
     @property
     def size(self) -> Size:
