@@ -27,7 +27,8 @@ EXPERIMENT = {"benchmarks/proofs/detection_limit.py": 8}
 HOMONYMS = {
     "benchmarks/proofs/recording_variations.py": 2,
     "deltactl/cli/recordings/init.py": 3,
-    "deltactl/diagnosis/plants/lone/forced_axis.py": 7,
+    "deltactl/diagnosis/plants/lone/force_shapes.py": 2,
+    "deltactl/diagnosis/plants/lone/forced_axis.py": 5,
     "models/rigid_chain.py": 1,
     "models/robot.py": 2,
     "deltactl/reference/words.py": 2,

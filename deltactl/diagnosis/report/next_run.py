@@ -83,7 +83,7 @@ def experiment_line(diagnosis: Diagnosis) -> str:
         apart=listed([spelled(name) for name in plan.tells_apart]) or say("run.them"),
         expected=say("run.expected", gain=gain) if math.isfinite(gain) else "",
     )
-    if plan.job["path"]["shape"] == "fourier":
+    if plan.job.get("path", {}).get("shape") == "fourier":
         says += say("run.of_joints")
     return sentence(says)
 
