@@ -37,7 +37,7 @@ def next_motion(plant: ChainPlant, selected: Selected) -> Proposal:
     run.adopt(plant)
     scale = _scale(plant, selected)[run.kinds[run.rows]]
     best = selected.best
-    both = [(_told(run, scale, best, e), _told(run, scale, e, best)) for e, _ in ties]
+    both = [(_separates(run, scale, best, e), _separates(run, scale, e, best)) for e, _ in ties]
     a_series = np.array(both) / DESIGNED
     most = int(60.0 * EXPERIMENT.longest_min / SERIES_S)
     able = a_series[a_series * most >= EXPERIMENT.settles]
@@ -83,7 +83,7 @@ def _scale(plant: ChainPlant, selected: Selected) -> FloatArray:
     return np.array([float(np.median(one)) if len(one) else 0.0 for one in each])
 
 
-def _told(run: ChainPlant, scale: FloatArray, truth: Explanation, other: Explanation) -> float:
+def _separates(run: ChainPlant, scale: FloatArray, truth: Explanation, other: Explanation) -> float:
     """Chi-square that separates another set from the true one in a run, all of it refitted."""
     base = run.base(truth.keys, truth.sizes)
     acting = [(run.columns(key, base, truth.sizes), truth.linear[key]) for key in _named(truth)]
