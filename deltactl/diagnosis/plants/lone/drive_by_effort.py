@@ -49,28 +49,24 @@ class LateDrive:
 
 
 class EffortLimit:
-    """The largest effort that a drive gives, seen in the effort (n,) as it was asked for.
+    """The largest effort that a drive gives, seen in a low-passed effort (n,) as it was asked for.
 
-    force: what `low_passed` makes of the effort asked for. needed: force (n,) that the motion needs
-    by the robot file. left: absolute value (m,) of what all named forces together leave of some
-    rows (m,).
+    left: absolute value (m,) of what all named forces together leave of some rows (m,). needed:
+    force (n,) that the motion needs by the robot file.
     """
 
     def __init__(
         self,
-        asked: FloatArray,
-        low_passed: Callable[[FloatArray], FloatArray],
         force: FloatArray,
         needed: FloatArray,
         rows: IntArray,
         left: Callable[[IntArray], FloatArray],
     ):
-        self._asked, self._low_passed = asked, low_passed
         self._force, self._needed, self._rows, self._left = force, needed, rows, left
-        size = np.abs(force[rows])
-        self._peak = max(float(size.max()), 1e-300)
+        asked = np.abs(force[rows])
+        self._peak = max(float(asked.max()), 1e-300)
         # A drive that could not give half of what is asked of it would follow nothing.
-        self._usual = float(np.median(size))
+        self._usual = float(np.median(asked))
 
     @property
     def size(self) -> Size:
@@ -86,9 +82,10 @@ class EffortLimit:
 
     def kept_back(self, limit: float) -> FloatArray:
         """Effort (n,) beyond a limit, where it is more than noise makes of an effort at it."""
-        beyond = np.maximum(np.abs(self._asked) - limit, 0.0)
-        beyond[np.abs(self._force) - limit <= self._excursion] = 0.0
-        return self._low_passed(np.sign(self._asked) * beyond)
+        beyond = np.abs(self._force) - limit
+        beyond[beyond <= self._excursion] = 0.0
+        found: FloatArray = np.sign(self._force) * beyond
+        return found
 
     def is_reached(self, limit: float) -> bool:
         """Whether a limit is larger than what noise makes of no effort, and is reached."""

@@ -234,10 +234,7 @@ class ForcedAxis(LeftOver):
 
     @cached_property
     def _limit(self) -> EffortLimit:
-        return EffortLimit(
-            self.force, self.motion.low_passed, self.filtered_force, self.drawn_on, self.rows,
-            self._left_by_all,
-        )  # fmt: skip
+        return EffortLimit(self.filtered_force, self.drawn_on, self.rows, self._left_by_all)
 
     def _left_by_all(self, rows: IntArray) -> FloatArray:
         """What all named forces together leave of some rows (m,), absolute."""
