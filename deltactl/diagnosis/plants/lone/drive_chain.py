@@ -63,7 +63,7 @@ class DriveChain:
 
     @cached_property
     def _slopes(self) -> FloatArray:
-        """Slopes of the motion that comes to a lag, which is the first of the stages."""
+        """Slopes of the command, which comes to the first of the stages."""
         axis = self._axis
         return slopes_of(axis.nominal, axis.t_s, axis.step_s)
 
@@ -107,13 +107,10 @@ class DriveChain:
         axis, pole = self._axis, _pole(sizes)
         since_s = axis.t_s - axis.stretch_start_s
         stretch = np.cumsum(axis.readings.fresh) - 1
-        first = np.flatnonzero(axis.readings.fresh)[: max(len(self._begins), 1)]
+        first = np.flatnonzero(axis.readings.fresh)[: len(self._begins)]
         rings = np.exp(pole * since_s)[:, None] * (stretch[:, None] == np.arange(len(first)))
-        after = np.minimum(first + 1, len(axis.t_s) - 1)
-        moved = np.abs(axis.nominal[after] - axis.nominal[first])
-        spread = moved / np.maximum(axis.step_s[after], 1e-12) / abs(pole)
-        values = np.concatenate([rings.real, rings.imag], axis=1)
-        return Columns(values, np.maximum(np.tile(spread, 2), 1e-300))
+        spread = np.maximum(np.abs(self._slopes[first]) / abs(pole), 1e-300)
+        return Columns(np.concatenate([rings.real, rings.imag], axis=1), np.tile(spread, 2))
 
 
 def _pole(sizes: Sizes) -> complex:

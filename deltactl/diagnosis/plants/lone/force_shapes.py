@@ -12,7 +12,6 @@ from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.diagnosis.plants.regression import Columns, Sizes
-from deltactl.models.robot import ServoAxis
 
 
 @dataclass(eq=False)
@@ -20,7 +19,7 @@ class ForceShapes:
     """Columns (n, k) with their spreads, low-passed like the effort.
 
     direction: (n,) from -1 to 1. force: what the drive gives, and pulled: what loads and gravity
-    give, both low-passed, (n,). rows: samples that count.
+    give, both low-passed, (n,). rows: samples that count. turns: whether the axis is rotary.
     """
 
     motion: Motion
@@ -28,7 +27,8 @@ class ForceShapes:
     force: FloatArray
     pulled: FloatArray
     rows: IntArray
-    robot: ServoAxis
+    inertia: float
+    turns: bool
     _stribeck_at: dict[float, Columns] = field(default_factory=dict)
 
     def of(self, key: str, sizes: Sizes) -> Columns:
@@ -47,11 +47,11 @@ class ForceShapes:
     @cached_property
     def linear(self) -> dict[str, Columns]:
         """Forces that a size scales, by their regressor."""
-        motion, inertia = self.motion, self.robot.inertia or 0.0
+        motion = self.motion
         table = {
             "friction": (motion.low_passed(self.direction), self.size, "torque"),
             "viscous": (motion.velocity, self.size / motion.top_speed, "coefficient"),
-            "inertia": (motion.acceleration, FILE_SPREADS.inertia_share * inertia, "inertia"),
+            "inertia": (motion.acceleration, FILE_SPREADS.inertia_share * self.inertia, "inertia"),
             "offset": (np.ones(len(motion.position)), self.size, "offset"),
             "gain": (self._accelerated - self.pulled, FILE_SPREADS.gain_share, "scale"),
         }
@@ -62,7 +62,7 @@ class ForceShapes:
 
     @property
     def _accelerated(self) -> FloatArray:
-        return self.motion.acceleration * (self.robot.inertia or 0.0)
+        return self.motion.acceleration * self.inertia
 
     def _stribeck(self, speed: float) -> Columns:
         """By its speed, at which many sets are tried in turn."""
@@ -81,7 +81,7 @@ class ForceShapes:
         """
         at = self.motion.position
         far = float(np.ptp(at[self.rows])) > FORCED_AXIS.weighed_rad
-        forms = [np.sin(at), np.cos(at)] if far and self.robot.motion == "rotary" else [at]
+        forms = [np.sin(at), np.cos(at)] if far and self.turns else [at]
         shapes = [form - float(np.mean(form[self.rows])) for form in forms]
         sizes = [max(float(np.std(shape[self.rows])), 1e-300) for shape in shapes]
         pull = FORCED_AXIS.stribeck_of_size * self.size

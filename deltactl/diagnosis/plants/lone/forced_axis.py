@@ -188,7 +188,8 @@ class ForcedAxis(LeftOver):
             force=self.filtered_force,
             pulled=self.pulled,
             rows=self.rows,
-            robot=self.robot,
+            inertia=self.inertia,
+            turns=self.robot.motion == "rotary",
         )
 
     def _regressors(self) -> list[Regressor]:

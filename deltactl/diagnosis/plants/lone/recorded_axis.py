@@ -228,7 +228,11 @@ class RecordedAxis:
     def behind_a_limit(self, limit: float) -> float:
         """How far an axis with a limit of its speed falls behind, but for a rounded command."""
         held = rate_limited(self.nominal, self.step_s, limit, float(self.nominal[0]))
-        return float(np.max(np.abs(self.nominal - held))) - step_of(self.commanded)
+        return float(np.max(np.abs(self.nominal - held))) - self._command_step
+
+    @cached_property
+    def _command_step(self) -> float:
+        return step_of(self.commanded)
 
     @cached_property
     def usual_speed(self) -> float:
