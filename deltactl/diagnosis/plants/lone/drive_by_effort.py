@@ -34,18 +34,40 @@ class LateDrive:
     def __init__(self, t_s: FloatArray, fresh: BoolArray):
         self._in_time = AheadInTime(t_s, fresh)
         self._kept: dict[str, _Led] = {}
+        self._tables: dict[str, Curves] = {}
 
-    def led(self, key: str, columns: Columns, dead_s: float, time_s: float) -> Columns:
-        """Columns of one regressor ahead by a dead time and a time constant; the last are kept."""
+    def led(
+        self,
+        key: str,
+        columns: Columns,
+        dead_s: float,
+        time_s: float,
+        blended: tuple[FloatArray, FloatArray] | None = None,
+    ) -> Columns:
+        """Columns of one regressor ahead by a dead time and a time constant; the last are kept.
+
+        blended: a table (n, m) that stays the same, and the weights (m,) by which it is the column.
+        """
         at, kept = (dead_s, time_s), self._kept.get(key)
         if kept is not None and kept.columns is columns:
             curves = kept.curves
         else:
-            kept, curves = None, self._in_time.curves(columns.values)
+            kept, curves = None, self._curves(key, columns.values, blended)
         if kept is None or kept.at != at:
             led = replace(columns, values=self._in_time.later(curves, *at))
             kept = self._kept[key] = _Led(columns, curves, at, led)
         return kept.led
+
+    def _curves(
+        self, key: str, values: FloatArray, blended: tuple[FloatArray, FloatArray] | None
+    ) -> Curves:
+        if blended is None:
+            return self._in_time.curves(values)
+        table, weights = blended
+        if key not in self._tables:
+            self._tables[key] = self._in_time.curves(table)
+        of = self._tables[key]
+        return Curves(values, (of.slopes @ weights)[:, None], (of.bends @ weights)[:, None])
 
 
 class EffortLimit:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from deltactl.diagnosis.observations.inverse_dynamics import Motion
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
@@ -29,7 +30,6 @@ class ForceShapes:
     rows: IntArray
     inertia: float
     turns: bool
-    _stribeck_at: dict[float, Columns] = field(default_factory=dict)
 
     def of(self, key: str, sizes: Sizes) -> Columns:
         """Forces of one regressor at the time of the motion."""
@@ -43,6 +43,11 @@ class ForceShapes:
         moved = self._accelerated - self.pulled
         either = [force[self.rows] for force in (self.force, moved)]
         return max(*(float(np.sqrt(np.mean(force**2))) for force in either), 1e-300)
+
+    @cached_property
+    def speeds(self) -> FloatArray:
+        """The least and the largest speed (2,) at which friction may have come down."""
+        return np.array(FORCED_AXIS.stribeck_speeds) * self.motion.top_speed
 
     @cached_property
     def linear(self) -> dict[str, Columns]:
@@ -65,13 +70,26 @@ class ForceShapes:
         return self.motion.acceleration * self.inertia
 
     def _stribeck(self, speed: float) -> Columns:
-        """By its speed, at which many sets are tried in turn."""
-        if speed not in self._stribeck_at:
-            share = np.exp(-((self.motion.velocity / speed) ** 2))
-            shape = self.motion.low_passed(self.direction * share)
-            spread = FORCED_AXIS.stribeck_of_size * self.size
-            self._stribeck_at[speed] = Columns(shape[:, None], np.array([spread]), ("torque",))
-        return self._stribeck_at[speed]
+        shape, spread = self.slowed @ self.share_of(speed), FORCED_AXIS.stribeck_of_size * self.size
+        return Columns(shape[:, None], np.array([spread]), ("torque",))
+
+    @cached_property
+    def slowed(self) -> FloatArray:
+        """Friction of slow motion only (n, m), for each speed of a table."""
+        share = np.exp(-((self.motion.velocity[:, None] / np.exp(self._table.x)) ** 2))
+        return self.motion.low_passed(self.direction[:, None] * share)
+
+    def share_of(self, speed: float) -> FloatArray:
+        """Weights (m,) of the table's speeds at one of them or between."""
+        return np.asarray(self._table(np.log(speed)))
+
+    @cached_property
+    def _table(self) -> CubicSpline:
+        """By the logarithm of the speed: a low-pass at each speed of a fit takes ten times as
+        long."""
+        slow, fast = np.log(self.speeds)
+        knots = int((fast - slow) / FORCED_AXIS.stribeck_knot) + 1
+        return CubicSpline(np.linspace(slow, fast, knots), np.eye(knots))
 
     @cached_property
     def _spring(self) -> Columns:

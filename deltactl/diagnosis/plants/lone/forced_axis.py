@@ -193,7 +193,6 @@ class ForcedAxis(LeftOver):
         )
 
     def _regressors(self) -> list[Regressor]:
-        top = self.motion.top_speed
         found = [
             named("effort/friction", positive=("torque",), measured_by=GAIN),
             named("effort/viscous", positive=("coefficient",), measured_by=GAIN),
@@ -202,7 +201,7 @@ class ForcedAxis(LeftOver):
             ),
         ]
         if not self.let_go:
-            slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
+            top, (slowest, fastest) = self.motion.top_speed, self._forces.speeds
             speed = Size("speed", "flat", top, slowest, fastest, 0.002 * top)
             step_s, longest_s = 0.05 * self.readings.period_s, LONE.longest_lag_s
             late = [
@@ -245,7 +244,12 @@ class ForcedAxis(LeftOver):
         return left
 
     def _led(self, key: str, columns: Columns, sizes: Sizes) -> Columns:
-        return self._late.led(key, columns, sizes["lag.dead_time"], sizes["lag.time"])
+        blended = (
+            (self._forces.slowed, self._forces.share_of(sizes["stribeck.speed"]))
+            if key == "stribeck"
+            else None
+        )
+        return self._late.led(key, columns, sizes["lag.dead_time"], sizes["lag.time"], blended)
 
     @cached_property
     def _needed(self) -> Columns:
@@ -331,8 +335,8 @@ class ForcedAxis(LeftOver):
         ]
 
     def adopt(self, trained: ForcedAxis) -> None:
-        """Spread of the recording that sizes were found on."""
-        self._forces.size = trained._forces.size
+        """Spreads and speeds of the recording that sizes were found on."""
+        self._forces.size, self._forces.speeds = trained._forces.size, trained._forces.speeds
 
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the contract's effects, in N or N m."""

@@ -220,6 +220,8 @@ class ForcedAxisOptions:
     """Usual Stribeck friction, and usual pull of a spring, as a share of all forces."""
     stribeck_speeds: tuple[float, float] = (0.005, 0.6)
     """Shares of the top speed: below, nothing is read in motion; above, it is viscous friction."""
+    stribeck_knot: float = 0.2
+    """Between two speeds of a table, in their logarithm: an error of 1e-4 (numerical)."""
     stribeck_within: tuple[float, float] = (0.006, 0.59)
     """Nearer to those ends a speed sits at its bound."""
     speed_starts: tuple[float, ...] = (0.02, 0.06, 0.2)
