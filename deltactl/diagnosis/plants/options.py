@@ -15,8 +15,10 @@ class SplineTermOptions:
     """Quantiles of a covariate between which the pieces lie: single wild values would stretch
     them over a range in which nothing was read."""
     vanishing: float = 3e-3
-    """Share of the largest direction: one that is smaller is what the named shapes already span, or
-    occurs in no row; made as large as the others it would be a spike at one of them."""
+    """Share of the largest direction: one that is smaller occurs in no row; made as large as the
+    others it would be a spike at one of them."""
+    mostly: float = 0.5
+    """Share of a direction's variance from which on it is the named shapes' own: more of it."""
     unknown_log_odds: float = -5.0
     """Log odds of a model error that no named effect makes: one machine in 150 has it, for each
     covariate."""

@@ -48,14 +48,28 @@ def spline_terms(
 def less_spanned(basis: FloatArray, spanned: FloatArray, rows: IntArray) -> FloatArray:
     """Shapes (n, k) less their projection on others (n, j) over some rows, of unit variance.
 
-    Directions that vanish are left out.
+    Directions that vanish are left out, and those that are mostly the others': what is left of one
+    would be the noise of a measured acceleration made large.
     """
-    share, *_ = np.linalg.lstsq(spanned[rows], basis[rows], rcond=1e-10)
-    left = basis - spanned @ share
-    _, size, across = np.linalg.svd(left[rows], full_matrices=False)
-    turned = left @ across[size > SPLINE_TERMS.vanishing * max(float(size[0]), 1e-300)].T
-    shapes: FloatArray = turned / np.maximum(np.std(turned[rows], axis=0), 1e-300)
-    return shapes
+    _, size, across = np.linalg.svd(basis[rows], full_matrices=False)
+    seen = size > SPLINE_TERMS.vanishing * size.max(initial=1e-300)
+    apart = basis @ (across[seen].T / size[seen])
+    known, size, _ = np.linalg.svd(_scaled(spanned[rows]), full_matrices=False)
+    known = known[:, size > SPLINE_TERMS.vanishing * size.max(initial=1e-300)]
+    _, cosine, turned = np.linalg.svd(known.T @ apart[rows])
+    own = np.ones(apart.shape[1], dtype=bool)
+    own[: len(cosine)] = cosine**2 < SPLINE_TERMS.mostly
+    shapes = apart @ turned[own].T
+    share, *_ = np.linalg.lstsq(spanned[rows], shapes[rows], rcond=1e-10)
+    left = shapes - spanned @ share
+    unit: FloatArray = left / np.maximum(np.std(left[rows], axis=0), 1e-300)
+    return unit
+
+
+def _scaled(shapes: FloatArray) -> FloatArray:
+    """Shapes (m, j) of one length, whatever their units."""
+    unit: FloatArray = shapes / np.maximum(np.linalg.norm(shapes, axis=0), 1e-300)
+    return unit
 
 
 def carried_over(
