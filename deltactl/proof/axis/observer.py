@@ -28,6 +28,8 @@ REFITS = 10
 """Secants of an alternative that is refitted; each gains a digit or so."""
 HOPELESS = 400.0
 """Chi-square from which on an alternative that a refit did not halve is no tie."""
+BEYOND = 4.0
+"""Times the largest that is drawn an alternative may have: half the gain is twice the mass."""
 NUDGE = 1e-3
 """Share of a size by which it is moved, to see what it does: small beside any interval drawn."""
 PART = 0.02
@@ -210,7 +212,8 @@ def _left(
         factor = _factor(observer, signal, column)
         if factor <= 0.0 and not kind.signed:
             return best
-        x = float(np.clip(x * factor, -kind.most(scale), kind.most(scale)))
+        # What is drawn ends at a size; physics does not, short of a machine that cannot be.
+        x = float(np.clip(x * factor, -kind.most(scale), BEYOND * kind.most(scale)))
         if x == 0.0 or abs(factor - 1.0) < 1e-5:
             return best
     return best
