@@ -51,7 +51,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals import delta_tools
+from benchmarks.rivals import arm_tools, delta_tools
 from benchmarks.rivals.axis_signals import (
     SLOW,
     WILD,
@@ -264,6 +264,8 @@ def answer(tool: str, folder: Path) -> Json:
     robot = json.loads((folder / "robot.json").read_text(encoding="utf-8"))
     if "forearm_m" in robot:
         return delta_tools.answer(tool, folder, robot)
+    if "joints" in robot:
+        return arm_tools.answer(tool, folder, robot)
     if tool == "textbook" and "inertia" not in robot:
         return NOT_TAKEN
     begun = time.monotonic()
