@@ -18,6 +18,7 @@ from typing import Any
 
 from benchmarks.proofs.drawn_arms import SECONDS, drawn, tier_of
 from benchmarks.proofs.moving_machines import ARM
+from benchmarks.rivals.arm_signals import URDF
 
 HELD_OUT_S = 30.0
 TRUTHS = "truths.json"
@@ -31,7 +32,7 @@ def numbers(tiers: tuple[str, ...]) -> Iterator[int]:
 def write_arm(seed: int, number: int, folder: Path) -> dict[str, Any]:
     """Recording, held-out part and URDF of one arm; what it hides, which no tool sees."""
     folder.mkdir()
-    table = folder / "arm.csv"
+    table = (folder / URDF).with_suffix(".csv")
     _, draw, _ = drawn(seed, number, False, table, SECONDS + HELD_OUT_S)
     head, *rows = table.read_text(encoding="utf-8").splitlines(keepends=True)
     table.unlink()

@@ -23,6 +23,8 @@ URDF = "arm.urdf"
 CUT_HZ = 10.0
 EDGE_S = 0.5
 """What the low-pass smears at both ends."""
+DRAWN = 0.02
+"""Share of an effort, or of the mass of all links, that a drawing leaves open."""
 PARAMETERS = {
     "joint_friction": "torque", "viscous_friction": "coefficient", "inertia": "inertia",
     "effort_offset": "offset", "effort_gain": "scale", "following_lag": "dead_time",
@@ -106,6 +108,21 @@ def arm_finding(effect: str, place: str, value: float, half: float) -> Json:
         "effect": effect, "component": place, "alternatives": [], "probability": None,
         "parameters": {PARAMETERS[effect]: size},
     }  # fmt: skip
+
+
+def least_size(run: ArmRun, effect: str, place: str) -> float:
+    """What a drawing leaves open: nothing of a lag."""
+    if effect == "payload":
+        return DRAWN * run.links_kg
+    if effect == "following_lag":
+        return 0.0
+    joint = run.joints.index(place)
+    effort = float(np.sqrt(np.mean(run.effort[run.rows, joint] ** 2)))
+    moved = {
+        "viscous_friction": np.sqrt(np.mean(run.v[run.rows, joint] ** 2)),
+        "inertia": np.sqrt(np.mean(run.a[run.rows, joint] ** 2)), "effort_gain": effort,
+    }  # fmt: skip
+    return float(DRAWN * effort / moved.get(effect, 1.0))
 
 
 def widening(left: Array) -> float:

@@ -3,22 +3,22 @@
 Imports nothing of deltactl; `arm_signals.py` says what both read.
 
 Protocol. Each tool gets the URDF, with the friction that it states, and what one unit of effort is.
+Both know what a drawing leaves open: a size below a fiftieth of the root mean square of its joint's
+effort, or of the mass of all links, is no name, nor a friction, rotor or lag below zero.
 
 textbook: weighted least squares of the efforts that the links of the URDF leave (Pinocchio's
 regressor), each joint weighted by its own residual. Columns of each joint: sign v, v, a, 1, the
-drive that the model asks for (`effort_gain`) and its slope (`following_lag`); of the last link a
-mass and its moments (`payload`). Rows are thinned to the low-pass, and standard errors are widened
-by the correlation of what is left. The column of the least |t| is dropped until every one has
-|t| > 4, the payload by its mass; friction, rotor and lag only above zero, gains and payloads only
-beyond what drawings leave open: a fiftieth, of 1 or of the mass of all links. A column left is a
-name; intervals are 1.96 standard errors.
+drive that the model asks for (`effort_gain`) and the slope of the effort (`following_lag`); of the
+last link a mass with its moments and inertias (`payload`). Rows are thinned to the low-pass, and
+standard errors are widened by the correlation of what is left. The least sure column is dropped
+until every one has |t| > 4, the payload by its mass. A column left is a name; intervals are 1.96
+standard errors.
 
 FIGAROH: its `BaseIdentification` with friction, rotor inertia and offset of each joint, base
 parameters by its double QR, weighted least squares by its Gautier weights. A parameter of friction,
 rotor or offset is a name where its base parameter differs from the URDF's by |t| > 4, errors
-widened likewise; where link masses are in the same base parameter, it must be off by a fiftieth as
-well. A payload is a name where a mass and its moments at the last link, fitted to the base
-parameters that hold link masses, have |t| > 4 of the mass. It has no name for gains and lags.
+widened likewise; a payload where such columns of the last link, fitted to the other base
+parameters, have |t| > 4 of the mass. It has no name for gains and lags.
 """
 
 from __future__ import annotations
@@ -34,23 +34,24 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.arm_signals import ArmRun, arm_finding, arm_signals, widening
+from benchmarks.rivals.arm_signals import ArmRun, arm_finding, arm_signals, least_size, widening
 from benchmarks.rivals.axis_signals import Array, Json, rate
 
 SURE_T = 4.0
 POSITIVE = ("joint_friction", "viscous_friction", "inertia", "following_lag")
-LINK_TOLERANCE = 0.02
 ROUNDS = 3
 """Weighted fits, each with the weights of the one before."""
 FIGAROH_NAMES = {
     "fs": "joint_friction", "fv": "viscous_friction", "Ia": "inertia", "off": "effort_offset",
 }  # fmt: skip
+LINK = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
+"""Mass, moments and inertias of a link, in the order of a regressor."""
 Column = tuple[str, str]
-"""Effect and place; moments of a payload have the effect 'moment'."""
+"""Effect and place; what a payload has beside its mass has the effect 'moment'."""
 
 
 def links(run: ArmRun, rows: Any) -> tuple[Array, Array]:
-    """Efforts (n, joints) of the URDF's links, and the regressor (n, joints, 4) of the last one."""
+    """Efforts (n, joints) of all links, and the regressor (n, joints, 10) of the last one."""
     pin: Any = importlib.import_module("pinocchio")
     model = pin.buildModelFromUrdf(str(run.urdf))
     data = model.createData()
@@ -59,7 +60,7 @@ def links(run: ArmRun, rows: Any) -> tuple[Array, Array]:
     for q, v, a in zip(run.q[rows], run.v[rows], run.a[rows], strict=True):
         table = pin.computeJointTorqueRegressor(model, data, q, v, a)
         asked.append(table @ own)
-        last.append(table[:, -10:-6])
+        last.append(table[:, -10:])
     return np.array(asked), np.array(last)
 
 
@@ -78,7 +79,7 @@ def _columns(run: ArmRun, rows: Any) -> tuple[Array, dict[Column, Array]]:
         for effect, signal in of_joint.items():
             made[effect, name] = np.zeros_like(v)
             made[effect, name][:, j] = signal[:, j]
-    for place, column in zip((run.tip, *"xyz"), np.moveaxis(last, 2, 0), strict=True):
+    for place, column in zip((run.tip, *LINK[1:]), np.moveaxis(last, 2, 0), strict=True):
         made["payload" if place == run.tip else "moment", place] = column
     return asked, made
 
@@ -91,9 +92,7 @@ def by_textbook(run: ArmRun) -> list[Json]:
         terms, errors = _fitted(rest, list(kept.values()))
         found = {name: pair for *pair, name in zip(terms, errors, kept, strict=True)}
         sure = {
-            name: _sureness(name[0], *pair, run.links_kg)
-            for name, pair in found.items()
-            if name[0] != "moment"
+            name: _sureness(run, name, *pair) for name, pair in found.items() if name[0] != "moment"
         }
         worst = min(sure, key=lambda name: sure[name])
         if sure[worst] > SURE_T:
@@ -116,11 +115,10 @@ def _sized(found: dict[Column, list[float]]) -> Iterator[Json]:
             yield arm_finding(effect, place, gain * term, 1.96 * gain * error)
 
 
-def _sureness(effect: str, term: float, error: float, links_kg: float) -> float:
-    """|t|, zero where the drawing's tolerance is as large."""
-    least = {"effort_gain": LINK_TOLERANCE, "payload": LINK_TOLERANCE * links_kg}.get(effect, 0.0)
-    size = term if effect in POSITIVE else abs(term)
-    return float(size / error) if size > least else 0.0
+def _sureness(run: ArmRun, name: Column, term: float, error: float) -> float:
+    """|t|, or less where the size is hardly beyond what the drawing leaves open."""
+    size, least = term if name[0] in POSITIVE else abs(term), least_size(run, *name)
+    return float(min(size / error, SURE_T * size / least if least else np.inf))
 
 
 def _fitted(rest: Array, columns: list[Array]) -> tuple[Array, Array]:
@@ -129,13 +127,14 @@ def _fitted(rest: Array, columns: list[Array]) -> tuple[Array, Array]:
     for _ in range(ROUNDS):
         table = np.column_stack([(column * weight).ravel() for column in columns])
         units = np.sqrt(np.mean(table**2, axis=0)) + 1e-300
-        inverse = np.linalg.pinv(table / units) / units[:, None]
-        terms = inverse @ (rest * weight).ravel()
+        table /= units
+        inverse = np.linalg.pinv(table.T @ table, rcond=1e-12, hermitian=True)
+        terms = inverse @ (table.T @ (rest * weight).ravel()) / units
         left = rest - np.tensordot(terms, np.array(columns), 1)
         widen = widening(left * weight)
         weight = 1.0 / np.sqrt(np.mean(left**2, axis=0))
     # Of the last round: its weights make the error of every row 1.
-    return terms, widen * np.sqrt(np.sum(inverse**2, axis=1))
+    return terms, widen * np.sqrt(np.diag(inverse)) / units
 
 
 def by_figaroh(run: ArmRun) -> list[Json]:
@@ -151,25 +150,19 @@ def by_figaroh(run: ArmRun) -> list[Json]:
     found, of_links = [], []
     for row, name in enumerate(fit.params_base):
         kind, _, place = name.split()[0].partition("_")
-        holds_links = any(
-            abs(share) > 1e-6 and label.partition("_")[0] not in FIGAROH_NAMES
-            for label, share in zip(labels, mapping[row], strict=True)
-        )
-        if holds_links and kind not in FIGAROH_NAMES:
-            of_links.append(row)
         if kind not in FIGAROH_NAMES:
+            of_links.append(row)
             continue
-        least = max(SURE_T * errors[row], LINK_TOLERANCE * abs(nominal[row]) * holds_links)
-        effect = FIGAROH_NAMES[kind]
-        if (off[row] if effect in POSITIVE else abs(off[row])) > least:
-            found.append(arm_finding(effect, place, off[row], 1.96 * errors[row]))
+        one = FIGAROH_NAMES[kind], place
+        if _sureness(run, one, off[row], errors[row]) > SURE_T:
+            found.append(arm_finding(*one, off[row], 1.96 * errors[row]))
     tip = run.joints[-1]
-    held = [labels.index(f"{part}_{tip}") for part in ("m", "mx", "my", "mz")
+    held = [labels.index(f"{part}_{tip}") for part in LINK
             if f"{part}_{tip}" in labels]  # fmt: skip
     terms, spread = _load(
         off[of_links], mapping[np.ix_(of_links, held)], covariance[np.ix_(of_links, of_links)]
     )
-    if _sureness("payload", terms[0], spread[0], run.links_kg) > SURE_T:
+    if _sureness(run, ("payload", run.tip), terms[0], spread[0]) > SURE_T:
         found.append(arm_finding("payload", run.tip, terms[0], 1.96 * spread[0]))
     return found
 
