@@ -25,6 +25,8 @@ EDGE_S = 0.5
 """What the low-pass smears at both ends."""
 DRAWN = 0.02
 """Share of an effort, or of the mass of all links, that a drawing leaves open."""
+SURE_T = 4.0
+POSITIVE = ("joint_friction", "viscous_friction", "inertia", "following_lag")
 PARAMETERS = {
     "joint_friction": "torque", "viscous_friction": "coefficient", "inertia": "inertia",
     "effort_offset": "offset", "effort_gain": "scale", "following_lag": "dead_time",
@@ -38,7 +40,7 @@ class ArmRun:
     """One recording: positions, speeds, accelerations and efforts at the joints, all (n, joints).
 
     kept: rows to use (n,); dry, viscous: friction that the URDF states (joints,);
-    links_kg: mass of all of its links.
+    links_kg, tip_kg: mass of all of its links and of the last one.
     """
 
     step_s: float
@@ -52,6 +54,7 @@ class ArmRun:
     dry: Array
     viscous: Array
     links_kg: float
+    tip_kg: float
     urdf: Path
 
     @property
@@ -95,7 +98,7 @@ def arm_signals(file: Path, robot: Json) -> ArmRun:
     return ArmRun(
         step_s, q, v, slope(v), smooth("effort") * np.array(robot["effort_gain"]), kept, joints,
         "" if tip is None else str(tip.get("link")), dry, viscous,
-        sum(masses), urdf,
+        sum(masses), masses[-1], urdf,
     )  # fmt: skip
 
 
@@ -111,11 +114,11 @@ def arm_finding(effect: str, place: str, value: float, half: float) -> Json:
 
 
 def least_size(run: ArmRun, effect: str, place: str) -> float:
-    """What a drawing leaves open: nothing of a lag."""
+    """What a drawing leaves open; of a lag a quarter of the rows' period."""
     if effect == "payload":
         return DRAWN * run.links_kg
     if effect == "following_lag":
-        return 0.0
+        return 0.25 * run.step_s
     joint = run.joints.index(place)
     effort = float(np.sqrt(np.mean(run.effort[run.rows, joint] ** 2)))
     moved = {
@@ -123,6 +126,12 @@ def least_size(run: ArmRun, effect: str, place: str) -> float:
         "inertia": np.sqrt(np.mean(run.a[run.rows, joint] ** 2)), "effort_gain": effort,
     }  # fmt: skip
     return float(DRAWN * effort / moved.get(effect, 1.0))
+
+
+def sureness(run: ArmRun, name: tuple[str, str], term: float, error: float) -> float:
+    """|t|, or less where the size is hardly beyond what the drawing leaves open."""
+    size, least = term if name[0] in POSITIVE else abs(term), least_size(run, *name)
+    return float(min(size / error, SURE_T * size / least))
 
 
 def widening(left: Array) -> float:

@@ -4,7 +4,8 @@ Imports nothing of deltactl; `arm_signals.py` says what both read.
 
 Protocol. Each tool gets the URDF, with the friction that it states, and what one unit of effort is.
 Both know what a drawing leaves open: a size below a fiftieth of the root mean square of its joint's
-effort, or of the mass of all links, is no name, nor a friction, rotor or lag below zero.
+effort, or of the mass of all links, is no name, nor a friction, rotor or lag below zero, nor a lag
+under a quarter of the rows' period.
 
 textbook: weighted least squares of the efforts that the links of the URDF leave (Pinocchio's
 regressor), each joint weighted by its own residual. Columns of each joint: sign v, v, a, 1, the
@@ -34,11 +35,16 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.arm_signals import ArmRun, arm_finding, arm_signals, least_size, widening
+from benchmarks.rivals.arm_signals import (
+    SURE_T,
+    ArmRun,
+    arm_finding,
+    arm_signals,
+    sureness,
+    widening,
+)
 from benchmarks.rivals.axis_signals import Array, Json, rate
 
-SURE_T = 4.0
-POSITIVE = ("joint_friction", "viscous_friction", "inertia", "following_lag")
 ROUNDS = 3
 """Weighted fits, each with the weights of the one before."""
 FIGAROH_NAMES = {
@@ -92,7 +98,7 @@ def by_textbook(run: ArmRun) -> list[Json]:
         terms, errors = _fitted(rest, list(kept.values()))
         found = {name: pair for *pair, name in zip(terms, errors, kept, strict=True)}
         sure = {
-            name: _sureness(run, name, *pair) for name, pair in found.items() if name[0] != "moment"
+            name: sureness(run, name, *pair) for name, pair in found.items() if name[0] != "moment"
         }
         worst = min(sure, key=lambda name: sure[name])
         if sure[worst] > SURE_T:
@@ -113,12 +119,6 @@ def _sized(found: dict[Column, list[float]]) -> Iterator[Json]:
             yield arm_finding(effect, place, term, 1.96 * error)
         elif effect != "moment":
             yield arm_finding(effect, place, gain * term, 1.96 * gain * error)
-
-
-def _sureness(run: ArmRun, name: Column, term: float, error: float) -> float:
-    """|t|, or less where the size is hardly beyond what the drawing leaves open."""
-    size, least = term if name[0] in POSITIVE else abs(term), least_size(run, *name)
-    return float(min(size / error, SURE_T * size / least if least else np.inf))
 
 
 def _fitted(rest: Array, columns: list[Array]) -> tuple[Array, Array]:
@@ -154,7 +154,7 @@ def by_figaroh(run: ArmRun) -> list[Json]:
             of_links.append(row)
             continue
         one = FIGAROH_NAMES[kind], place
-        if _sureness(run, one, off[row], errors[row]) > SURE_T:
+        if sureness(run, one, off[row], errors[row]) > SURE_T:
             found.append(arm_finding(*one, off[row], 1.96 * errors[row]))
     tip = run.joints[-1]
     held = [labels.index(f"{part}_{tip}") for part in LINK
@@ -162,7 +162,7 @@ def by_figaroh(run: ArmRun) -> list[Json]:
     terms, spread = _load(
         off[of_links], mapping[np.ix_(of_links, held)], covariance[np.ix_(of_links, of_links)]
     )
-    if _sureness(run, ("payload", run.tip), terms[0], spread[0]) > SURE_T:
+    if sureness(run, ("payload", run.tip), terms[0], spread[0]) > SURE_T:
         found.append(arm_finding("payload", run.tip, terms[0], 1.96 * spread[0]))
     return found
 
@@ -233,9 +233,9 @@ def answer(tool: str, folder: Path, robot: Json) -> Json:
         if tool in TOOLS:
             findings = TOOLS[tool](run)
         else:
-            from benchmarks.rivals.arm_sysid import by_sysid
+            from benchmarks.rivals.inverse_sysid import by_sysid_of_arms
 
-            findings = by_sysid(tool, run, folder)
+            findings = by_sysid_of_arms(tool, run, folder)
     except (ValueError, TypeError, np.linalg.LinAlgError) as error:
         failure = str(error)
     seconds = None if findings is None and failure is None else time.monotonic() - begun
