@@ -183,7 +183,7 @@ def real(given: Path, out: Path, here: bool) -> Iterator[Group]:
         title = f"{len(known)} real {name}, {len(skipped)} entries left out"
         tools = tuple(tool for tool in tools if not (here and name == "arms"))
         if known:
-            yield Group(title, folder, tools, partial(judged, known, f"real {name}"))
+            yield Group(title, folder, tools, partial(judged, known, group=f"real {name}"))
 
 
 def _empty(folder: Path) -> Path:

@@ -86,6 +86,8 @@ class Plant:
     dry: Array
     viscous: Array
     rotor: Array
+    pull: Array
+    """Known to act beside the model (n, joints)."""
     load: Array
     """What one unit of each term of a load asks for (terms, n, joints)."""
 
@@ -98,7 +100,7 @@ class Plant:
         model.dof_frictionloss[:] = self.dry + of["joint_friction"]
         model.dof_damping[:] = self.viscous + of["viscous_friction"]
         model.dof_armature[:] = self.rotor + of["inertia"]
-        asked = _asked(model, self.motion) + of["effort_offset"]
+        asked = _asked(model, self.motion) + self.pull + of["effort_offset"]
         if len(self.load):
             terms = [sum(v for (name, _), v in values.items() if name == one) for one in LOAD]
             asked = asked + np.tensordot(terms, self.load, 1)
@@ -113,6 +115,8 @@ def _asked(model: Any, motion: tuple[Array, ...]) -> Array:
     """Efforts (n, joints) by inverse dynamics."""
     mujoco: Any = importlib.import_module("mujoco")
     data = mujoco.MjData(model)
+    # A hinge alone keeps its inertia there.
+    mujoco.mj_setConst(model, data)
     asked = np.empty_like(motion[0])
     for row, (data.qpos[:], data.qvel[:], data.qacc[:]) in enumerate(zip(*motion, strict=True)):
         mujoco.mj_inverse(model, data)
@@ -147,7 +151,6 @@ def _loaded(model: Any, load: Array) -> None:
     axes[:, 2] *= np.linalg.det(axes)
     model.body_mass[-1], model.body_ipos[-1], model.body_inertia[-1] = whole, centre, sizes
     mujoco.mju_mat2Quat(model.body_iquat[-1], axes.ravel())
-    mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
 def _spread(at: Array) -> Array:
@@ -249,7 +252,7 @@ def _arm(run: ArmRun) -> Plant:
     motion = run.q[rows], run.v[rows], run.a[rows]
     none = np.zeros(len(run.joints))
     load = _load_columns(_free(model), motion)
-    return Plant(model, motion, effort, run.joints, run.dry, run.viscous, none, load)
+    return Plant(model, motion, effort, run.joints, run.dry, run.viscous, none, none, load)
 
 
 def _free(model: Any) -> Any:
@@ -262,6 +265,7 @@ def _free(model: Any) -> Any:
     return model
 
 
+_AXIS = {"dead_time": "total"}
 HINGE = """<mujoco><option gravity="0 0 0"/><worldbody><body><joint type="hinge" axis="0 0 1"/>
 <inertial pos="0 0 0" mass="1" diaginertia="1e-9 1e-9 1e-9"/></body></worldbody></mujoco>"""
 
@@ -271,10 +275,11 @@ def by_sysid_of_axes(tool: str, given: Signals, folder: Path) -> list[Json] | No
     if "inertia" not in given.sets:
         return None
     mujoco: Any = importlib.import_module("mujoco")
-    stated, force = float(given.sets["inertia"]), 0.02 * float(np.std(given.y)) + 1e-12
+    stated, force = float(given.sets["inertia"]), 0.02 * float(np.abs(given.y).max()) + 1e-12
+    slow = force / float(np.std(given.v))
     lists = {
         "joint_friction": Open(force, 0.0, WIDE * force),
-        "viscous_friction": Open(force / float(np.std(given.v)), 0.0, np.inf),
+        "viscous_friction": Open(slow, 0.0, WIDE * slow),
         "inertia": Open(0.02 * stated, -0.8 * stated, 4.0 * stated),
         "effort_offset": Open(force, -WIDE * force, WIDE * force),
         "effort_gain": Open(0.02, -0.8, 4.0),
@@ -285,16 +290,15 @@ def by_sysid_of_axes(tool: str, given: Signals, folder: Path) -> list[Json] | No
     if not told or set(told) - set(lists):
         return None
     kept, t_s = given.kept, given.step_s * np.arange(len(given.y))
-    pull = given.known - stated * given.a
-    bare = given.y[:, None]
+    pull = (given.known - stated * given.a)[kept, None]
 
     def effort(late_s: Array) -> Array:
-        return np.interp(t_s[kept] - late_s[0], t_s, bare[:, 0])[:, None] - pull[kept, None]
+        return np.interp(t_s[kept] - late_s[0], t_s, given.y)[:, None]
 
     motion = given.x[kept, None], given.v[kept, None], given.a[kept, None]
     none, axis = np.zeros(1), "axis"
     plant = Plant(_free(mujoco.MjModel.from_xml_string(HINGE)), motion, effort, [axis], none, none,
-                  np.array([stated]), np.empty(0))  # fmt: skip
+                  np.array([stated]), pull, np.empty(0))  # fmt: skip
     opened = {(name, axis): lists[name] for name in told}
     values, halves = identified(plant, opened, fits=1)
     found = []
@@ -303,5 +307,8 @@ def by_sysid_of_axes(tool: str, given: Signals, folder: Path) -> list[Json] | No
         sure = (size if name in POSITIVE and name != "inertia" else abs(size)) * 1.96 / half
         if tool == TOLD or sure > SURE_T:
             size += {"effort_gain": 1.0, "inertia": stated}.get(name, 0.0)
-            found.append({**arm_finding(name, axis, size, half), "component": ""})
+            one = arm_finding(name, axis, size, half)
+            sizes = {_AXIS.get(key, key): own for key, own in one["parameters"].items()}
+            found.append({"effect": name, "alternatives": [], "probability": None,
+                          "parameters": sizes})  # fmt: skip
     return found

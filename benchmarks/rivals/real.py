@@ -99,7 +99,7 @@ def robot_values(robot: Json, columns: set[str]) -> Json:
     return {"zero": zero, "step": step, "sensor": robot["kind"] == "range_sensor"}
 
 
-def judged(known: Sequence[Json], group: str, answers: Answers) -> list[Scored]:
+def judged(known: Sequence[Json], answers: Answers, group: str = GROUP) -> list[Scored]:
     """Every recording that the tool takes.
 
     Right: each expected effect is a finding whose size is in its range, or an alternative of a
