@@ -181,9 +181,9 @@ def real(given: Path, out: Path, here: bool) -> Iterator[Group]:
         for line in skipped:
             print(f"left out of {name}: {line}", file=sys.stderr)
         title = f"{len(known)} real {name}, {len(skipped)} entries left out"
-        tools = tuple(tool for tool in tools if not (here and name == "arms"))
+        others = () if here and name == "arms" else tools
         if known:
-            yield Group(title, folder, tools, partial(judged, known, group=f"real {name}"))
+            yield Group(title, folder, others, partial(judged, known, group=f"real {name}"))
 
 
 def _empty(folder: Path) -> Path:

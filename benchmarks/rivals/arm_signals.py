@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from benchmarks.rivals.axis_signals import SLOW, Array, Json, rate, read, without_spikes
+from benchmarks.rivals.axis_signals import SLOW, Array, Json, rate, read
 
 URDF = "arm.urdf"
 CUT_HZ = 10.0
@@ -73,7 +73,7 @@ def arm_signals(file: Path, robot: Json) -> ArmRun:
     sections = butter(4, min(2.0 * CUT_HZ * step_s, 0.9), output="sos")
 
     def smooth(name: str) -> Array:
-        parts = [without_spikes(columns[f"{name}_{n}"]) for n in range(1, len(joints) + 1)]
+        parts = [columns[f"{name}_{n}"] for n in range(1, len(joints) + 1)]
         even = [np.interp(even_s, t_s, part) for part in parts]
         passed: Array = sosfiltfilt(sections, np.column_stack(even), axis=0)
         return passed

@@ -301,7 +301,7 @@ def by_sysid_of_axes(tool: str, given: Signals, folder: Path) -> list[Json] | No
                   np.array([stated]), pull, np.empty(0))  # fmt: skip
     opened = {(name, axis): lists[name] for name in told}
     values, halves = identified(plant, opened, fits=1)
-    found = []
+    found: list[Json] = []
     for name in told:
         size, half = values[name, axis], halves[name, axis]
         sure = (size if name in POSITIVE and name != "inertia" else abs(size)) * 1.96 / half
