@@ -19,164 +19,26 @@ import resource
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.proofs.drawn_arms import Draw, Fault, drawn
 from benchmarks.proofs.measured_poses import Expected, held, named
-from benchmarks.proofs.moving_machines import (
-    Faults,
-    Machine,
-    Moved,
-    fourier,
-    machine,
-    recorded,
-    rigid,
-    trapezoids,
-)
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
 from deltactl.models.effects.chain_joints import JOINT_EFFECTS, LOAD
-from deltactl.models.robot import FloatArray
-
-Rng = np.random.Generator
-SECONDS = 60.0
-TIERS = ("none", "single", "pair", "unknown")
-BEYOND_STATED = 0.2
-"""Share of the stated friction by which a fault's is larger: by half as much two days differ."""
-OF_FOUR = (0, 1, 1, 1, 2, 2, 2, 3)
-"""Tiers in turn: one healthy machine in eight, three with one fault, three with two."""
 
 
-class Draw:
-    """What is drawn for one machine: how large a fault usually is at each joint."""
-
-    def __init__(self, rng: Rng, own: Machine, moved: Moved):
-        self.rng, self.own, self.moved = rng, own, moved
-        self.faults = Faults(len(own.joints))
-        bare = rigid(own, _every(moved, 50), self.faults, np.zeros(len(own.joints)))
-        needed = bare + np.sign(_every(moved, 50).speed) * own.dry
-        self.effort: FloatArray = np.sqrt(np.mean(needed**2, axis=0))
-        """Of each joint, by its root mean square."""
-        self.expected: list[Expected] = []
-
-    def joint(self) -> int:
-        """Any."""
-        return int(self.rng.integers(len(self.own.joints)))
-
-    def share(self, low: float = 0.06, high: float = 0.4) -> float:
-        """Of the usual effort."""
-        return float(np.exp(self.rng.uniform(np.log(low), np.log(high))))
-
-    def beside(self, stated: float, size: float) -> float:
-        """A size beyond that by which friction differs from what the drawing states."""
-        return max(size, BEYOND_STATED * stated)
-
-    def expects(self, key: str, joint: int, size: float) -> None:
-        """One fault at a joint."""
-        one = JOINT_EFFECTS[key]
-        self.expected.append((one.name, self.own.joints[joint], one.parameter, float(size)))
-
-
-def _every(moved: Moved, rows: int) -> Moved:
-    each = (moved.t_s, moved.at, moved.speed, moved.change)
-    return Moved(*(values[::rows] for values in each))
-
-
-def _dry(draw: Draw) -> None:
-    j = draw.joint()
-    draw.faults.dry[j] = draw.beside(draw.own.dry[j], draw.share() * draw.effort[j])
-    draw.expects("dry", j, draw.faults.dry[j])
-
-
-def _viscous(draw: Draw) -> None:
-    j = draw.joint()
-    top = np.quantile(np.abs(draw.moved.speed[:, j]), 0.95)
-    size = 1.5 * draw.share() * draw.effort[j] / top
-    draw.faults.viscous[j] = draw.beside(draw.own.viscous[j], size)
-    draw.expects("viscous", j, draw.faults.viscous[j])
-
-
-def _rotor(draw: Draw) -> None:
-    j = draw.joint()
-    while draw.own.slides and draw.faults.gain[j] != 1.0:
-        j = draw.joint()
-    draw.faults.rotor[j] = draw.share() * draw.effort[j] / np.std(draw.moved.change[:, j])
-    draw.expects("rotor", j, draw.faults.rotor[j])
-
-
-def _offset(draw: Draw) -> None:
-    j = draw.joint()
-    draw.faults.offset[j] = draw.rng.choice([-1.0, 1.0]) * draw.share() * draw.effort[j]
-    draw.expects("offset", j, draw.faults.offset[j])
-
-
-def _gain(draw: Draw) -> None:
-    j = draw.joint()
-    while draw.own.slides and draw.faults.rotor[j]:  # on a level slide both are one
-        j = draw.joint()
-    draw.faults.gain[j] = np.exp(draw.rng.choice([-1.0, 1.0]) * draw.rng.uniform(0.1, 0.25))
-    draw.expects("gain", j, draw.faults.gain[j])
-
-
-def _lag(draw: Draw) -> None:
-    j = draw.joint()
-    draw.faults.dead_s[j] = np.exp(draw.rng.uniform(np.log(0.008), np.log(0.06)))
-    draw.expects("lag", j, draw.faults.dead_s[j])
-
-
-def _load(draw: Draw) -> None:
-    own, faults = draw.own, draw.faults
-    faults.load_kg = draw.share(0.03, 0.15) * float(own.masses.sum())
-    faults.load_at_m = draw.rng.uniform(-0.1, 0.1, 3)
-    draw.expected.append((LOAD, own.tip, "mass", faults.load_kg))
-
-
-NAMED: tuple[Callable[[Draw], None], ...] = (_dry, _viscous, _rotor, _offset, _gain, _lag, _load)
-
-
-def _coupled(draw: Draw) -> int:
-    """One joint's drive turns another joint too."""
-    j = draw.joint()
-    other = (j + 1) % len(draw.own.joints)
-    draw.faults.coupled[j, other] = draw.share(0.15, 0.4) * draw.effort[j] / draw.effort[other]
-    return j
-
-
-def _drifts(draw: Draw) -> int:
-    """A torque constant that changes as a motor warms up."""
-    j = draw.joint()
-    draw.faults.drift[j] = -draw.share(0.1, 0.35)
-    return j
-
-
-def _by_place(draw: Draw) -> int:
-    """Friction that grows along the way."""
-    j = draw.joint()
-    draw.faults.dry[j] = draw.share(0.15, 0.4) * draw.effort[j]
-    draw.faults.by_place[j] = draw.rng.choice([-0.8, 0.8])
-    return j
-
-
-UNKNOWN: tuple[Callable[[Draw], int], ...] = (_coupled, _drifts, _by_place)
-
-
-def drawn(seed: int, number: int, gantry: bool, file: Path) -> tuple[str, Draw, str]:
-    """Machine `number` of a seed: its tier and faults, and the joint of what has no name."""
-    rng = np.random.default_rng([seed, number, int(gantry)])
-    own = machine(rng, gantry)
-    moved = (fourier if rng.integers(0, 2) else trapezoids)(rng, own, SECONDS)
-    draw, tier, joint = Draw(rng, own, moved), TIERS[OF_FOUR[number % len(OF_FOUR)]], ""
-    if tier == "unknown":
-        joint = own.joints[UNKNOWN[number // len(OF_FOUR) % len(UNKNOWN)](draw)]
-    else:
-        for which in rng.choice(len(NAMED), TIERS.index(tier), replace=False):
-            NAMED[int(which)](draw)
-    file.with_suffix(".urdf").write_text(own.urdf())
-    recorded(file, own, draw.faults, rng, moved, SECONDS)
-    return tier, draw, joint
+def expected(faults: list[Fault]) -> list[Expected]:
+    """Faults by the names of their effects and sizes."""
+    return [
+        (LOAD, at, "mass", size)
+        if key == "load"
+        else (JOINT_EFFECTS[key].name, at, JOINT_EFFECTS[key].parameter, size)
+        for key, at, size in faults
+    ]
 
 
 def right_about_unknown(answer: Diagnosis, joint: str) -> bool:
@@ -196,7 +58,7 @@ def _case(folder: Path, seed: int, number: int, gantry: bool) -> tuple[str, Draw
 
 def _shown(answer: Diagnosis, draw: Draw) -> None:
     """What is hidden, and what was found."""
-    for effect, at, parameter, size in draw.expected:
+    for effect, at, parameter, size in expected(draw.expected):
         print(f"    hidden: {effect} {at} {parameter} {size:.4g}")
     for f in answer.findings:
         others = "; ".join(f"{a.effect} {a.component}" for a in f.alternatives[:2])
@@ -225,13 +87,13 @@ def main() -> None:
             begun = time.process_time()
             tier, draw, joint, answer = _case(Path(name), asked.seed, number, gantry)
             seconds.append(time.process_time() - begun)
-            found, wrong = named(answer, draw.expected)
+            found, wrong = named(answer, expected(draw.expected))
             good = found == len(draw.expected) and not wrong
             if tier == "unknown":
                 good = right_about_unknown(answer, joint)
             kind = "gantry" if gantry else "arm"
             right[f"{kind}, {tier}"].append(good)
-            within = held(answer, draw.expected)
+            within = held(answer, expected(draw.expected))
             intervals += within
             if not good or not all(within):
                 result = "right" if good else "WRONG"

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.models.robot import FloatArray
-
+FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 Rng = np.random.Generator
 FINE_S = 1e-3
 """Step at which motions and drives are simulated."""

@@ -1,11 +1,14 @@
 """Beside other tools: the same machines, one table.
 
-    python -m benchmarks.rivals [--axes 20] [--deltas N] [--real FOLDER] [--halves] [--seed 1]
+    python -m benchmarks.rivals [--axes 20] [--deltas N] [--arms N] [--real FOLDER] [--halves]
+        [--seed 1]
 
-deltactl, lmfit with BIC, PySINDy and a textbook's inverse dynamic model get the same files: drawn
-single axes, half of them healthy (cases.py), and real recordings (real.py). On drawn deltas
-(deltas.py) lmfit, a printer's calibration and mujoco.sysid run beside it. Protocols of the others
-are in tools_outside.py, delta_tools.py and delta_sysid.py. They run in a second virtual
+deltactl, lmfit with BIC, PySINDy, a textbook's inverse dynamic model and mujoco.sysid get the same
+files: drawn single axes, half of them healthy (cases.py), and real recordings (real.py). On drawn
+deltas (deltas.py) lmfit, a printer's calibration and mujoco.sysid run beside it, on drawn and real
+arms (arms.py) the textbook's model, FIGAROH and mujoco.sysid. Protocols of the others are in
+tools_outside.py, delta_tools.py, delta_sysid.py, arm_tools.py and inverse_sysid.py. They run in a
+second virtual
 environment, which this command makes in build/rivals/venv from benchmarks/rivals/constraints.txt;
 each tool has one process on one core.
 Written to --out (build/rivals/out): the cases, an answers file a tool, a table a group with what
@@ -21,11 +24,12 @@ import platform
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from benchmarks.rivals.arms import scored_arms, write_arms
 from benchmarks.rivals.cases import (
     Answers,
     Scored,
@@ -38,7 +42,7 @@ from benchmarks.rivals.cases import (
 )
 from benchmarks.rivals.deltas import scored_deltas, write_deltas
 from benchmarks.rivals.picture import drawing
-from benchmarks.rivals.real import judged, write_real
+from benchmarks.rivals.real import ARMS, SINGLE, judged, write_real
 from benchmarks.rivals.table import column, markdown, wrong
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.release import own_version
@@ -47,6 +51,9 @@ ROOT = Path(__file__).parents[2]
 HOME = ROOT / "build" / "rivals"
 CONSTRAINTS = Path(__file__).with_name("constraints.txt")
 OUTSIDE = ("lmfit", "PySINDy", "textbook")
+OUTSIDE_OF_AXES = (*OUTSIDE, "sysid, true set", "sysid, all")
+OUTSIDE_OF_ARMS = ("textbook", "FIGAROH", "sysid, true set", "sysid, all")
+OUTSIDE_OF_REAL_ARMS = ("textbook", "FIGAROH", "sysid, all")
 OUTSIDE_OF_DELTAS = ("lmfit", "Klipper", "sysid, true set", "sysid, all")
 NEED_NOTHING = ("textbook", "Klipper")
 """Tools that run in this environment too."""
@@ -91,7 +98,7 @@ def versions(here: bool) -> str:
     tools = [
         line.replace("==", " ")
         for line in pinned
-        if line.startswith(("lmfit", "pysindy", "mujoco"))
+        if line.startswith(("lmfit", "pysindy", "mujoco", "figaroh"))
     ]
     tools = [] if here else tools
     own = [f"deltactl {own_version()}", *tools, f"Python {platform.python_version()}"]
@@ -141,7 +148,9 @@ def axes(count: int, seed: int, out: Path) -> Group:
     """Drawn single axes."""
     folder = _empty(out / f"axes-{seed}")
     truths = write_cases(drawn(count, seed), folder)
-    return Group(f"{count} single axes, seed {seed}", folder, OUTSIDE, partial(scored, truths))
+    return Group(
+        f"{count} single axes, seed {seed}", folder, OUTSIDE_OF_AXES, partial(scored, truths)
+    )
 
 
 def deltas(count: int, seed: int, out: Path) -> Group:
@@ -152,14 +161,29 @@ def deltas(count: int, seed: int, out: Path) -> Group:
     return Group(f"{count} deltas, seed {seed}", folder, OUTSIDE_OF_DELTAS, score)
 
 
-def real(given: Path, out: Path) -> Group | None:
-    """Real recordings; None, with the reason printed, where there are none."""
-    folder = _empty(out / "real")
-    known, skipped = write_real(given, folder)
-    for line in skipped:
-        print(f"left out: {line}", file=sys.stderr)
-    title = f"{len(known)} real recordings, {len(skipped)} entries left out"
-    return Group(title, folder, OUTSIDE, partial(judged, known)) if known else None
+def arms(count: int, seed: int, out: Path) -> Group:
+    """Drawn arms, by the second environment."""
+    folder = _empty(out / f"arms-{seed}")
+    truths = write_arms(environment(), ROOT, count, seed, folder)
+    return Group(
+        f"{count} arms, seed {seed}", folder, OUTSIDE_OF_ARMS, partial(scored_arms, truths)
+    )
+
+
+def real(given: Path, out: Path, here: bool) -> Iterator[Group]:
+    """Real recordings, of single axes and of arms; prints what is left out and why."""
+    for name, kinds, tools in (
+        ("recordings", SINGLE, OUTSIDE),
+        ("arms", ARMS, OUTSIDE_OF_REAL_ARMS),
+    ):
+        folder = _empty(out / f"real-{name}")
+        known, skipped = write_real(given, folder, kinds)
+        for line in skipped:
+            print(f"left out of {name}: {line}", file=sys.stderr)
+        title = f"{len(known)} real {name}, {len(skipped)} entries left out"
+        others = () if here and name == "arms" else tools
+        if known:
+            yield Group(title, folder, others, partial(judged, known, group=f"real {name}"))
 
 
 def _empty(folder: Path) -> Path:
@@ -175,6 +199,9 @@ def main(words: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--axes", type=int, default=20, help="how many, half healthy; 0: none")
     parser.add_argument("--deltas", type=int, default=0, help="how many, half healthy")
+    parser.add_argument(
+        "--arms", type=int, default=0, help="how many, half healthy; needs the second environment"
+    )
     parser.add_argument("--real", type=Path, metavar="FOLDER", help="recordings with answers")
     parser.add_argument("--halves", action="store_true", help="answer halves of each case too")
     parser.add_argument(
@@ -183,18 +210,25 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other machines")
     parser.add_argument("--out", type=Path, default=HOME / "out", help="folder for what is written")
     options = parser.parse_args(words)
-    for name, count in (("axes", options.axes), ("deltas", options.deltas)):
+    for name, count in (
+        ("axes", options.axes),
+        ("deltas", options.deltas),
+        ("arms", options.arms),
+    ):
         if count < 0 or count == 1:
             parser.error(f"--{name} {count}: 0, or at least a healthy one and another")
     if options.seed < 0:
         parser.error(f"--seed {options.seed}: at least 0")
+    if options.arms and options.here:
+        parser.error("--arms: Pinocchio draws them, in the second environment; leave --here out")
     if options.out.exists() and not options.out.is_dir():
         parser.error(f"--out {options.out}: is a file; name a folder")
     out = options.out.resolve()
     try:
         groups = [axes(options.axes, options.seed, out)] if options.axes else []
         groups += [deltas(options.deltas, options.seed, out)] if options.deltas else []
-        groups += [group] if options.real and (group := real(options.real, out)) else []
+        groups += [arms(options.arms, options.seed, out)] if options.arms else []
+        groups += real(options.real, out, options.here) if options.real else []
         tables: list[dict[str, dict[str, str]]] = []
         for group in groups:
             text, columns = compare(group, options.halves, options.here)

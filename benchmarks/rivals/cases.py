@@ -98,13 +98,18 @@ def _seeds(seed: int, tiers: Sequence[str]) -> Iterator[int]:
 
 
 def write_cases(cases: Sequence[AxisCase], folder: Path) -> list[Json]:
-    """A folder a case. Returns the truths with the bounds of sizes, which no tool sees."""
+    """A folder a case. Returns the truths with the bounds of sizes, which no tool sees.
+
+    Beside the folder stands what a tool may be told: the names of what is hidden.
+    """
     truths = [case.truth() | {"bound": case.bound()} for case in cases]
     for case, truth in zip(cases, truths, strict=True):
         own = folder / truth["case"]
         write_blind(case, own)
         text = json.dumps(robot_values(case.design))
         (own / ROBOT_JSON).write_text(text, encoding="utf-8")
+    told = {one["case"]: [f"{line['names'][0]} axis" for line in one["answers"]] for one in truths}
+    folder.with_name(f"{folder.name}-told.json").write_text(json.dumps(told), encoding="utf-8")
     return truths
 
 

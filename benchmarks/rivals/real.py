@@ -1,4 +1,4 @@
-"""Real recordings of single axes and sensors, and what is known of their machines.
+"""Real recordings of single axes, sensors and arms, and what is known of their machines.
 
 A folder holds folders, each with `robot.yaml`, recordings and `expected.json`: recording ->
 `expected` (effects with a `range` or a `tolerance` of a `value`), `must_not_claim` (an effect, with
@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from benchmarks.rivals.arm_signals import URDF
 from benchmarks.rivals.cases import ROBOT_JSON, Answers, Scored, agreement
 from deltactl.proof.cases import HOLDOUT, RECORDING, ROBOT_FILE
 from deltactl.recording.tables.flat_files import read_flat
@@ -25,6 +26,7 @@ from deltactl.recording.tables.flat_files import read_flat
 Json = dict[str, Any]
 EXPECTED = "expected.json"
 SINGLE = ("servo_axis", "stepper_axis", "range_sensor")
+ARMS = ("chain",)
 ONE_PLACE = {"axis", "motor1", "joints", "sensor", None}
 """Places of the only axis of a machine."""
 UNITS = {"um": 1e-6, "mrad": 1e-3, "rad": 1.0, "m": 1.0, "s": 1.0}
@@ -36,15 +38,17 @@ RATIO_NEAR_ONE = 0.01
 GROUP = "real recordings"
 
 
-def write_real(given: Path, folder: Path) -> tuple[list[Json], list[str]]:
+def write_real(
+    given: Path, folder: Path, kinds: Sequence[str] = SINGLE
+) -> tuple[list[Json], list[str]]:
     """A case a recording: what is known of each, and what is left out and why."""
     if not given.is_dir():
         return [], [f"real recordings: {given} is no folder"]
     known, skipped = [], []
     for own in sorted(file.parent for file in given.glob(f"*/{EXPECTED}")):
         robot = yaml.safe_load((own / ROBOT_FILE).read_text(encoding="utf-8"))
-        if robot["kind"] not in SINGLE:
-            skipped.append(f"{own.name}: kind {robot['kind']}, not a single axis or sensor")
+        if robot["kind"] not in kinds:
+            skipped.append(f"{own.name}: kind {robot['kind']}, not {' or '.join(kinds)}")
             continue
         expected = json.loads((own / EXPECTED).read_text(encoding="utf-8"))
         for name, answer in expected.items():
@@ -56,7 +60,7 @@ def write_real(given: Path, folder: Path) -> tuple[list[Json], list[str]]:
             case = f"{own.name}__{name.split('.')[0]}"
             known.append({"case": case} | answer | _write(own, name, answer, robot, folder / case))
     if not known:
-        skipped.append(f"real recordings: {given} has no {EXPECTED} of a single axis or sensor")
+        skipped.append(f"real recordings: {given} has no {EXPECTED} of {' or '.join(kinds)}")
     return known, skipped
 
 
@@ -67,9 +71,14 @@ def _write(own: Path, name: str, answer: Json, robot: Json, case: Path) -> Json:
     apart = own / str(answer.get("holdout"))
     if apart.is_file():
         shutil.copy(apart, case / HOLDOUT)
-    values = robot_values(robot, set(read_flat(own / name).columns))
+    if robot["kind"] in ARMS:
+        shutil.copy(own / robot["model"], case / robot["model"])
+        shutil.copy(own / robot["model"], case / URDF)
+        values = {"joints": robot["joints"], "effort_gain": robot["effort_gain"]}
+    else:
+        values = robot_values(robot, set(read_flat(own / name).columns))
     (case / ROBOT_JSON).write_text(json.dumps(values), encoding="utf-8")
-    return {"forced": "inertia" in values}
+    return {"forced": "step" not in values}
 
 
 def robot_values(robot: Json, columns: set[str]) -> Json:
@@ -90,7 +99,7 @@ def robot_values(robot: Json, columns: set[str]) -> Json:
     return {"zero": zero, "step": step, "sensor": robot["kind"] == "range_sensor"}
 
 
-def judged(known: Sequence[Json], answers: Answers) -> list[Scored]:
+def judged(known: Sequence[Json], answers: Answers, group: str = GROUP) -> list[Scored]:
     """Every recording that the tool takes.
 
     Right: each expected effect is a finding whose size is in its range, or an alternative of a
@@ -121,7 +130,7 @@ def judged(known: Sequence[Json], answers: Answers) -> list[Scored]:
         found.append(
             Scored(
                 one["case"],
-                GROUP,
+                group,
                 [part["effect"] for part in one["expected"]],
                 [finding["effect"] for finding in findings],
                 all(offered) and fits,

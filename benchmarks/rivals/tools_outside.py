@@ -51,7 +51,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals import delta_tools
+from benchmarks.rivals import arm_tools, delta_tools
 from benchmarks.rivals.axis_signals import (
     SLOW,
     WILD,
@@ -264,11 +264,15 @@ def answer(tool: str, folder: Path) -> Json:
     robot = json.loads((folder / "robot.json").read_text(encoding="utf-8"))
     if "forearm_m" in robot:
         return delta_tools.answer(tool, folder, robot)
+    if "joints" in robot:
+        return arm_tools.answer(tool, folder, robot)
     if tool == "textbook" and "inertia" not in robot:
         return NOT_TAKEN
     begun = time.monotonic()
     try:
         given = signals(folder / "recording.csv.gz", robot)
+        if tool not in TOOLS:
+            return _by_sysid(tool, given, folder, begun)
         findings, predict = TOOLS[tool](given)
         seconds = time.monotonic() - begun
         apart = folder / "holdout.csv.gz"
@@ -281,6 +285,14 @@ def answer(tool: str, folder: Path) -> Json:
         left = (other.y - predict(other))[other.kept]
         heldout = float(np.sqrt(np.mean(left**2)))
     return {"findings": findings, "failure": None, "seconds": seconds, "heldout": heldout}
+
+
+def _by_sysid(tool: str, given: Signals, folder: Path, begun: float) -> Json:
+    from benchmarks.rivals.inverse_sysid import by_sysid_of_axes
+
+    found = by_sysid_of_axes(tool, given, folder)
+    seconds = time.monotonic() - begun if found is not None else None
+    return {"findings": found, "failure": None, "seconds": seconds, "heldout": None}
 
 
 def main(tool: str, folder: str, out: str) -> None:
