@@ -57,7 +57,7 @@ def test_the_way_back_settles_it() -> None:
 
 def pushed(offset_n: float, gain: float = 1.0, weight_n: float = 0.0) -> FlatRecording:
     """A slide by its effort, always onward, or to and fro under a known constant weight."""
-    t_s = np.arange(0.0, 40.0, 0.01)
+    t_s = np.arange(0.0, 20.0, 0.01)
     onward = 0.4 if not weight_n else 0.0
     position = onward * t_s + 0.1 * np.sin(2.0 * t_s) + 0.03 * np.sin(3.7 * t_s + 1.0)
     accel = -0.4 * np.sin(2.0 * t_s) - 0.03 * 3.7**2 * np.sin(3.7 * t_s + 1.0)
