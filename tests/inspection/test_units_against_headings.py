@@ -23,7 +23,7 @@ from deltactl.recording.tables.flat import from_columns
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 CONFIG = Path(__file__).parents[2] / "config"
-T_S = 0.02 * np.arange(1500)
+T_S = 0.02 * np.arange(600)
 WAVE = np.sin(0.7 * T_S) + 0.2 * np.sin(1.9 * T_S)
 TURNING = ServoAxis(kind="servo_axis", name="a", motion="rotary")
 
