@@ -25,7 +25,7 @@ def test_a_spike_of_a_tenth_of_the_travel_is_left_out() -> None:
     assert np.flatnonzero(gross_outliers(seen)).tolist() == [200]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.floats(0.05, 3.0), st.integers(0, 1000), st.sampled_from([0.0, 0.01, 0.1]))
 def test_a_motion_that_turns_back_has_no_spikes(hz: float, seed: int, noise: float) -> None:
     t_s = np.arange(0.0, 20.0, 0.05)
