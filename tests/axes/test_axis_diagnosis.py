@@ -116,6 +116,8 @@ def test_without_a_known_force_mass_and_gain_are_each_other_s_alternative(
     (finding,) = answer.findings
     assert {finding.effect, *(a.effect for a in finding.alternatives)} >= {"inertia", "effort_gain"}
     assert finding.where.axes == ["effort"]  # what is in N m shows in no position
+    assert finding.probability is not None
+    assert finding.probability < 0.9
 
 
 def test_with_known_gravity_the_gain_is_told_from_the_mass(rigs: ModuleType) -> None:
@@ -146,6 +148,8 @@ def test_what_a_follower_lacks_is_named(
     assert size.value == pytest.approx(truth, rel=0.04)
     others = [a.effect for a in answer.findings[0].alternatives]
     assert alternative is None or alternative in others
+    if alternative == "gear_backlash":
+        assert any("weight that always pulls one way" in line for line in answer.says)
     assert answer.verdict == "explained"
 
 
@@ -205,13 +209,6 @@ def test_the_same_recording_gives_the_same_answer(rigs: ModuleType) -> None:
     recording = rigs.FollowingRig(play=0.01).record(17, span_s=5.0)
     first, second = (diagnose_recordings(FOLLOWS, [recording]).to_json() for _ in range(2))
     assert first == second
-
-
-def test_a_tie_comes_with_what_would_settle_it(rigs: ModuleType) -> None:
-    answer = diagnose_recordings(FOLLOWS, [rigs.FollowingRig(play=0.01).record(3, span_s=15.0)])
-    tied = {a.effect for finding in answer.findings for a in finding.alternatives}
-    assert tied & {"gear_backlash", "joint_friction"}
-    assert any("weight that always pulls one way" in line for line in answer.says)
 
 
 def test_at_one_speed_a_ratio_looks_like_a_drift() -> None:

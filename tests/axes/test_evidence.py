@@ -164,6 +164,10 @@ def test_a_joint_ruled_by_friction_is_not_refused(rigs: ModuleType) -> None:
     found = {f.effect for f in answer.findings}
     assert {"joint_friction", "viscous_friction"} <= found
     assert "inertia" not in found
+    # What lies behind the encoder shows in no effort.
+    untold = {one.effect for one in answer.not_testable}
+    assert {"gear_backlash", "joint_compliance"} <= untold
+    assert not untold & found
 
 
 def test_degrees_in_place_of_radians_are_named_as_that(rigs: ModuleType) -> None:
@@ -268,14 +272,6 @@ def test_readings_at_one_place_share_their_error() -> None:
     assert value == pytest.approx(-0.15, abs=0.06)
 
 
-def test_a_held_out_run_that_is_too_short_is_left_out_with_a_word(rigs: ModuleType) -> None:
-    run = rigs.FollowingRig(scale=1.01).record(31, span_s=8.0)
-    short = FlatRecording(run.t_s[:12], {n: x[:12] for n, x in run.columns.items()}, {}, "short")
-    answer = diagnose_recordings(FOLLOWS, [run], [short])
-    assert answer.fit.holdout == "blocks"
-    assert any("short" in line and "left out" in line for line in answer.says)
-
-
 @pytest.mark.study
 def test_slow_noise_of_a_healthy_sensor_is_no_drift(rigs: ModuleType) -> None:
     """Correlation 0.9 at 20 Hz, a quarter of a minute: every fourth such sensor had an unknown."""
@@ -283,15 +279,6 @@ def test_slow_noise_of_a_healthy_sensor_is_no_drift(rigs: ModuleType) -> None:
     rig = rigs.RangingRig(rho=0.9)
     answers = [diagnose_recordings(robot, [rig.record(seed, span_s=15.0)]) for seed in range(16)]
     assert sum(bool(answer.findings) for answer in answers) <= 1
-
-
-def test_what_lies_behind_the_encoder_of_an_axis_with_effort_is_not_testable(
-    rigs: ModuleType,
-) -> None:
-    answer = diagnose_recordings(FORCED, [rigs.ForcedRig(coulomb=1.0).record(4, span_s=5.0)])
-    untold = {one.effect for one in answer.not_testable}
-    assert {"gear_backlash", "joint_compliance"} <= untold
-    assert not untold & {one.effect for one in answer.findings}
 
 
 def test_an_axis_that_turns_at_one_speed_has_no_lag_and_no_play() -> None:

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from deltactl.diagnosis.admission.admit import admit
 from deltactl.diagnosis.admission.doubts import far_for_a_joint
-from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.report.screen import sentences
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import ServoAxis
 from deltactl.models.robot_files import load_robot_model
@@ -187,14 +186,8 @@ def test_radians_over_many_turns_are_told_by_reading_and_by_the_answer(tmp_path:
         path, load_mapping(None, ["position=q[rad]", "command=soll[rad]"]), told.append
     )
     assert 'if it is in degrees, --set "position=q[deg]"' in told[0]
-    noise = 0.01 * np.random.default_rng(0).standard_normal(len(T_S))
-    named = {"t": read.t_s, "command": read.column("command")}
-    recording = from_columns(named | {"position": read.column("position") + noise}, "a.csv")
-    answer = diagnose_recordings(TURNING, [recording])
-    (line,) = answer.doubts
-    assert " turns. A motor may turn so far" in line
-    assert sentences(answer)[0] == f"Settle this first: {line}"
-    assert line in answer.says[0]
+    (doubt,) = admit(TURNING, [read]).doubts
+    assert " turns. A motor may turn so far" in doubt.says
 
 
 def test_steps_of_degrees_in_radians_are_told_by_reading_and_by_the_answer(tmp_path: Path) -> None:
@@ -209,13 +202,13 @@ def test_steps_of_degrees_in_radians_are_told_by_reading_and_by_the_answer(tmp_p
     (line,) = told
     assert "in steps of 360/4096 degrees" in line
     assert 'if it is in degrees, --set "position=q[deg]"' in line
-    (line,) = diagnose_recordings(TURNING, [recording]).doubts
-    assert "every size below then 57 times too large" in line
+    (doubt,) = admit(TURNING, [recording]).doubts
+    assert "every size below then 57 times too large" in doubt.says
     told.clear()
     named = [one.replace("rad", "deg") for one in named]
     recording = read_mapped(path, load_mapping(None, named), told.append)
     assert told == []
-    assert diagnose_recordings(TURNING, [recording]).doubts == []
+    assert not admit(TURNING, [recording]).doubts
 
 
 def test_a_slide_and_a_joint_are_not_asked_about_turns() -> None:
