@@ -64,6 +64,7 @@ def test_what_was_hidden_is_told_in_the_units_of_what_was_found(
     assert _size(cast(Hidden, hidden)) == says
 
 
+@pytest.mark.study
 def test_where_nothing_is_wrong_nothing_is_changed(tmp_path: Path) -> None:
     shown = demonstrate(JOB, ROBOT, tmp_path, HiddenFaults([], 5), survey_s=60.0)
     assert shown.corrected.read_text() == ROBOT.read_text()
