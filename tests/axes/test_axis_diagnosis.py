@@ -95,7 +95,7 @@ def test_missing_forces_come_out_with_their_sizes(
     sizes: list[tuple[str, str, float]],
 ) -> None:  # fmt: skip
     rig = rigs.ForcedRig(**setup)
-    answer = diagnose_recordings(FORCED, [rig.record(5, 20.0)], [rig.record(6, 8.0)])
+    answer = diagnose_recordings(FORCED, [rig.record(5, 40.0)], [rig.record(6, 15.0)])
     assert named(answer) == effects
     for effect, parameter, truth in sizes:
         check_size(answer, effect, parameter, truth)

@@ -15,7 +15,7 @@ from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 
-T_S = np.arange(0.0, 9.0, 0.02)
+T_S = np.arange(0.0, 20.0, 0.02)
 AXIS = ServoAxis(kind="servo_axis", name="a", motion="rotary")
 
 
