@@ -186,7 +186,10 @@ def test_radians_over_many_turns_are_told_by_reading_and_by_the_answer(tmp_path:
         path, load_mapping(None, ["position=q[rad]", "command=soll[rad]"]), told.append
     )
     assert 'if it is in degrees, --set "position=q[deg]"' in told[0]
-    (doubt,) = admit(TURNING, [read]).doubts
+    noise = 0.01 * np.random.default_rng(0).standard_normal(len(T_S))
+    named = {"t": read.t_s, "command": read.column("command")}
+    recording = from_columns(named | {"position": read.column("position") + noise}, "a.csv")
+    (doubt,) = admit(TURNING, [recording]).doubts
     assert " turns. A motor may turn so far" in doubt.says
 
 
