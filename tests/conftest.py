@@ -19,7 +19,7 @@ from pathlib import Path
 import hypothesis  # first: what gc.freeze hides later, its plugin of trio warns of
 import pytest
 
-hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
+hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.register_profile("explore", deadline=None)
 # That a test fails is enough there: no simpler example is searched for.
 QUICK = (hypothesis.Phase.explicit, hypothesis.Phase.generate)

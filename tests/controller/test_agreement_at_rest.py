@@ -197,7 +197,7 @@ def changed_m(angles_rad: np.ndarray, turned_rad: np.ndarray) -> np.ndarray:
     return (both_m.position_m[1] - both_m.position_m[0]) @ ROBOT.sensors.axes.T
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(POSES, st.integers(0, 2), st.floats(3.0, 12.0), st.sampled_from([-1, 1]), st.integers(0, 99))
 def test_a_motor_that_lost_counts_is_among_the_causes(
     pose_deg: list[float], motor: int, lost_deg: float, sign: int, seed: int
@@ -211,7 +211,7 @@ def test_a_motor_that_lost_counts_is_among_the_causes(
     assert ("motor", motor) in [(one.kind, one.place) for one in found]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(POSES, st.integers(0, 2), st.floats(0.02, 0.3), st.sampled_from([-1, 1]), st.integers(0, 99))
 def test_a_sensor_that_lies_is_among_the_causes_and_seldom_a_motor(
     pose_deg: list[float], axis: int, off_m: float, sign: int, seed: int

@@ -308,7 +308,7 @@ JSON = st.recursive(
 )
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     st.binary(max_size=300)
     | st.dictionaries(
@@ -324,7 +324,7 @@ def test_any_line_is_a_request_or_a_refusal_that_can_be_sent(line):
     assert encode(answer).count(b"\n") == 1
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.lists(st.binary(max_size=30) | st.just(b"\n"), max_size=12))
 def test_lines_are_cut_the_same_however_they_arrive(parts):
     whole = b"".join(parts)

@@ -18,7 +18,7 @@ angle = st.floats(-20.0, 110.0)
 pose = st.tuples(angle, angle, angle)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(start=pose, goal=pose)
 def test_a_way_between_good_poses_keeps_the_margin(zhao, start, goal):
     linkage, ends = Linkage.of(zhao.geometry), np.deg2rad([start, goal])
@@ -32,7 +32,7 @@ def test_a_way_between_good_poses_keeps_the_margin(zhao, start, goal):
     assert np.rad2deg(way).max() <= 110.0 + 1e-9
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(goal=st.tuples(*[st.floats(25.0, 80.0)] * 3), leave=st.booleans())
 def test_from_and_to_the_upper_stops_arm_after_arm(zhao, goal, leave):
     """All arms at -20 degrees are beyond their serial singularities, see approach.py."""

@@ -39,7 +39,7 @@ paths = st.sampled_from(
 )
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(path=paths, timing=timings, repeats=st.integers(1, 3))
 def test_figures_are_those_of_the_motion(zhao, job_of, path, timing, repeats):
     job = job_of(path=path, timing=timing, repeats=repeats)

@@ -34,7 +34,7 @@ def refusal(job, robot, kinematics=None) -> str:
     return message
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(angle=st.floats(-np.pi, np.pi), spacing_m=st.floats(0.002, 0.02))
 def test_the_first_point_out_of_the_workspace_is_named(zhao, job_of, angle, spacing_m):
     out = [0.6 * np.cos(angle), 0.6 * np.sin(angle), -0.45]

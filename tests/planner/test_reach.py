@@ -19,7 +19,7 @@ def linkage(zhao):
     return Linkage.of(zhao.geometry)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(way=st.lists(pose, min_size=2, max_size=5))
 def test_margins_box_and_length_agree_with_a_close_look(linkage, way):
     angles = np.array(way)

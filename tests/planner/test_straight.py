@@ -40,7 +40,7 @@ def driven(plan: Plan, counts) -> tuple[FloatArray, FloatArray, FloatArray]:
     return t_s, made, forward(Linkage.of(plan.robot.geometry), angles).position_m
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(start_m=INSIDE, goal_m=INSIDE, speed_mps=st.floats(0.001, 0.3))
 def test_the_line_is_straight_and_no_faster_than_asked(zhao, job_of, start_m, goal_m, speed_mps):
     start = counts_at(zhao, start_m)

@@ -81,7 +81,7 @@ limit_sets = st.builds(
 corner = st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.55, -0.38))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     width_m=st.floats(0.02, 0.2),
     speed_mps=st.floats(0.02, 1.0),
@@ -100,7 +100,7 @@ def test_heart_keeps_the_acceleration_limit_even_at_its_cusps(
         assert excess.max(initial=-1.0) <= 0.0
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     way=st.lists(corner, min_size=2, max_size=4),
     speed_mps=st.floats(0.02, 1.0),

@@ -31,7 +31,7 @@ def played(schedule: MoveSchedule) -> tuple[np.ndarray, np.ndarray]:
     return due, np.concatenate([part.steps for part in parts]).astype(int)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(way=ways, limits=limit_sets)
 def test_counts_are_exact_at_every_target(way, limits):
     angles = np.array(way)
@@ -61,7 +61,7 @@ def test_arms_rest_after_each_target_as_long_as_is_said(dwell_s):
     assert schedule.duration_ns == leaves_ns
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(way=ways, limits=limit_sets)
 def test_no_steps_come_faster_than_the_limits(way, limits):
     schedule = MoveSchedule(np.array(way), np.zeros(len(way)), limits)
@@ -75,7 +75,7 @@ def test_no_steps_come_faster_than_the_limits(way, limits):
         assert schedule.peak_rate_hz[motor] <= 0.8 * limits.step_rate_hz * (1 + 1e-9)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(way=ways, limits=limit_sets)
 def test_a_move_takes_as_long_as_its_slowest_arm_needs(way, limits):
     """The fastest rest-to-rest motion of one arm over an angle has a closed form."""
@@ -88,7 +88,7 @@ def test_a_move_takes_as_long_as_its_slowest_arm_needs(way, limits):
     assert np.diff(schedule.reached_ns) * 1e-9 == pytest.approx(alone, rel=1e-6)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(goal=st.tuples(angle, angle, angle), limits=limit_sets)
 def test_all_arms_keep_in_proportion(goal, limits):
     """Each motor is within half a step (and a merge window) of the straight line all the way."""

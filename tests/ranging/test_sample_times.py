@@ -43,7 +43,7 @@ def test_with_a_true_clock_the_times_are_exact() -> None:
     assert times.measured_hz == pytest.approx(50.0, rel=0.01)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     slowness=st.floats(0.97, 1.03),
     poll_s=st.floats(0.005, 0.05),
