@@ -133,21 +133,25 @@ KINDS: dict[str, Callable[[Path, Request, Part], dict[str, Any]]] = {
 }
 
 
-def main(arguments: list[str]) -> None:
-    """Do one piece of work."""
-    os.nice(NICE)
-    kind, text = arguments
-    request = json.loads(text)
+def result(kind: str, request: Request, hold: Callable[[Path], None] = read_only) -> dict[str, Any]:
+    """Do one piece of work: an answer, or a refusal. hold: keeps this process to the root."""
     root, part = Path(request["root"]).resolve(), Part()
     try:
         os.chdir(root)
-        read_only(root)
-        write_line({"result": KINDS[kind](root, request, part)})
+        hold(root)
+        return KINDS[kind](root, request, part)
     except Exception as error:
         refusal = refused(error, part.name, part.columns)
         if refusal.kind == "defect":
             traceback.print_exc()
-        write_line({"result": refusal.to_json()})
+        return refusal.to_json()
+
+
+def main(arguments: list[str]) -> None:
+    """Do one piece of work."""
+    os.nice(NICE)
+    kind, text = arguments
+    write_line({"result": result(kind, json.loads(text))})
 
 
 if __name__ == "__main__":

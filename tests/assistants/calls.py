@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Awaitable, Callable, Sequence
+from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,8 @@ import numpy as np
 from mcp import Client
 
 from deltactl.assistants.server import server
+from deltactl.assistants.worker import result
+from deltactl.web.behind.tasks import Tasks
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 SLIDE = "{kind: servo_axis, name: slide, motion: linear}"
@@ -60,11 +64,23 @@ async def answered(client: Client, call: Call) -> Answered:
     return Answered(call, block.text, structured, bool(result.is_error), json.loads(text))
 
 
+class Here(Tasks):
+    """Works in this process, which stays free to open files; `test_server.py` has the workers."""
+
+    async def run(self, kind: str, *words: str | Path, **_: Any) -> dict[str, Any]:
+        def work() -> dict[str, Any]:
+            with chdir(os.curdir):
+                made = result(kind, json.loads(str(words[0])), hold=lambda root: None)
+            return dict(json.loads(json.dumps(made, default=str)))
+
+        return await anyio.to_thread.run_sync(work)
+
+
 def with_client(root: Path, work: Callable[[Client], Awaitable[Any]]) -> Any:
     """Do some work with a client of a server for this folder."""
 
     async def working() -> Any:
-        async with Client(server(root)) as client:
+        async with Client(server(root, Here())) as client:
             return await work(client)
 
     return anyio.run(working)

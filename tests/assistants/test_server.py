@@ -13,18 +13,19 @@ from pathlib import Path
 from typing import Any
 
 import anyio
+import numpy as np
 import pytest
 from mcp import Client, StdioServerParameters
 from mcp.client.stdio import stdio_client
 
 from deltactl.foundation.process import importable
-from tests.assistants.calls import diagnose
+from tests.assistants.calls import SLIDE, diagnose
 
 WORKER = "deltactl.assistants.worker"
 SOON_S = 60.0
 """Far more than ending a process takes, on a machine that others use too."""
-LONG = {"recordings": ["delta.csv"], "robot": "zhao-2023.yaml"}
-"""A diagnosis that takes some seconds."""
+LONG = {"recordings": ["mixed.csv"], "robot_text": SLIDE}
+"""A diagnosis that takes some ten seconds, as the reading has nothing to do with the command."""
 
 
 def started(root: Path) -> StdioServerParameters:
@@ -67,22 +68,13 @@ def none_left(root: Path) -> bool:
 
 @pytest.fixture(scope="module")
 def long_root(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a run of a delta."""
-    import deltactl as dc
-
+    """A folder with that recording."""
     folder = tmp_path_factory.mktemp("long")
-    dc.simulate("circle.yaml", seed=1).save(folder / "delta.csv")
+    t_s = np.arange(1000) / 50.0
+    command = np.sin(t_s)
+    rows = np.column_stack([t_s, command, np.random.default_rng(0).permutation(command)])
+    np.savetxt(folder / "mixed.csv", rows, "%.6g", ",", header="t,command,position", comments="")
     return folder
-
-
-def test_the_tools_only_read(root: Path) -> None:
-    async def looking(client: Client) -> None:
-        listed = (await client.list_tools()).tools
-        assert {one.name for one in listed} == {"inspect", "diagnose", "explain", "next_run"}
-        assert all(one.annotations.read_only_hint for one in listed)
-        assert all(one.input_schema["additionalProperties"] is False for one in listed)
-
-    with_server(root, looking)
 
 
 def test_it_answers_while_a_diagnosis_runs_and_ends_one_that_is_cancelled(long_root: Path) -> None:
@@ -104,8 +96,8 @@ def test_it_answers_while_a_diagnosis_runs_and_ends_one_that_is_cancelled(long_r
             with anyio.fail_after(SOON_S):
                 while not heard:
                     await anyio.sleep(0.02)
-            seen = await client.call_tool("inspect", {"recording": "delta.csv"})
-            assert seen.structured_content["kind"] == "delta"
+            seen = await client.call_tool("inspect", {"recording": "mixed.csv"})
+            assert seen.structured_content["kind"] == "servo_axis"
             assert "the end" not in heard
             scope.cancel()
         assert await anyio.to_thread.run_sync(none_left, long_root)
@@ -161,18 +153,22 @@ def test_a_signal_ends_it_and_its_workers(long_root: Path, number: int) -> None:
         assert "Traceback" not in process.stderr.read()
 
 
-def test_calls_leave_the_folder_as_it_was(root: Path) -> None:
+def test_the_tools_only_read_and_leave_the_folder_as_it_was(root: Path) -> None:
     def files() -> dict[Path, tuple[int, int]]:
         return {one: (one.stat().st_mtime_ns, one.stat().st_size) for one in root.rglob("*")}
 
     before = files()
 
     async def calling(client: Client) -> None:
+        listed = (await client.list_tools()).tools
+        assert {one.name for one in listed} == {"inspect", "diagnose", "explain", "next_run"}
+        assert all(one.annotations.read_only_hint for one in listed)
+        assert all(one.input_schema["additionalProperties"] is False for one in listed)
         name, arguments = diagnose("slide.csv")
         made = await client.call_tool(name, arguments)
         assert not made.is_error, made.content
-        listed = (await client.list_resources()).resources
-        (text,) = (await client.read_resource(str(listed[0].uri))).contents
+        (kept,) = (await client.list_resources()).resources
+        (text,) = (await client.read_resource(str(kept.uri))).contents
         assert json.loads(text.text)["verdict"] == "explained"
 
     with_server(root, calling)

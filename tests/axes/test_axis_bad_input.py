@@ -36,7 +36,7 @@ WAVE = np.sin(T_S)
         (FORCED, {"effort": 1e3 * WAVE, "position": WAVE}, "units"),
         (
             FOLLOWS,
-            {"command": WAVE, "position": np.random.default_rng(0).permutation(WAVE)},
+            {"command": WAVE[:150], "position": np.random.default_rng(0).permutation(WAVE[:150])},
             "belong together",
         ),
     ],
@@ -44,20 +44,20 @@ WAVE = np.sin(T_S)
 def test_bad_columns_get_one_line(
     robot: ServoAxis, columns: dict[str, np.ndarray], message: str
 ) -> None:
-    recording = from_columns({"t": T_S, **columns}, "bad.csv")
+    recording = from_columns({"t": T_S[: len(next(iter(columns.values())))], **columns}, "bad.csv")
     with pytest.raises(RecordingError, match=message) as caught:
         diagnose_recordings(robot, [recording])
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_a_reading_that_moves_before_its_command_is_doubted(rigs: ModuleType, seed: int) -> None:
-    recording = rigs.FollowingRig(lag_s=0.1, play=0.01).record(seed)
-    columns = recording.columns
-    t_s, command, position = recording.t_s, columns["command"], columns["position"]
-    assert lead_s(t_s, command, position) == 0.0
-    assert lead_s(t_s, command, command) == 0.0
-    assert lead_s(t_s, position, command) > 0.02
+def test_a_reading_that_moves_before_its_command_is_doubted(rigs: ModuleType) -> None:
+    for seed in range(4):
+        recording = rigs.FollowingRig(lag_s=0.1, play=0.01).record(seed, span_s=15.0)
+        columns = recording.columns
+        t_s, command, position = recording.t_s, columns["command"], columns["position"]
+        assert lead_s(t_s, command, position) == 0.0
+        assert lead_s(t_s, command, command) == 0.0
+        assert lead_s(t_s, position, command) > 0.02
     columns["command"], columns["position"] = position, command
     (doubt,) = diagnose_recordings(FOLLOWS, [recording]).doubts
     assert "before its command" in doubt

@@ -42,7 +42,7 @@ def check_size(answer: Diagnosis, effect: str, parameter: str, truth: float) -> 
 
 def test_the_limit_of_a_ratio_is_that_over_the_stroke(rigs: ModuleType) -> None:
     """Far from zero a ratio looks like an offset, of which its limit was the limit told again."""
-    recording = rigs.FollowingRig().record(1, span_s=20.0)
+    recording = rigs.FollowingRig().record(1, span_s=8.0)
     far = {name: values + 20.0 for name, values in recording.columns.items()}
     limits = [
         {one.effect: one.value for one in diagnose_recordings(FOLLOWS, [read]).smallest_detectable}
@@ -69,7 +69,7 @@ def test_a_perfect_axis_is_said_to_miss_nothing(
     rigs: ModuleType, robot: ServoAxis, rig: str, setup: dict[str, float], names: dict[str, str],
     seed: int,
 ) -> None:  # fmt: skip
-    span_s = 20.0 if rig == "ForcedRig" else 60.0
+    span_s = 10.0 if rig == "ForcedRig" else 30.0
     recording = getattr(rigs, rig)(**setup).record(seed, span_s=span_s, **names)
     answer = diagnose_recordings(robot, [recording])
     assert answer.verdict == "nothing_missing"
@@ -105,22 +105,24 @@ def test_missing_forces_come_out_with_their_sizes(
 
 def test_stribeck_friction_is_told_from_coulomb_friction(rigs: ModuleType) -> None:
     rig = rigs.ForcedRig(coulomb=1.0, stribeck=0.8, stribeck_speed=0.05)
-    answer = diagnose_recordings(FORCED, [rig.record(7)])
+    answer = diagnose_recordings(FORCED, [rig.record(7, span_s=12.0)])
     assert named(answer) == {"joint_friction", "stribeck_friction"}
 
 
 def test_without_a_known_force_mass_and_gain_are_each_other_s_alternative(
     rigs: ModuleType,
 ) -> None:
-    answer = diagnose_recordings(FORCED, [rigs.ForcedRig(gain=0.9).record(8, span_s=20.0)])
+    answer = diagnose_recordings(FORCED, [rigs.ForcedRig(gain=0.9).record(8, span_s=10.0)])
     (finding,) = answer.findings
     assert {finding.effect, *(a.effect for a in finding.alternatives)} >= {"inertia", "effort_gain"}
     assert finding.where.axes == ["effort"]  # what is in N m shows in no position
+    assert finding.probability is not None
+    assert finding.probability < 0.9
 
 
 def test_with_known_gravity_the_gain_is_told_from_the_mass(rigs: ModuleType) -> None:
     rig = rigs.ForcedRig(gravity=5.0, zero=0.2, gain=0.9)
-    (finding,) = diagnose_recordings(HEAVY, [rig.record(9, span_s=20.0)]).findings
+    (finding,) = diagnose_recordings(HEAVY, [rig.record(9, span_s=10.0)]).findings
     assert finding.effect == "effort_gain"
     assert not finding.alternatives
 
@@ -139,19 +141,21 @@ def test_what_a_follower_lacks_is_named(
     rigs: ModuleType, setup: dict[str, float], effect: str, parameter: str, truth: float,
     alternative: str | None,
 ) -> None:  # fmt: skip
-    span_s = 60.0 if parameter == "dead_time" else 30.0  # as its size has to be within 4 %
+    span_s = 60.0 if parameter == "dead_time" else 20.0  # as its size has to be within 4 %
     answer = diagnose_recordings(FOLLOWS, [rigs.FollowingRig(**setup).record(11, span_s)])
     assert named(answer) == {effect}
     size = answer.findings[0].parameters[parameter]
     assert size.value == pytest.approx(truth, rel=0.04)
     others = [a.effect for a in answer.findings[0].alternatives]
     assert alternative is None or alternative in others
+    if alternative == "gear_backlash":
+        assert any("weight that always pulls one way" in line for line in answer.says)
     assert answer.verdict == "explained"
 
 
 def test_play_and_lag_are_both_found_through_a_coarse_encoder(rigs: ModuleType) -> None:
     rig = rigs.FollowingRig(play=0.01, lag_s=0.06, encoder_step=1.5e-3)
-    answer = diagnose_recordings(FOLLOWS, [rig.record(12)])
+    answer = diagnose_recordings(FOLLOWS, [rig.record(12, span_s=15.0)])
     assert named(answer) == {"joint_friction", "following_lag"}
     check_size(answer, "joint_friction", "width", 0.01)
 
@@ -202,16 +206,9 @@ def test_a_range_sensor_s_error_is_named(
 
 
 def test_the_same_recording_gives_the_same_answer(rigs: ModuleType) -> None:
-    recording = rigs.FollowingRig(play=0.01).record(17, span_s=20.0)
-    first, second = (diagnose_recordings(FOLLOWS, [recording]).to_json() for _ in range(2))
+    recording = rigs.RangingRig(scale=1.03).record(17)
+    first, second = (diagnose_recordings(RANGES, [recording]).to_json() for _ in range(2))
     assert first == second
-
-
-def test_a_tie_comes_with_what_would_settle_it(rigs: ModuleType) -> None:
-    answer = diagnose_recordings(FOLLOWS, [rigs.FollowingRig(play=0.01).record(3, span_s=30.0)])
-    tied = {a.effect for finding in answer.findings for a in finding.alternatives}
-    assert tied & {"gear_backlash", "joint_friction"}
-    assert any("weight that always pulls one way" in line for line in answer.says)
 
 
 def test_at_one_speed_a_ratio_looks_like_a_drift() -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.models.robot import ServoAxis
@@ -40,17 +42,22 @@ def table() -> FlatRecording:
     return from_columns({"t": 10.0 * np.arange(len(at)), "command": at, "position": seen}, "table")
 
 
-def test_moves_shorter_than_seven_readings_show_a_late_drive() -> None:
+@pytest.fixture(scope="module")
+def answer() -> Diagnosis:
+    return diagnose_recordings(SERVO, [leaps()])
+
+
+def test_moves_shorter_than_seven_readings_show_a_late_drive(answer: Diagnosis) -> None:
     """What is left stands out only there, and was taken for single readings that are off."""
-    answer = diagnose_recordings(SERVO, [leaps()])
     assert "following_lag" in [one.effect for one in answer.findings]
     (late,) = (one for one in answer.findings if one.effect == "following_lag")
     total_s = sum(size.components[0][0] for size in late.parameters.values())
     assert 0.2 < total_s < 0.45
 
 
-def test_what_is_named_as_a_candidate_is_not_said_to_be_beyond_the_recording() -> None:
-    answer = diagnose_recordings(SERVO, [leaps()])
+def test_what_is_named_as_a_candidate_is_not_said_to_be_beyond_the_recording(
+    answer: Diagnosis,
+) -> None:
     untold = {one.effect for one in answer.not_testable}
     assert not untold & {"following_lag", "gear_backlash", "joint_friction"}
     assert not any("one speed" in one.why for one in answer.not_testable)

@@ -34,9 +34,7 @@ def recorded(folder: Path, constant_nm: float, noise_nm: float, seed: int) -> li
     return [folder / "log.csv"]
 
 
-@pytest.mark.parametrize(
-    ("constant_nm", "noise_nm"), [(0.05, 0.02), (0.3, 0.02), (3.0, 0.02), (-3.0, 0.02), (1.0, 2e-3)]
-)
+@pytest.mark.parametrize(("constant_nm", "noise_nm"), [(0.05, 0.02), (-3.0, 0.02), (1.0, 2e-3)])
 def test_it_is_found_and_nothing_is_left(
     tmp_path: Path, constant_nm: float, noise_nm: float
 ) -> None:

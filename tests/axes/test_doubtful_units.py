@@ -73,9 +73,12 @@ def test_millimetres_read_as_metres_are_doubted_of_a_sensor() -> None:
 
 def test_of_held_out_data_that_tell_nothing_it_is_said_why() -> None:
     still = from_columns({"t": T_S, "command": 0.0 * T_S, "position": np.sin(T_S)}, "still.csv")
-    answer = diagnose_recordings(AXIS, [follows()], [still])
-    (why,) = answer.not_held_out
+    short = FlatRecording(T_S[:12], {n: x[:12] for n, x in follows().columns.items()}, {}, "short")
+    answer = diagnose_recordings(AXIS, [follows()], [still, short])
+    assert answer.fit.holdout == "blocks"
+    why, why_too = answer.not_held_out
     assert "the command never changes" in why
+    assert "short" in why_too
     assert any(line.startswith("Held-out data left out: still.csv") for line in sentences(answer))
     answer = diagnose_recordings(AXIS, [follows()], [follows()])
     assert any("; on another run " in line for line in sentences(answer))

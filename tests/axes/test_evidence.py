@@ -63,7 +63,7 @@ class Line:
         return 0.0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10_000), st.integers(20, 60), st.floats(0.01, 3.0))
 def test_laplace_is_exact_where_all_is_linear(seed: int, count: int, spread: float) -> None:
     """log p(y | a, b) - log p(y | nothing) of Gaussians, by their covariances."""
@@ -158,10 +158,16 @@ def test_a_mass_that_swings_free_is_a_recording_like_any_other() -> None:
 
 def test_a_joint_ruled_by_friction_is_not_refused(rigs: ModuleType) -> None:
     """Friction of 40 N m on 2 kg m2: of the effort hardly anything is acceleration."""
-    answer = diagnose_recordings(FORCED, [rigs.ForcedRig(coulomb=40.0, viscous=20.0).record(2)])
+    answer = diagnose_recordings(
+        FORCED, [rigs.ForcedRig(coulomb=40.0, viscous=20.0).record(2, span_s=10.0)]
+    )
     found = {f.effect for f in answer.findings}
     assert {"joint_friction", "viscous_friction"} <= found
     assert "inertia" not in found
+    # What lies behind the encoder shows in no effort.
+    untold = {one.effect for one in answer.not_testable}
+    assert {"gear_backlash", "joint_compliance"} <= untold
+    assert not untold & found
 
 
 def test_degrees_in_place_of_radians_are_named_as_that(rigs: ModuleType) -> None:
@@ -172,7 +178,9 @@ def test_degrees_in_place_of_radians_are_named_as_that(rigs: ModuleType) -> None
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("seed", [21, 22, 23])
+@pytest.mark.parametrize(
+    "seed", [21, *(pytest.param(n, marks=pytest.mark.study) for n in (22, 23))]
+)
 def test_rounding_alone_is_no_effect(rigs: ModuleType, seed: int) -> None:
     rig = rigs.FollowingRig(noise=1e-4, encoder_step=1.5e-3, rho=0.0)
     answer = diagnose_recordings(FOLLOWS, [rig.record(seed, span_s=15.0)])
@@ -185,7 +193,7 @@ def drooping() -> FlatRecording:
     """A servo of 14 N m/rad that swings a weight of 1.5 N m."""
     rng = np.random.default_rng(5)
     fine, step_s = 40, 5e-4
-    t_s = np.arange(1200 * fine) * step_s
+    t_s = np.arange(700 * fine) * step_s
     command = 1.1 * np.sin(0.7 * t_s) + 0.4 * np.sin(1.9 * t_s)
     seen, at = np.empty_like(command), command[0]
     for k, asked in enumerate(command):
@@ -264,29 +272,13 @@ def test_readings_at_one_place_share_their_error() -> None:
     assert value == pytest.approx(-0.15, abs=0.06)
 
 
-def test_a_held_out_run_that_is_too_short_is_left_out_with_a_word(rigs: ModuleType) -> None:
-    run = rigs.FollowingRig(scale=1.01).record(31)
-    short = FlatRecording(run.t_s[:12], {n: x[:12] for n, x in run.columns.items()}, {}, "short")
-    answer = diagnose_recordings(FOLLOWS, [run], [short])
-    assert answer.fit.holdout == "blocks"
-    assert any("short" in line and "left out" in line for line in answer.says)
-
-
+@pytest.mark.study
 def test_slow_noise_of_a_healthy_sensor_is_no_drift(rigs: ModuleType) -> None:
     """Correlation 0.9 at 20 Hz, a quarter of a minute: every fourth such sensor had an unknown."""
     robot = RangeSensor(kind="range_sensor", name="ranges")
     rig = rigs.RangingRig(rho=0.9)
     answers = [diagnose_recordings(robot, [rig.record(seed, span_s=15.0)]) for seed in range(16)]
     assert sum(bool(answer.findings) for answer in answers) <= 1
-
-
-def test_what_lies_behind_the_encoder_of_an_axis_with_effort_is_not_testable(
-    rigs: ModuleType,
-) -> None:
-    answer = diagnose_recordings(FORCED, [rigs.ForcedRig(coulomb=1.0).record(4, span_s=10.0)])
-    untold = {one.effect for one in answer.not_testable}
-    assert {"gear_backlash", "joint_compliance"} <= untold
-    assert not untold & {one.effect for one in answer.findings}
 
 
 def test_an_axis_that_turns_at_one_speed_has_no_lag_and_no_play() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from deltactl.models.effects.axis_play import loose
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10_000), st.integers(2, 60), st.booleans())
 def test_the_axis_stays_between_two_ends_that_move(seed: int, count: int, varies: bool) -> None:
     rng = np.random.default_rng(seed)

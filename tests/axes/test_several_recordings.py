@@ -108,7 +108,7 @@ def test_no_size_is_usual_of_what_has_no_name() -> None:
     assert "unknown" not in {one.effect for one in answer.prior_sensitivity}
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.0, 0.02), st.integers(1, 4))
 def test_gross_outliers_are_found_and_nothing_else_is(seed: int, noise: float, count: int) -> None:
     rng = np.random.default_rng(seed)

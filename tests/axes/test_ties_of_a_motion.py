@@ -57,7 +57,7 @@ def test_the_way_back_settles_it() -> None:
 
 def pushed(offset_n: float, gain: float = 1.0, weight_n: float = 0.0) -> FlatRecording:
     """A slide by its effort, always onward, or to and fro under a known constant weight."""
-    t_s = np.arange(0.0, 40.0, 0.01)
+    t_s = np.arange(0.0, 20.0, 0.01)
     onward = 0.4 if not weight_n else 0.0
     position = onward * t_s + 0.1 * np.sin(2.0 * t_s) + 0.03 * np.sin(3.7 * t_s + 1.0)
     accel = -0.4 * np.sin(2.0 * t_s) - 0.03 * 3.7**2 * np.sin(3.7 * t_s + 1.0)
@@ -79,10 +79,3 @@ def test_onward_only_friction_is_no_more_than_a_constant_effort() -> None:
 def test_a_known_constant_weight_tells_the_gain_from_mass_and_offset() -> None:
     answer = diagnose_recordings(SLIDE, [pushed(0.0, gain=1.15, weight_n=20.0)])
     assert [one.effect for one in answer.findings] == ["effort_gain"]
-
-
-def test_without_a_known_pull_gain_and_mass_are_a_tie() -> None:
-    answer = diagnose_recordings(SLIDE, [pushed(0.0, gain=1.15)])
-    chances = offered(answer)
-    assert {"effort_gain", "inertia"} <= chances.keys()
-    assert max(chances["effort_gain"], chances["inertia"]) < SURE

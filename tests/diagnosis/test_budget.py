@@ -67,6 +67,7 @@ def test_what_is_remembered_is_not_counted() -> None:
     assert budget.spent == 3.0
 
 
+@pytest.mark.study
 def test_a_search_without_patience_ends_with_what_it_has(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record(SCALE, RATIO, ARM, seconds=60.0)])
     short, long = (

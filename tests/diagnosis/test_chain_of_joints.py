@@ -155,9 +155,14 @@ def test_hidden_friction_and_load_are_found_with_their_sizes(robot: Path) -> Non
 
 
 def test_nothing_is_found_where_nothing_is_hidden(robot: Path) -> None:
-    answer = diagnose([recorded(robot.parent)], robot)
+    """Paths may be text, and columns be called by the joints."""
+    named = recorded(robot.parent, names="theta_{joint}")
+    head, rest = named.read_text().split("\n", 1)
+    named.write_text(f"{head},position\n" + "\n".join(f"{row},0" for row in rest.splitlines()))
+    answer = diagnose([str(named)], str(robot))
     assert answer.findings == []
     assert answer.verdict == "nothing_missing"
+    assert answer.doubts == []
 
 
 def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
@@ -256,7 +261,6 @@ def test_places_beside_efforts_are_said_to_be_unused(robot: Path) -> None:
     made.write_text("\n".join([f"{head},pos_x,pos_y,pos_z", *(f"{row},0.1,0,0" for row in rows)]))
     (doubt,) = diagnose([made], robot).doubts
     assert "pos_x" in doubt
-    assert diagnose([recorded(robot.parent)], robot).doubts == []
 
 
 def test_what_one_joint_alone_leaves_tied_is_told_apart_by_the_motion_proposed(robot: Path) -> None:
@@ -275,10 +279,6 @@ def test_what_one_joint_alone_leaves_tied_is_told_apart_by_the_motion_proposed(r
     assert "init chain --motion" in experiment_line(answer)
     still = {one.component for one in answer.not_testable}
     assert still == {"shoulder", "elbow"}
-
-
-def test_paths_may_be_text(robot: Path) -> None:
-    assert diagnose([str(recorded(robot.parent))], str(robot)).findings == []
 
 
 def _refused(robot: Path, recording: Path) -> str:
@@ -323,13 +323,6 @@ def test_degrees_are_refused(robot: Path) -> None:
     cells[:, 1:4] = np.rad2deg(cells[:, 1:4])
     np.savetxt(table, cells, "%.8g", ",", header=head, comments="")
     assert "deg" in _refused(robot, table)
-
-
-def test_joints_may_be_columns_by_name(robot: Path) -> None:
-    named = recorded(robot.parent, names="theta_{joint}")
-    head, rest = named.read_text().split("\n", 1)
-    named.write_text(f"{head},position\n" + "\n".join(f"{row},0" for row in rest.splitlines()))
-    assert diagnose([named], robot).findings == []
 
 
 def test_init_refuses_what_is_no_model(tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot import DeltaRobot
 from deltactl.recording.tables.flat import FlatRecording
 
+pytestmark = pytest.mark.study
+
 PERIOD_M = 0.05
 SIZE_M = 0.006
 

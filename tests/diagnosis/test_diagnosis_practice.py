@@ -35,6 +35,7 @@ def test_a_practice_recording_end_to_end(tmp_path: Path) -> None:
     assert answer["fit"]["holdout_rms_after_m"] < 1.05 * answer["fit"]["noise_floor_m"]
 
 
+@pytest.mark.study
 def test_a_silent_practice_recording() -> None:
     answer = diagnose([FOLDER / "case_008" / "recording.csv.gz"], FOLDER / "robot.yaml")
     assert answer.verdict == "nothing_missing"

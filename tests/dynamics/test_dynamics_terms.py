@@ -67,7 +67,7 @@ def points_of_mass(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 @given(poses, speeds)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_kinetic_energy_is_that_of_points_in_motion(pose, moving) -> None:
     angles, rates = np.array(pose), np.array(moving)
     masses, _ = points_of_mass(angles)
@@ -77,7 +77,7 @@ def test_kinetic_energy_is_that_of_points_in_motion(pose, moving) -> None:
 
 
 @given(poses)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_gravity_is_the_slope_of_height(pose) -> None:
     angles = np.array(pose)
     masses, places = points_of_mass(angles)
@@ -91,7 +91,7 @@ def test_gravity_is_the_slope_of_height(pose) -> None:
 
 
 @given(poses, speeds)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_velocity_torque_is_lagranges(pose, moving) -> None:
     angles, rates = np.array(pose), np.array(moving)
     slopes = by_angle(matrix, angles)  # dM_ij / da_k
@@ -102,7 +102,7 @@ def test_velocity_torque_is_lagranges(pose, moving) -> None:
 
 
 @given(poses, speeds, st.floats(0.0, 0.01))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_plain_floats_say_the_same(pose, moving, payload_kg) -> None:
     angles, rates = np.array(pose), np.array(moving)
     place = position(angles)

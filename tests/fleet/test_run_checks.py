@@ -117,7 +117,7 @@ def test_many_runs_are_shown_on_one_screen_the_newest_first() -> None:
     assert "earlier runs" in lines[-1]
 
 
-@pytest.mark.parametrize("number", range(3))
+@pytest.mark.parametrize("number", [0, *(pytest.param(n, marks=pytest.mark.study) for n in (1, 2))])
 def test_a_robot_year_with_warm_days_announces_its_play_and_hardly_anything_else(
     number: int,
 ) -> None:

@@ -106,7 +106,7 @@ files = st.lists(st.tuples(keys, values), max_size=6).map(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.text())
 @example("a: !!timestamp foo")
 @example("a: !!bool foo")
@@ -125,19 +125,19 @@ def test_any_text(text: str) -> None:
     outcome(text)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(files)
 def test_anything_that_looks_like_a_file(text: str) -> None:
     outcome(text)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.text("ab:-?[]{},&*!|>'\"%@` \n\t#~.01e", max_size=60))
 def test_the_letters_that_mean_something(text: str) -> None:
     outcome(text)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     st.floats(1e-12, 1e12),
     st.integers(0, 100),

@@ -68,7 +68,7 @@ def test_every_word_that_is_passed_over_is_listed(tmp_path: Path) -> None:
 
 
 @given(st.sampled_from([2, 3]), st.floats(5.0, 40.0), st.floats(-3.1, 3.1), st.floats(0.1, 6.1))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_an_arc_by_r_is_the_arc_by_its_centre(
     tmp_path_factory: pytest.TempPathFactory, code: int, radius: float, first: float, swing: float
 ) -> None:

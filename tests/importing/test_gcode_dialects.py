@@ -125,7 +125,7 @@ def programs(draw: st.DrawFn) -> str:
 
 
 @given(programs())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_programs_of_many_spellings_end_where_another_reader_ends_them(
     tmp_path_factory: pytest.TempPathFactory, text: str
 ) -> None:

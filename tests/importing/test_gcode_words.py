@@ -36,7 +36,7 @@ plain = st.lists(
 
 
 @given(st.sampled_from(["G0", "G1", "G02", "M3"]), plain)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_words_are_those_of_gcodeparser_where_that_can_read_them(command: str, words) -> None:
     line = " ".join([command, *(f"{letter}{value / 1000:.3f}" for letter, value in words)])
     (theirs,) = parse_gcode_lines(line)

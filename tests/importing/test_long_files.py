@@ -16,9 +16,8 @@ from deltactl.firmware_py.importing.drawn import job_text
 from deltactl.firmware_py.importing.gcode import read_gcode
 from deltactl.firmware_py.importing.points_table import read_points
 from deltactl.firmware_py.job_file import JobFile
-from deltactl.firmware_py.paths.legs import MOST_LEGS, Legs
+from deltactl.firmware_py.paths.legs import Legs
 from deltactl.firmware_py.paths.way import way
-from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.strict_yaml import Document
 
 ORIGIN = (0.0, 0.0, -0.3)
@@ -61,14 +60,6 @@ def test_the_text_of_a_job_is_the_job_that_was_checked(tmp_path: Path) -> None:
     assert Document(tmp_path / "mixed.yaml", text).check(JobFile) == checked_job(path, found, *HOW)
     again = JobFile.model_validate_json(checked_job(path, found, *HOW).model_dump_json())
     assert again == checked_job(path, found, *HOW)
-
-
-def test_too_many_moves_are_refused_where_they_are_met(tmp_path: Path) -> None:
-    path = written(tmp_path, MOST_LEGS + 2000)
-    with path.open("a") as file:
-        file.write("G1 X1 Q1\n")  # never read
-    with pytest.raises(ConfigError, match=rf"nc:\d+: is move {MOST_LEGS + 1:,}"):
-        read_gcode(path, ORIGIN)
 
 
 def test_a_wrong_leg_among_many_is_named() -> None:

@@ -18,7 +18,7 @@ from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from tests.cli.conftest import Deltactl
 
-T_S = 0.02 * np.arange(1500)
+T_S = 0.02 * np.arange(600)
 ASKED = np.sin(0.9 * T_S)
 
 

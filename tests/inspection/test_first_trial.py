@@ -18,7 +18,7 @@ from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
-T_S = np.arange(0.0, 30.0, 0.02)
+T_S = np.arange(0.0, 15.0, 0.02)
 ASKED_MM = 100.0 + 60.0 * np.sin(0.5 * T_S) + 15.0 * np.sin(1.7 * T_S)
 NOISE = np.random.default_rng(5).normal(0.0, 0.02, (6, len(T_S)))
 SLIDE = "kind: servo_axis\nname: slide\nmotion: linear\n"

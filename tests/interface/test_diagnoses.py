@@ -32,7 +32,7 @@ JOB = {
 
 def slide_log(seed: int) -> pd.DataFrame:
     """A slide whose reading is 2 % larger than its command, in columns with names of their own."""
-    t_s = np.arange(0.0, 20.0, 0.02)
+    t_s = np.arange(0.0, 10.0, 0.02)
     asked_mm = 40.0 * np.sin(0.8 * t_s) + 15.0 * np.sin(2.1 * t_s + seed)
     noise_mm = np.random.default_rng(seed).normal(0.0, 0.01, len(t_s))
     return pd.DataFrame({"time_s": t_s, "target": asked_mm, "seen": 1.02 * asked_mm + noise_mm})

@@ -87,7 +87,7 @@ def any_linkage(draw: st.DrawFn) -> Linkage:
     )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(any_linkage(), st.integers(0, 2**32 - 1))
 def test_any_delta_both_ways(linkage: Linkage, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -100,7 +100,7 @@ def test_any_delta_both_ways(linkage: Linkage, seed: int) -> None:
 angle = st.floats(-np.deg2rad(20.0), np.deg2rad(110.0))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(angle, angle, angle)
 def test_any_pose_of_the_papers_range(first: float, second: float, third: float) -> None:
     for upper_m, forearm_m, radius_m in ((0.25, 0.5, 0.25), (0.04, 0.068, 0.01)):

@@ -12,6 +12,7 @@ import pytest
 pytest.importorskip("mujoco", reason="the micro delta needs the extra 'proof' (MuJoCo)")
 pytest.importorskip("scipy", reason="the diagnosis needs the extra 'diagnosis'")
 
+from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.observations.servo_preprocessing import sensor_rounds, signals_of
 from deltactl.diagnosis.pipelines.by_machine import joined
@@ -41,13 +42,18 @@ def recording(number: int) -> FlatRecording:
     return record(hidden.robot, DRIVE, rng, SECONDS)
 
 
+@cache
+def answered(number: int) -> Diagnosis:
+    return diagnose_recordings(ROBOT, [recording(number)])
+
+
 @pytest.mark.parametrize(
     "number",
     [pytest.param(n, marks=() if n in (0, 2, 5) else pytest.mark.study) for n in range(len(KINDS))],
 )
 def test_the_hidden_cause_is_named_at_its_joint(number: int) -> None:
     hidden, _ = case(77, number)
-    answer = diagnose_recordings(ROBOT, [recording(number)])
+    answer = answered(number)
     said = [(one.effect, one.component) for one in answer.findings]
     if hidden.effect == NOTHING:
         assert said == []
@@ -126,8 +132,7 @@ def test_nothing_from_outside_leaves_the_torques() -> None:
 
 
 def test_both_parts_are_one_answer() -> None:
-    named = diagnose_recordings(ROBOT, [recording(1)])
-    silent = diagnose_recordings(ROBOT, [recording(0)])
+    named, silent = answered(5), answered(0)
     both = joined(named, silent)
     assert both.verdict == joined(silent, named).verdict == "explained"
     assert both.findings == named.findings
@@ -162,7 +167,7 @@ def test_blocks_leave_out_reversals() -> None:
 
 
 def test_a_blind_case_leaves_only_recordings_and_the_robot_file(tmp_path: Path) -> None:
-    outcome = run_case(77, 1, tmp_path, run_s=3.0, holdout_s=2.0)
+    outcome = run_case(77, 1, tmp_path, run_s=2.0, holdout_s=1.0)
     assert {path.name for path in (tmp_path / "case_001").iterdir()} == {
         "recording.csv.gz",
         "holdout.csv.gz",

@@ -61,7 +61,7 @@ def test_the_search_ends_by_itself_at_a_minimum() -> None:
     assert list(search) == []
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     seed=st.integers(0, 10_000),
     hidden=st.lists(st.integers(1, 6), max_size=3),

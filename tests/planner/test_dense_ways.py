@@ -68,7 +68,7 @@ zigzag = st.lists(st.tuples(*[st.floats(-0.02, 0.02)] * 2), min_size=1, max_size
 
 
 @given(zigzag, st.floats(1e-5, 2e-3), st.sampled_from([1e-4, 1e-3, 0.01]))
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_dense_ways_stay_within_the_corner_distance(offs, corner_m: float, hop_m: float) -> None:
     """Made of short hops that turn anywhere: legs made one, and cut, stay near to all of them."""
     steps = np.array([[hop_m, hop_m * 50 * x, hop_m * 50 * y] for x, y in offs])

@@ -29,7 +29,7 @@ def hops_m(path: Path) -> np.ndarray:
     return np.linalg.norm(np.diff(path.targets, axis=0), axis=1)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(radius_m=lengths, turns=st.floats(0.1, 4.0), spacing_m=spacings, back=st.booleans())
 def test_circle_keeps_its_radius_and_spacing(radius_m, turns, spacing_m, back):
     turns = -turns if back else turns
@@ -65,7 +65,7 @@ def test_part_of_a_turn_is_open_and_goes_back_straight():
     assert way[:, 1] == pytest.approx(CENTRE[1])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(width_m=lengths, spacing_m=spacings, turns=st.integers(1, 3))
 def test_heart_is_as_wide_as_asked_centred_symmetric_and_closed(width_m, spacing_m, turns):
     path = heart(CENTRE, width_m, turns, spacing_m)
@@ -102,7 +102,7 @@ def test_heart_spacing_is_even_off_the_cusps():
     assert hops.max() / hops.min() < 1.001
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     inner_m=st.floats(0.005, 0.05),
     growth=st.floats(1.2, 10.0),
@@ -125,7 +125,7 @@ def test_spiral_is_logarithmic_with_even_spacing(inner_m, growth, turns, spacing
     assert hops.min() >= arc * (1 - (arc / inner_m) ** 2 / 8)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     corners=st.lists(
         st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.6, -0.3)),

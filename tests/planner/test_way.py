@@ -28,7 +28,7 @@ points = st.lists(st.tuples(coordinate, coordinate, coordinate), min_size=3, max
 
 
 @given(points, st.floats(0.0, 0.02))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_corners_are_cut_by_no_more_than_is_allowed(drawn, corner_m: float) -> None:
     corners = np.array(drawn)
     if (np.linalg.norm(np.diff(corners, axis=0), axis=1) < 1e-3).any():
@@ -84,7 +84,7 @@ angle = st.floats(-math.pi, math.pi)
 
 @example(0.0, -3.0, 0.09375, 0.015625, True)  # by 0.03 mm more, with 33 samples of the curve
 @given(angle, angle, st.floats(0.02, 0.1), st.floats(0.001, 0.02), st.booleans())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_corners_of_arcs_are_cut_by_no_more_than_is_allowed(
     first: float, swing: float, radius_m: float, corner_m: float, on_to_an_arc: bool
 ) -> None:
@@ -110,7 +110,7 @@ def test_corners_of_arcs_are_cut_by_no_more_than_is_allowed(
 
 
 @given(points)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_a_spline_passes_every_point_and_never_turns_sharply(drawn) -> None:
     corners = np.array(drawn)
     hops = np.diff(corners, axis=0)

@@ -61,7 +61,7 @@ def test_shared_code_would_be_seen(line: str) -> None:
     assert foreign(line) != []
 
 
-@pytest.fixture(name="motion")
+@pytest.fixture(scope="module", name="motion")
 def a_motion():
     return move("random", Pace(40.0, STEP_S, 1.0, 2.0), np.random.default_rng(5))
 

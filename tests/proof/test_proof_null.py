@@ -26,7 +26,7 @@ def null_run():
     return train, run(AsBuilt(), train)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.floats(-0.14, 0.14), st.floats(-0.14, 0.14), st.floats(-0.55, -0.35)
 )  # fmt: skip

@@ -63,7 +63,7 @@ def test_a_slow_sensor_is_late_by_its_time_constant():
     assert ranges[0, 1] == pytest.approx(0.62 + 0.01 * (8.0 - 0.2), abs=5e-5)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(TARGETS, TARGETS)
 def test_motors_step_together_by_single_steps_and_arrive(targets, more):
     goals = np.array([*targets, *more])

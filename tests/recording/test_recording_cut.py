@@ -47,7 +47,7 @@ def whole_chunks(whole: bytes) -> list[ChunkIndex]:
 
 
 @settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25, deadline=None
 )
 @given(part=st.floats(0.0, 1.0, exclude_max=True))
 def test_cut_anywhere_gives_all_up_to_there(whole: bytes, tmp_path: Path, part: float) -> None:
@@ -81,7 +81,7 @@ def test_cut_in_a_chunk_keeps_all_chunks_before(whole: bytes, tmp_path: Path) ->
 
 
 @settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25, deadline=None
 )
 @given(part=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
 def test_damage_never_invents_anything(whole: bytes, tmp_path: Path, part: float, bit: int) -> None:

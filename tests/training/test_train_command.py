@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import resource
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -89,38 +88,14 @@ def test_the_command_trains_and_answers_in_json(
     assert NetworkFile.load(tmp_path / "net.tflite").metadata.sha256 == answer["sha256"]
 
 
-def test_the_nominal_robot_is_learned_without_data(tmp_path: Path) -> None:
-    """In a process of its own, as a user starts it."""
-    command = [
-        "network",
-        "train",
-        "--robot",
-        "zhao-2023.yaml",
-        "--recipe",
-        "uzunovic",
-        "--samples",
-        "200",
-    ]
-    done = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "deltactl.cli.main",
-            *command,
-            "--epochs",
-            "5",
-            "--out",
-            "n.tflite",
-        ],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=100,
-        check=True,
-    )
-    assert "geometry, random angles; 150 samples" in done.stdout
-    assert "file against float64" in done.stdout
-    assert "microsteps" in done.stdout
+def test_the_nominal_robot_is_learned_without_data(deltactl: Deltactl) -> None:
+    command = ["network", "train", "--robot", "zhao-2023.yaml", "--recipe", "uzunovic",
+               "--samples", "200", "--epochs", "5", "--out", "n.tflite"]  # fmt: skip
+    status, out, _ = deltactl(*command)
+    assert status == 0
+    assert "geometry, random angles; 150 samples" in out
+    assert "file against float64" in out
+    assert "microsteps" in out
 
 
 MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
