@@ -269,7 +269,9 @@ class Healer:
             return found | {"outcome": REFUSED, "why": why, "by_hand": by_hand}
         if new.is_same_as(old):
             by_hand = self._by_hand(answer, robot)
-            by_hand += [_in_sensors(one) for one in answer.findings if sure(one, answer)]
+            listed = {one["says"] for one in by_hand}
+            moves_nothing = [one for one in answer.findings if sure(one, answer)]
+            by_hand += [_in_sensors(one) for one in moves_nothing if one.says not in listed]
             return found | {"outcome": NOTHING, "by_hand": by_hand}
         covered = coverage_of(self._job, candidate)
         says = {(one.effect, one.component): one.says for one in covered.effects}
