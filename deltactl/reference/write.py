@@ -105,8 +105,9 @@ def _effects() -> str:
         "## Deltas",
         _effect_table(VOCABULARY),
         "An error without a name is a table. `joint_table` follows the angle of arm 1, 2 or 3; "
-        "`platform_table` follows x, y, z (1 to 3) or the distance from the z axis (4). Its places "
-        "are evenly spaced, and errors are interpolated linearly.",
+        "`platform_table` and `sensor_table` follow x, y, z of the platform (1 to 3) or its "
+        "distance from the z axis (4). Places are evenly spaced, and errors are interpolated "
+        "linearly.",
         _effect_table(TABLES),
         "## Axes that follow a command",
         "The component of a single axis or sensor is `axis`. A linear axis uses m, N and kg for "

@@ -196,7 +196,7 @@ class Healer:
         surveys = self._state.of(SURVEY)
         if self._order.minutes is not None or len(surveys) >= MOST_SURVEYS:
             return 0.0
-        text = corrected_text(self._order.robot_file, answer, tables=Tables.JOINTS)
+        text = corrected_text(self._order.robot_file, answer, tables=Tables.SENSORS)
         write_whole(self._candidate, text)
         surveyed_s = sum(one.seconds for one in surveys)
         return more_s(self._job, self._candidate, surveyed_s, self._state.robot_s)
@@ -256,7 +256,7 @@ class Healer:
         """Correct, draw before and after, keep or leave; what came of it."""
         path = self._order.robot_file
         found: dict[str, Any] = {"found": [finding.says for finding in answer.findings]}
-        text = corrected_text(path, answer, tables=Tables.JOINTS)
+        text = corrected_text(path, answer, tables=Tables.SENSORS)
         candidate = self._candidate
         write_whole(candidate, text)
         try:
@@ -269,7 +269,9 @@ class Healer:
             return found | {"outcome": REFUSED, "why": why, "by_hand": by_hand}
         if new.is_same_as(old):
             by_hand = self._by_hand(answer, robot)
-            by_hand += [_in_sensors(one) for one in answer.findings if sure(one, answer)]
+            listed = {one["says"] for one in by_hand}
+            moves_nothing = [one for one in answer.findings if sure(one, answer)]
+            by_hand += [_in_sensors(one) for one in moves_nothing if one.says not in listed]
             return found | {"outcome": NOTHING, "by_hand": by_hand}
         covered = coverage_of(self._job, candidate)
         says = {(one.effect, one.component): one.says for one in covered.effects}

@@ -1,8 +1,8 @@
 """What each repair alone would do to a job: the findings ranked by what removing them is worth.
 
 The robot is taken to be as the corrected file says, with all that was found. The job is planned
-with one finding accepted at a time, and what it would draw is simulated; intervals follow from
-those of the sizes.
+with one finding accepted at a time, and what it would draw is simulated. Intervals follow from
+those of the sizes, from what operators leave of what they describe, and from what is in no model.
 """
 
 from __future__ import annotations
@@ -16,11 +16,19 @@ import numpy as np
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.run_report.tracking import acting
-from deltactl.models.robot import EffectEntry
-from deltactl.repair.limit import moved_by_sigma, reached_on, rms_m
-from deltactl.repair.played import played
+from deltactl.models.effects import effect_kind
+from deltactl.models.effects.kind import EXACT
+from deltactl.models.robot import EffectEntry, FloatArray
+from deltactl.repair.limit import moved_by_sigma, reached_on
+from deltactl.repair.played import Played, played
 
-TWO_SIDED_95 = 1.96
+ENDS = (0.025, 0.975)
+AT_MOST = 1.96
+"""An operator leaves at most its share: that is a 95 % bound, so many standard deviations."""
+BESIDE = 2.0
+"""What is in no model (rotors that swing, bodies that yield a little) adds between nothing and this
+times the mean square that whole steps leave, as much again in the mean."""
+DRAWS = 4000
 Effects = tuple[EffectEntry, ...]
 
 
@@ -46,63 +54,66 @@ class Worth:
 def ranked(job: Path, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
     """Every effect that `corrected` has and `robot` has not, the most useful repair first.
 
-    Raises MotionError where the job cannot be planned so.
+    What is known and not compensated moves no count: it is no repair, and left out. Raises
+    MotionError where the job cannot be planned so.
     """
     real = acting(corrected)
-    at_best = _drawn(job, corrected, real)
-    now = _drawn(job, robot, real)
+    at_best = played(plan_of(job, corrected))
+    best_m = reached_on(corrected, real, at_best) - at_best.target_m
+    floor_m2 = float(np.nanmean(np.sum(best_m**2, axis=1)))
+    as_now = played(plan_of(job, robot))
+    now_m = _root_mean(_squares_m2(robot, real, as_now, floor_m2))
     found = []
     for entry in (one for one in real if one not in robot.effects):
         kept = tuple(one for one in robot.effects if _name(one) != _name(entry))
-        alone = _drawn(job, robot.model_copy(update={"effects": (*kept, entry)}), real)
-        share = (now.rms_m - alone.rms_m) / now.rms_m
-        interval_m = alone.ci95_m(at_best.exact_m)
-        found.append(Worth(*_name(entry), now.rms_m, alone.rms_m, interval_m, share))
+        accepted = robot.model_copy(update={"effects": (*kept, entry)})
+        path = played(plan_of(job, accepted))
+        if path.is_same_as(as_now):
+            continue
+        squares_m2 = _squares_m2(accepted, real, path, floor_m2)
+        alone_m = _root_mean(squares_m2)
+        low_m, high_m = np.sqrt(np.quantile(squares_m2, ENDS)).tolist()
+        share = (now_m - alone_m) / now_m
+        found.append(Worth(*_name(entry), now_m, alone_m, (low_m, high_m), share))
     return sorted(found, key=lambda one: one.alone_m)
-
-
-@dataclass(frozen=True, slots=True)
-class _Drawing:
-    """exact_m: RMS distance where all sizes are as found; square_m2: mean square where they scatter
-    as their intervals say, and its standard deviation.
-    """
-
-    exact_m: float
-    square_m2: float
-    sigma_m2: float
-
-    @property
-    def rms_m(self) -> float:
-        """Root of the mean square."""
-        return float(np.sqrt(self.square_m2))
-
-    def ci95_m(self, floor_m: float) -> tuple[float, float]:
-        """Ends of the 95 % interval.
-
-        floor_m: what whole steps leave at best. What is in no model (rotors that swing, bodies
-        that yield a little) adds up to as much again.
-        """
-        off_m2 = TWO_SIDED_95 * self.sigma_m2
-        low_m2, high_m2 = max(self.square_m2 - off_m2, 0.0), self.square_m2 + off_m2
-        return float(np.sqrt(low_m2)), float(np.sqrt(high_m2 + floor_m**2))
 
 
 def _name(entry: EffectEntry) -> tuple[str, str]:
     return entry.effect, entry.component
 
 
-def _drawn(job: Path, accepted: RobotFile, real: Effects) -> _Drawing:
-    """A job planned by one file on such a robot.
+def _root_mean(squares_m2: FloatArray) -> float:
+    return float(np.sqrt(squares_m2.mean()))
 
-    With sizes off by z d each, z normal, the square is that of e + sum of z d: its mean is larger
-    than that of e by those of d, and it varies by 2 z e d and z^2 d^2.
+
+def _squares_m2(accepted: RobotFile, real: Effects, path: Played, floor_m2: float) -> FloatArray:
+    """Mean squared distances from the path of robots that what is known allows, (DRAWS,).
+
+    Counts are those of one file. Whatever is uncertain moves the platform along by its standard
+    deviation times a normal number.
     """
-    path = played(plan_of(job, accepted))
     reached_m = reached_on(accepted, real, path)
-    error_m = reached_m - path.target_m
-    moved_m = [reached_on(accepted, effects, path) - reached_m for effects in moved_by_sigma(real)]
-    squares = np.array([rms_m(moved) ** 2 for moved in moved_m])
-    along = np.array([np.nanmean(np.sum(error_m * moved, axis=1)) for moved in moved_m])
-    exact_m = rms_m(error_m)
-    sigma_m2 = float(np.sqrt(np.sum(4.0 * along**2 + 2.0 * squares**2)))
-    return _Drawing(exact_m, exact_m**2 + float(squares.sum()), sigma_m2)
+    moved_m = [reached_on(accepted, other, path) - reached_m for other in moved_by_sigma(real)]
+    moved_m += [
+        share * (reached_m - reached_on(accepted, without, path))
+        for share, without in _left_by_operators(real)
+    ]
+    fields = np.stack([reached_m - path.target_m, *moved_m])
+    known = np.isfinite(fields).all(axis=(0, 2))
+    products_m2 = np.einsum("ikc,jkc->ij", fields[:, known], fields[:, known]) / known.sum()
+    rng = np.random.default_rng(0)
+    weights = np.insert(rng.standard_normal((DRAWS, len(moved_m))), 0, 1.0, axis=1)
+    squares_m2: FloatArray = np.einsum("ni,ij,nj->n", weights, products_m2, weights)
+    return squares_m2 + BESIDE * floor_m2 * rng.random(DRAWS)
+
+
+def _left_by_operators(real: Effects) -> list[tuple[float, Effects]]:
+    """For each effect that no operator describes exactly: how far its size may seem off in another
+    motion, as a standard deviation and share of it, and the robot without it.
+    """
+    left = [effect_kind(one.effect).discrepancy.elsewhere for one in real]
+    return [
+        (float(np.sqrt(share)) / AT_MOST, (*real[:number], *real[number + 1 :]))
+        for number, share in enumerate(left)
+        if share > EXACT
+    ]

@@ -31,7 +31,7 @@ MOST_S = 300.0
 
 
 MOST_READ_S = 1.5
-"""A robot file is read and checked in a few hundredths of a second."""
+"""Processor time: a robot file is read and checked in a few hundredths of a second."""
 PART_BYTES = 65_536
 START_S = 20.0
 """A process starts within that, on a Pi that does much else."""
@@ -223,8 +223,8 @@ class _Worker:
 
     @property
     def out_of_time(self) -> bool:
-        """Whether the kernel ended it for the time it used (SIGXCPU, then SIGKILL; SIGALRM)."""
-        return self._process.returncode in (-24, -9, -14)
+        """Whether the kernel ended it for the time it used (SIGXCPU, then SIGKILL; SIGPROF)."""
+        return self._process.returncode in (-24, -9, -27)
 
     @property
     def epitaph(self) -> str:

@@ -89,20 +89,20 @@ def _plan(asked: dict[str, Any], descriptor: int, memory_bytes: int) -> dict[str
 
 
 def _robot(asked: dict[str, Any]) -> dict[str, Any]:
-    """Read a robot file; the kernel ends the process when its time is over (SIGALRM)."""
+    """Read a robot file; the kernel ends the process when it has worked for too long (SIGPROF)."""
     from deltactl.firmware_py.file_access import FileAccess
     from deltactl.firmware_py.planning.prepared import read_robot_here
     from deltactl.firmware_py.wire_errors import as_message
     from deltactl.foundation.errors import DeltactlError
 
-    signal.setitimer(signal.ITIMER_REAL, asked["most_s"])
+    signal.setitimer(signal.ITIMER_PROF, asked["most_s"])
     access = FileAccess(asked["follow"], asked["quote"], asked["most_bytes"])
     try:
         return read_robot_here(Path(asked["robot"]), access).message()
     except DeltactlError as error:
         return as_message(error) | {"message": str(error)}
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
 if __name__ == "__main__":

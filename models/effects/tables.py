@@ -1,4 +1,4 @@
-"""Errors without a name: a table over what they follow, at a joint or at the platform."""
+"""Errors without a name: a table over what they follow, at a joint, the platform or a sensor."""
 
 from __future__ import annotations
 
@@ -10,7 +10,16 @@ import numpy as np
 
 from deltactl.models.effects.card import Compensated, EffectCard, Rule
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Port, Values, scalar
+from deltactl.models.effects.kind import (
+    MOTORS,
+    RANGES,
+    EffectKind,
+    Memory,
+    Parameter,
+    Port,
+    Values,
+    scalar,
+)
 from deltactl.models.robot import FloatArray
 
 STEEPEST = 0.5
@@ -18,7 +27,8 @@ STEEPEST = 0.5
 MOST = 256
 """Places in one table."""
 FROM_MIDDLE = 4.0
-"""What a platform's table follows: 1, 2, 3 for x, y, z, or 4 for the distance from the z axis."""
+"""What tables of platform and sensors follow: 1, 2, 3 for x, y, z of the platform, or 4 for its
+distance from the z axis."""
 
 
 def looked_up(values: Values, at: FloatArray) -> FloatArray:
@@ -35,11 +45,18 @@ def steepest(values: Values) -> float:
     return float(np.abs(np.diff(size)).max() / apart)
 
 
-def _refused(values: Values) -> str:
+def _misread(values: Values) -> str:
     if not scalar(values, "lowest") < scalar(values, "highest"):
         return "'lowest' must be less than 'highest'"
     if scalar(values, "follows") % 1.0:
         return "'follows' must be a whole number"
+    return ""
+
+
+def _refused(values: Values) -> str:
+    """A table that a motion has to turn round."""
+    if why := _misread(values):
+        return why
     if steepest(values) > STEEPEST:
         return f"the table changes by {steepest(values):.2g} a unit; {STEEPEST:g} is the most"
     return ""
@@ -54,16 +71,24 @@ def _at_platform(flow: Flow, index: int, values: Values, memory: Memory) -> None
     flow.position_m = shifted(values, flow.position_m)
 
 
+def _in_sensor(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.ranges_m[:, index] += looked_up(values, _place(values, flow.position_m))
+
+
 def shifted(values: Values, position_m: FloatArray) -> FloatArray:
     """Positions (n, 3) with the table's error added in its direction."""
+    direction = np.asarray(values["direction"], dtype=np.float64)
+    error_m = looked_up(values, _place(values, position_m))
+    moved: FloatArray = position_m + error_m[:, np.newaxis] * direction
+    return moved
+
+
+def _place(values: Values, position_m: FloatArray) -> FloatArray:
+    """What a table over the platform's position follows, (n,) [m]."""
     follows = scalar(values, "follows")
     if follows == FROM_MIDDLE:
-        followed = np.hypot(position_m[:, 0], position_m[:, 1])
-    else:
-        followed = position_m[:, round(follows) - 1]
-    direction = np.asarray(values["direction"], dtype=np.float64)
-    moved: FloatArray = position_m + looked_up(values, followed)[:, np.newaxis] * direction
-    return moved
+        return np.hypot(position_m[:, 0], position_m[:, 1])
+    return position_m[:, round(follows) - 1]
 
 
 def _joint_words(component: str, values: Mapping[str, Any]) -> str:
@@ -75,9 +100,17 @@ def _joint_words(component: str, values: Mapping[str, Any]) -> str:
 
 
 def _platform_words(component: str, values: Mapping[str, Any]) -> str:
+    return f"the platform is off by {_up_to(values)}"
+
+
+def _sensor_words(component: str, values: Mapping[str, Any]) -> str:
+    return f"{component} errs by {_up_to(values)} of the platform"
+
+
+def _up_to(values: Mapping[str, Any]) -> str:
     most = 1e3 * float(np.abs(values["error"]).max())
     names = {1.0: "x", 2.0: "y", 3.0: "z", FROM_MIDDLE: "the distance from the middle"}
-    return f"the platform is off by up to {most:.2f} mm, by a table over {names[values['follows']]}"
+    return f"up to {most:.2f} mm, by a table over {names[values['follows']]}"
 
 
 JOINT_TABLE = EffectKind(
@@ -113,9 +146,22 @@ PLATFORM_TABLE = EffectKind(
     pose_alone=True,
     refuses=_refused,
 )
+SENSOR_TABLE = EffectKind(
+    name="sensor_table",
+    port=Port.SENSOR,
+    components=RANGES,
+    parameters=PLATFORM_TABLE.parameters[:-1],
+    operate=_in_sensor,
+    says=_sensor_words,
+    order=-1,
+    pose_alone=True,
+    refuses=_misread,
+)
 CARDS = tuple(
-    EffectCard(
-        name=kind.name, kind=kind, table=True, rule=Rule.TABLE, compensated=Compensated.INVERSE
+    EffectCard(name=kind.name, kind=kind, table=True, rule=Rule.TABLE, compensated=how)
+    for kind, how in (
+        (JOINT_TABLE, Compensated.INVERSE),
+        (PLATFORM_TABLE, Compensated.INVERSE),
+        (SENSOR_TABLE, Compensated.IN_READINGS),
     )
-    for kind in (JOINT_TABLE, PLATFORM_TABLE)
 )

@@ -120,6 +120,7 @@ def test_a_table_is_written_when_it_is_asked_for_and_says_where_it_comes_from(
         (unknown("motor2", "time"), Tables.JOINTS, "follows time"),
         (unknown("range_z", "range_x, range_y"), Tables.JOINTS, "may be the sensor's"),
         (unknown("range_z", "time"), Tables.PLATFORM, "follows time"),
+        (unknown("range_z", "theta_1"), Tables.SENSORS, "follows theta_1"),
     ],
 )
 def test_what_is_no_table_of_places_says_why(finding: Finding, asked: Tables, why: str) -> None:
@@ -173,3 +174,25 @@ def test_a_table_that_cannot_be_turned_round_is_refused(
 def test_tables_over_other_angles_stay_two() -> None:
     other = JOINT.model_copy(update={"parameters": JOINT.parameters | {"follows": 1.0}})
     assert len(merged([JOINT], [other])) == 2
+
+
+def test_a_sensors_table_is_expected_in_its_readings_and_moves_nothing(tmp_path: Path) -> None:
+    table = Table(follows="range_x", lowest=0.0, highest=0.1, size=BUMP.tolist())
+    found = answer(unknown("range_z", "range_x").model_copy(update={"table": table}))
+    path = tmp_path / "mine.yaml"
+    path.write_text(corrected_text(ROBOT, found, tables=Tables.SENSORS))
+    robot = load_robot(path)
+    (entry,) = robot.effects
+    assert (entry.effect, entry.component) == ("sensor_table", "range_z")
+    rng = np.random.default_rng(4)
+    target_m = rng.uniform([0.0, -0.1, -0.5], [0.1, 0.1, -0.4], (50, 3))
+    inverse = CalibratedInverse(robot)
+    angles = inverse.angles_rad_many(target_m)
+    without = CalibratedInverse(with_effects()).angles_rad_many(target_m)
+    np.testing.assert_allclose(angles, without, atol=1e-12)
+    commands = Commands.of_angles(np.arange(50.0), angles)
+    seen, plain = (Chain(one).simulate(commands).ranges for one in (robot, with_effects()))
+    np.testing.assert_allclose(seen[:, :2], plain[:, :2], atol=1e-12)
+    expected = np.interp(target_m[:, 0], np.linspace(0.0, 0.1, len(BUMP)), BUMP)
+    assert np.ptp(expected) > 1e-3
+    np.testing.assert_allclose(seen[:, 2] - plain[:, 2], expected, atol=1e-6)

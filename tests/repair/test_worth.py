@@ -12,6 +12,7 @@ import yaml
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.models.effects import effect_kind
 from deltactl.repair.limit import reached_on, rms_m
 from deltactl.repair.played import Played, played
 from deltactl.repair.worth import ranked
@@ -74,8 +75,34 @@ def test_a_size_that_is_known_exactly_leaves_what_steps_leave(tmp_path: Path) ->
     job = tmp_path / "heart.yaml"
     job.write_text(yaml.safe_dump(HEART))
     ((name, (value, _)), *_) = SIZES.items()
+    old = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
     corrected = robot_of(tmp_path, "corrected.yaml", [entry(*name, value, 1e-9)])
-    (one,) = ranked(job, load_robot(CONFIG_FOLDER / "zhao-2023.yaml"), corrected)
+    (one,) = ranked(job, old, corrected)
+    path = planned_alone(job, old, corrected, name[0])
+    steps_m = rms_m(reached_on(old, corrected.effects, path) - path.target_m)
     low_m, high_m = one.ci95_m
-    assert low_m == pytest.approx(one.alone_m, rel=0.01)
-    assert 1.2 * low_m < high_m < 2.0 * low_m
+    assert low_m == pytest.approx(steps_m, rel=0.05)
+    assert steps_m < low_m < one.alone_m < high_m < 2.0 * steps_m
+
+
+def test_what_an_operator_leaves_is_in_the_interval(tmp_path: Path) -> None:
+    """A spring of one number is no whole arm, however exactly the number is known."""
+    job = tmp_path / "heart.yaml"
+    job.write_text(yaml.safe_dump(HEART))
+    spring = entry("joint_compliance", "joints", "stiffness", 200.0, 1e-6)
+    corrected = robot_of(tmp_path, "corrected.yaml", [spring])
+    (one,) = ranked(job, load_robot(CONFIG_FOLDER / "zhao-2023.yaml"), corrected)
+    left_m = np.sqrt(effect_kind("joint_compliance").discrepancy.elsewhere) * one.now_m
+    low_m, high_m = one.ci95_m
+    assert low_m < 0.3 * left_m
+    assert left_m < high_m < 1.2 * left_m
+
+
+def test_what_moves_no_count_is_no_repair(tmp_path: Path) -> None:
+    job = tmp_path / "heart.yaml"
+    job.write_text(yaml.safe_dump(HEART))
+    stop = entry("contact", "platform", "height", -0.6, 1e-4)
+    name, (value, sigma) = next(iter(SIZES.items()))
+    corrected = robot_of(tmp_path, "corrected.yaml", [stop, entry(*name, value, sigma)])
+    (only,) = ranked(job, load_robot(CONFIG_FOLDER / "zhao-2023.yaml"), corrected)
+    assert only.effect == name[0]

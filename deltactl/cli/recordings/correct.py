@@ -29,11 +29,11 @@ def correct(
         bool, typer.Option(help="Train the network that belongs to the corrected file.")
     ] = True,
     tables: Annotated[
-        Literal["none", "joints", "platform"],
+        Literal["none", "joints", "sensors", "platform"],
         typer.Option(
             metavar="WHICH",
-            help="What has no name, as a table: none, of joints, or also of the platform (if you"
-            " know that it is the platform that is off, and not a sensor).",
+            help="What has no name, as a table: none, of joints, also of sensors, or of the"
+            " platform instead (if you know that it is the platform that is off, and no sensor).",
         ),
     ] = "none",
     job: Annotated[

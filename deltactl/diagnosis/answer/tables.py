@@ -12,8 +12,7 @@ from deltactl.models.effects.tables import (
     FROM_MIDDLE,
     JOINT_TABLE,
     PLATFORM_TABLE,
-    STEEPEST,
-    steepest,
+    SENSOR_TABLE,
 )
 from deltactl.models.robot import AXES, DeltaRobot, EffectEntry
 
@@ -31,6 +30,8 @@ class Tables(Enum):
     NONE = "none"
     JOINTS = "joints"
     """What enters at a joint."""
+    SENSORS = "sensors"
+    """Also what shows in one sensor, as its own error: it is expected there, and moves nothing."""
     PLATFORM = "platform"
     """Also what shows in one sensor: the user knows that the platform is off, not the sensor."""
 
@@ -45,12 +46,12 @@ def table_of(finding: Finding, robot: DeltaRobot, asked: Tables) -> EffectEntry 
         return "it depends on earlier motion too (hysteresis), which no table can hold"
     if finding.component.startswith("motor"):
         return _at_joint(finding, finding.table)
-    if asked is not Tables.PLATFORM:
+    if asked is Tables.JOINTS:
         return (
             "it shows in a sensor, and may be the sensor's (--tables platform, if you know that"
             " the platform is off)"
         )
-    return _at_platform(finding, finding.table, robot)
+    return _over_position(finding, finding.table, robot, asked)
 
 
 def _what_helps(finding: Finding, robot: DeltaRobot) -> str:
@@ -60,8 +61,8 @@ def _what_helps(finding: Finding, robot: DeltaRobot) -> str:
     why = table_of(finding, robot, Tables.PLATFORM)
     if isinstance(why, EffectEntry):
         return (
-            "; it shows in a sensor, whose errors the motion need not know (--tables platform, if"
-            " you know that the platform is off, and not the sensor)"
+            "; it shows in a sensor (--tables sensors accepts it there; --tables platform, if you"
+            " know that the platform is off, and not the sensor)"
         )
     return f", and {why}"
 
@@ -74,27 +75,25 @@ def _at_joint(finding: Finding, table: Table) -> EffectEntry | str:
     )
 
 
-def _at_platform(finding: Finding, table: Table, robot: DeltaRobot) -> EffectEntry | str:
+def _over_position(
+    finding: Finding, table: Table, robot: DeltaRobot, asked: Tables
+) -> EffectEntry | str:
     if table.follows not in PLACES or robot.sensors is None:
         return f"it follows {table.follows}: the platform's table is over its place"
+    values: Values = {"follows": PLACES[table.follows]}
+    if asked is Tables.SENSORS:
+        return _entry(SENSOR_TABLE.name, finding.component, table, values)
     axis = robot.sensors.axes[AXES.index(finding.component[-1])]
-    values: Values = {
-        "follows": PLACES[table.follows],
-        "direction": tuple(float(part) for part in axis),
-    }
+    values["direction"] = tuple(float(part) for part in axis)
     return _entry(PLATFORM_TABLE.name, PLATFORM_TABLE.components[0], table, values)
 
 
 def _entry(effect: str, component: str, table: Table, more: Values) -> EffectEntry | str:
-    main = effect_kind(effect).main
-    if not np.ptp(table.size) or max(np.abs(table.size)) > main.high:
-        return f"its table goes beyond {main.high:g} {main.unit}, the most that is compensated"
-    values: Values = {
-        "error": tuple(round(size, 9) for size in table.size),
-        "lowest": table.lowest,
-        "highest": table.highest,
-        **more,
-    }
-    if steepest({name: np.asarray(value) for name, value in values.items()}) > STEEPEST:
-        return "its table is too steep to be inverted"
-    return EffectEntry(effect=effect, component=component, parameters=values)
+    kind = effect_kind(effect)
+    if not np.ptp(table.size) or max(np.abs(table.size)) > kind.main.high:
+        return f"its table goes beyond {kind.main.high:g} {kind.main.unit}, the most there may be"
+    errors = tuple(round(size, 9) for size in table.size)
+    values: Values = {"error": errors, "lowest": table.lowest, "highest": table.highest, **more}
+    refused = kind.refuses
+    why = refused({n: np.asarray(v) for n, v in values.items()}) if refused else ""
+    return why or EffectEntry(effect=effect, component=component, parameters=values)

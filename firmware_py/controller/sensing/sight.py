@@ -19,8 +19,9 @@ BLIND_S = 0.5
 PERIODS = 3
 """A sensor that ranges slowly may take so many periods."""
 PAUSE_S = 0.1
-"""Nobody looked for longer: the computer was busy, and so may the loop have been that reads the
-sensors. For as long again it may catch up, unless the readings are twice too old."""
+"""Nobody looked for longer: the computer was busy, and so was the loop that reads the sensors.
+For as long again it may catch up: meanwhile the pause does not count into the age of readings. How
+long a pause may be is for the heartbeat to say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +50,7 @@ class Sight:
         self._good_ns: dict[str, int] = {}
         self._said: dict[str, str] = {}
         self._start_ns = 0
-        self._looked_ns = self._woke_ns = 0
+        self._looked_ns = self._woke_ns = self._paused_ns = 0
 
     def restart(self, now_ns: int) -> None:
         """The sensors have just been started: they have as long as any blindness may last."""
@@ -76,8 +77,8 @@ class Sight:
             return None
         last_ns = [self._good_ns.get(axis, self._start_ns) for axis in AXES]
         age_ns = now_ns - min(last_ns)  # three angles need all three ranges
-        twice = bears_pauses and self._just_woke(now_ns)
-        if age_ns <= (2 if twice else 1) * self._limit_ns:
+        paused_ns = self._pause_ns(now_ns) if bears_pauses else 0
+        if age_ns <= self._limit_ns + paused_ns:
             return None
         since_ns = min(last_ns)
         # Whoever is about to follow is named too: one cause blinds all within a few polls.
@@ -87,12 +88,12 @@ class Sight:
         instead = tuple(self._instead(axis, drivers.get(axis, "ok")) for axis in axes)
         return Blindness(axes, since_ns, age_ns / NS_PER_S, instead)
 
-    def _just_woke(self, now_ns: int) -> bool:
-        """Whether nobody looked for a while until a moment ago."""
-        if now_ns - self._looked_ns > ns(PAUSE_S):
-            self._woke_ns = now_ns
+    def _pause_ns(self, now_ns: int) -> int:
+        """For how long nobody looked, where that ended a moment ago; else 0."""
+        if (unseen_ns := now_ns - self._looked_ns) > ns(PAUSE_S):
+            self._woke_ns, self._paused_ns = now_ns, unseen_ns
         self._looked_ns = now_ns
-        return now_ns - self._woke_ns < ns(PAUSE_S)
+        return self._paused_ns if now_ns - self._woke_ns < ns(PAUSE_S) else 0
 
     def says_of(self, axis: str, now_ns: int) -> str:
         """'blind for 3.2 s (refused: status)' of one sensor; empty while it sees."""
