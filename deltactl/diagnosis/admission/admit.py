@@ -22,7 +22,7 @@ from deltactl.diagnosis.admission.arm_columns import (
 )
 from deltactl.diagnosis.admission.doubts import doubts_of
 from deltactl.diagnosis.admission.excerpt import excerpts, most_rows
-from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal
+from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal, refusal
 from deltactl.diagnosis.admission.robot_match import check_belongs, check_input
 from deltactl.diagnosis.observations.servo_preprocessing import reads_disturbance, sensor_rounds
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
@@ -123,7 +123,7 @@ def admit(
     """
     try:
         if not recordings:
-            raise Refusal(Kind.SHORT, "no recording was given").error()
+            raise refusal("no_recording").error()
         recordings = excerpts(recordings, most_rows(robot))
         holdout = excerpts(holdout, most_rows(robot))
     except RefusedRecording as error:
@@ -134,8 +134,8 @@ def admit(
     try:
         machine = _machine(robot, recordings, holdout, progress)
     except RefusedRecording as error:
-        refusal = _with_what_to_type(error.refusal, robot, every)
-        return Admission(robot, recordings, holdout, (refusal,))
+        refused = _with_what_to_type(error.refusal, robot, every)
+        return Admission(robot, recordings, holdout, (refused,))
     doubts = [doubts_of(robot, recording) for recording in recordings]
     if isinstance(machine, Lone) and isinstance(machine.plant, CommandedAxis):
         doubts.append(axis_match.ahead_of_command(machine.plant, recordings[0].source))

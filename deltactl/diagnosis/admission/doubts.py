@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.refusal import Doubt
+from deltactl.diagnosis.admission.refusal import Doubt, doubt
 from deltactl.diagnosis.plants.chain.pose_readings import measures_poses
 from deltactl.models.robot import ChainRobot, RangeSensor, RobotModel, ServoAxis, StepperAxis
 from deltactl.recording.column_measures import first_of
@@ -31,12 +31,7 @@ def places_beside_efforts(robot: RobotModel, recording: FlatRecording) -> Doubt 
     if not isinstance(robot, ChainRobot) or measures_poses(robot, recording):
         return None
     for target in targets_in(recording):
-        return Doubt(
-            recording.source,
-            f"{target}_x",
-            f"the places {target}_x..z in {recording.source} are not used, as its efforts are: "
-            "for lengths and zeros, diagnose a table of the same without its effort columns.",
-        )
+        return doubt("places_unused", recording.source, f"{target}_x", target=target)
     return None
 
 
@@ -45,13 +40,7 @@ def steps_of_degrees(robot: RobotModel, recording: FlatRecording) -> Doubt | Non
     for name in ("position", "theta_1") if _turns(robot) else ():
         unit, step = of_encoder(recording.columns.get(name, np.zeros(0))) or ("", "")
         if unit == "deg":
-            return Doubt(
-                recording.source,
-                name,
-                f"{name} of {recording.source} was read in rad, and its readings go {step}: "
-                "it is probably in degrees, and every size below then 57 times too large: give the"
-                f' unit of it and of the command, as --set "{name}=COLUMN[deg]".',
-            )
+            return doubt("steps_of_degrees", recording.source, name, step=step)
     return None
 
 
@@ -73,15 +62,8 @@ def far_for_a_joint(robot: RobotModel, recording: FlatRecording) -> Doubt | None
         farthest = usual_largest(recording, name)
         if farthest <= TURNS_RAD:
             return None
-        return Doubt(
-            recording.source,
-            name,
-            f"{name} of {recording.source} goes up to {farthest:.4g} rad, which are"
-            f" {turns(farthest)}. A motor may turn so far; where no joint of this machine does,"
-            f" {name} is in another unit than it was read in (degrees, seconds of arc or"
-            " counts, say), and every size below is wrong: give its own, as"
-            f' --set "{name}=COLUMN[UNIT]", or what one is in rad, as "{name}=COLUMN*FACTOR".',
-        )
+        far = {"farthest": farthest, "turns": turns(farthest)}
+        return doubt("far_for_a_joint", recording.source, name, **far)
     return None
 
 
@@ -100,13 +82,8 @@ def far_for_a_sensor(robot: RobotModel, recording: FlatRecording) -> Doubt | Non
     known = known[np.isfinite(known)]
     if not len(known) or float(np.median(np.abs(known))) <= ADMISSION.farthest_ranged_m:
         return None
-    return Doubt(
-        recording.source,
-        "distance",
-        f"distance of {recording.source} goes up to {float(np.max(np.abs(known))):,.0f} m, and few"
-        " sensors see so far. If it is in mm, every size below is 1000 times too large: give the"
-        ' unit of both columns, as --set "distance=COLUMN[mm]" --set "range=COLUMN[mm]".',
-    )
+    farthest = float(np.max(np.abs(known)))
+    return doubt("far_for_a_sensor", recording.source, "distance", farthest=farthest)
 
 
 def effort_unused(robot: RobotModel, recording: FlatRecording, column: str | None) -> str:
