@@ -261,14 +261,14 @@ def _joints(
 def _chain(
     robot: ChainRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
 ) -> Lone:
-    """The joints of a chain. Raises ConfigError where its model does not hold them."""
+    """The joints of a chain, in motion or measured from outside.
+
+    Raises ConfigError where its model does not hold them.
+    """
     chain = RigidChain(Path(robot.model), robot.joints, robot.gravity)
     chain_columns.check_effects(robot, chain)
 
-    if all(measures_poses(robot, one) for one in recordings):
-        return _poses(robot, chain, recordings, holdout)
-
-    def plant(recordings: Sequence[FlatRecording]) -> ChainPlant:
+    def in_motion(recordings: Sequence[FlatRecording]) -> ChainPlant:
         for recording in recordings:
             axis_match.check_times(recording)
             chain_columns.check_joints(robot, chain, recording)
@@ -276,33 +276,15 @@ def _chain(
         chain_columns.check_motion(plant)
         return plant
 
-    return _made(plant, recordings, holdout)
-
-
-def _poses(
-    robot: ChainRobot,
-    chain: RigidChain,
-    recordings: Sequence[FlatRecording],
-    holdout: Sequence[FlatRecording],
-) -> Lone:
-    """A chain that was measured from outside."""
-
-    def plant(recordings: Sequence[FlatRecording]) -> PosePlant:
+    def from_outside(recordings: Sequence[FlatRecording]) -> PosePlant:
         for recording in recordings:
             chain_columns.check_poses(robot, chain, recording)
         plant = PosePlant(robot, recordings, chain)
         chain_columns.check_placed(plant)
         return plant
 
-    return _made(plant, recordings, holdout)
-
-
-def _made(
-    plant: Callable[[Sequence[FlatRecording]], AnyPlant],
-    recordings: Sequence[FlatRecording],
-    holdout: Sequence[FlatRecording],
-) -> Lone:
-    """Plants of all recordings together, of each, and of those held out."""
+    by_poses = all(measures_poses(robot, one) for one in recordings)
+    plant: Callable[[Sequence[FlatRecording]], AnyPlant] = from_outside if by_poses else in_motion
     others, left_out = _held_out(plant, holdout)
     singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
     return Lone(plant(recordings), others, left_out, singles)

@@ -10,7 +10,6 @@ from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Doubt, doubt
 from deltactl.diagnosis.plants.chain.pose_readings import measures_poses
 from deltactl.models.robot import ChainRobot, RangeSensor, RobotModel, ServoAxis, StepperAxis
-from deltactl.recording.column_measures import first_of
 from deltactl.recording.foreign.doubts import TURNS_RAD, of_encoder, turns
 from deltactl.recording.tables.chain_tables import targets_in
 from deltactl.recording.tables.flat import FlatRecording
@@ -84,34 +83,3 @@ def far_for_a_sensor(robot: RobotModel, recording: FlatRecording) -> Doubt | Non
         return None
     farthest = float(np.max(np.abs(known)))
     return doubt("far_for_a_sensor", recording.source, "distance", farthest=farthest)
-
-
-def effort_unused(robot: RobotModel, recording: FlatRecording, column: str | None) -> str:
-    """Why the effort beside a command is not used, and what it may be instead; empty where it is
-    used, or there is none. column: its name in the file, where it has another one.
-    """
-    if not isinstance(robot, ServoAxis) or robot.inertia is not None:
-        return ""
-    if first_of(recording, ["effort"]) is None or first_of(recording, ["command"]) is None:
-        return ""
-    return (
-        "effort is not used, as the robot file has no `inertia`: what the drive gives says nothing"
-        " without it. If it pulls at the axis from outside (a weight, a spring), read it as load:"
-        f" --set load={column or 'effort'}"
-    )
-
-
-def command_unused(recording: FlatRecording, columns: tuple[str | None, str | None]) -> str:
-    """That the command beside an effort is not used, of a diagnosis of forces, and how to get the
-    other one; empty where there is none. columns: names of command and effort in the file.
-    """
-    if first_of(recording, ["command"]) is None:
-        return ""
-    command, effort = columns
-    told = f" ({command})" if command else ""
-    leave_out = f"--set effort={effort}" if effort else "the column `effort`"
-    return (
-        f"the command{told} is not used: with `inertia` in the robot file and an effort, forces are"
-        " compared (friction, mass). To compare the position with its command instead (delay,"
-        f" play, backlash), leave out {leave_out}"
-    )
