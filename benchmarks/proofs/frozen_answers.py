@@ -1,7 +1,7 @@
 """Keeps the answers of many recordings, and compares those of two states of the engine.
 
-    python benchmarks/proofs/frozen_answers.py make LABEL --keep DIR [--tenth] [--processes N]
-    python benchmarks/proofs/frozen_answers.py compare OLD NEW --keep DIR [--tenth] [--show]
+    python -m benchmarks.proofs.frozen_answers make LABEL --keep DIR [--tenth] [--processes N]
+    python -m benchmarks.proofs.frozen_answers compare OLD NEW --keep DIR [--tenth] [--show]
 
 `make` diagnoses proof cases of old seeds, the practice set and all real recordings with the code it
 is run from, one process a case, and keeps what comes out in DIR/answers/LABEL; what is there is not
@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 
 from scipy.stats import binomtest
 
-from deltactl.diagnosis.answer.consistency import contradictions
+from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.estimation.side_by_side import alone

@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.diagnosis.answer.consistency import contradictions
+from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.foundation.errors import DeltactlError

@@ -14,7 +14,6 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +77,7 @@ def diagnose(root: Path, request: Request, part: Part) -> dict[str, Any]:
     )
     return {
         "json": diagnosis.to_json(),
-        "says": asdict(sentences_by_topic(diagnosis.answer, diagnosis.robot.model)),
+        "says": sentences_by_topic(diagnosis.answer, diagnosis.robot.model),
     }
 
 

@@ -18,12 +18,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from deltactl.diagnosis.answer.corrected_robot import with_effects, with_model
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.strict_yaml import Document
 from deltactl.models.effects.chain_joints import JOINT_EFFECTS, LOAD
 from deltactl.models.effects.chain_poses import POSE_EFFECTS
 from deltactl.models.effects.link_geometry import OFF
+from deltactl.models.effects_section import with_effects, with_model
 from deltactl.models.rigid_chain import RigidChain, document_of
 from deltactl.models.robot import ChainRobot, EffectEntry, FloatArray
 from deltactl.models.robot_files import with_effects_in

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from deltactl.diagnosis.answer.consistency import contradictions
+from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.assessment.options import ASSESSMENT

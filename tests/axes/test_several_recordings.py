@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from deltactl.diagnosis.answer.consistency import contradictions
+from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.assessment.significance import _change
 from deltactl.diagnosis.evidence.laplace import Laplace

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from deltactl.diagnosis.answer.consistency import contradictions
+from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.answer.corrected_robot import save_corrected
 from deltactl.diagnosis.api import diagnose, diagnose_recordings
 from deltactl.models.robot import DeltaRobot, EffectEntry

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from deltactl.diagnosis.answer.consistency import contradictions
+from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.estimation.side_by_side import alone

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.answer.assembly import assembled, sharing
-from deltactl.diagnosis.answer.consistency import contradictions
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import (
     Alternative,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deltactl.diagnosis.answer.consistency import contradictions
+from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,

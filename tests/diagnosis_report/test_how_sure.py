@@ -58,14 +58,14 @@ def test_what_is_settled_has_no_alternative_in_the_headline(
     one = _finding(1e-9, probability, _other("viscous_friction", None))
     answer = make("explained", findings=[one])
     assert ("(or " in headline(answer)) == open_
-    assert any("1 could be" in line for line in sentences_by_topic(answer).or_else) == open_
+    assert any("1 could be" in line for line in sentences_by_topic(answer)["or_else"]) == open_
 
 
 def test_what_fits_as_well_is_named_beside_a_settled_finding(make: Any) -> None:
     """A hundred to two of two causes that the readings do not tell from one another."""
     as_well, worse = _other("gear_ratio", 0.02, 0.0), _other("sensor_latency", 0.02, 9.0)
     answer = make("explained", findings=[_finding(1e-9, 0.96, as_well, worse)])
-    (line,) = [one for one in sentences_by_topic(answer).or_else if one.startswith("1 could be")]
+    (line,) = [one for one in sentences_by_topic(answer)["or_else"] if one.startswith("1 could be")]
     assert "ratio" in line
     assert "readings that come late" not in line
     text = card_text(answer.findings[0], answer)

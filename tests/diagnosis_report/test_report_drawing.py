@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from deltactl.charts.scenes import BADGE_RADIUS, Mark, badge_places, hull
 from deltactl.diagnosis.answer.records import Alternative
-from deltactl.diagnosis.report.drawings import BADGE_RADIUS, Mark, badge_places, hull
 from deltactl.diagnosis.report.machines import (
     DeltaDrawing,
     axis_parts_of,

@@ -20,7 +20,7 @@ from deltactl.diagnosis.answer.records import (
     ParameterResult,
     Picture,
 )
-from deltactl.diagnosis.report.drawings import pair_bars
+from deltactl.diagnosis.report.fit import pair_bars
 from deltactl.diagnosis.report.page import report_html, write_report
 from deltactl.foundation.errors import RecordingError
 from tests.rigs.charts import charts_of
@@ -245,7 +245,7 @@ def test_the_same_answer_gives_the_same_page(make: Any, parts: Any) -> None:
 
 
 def test_bars_are_as_long_as_their_values() -> None:
-    from deltactl.diagnosis.report.drawings import Pair
+    from deltactl.diagnosis.report.fit import Pair
 
     bars = pair_bars("t", [Pair("one", 4.0, 1.0), Pair("two", NAN, 2.0)], 0.5, "mm")
     assert re.findall(r"width:([\d.]+)%", bars) == ["100.00", "25.00", "0.00", "50.00"]

@@ -39,11 +39,7 @@ class Notes:
 
     def around(self, read: Callable[[Path], FlatRecording]) -> Callable[[Path], FlatRecording]:
         """The same reading, which also says where an effort is left without use."""
-        from deltactl.diagnosis.admission.doubts import (
-            command_unused,
-            effort_unused,
-            far_for_a_joint,
-        )
+        from deltactl.diagnosis.admission.doubts import far_for_a_joint
         from deltactl.recording.column_measures import first_of
 
         def noted(path: Path) -> FlatRecording:
@@ -173,6 +169,41 @@ def _of(files: Sequence[str]) -> str:
     shown, more = list(files[:FILES_NAMED]), len(files) - FILES_NAMED
     named = ", ".join([*shown, f"{more} more"] if more > 0 else shown)
     return f"{named}: " if named else ""
+
+
+def effort_unused(robot: RobotModel, recording: FlatRecording, column: str | None) -> str:
+    """Why the effort beside a command is not used, and what it may be instead; empty where it is
+    used, or there is none. column: its name in the file, where it has another one.
+    """
+    from deltactl.recording.column_measures import first_of
+
+    if not isinstance(robot, ServoAxis) or robot.inertia is not None:
+        return ""
+    if first_of(recording, ["effort"]) is None or first_of(recording, ["command"]) is None:
+        return ""
+    return (
+        "effort is not used, as the robot file has no `inertia`: what the drive gives says nothing"
+        " without it. If it pulls at the axis from outside (a weight, a spring), read it as load:"
+        f" --set load={column or 'effort'}"
+    )
+
+
+def command_unused(recording: FlatRecording, columns: tuple[str | None, str | None]) -> str:
+    """That the command beside an effort is not used, of a diagnosis of forces, and how to get the
+    other one; empty where there is none. columns: names of command and effort in the file.
+    """
+    from deltactl.recording.column_measures import first_of
+
+    if first_of(recording, ["command"]) is None:
+        return ""
+    command, effort = columns
+    told = f" ({command})" if command else ""
+    leave_out = f"--set effort={effort}" if effort else "the column `effort`"
+    return (
+        f"the command{told} is not used: with `inertia` in the robot file and an effort, forces are"
+        " compared (friction, mass). To compare the position with its command instead (delay,"
+        f" play, backlash), leave out {leave_out}"
+    )
 
 
 def next_commands(

@@ -22,7 +22,7 @@ from deltactl.diagnosis.admission.arm_columns import (
 )
 from deltactl.diagnosis.admission.doubts import doubts_of
 from deltactl.diagnosis.admission.excerpt import excerpts, most_rows
-from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal
+from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal, refusal
 from deltactl.diagnosis.admission.robot_match import check_belongs, check_input
 from deltactl.diagnosis.observations.servo_preprocessing import reads_disturbance, sensor_rounds
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
@@ -123,7 +123,7 @@ def admit(
     """
     try:
         if not recordings:
-            raise Refusal(Kind.SHORT, "no recording was given").error()
+            raise refusal("no_recording").error()
         recordings = excerpts(recordings, most_rows(robot))
         holdout = excerpts(holdout, most_rows(robot))
     except RefusedRecording as error:
@@ -134,8 +134,8 @@ def admit(
     try:
         machine = _machine(robot, recordings, holdout, progress)
     except RefusedRecording as error:
-        refusal = _with_what_to_type(error.refusal, robot, every)
-        return Admission(robot, recordings, holdout, (refusal,))
+        refused = _with_what_to_type(error.refusal, robot, every)
+        return Admission(robot, recordings, holdout, (refused,))
     doubts = [doubts_of(robot, recording) for recording in recordings]
     if isinstance(machine, Lone) and isinstance(machine.plant, CommandedAxis):
         doubts.append(axis_match.ahead_of_command(machine.plant, recordings[0].source))
@@ -261,14 +261,14 @@ def _joints(
 def _chain(
     robot: ChainRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
 ) -> Lone:
-    """The joints of a chain. Raises ConfigError where its model does not hold them."""
+    """The joints of a chain, in motion or measured from outside.
+
+    Raises ConfigError where its model does not hold them.
+    """
     chain = RigidChain(Path(robot.model), robot.joints, robot.gravity)
     chain_columns.check_effects(robot, chain)
 
-    if all(measures_poses(robot, one) for one in recordings):
-        return _poses(robot, chain, recordings, holdout)
-
-    def plant(recordings: Sequence[FlatRecording]) -> ChainPlant:
+    def in_motion(recordings: Sequence[FlatRecording]) -> ChainPlant:
         for recording in recordings:
             axis_match.check_times(recording)
             chain_columns.check_joints(robot, chain, recording)
@@ -276,33 +276,15 @@ def _chain(
         chain_columns.check_motion(plant)
         return plant
 
-    return _made(plant, recordings, holdout)
-
-
-def _poses(
-    robot: ChainRobot,
-    chain: RigidChain,
-    recordings: Sequence[FlatRecording],
-    holdout: Sequence[FlatRecording],
-) -> Lone:
-    """A chain that was measured from outside."""
-
-    def plant(recordings: Sequence[FlatRecording]) -> PosePlant:
+    def from_outside(recordings: Sequence[FlatRecording]) -> PosePlant:
         for recording in recordings:
             chain_columns.check_poses(robot, chain, recording)
         plant = PosePlant(robot, recordings, chain)
         chain_columns.check_placed(plant)
         return plant
 
-    return _made(plant, recordings, holdout)
-
-
-def _made(
-    plant: Callable[[Sequence[FlatRecording]], AnyPlant],
-    recordings: Sequence[FlatRecording],
-    holdout: Sequence[FlatRecording],
-) -> Lone:
-    """Plants of all recordings together, of each, and of those held out."""
+    by_poses = all(measures_poses(robot, one) for one in recordings)
+    plant: Callable[[Sequence[FlatRecording]], AnyPlant] = from_outside if by_poses else in_motion
     others, left_out = _held_out(plant, holdout)
     singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
     return Lone(plant(recordings), others, left_out, singles)

@@ -6,10 +6,11 @@ import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from deltactl.diagnosis.admission.refusal import Kind, Refusal, refuse
+from deltactl.diagnosis.admission.refusal import Refusal, refusal, refuse
 from deltactl.foundation.errors import RecordingError, RefusedRecording
 from deltactl.models.robot import ChainRobot, DeltaRobot, RobotModel
 from deltactl.recording.column_measures import first_of
@@ -28,7 +29,7 @@ OF_MOTORS = ("command", "theta", "steps")
 """What several motors have each, with their number."""
 
 
-def of_another_kind(refusal: Refusal, robot: RobotModel, recording: FlatRecording) -> Refusal:
+def of_another_kind(found: Refusal, robot: RobotModel, recording: FlatRecording) -> Refusal:
     """The refusal of a recording without the columns that it needs, and what to type: where the
     table looks like another kind of machine than the robot file describes, and where other columns
     look like those that are missing.
@@ -47,13 +48,11 @@ def of_another_kind(refusal: Refusal, robot: RobotModel, recording: FlatRecordin
     }
     kind, _, why = kind_of(guesses, [])
     if kind is not None and kind != robot.kind:
-        looks = looks_like(kind, why, robot, recording.source)
-        missing = f"({refusal.why}{refusal.between}{refusal.remedy})"
-        return Refusal(
-            Kind.ANOTHER_MACHINE, looks, missing, recording.source, refusal.column, between=" "
-        )
-    also = _could_be(with_units(guesses, numbers)[0], recording)
-    return replace(refusal, remedy=f"{refusal.remedy}{also}")
+        also = f"({found.why}{found.between}{found.remedy})"
+        looks = _looks_like(kind, why, robot, recording.source)
+        return refusal("another_kind", recording.source, found.column, also=also, **looks)
+    more = _could_be(with_units(guesses, numbers)[0], recording)
+    return replace(found, remedy=f"{found.remedy}{more}")
 
 
 def _turns(name: str) -> bool:
@@ -83,14 +82,11 @@ def _option(guess: Guess) -> str:
     return as_option(guess.name, without_unit(guess.source), guess.unit or "1", scale, 0.0)
 
 
-def looks_like(kind: str, why: str, robot: RobotModel, source: str) -> str:
-    """Which kind of machine a table is of and what to type, after the table's name."""
-    file = f"my-{kind.replace('_', '-')}.yaml"
-    return (
-        f"looks like a table of a {kind} ({why}), and the robot file describes a"
-        f" {robot.kind}. To look at it, type: deltactl inspect {shlex.quote(source)}; to describe"
-        f" such a machine: {shlex.join(['deltactl', *init_words(kind, file)])}"
-    )
+def _looks_like(kind: str, why: str, robot: RobotModel, source: str) -> dict[str, Any]:
+    """Which kind of machine a table is of and what to type."""
+    init = shlex.join(["deltactl", *init_words(kind, f"my-{kind.replace('_', '-')}.yaml")])
+    known, quoted = robot.kind, shlex.quote(source)
+    return {"kind_seen": kind, "seen": why, "kind_known": known, "quoted": quoted, "init": init}
 
 
 def refuse_several_motors(robot: RobotModel, recording: FlatRecording) -> None:
@@ -104,15 +100,8 @@ def refuse_several_motors(robot: RobotModel, recording: FlatRecording) -> None:
     others = [f"{stem}_{motor}" for stem in OF_MOTORS for motor in (2, 3)]
     there = [name for name in others if first_of(recording, [name])]
     if there:
-        refuse(
-            Kind.ANOTHER_MACHINE,
-            recording.source,
-            looks_like("delta", f"it has {', '.join(there)}", robot, recording.source),
-            "To diagnose one of its motors alone, choose the columns:"
-            " --set command=COLUMN[unit] --set position=COLUMN[unit]",
-            between=". ",
-            column=there[0],
-        )
+        looks = _looks_like("delta", f"it has {', '.join(there)}", robot, recording.source)
+        refuse("several_motors", recording.source, there[0], **looks)
 
 
 def without_our_names(
@@ -144,15 +133,11 @@ def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RefusedRecor
     """What is said of columns with names of their own, and of the machine that they are of."""
     source, listed = str(seen.path), ", ".join(seen.table)[:MOST_LISTED]
     if robot is None or seen.kind is None or seen.kind == robot.kind:
-        names = f"its columns have names of their own ({listed})"
         known = {one.role for one in seen.guesses.values()}
+        case = "own_names" if seen.named else "no_names"
         if seen.kind is None and known and not MOVED & known:
-            why = f"it holds no position or command, by the names of its columns ({listed})"
-            remedy = "if it does, say which: --set position=COLUMN --set command=COLUMN"
-            return Refusal(Kind.COLUMNS, why, remedy, source).error()
-        why = names if seen.named else "it has no line that names its columns"
-        remedy = f"which options read them: deltactl inspect {source}"
-        return Refusal(Kind.COLUMNS, why, remedy, source).error()
-    why = looks_like(seen.kind, seen.kind_why, robot, source)
-    names = f"Its columns: {listed}" if seen.named else ""
-    return Refusal(Kind.ANOTHER_MACHINE, why, names, source, between=". ").error()
+            case = "no_motion_by_names"
+        return refusal(case, source, listed=listed).error()
+    also = f"Its columns: {listed}" if seen.named else ""
+    looks = _looks_like(seen.kind, seen.kind_why, robot, source)
+    return refusal("another_kind_listed", source, also=also, **looks).error()

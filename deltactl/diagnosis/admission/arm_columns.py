@@ -10,7 +10,7 @@ import numpy as np
 
 from deltactl.diagnosis.admission.doubts import usual_largest
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.refusal import Kind, Refusal, refuse
+from deltactl.diagnosis.admission.refusal import refusal, refuse
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.foundation.errors import RefusedRecording
@@ -40,7 +40,7 @@ def check_steps(
             continue
         known = np.nan_to_num(counts)
         if len(broken := np.flatnonzero(known != np.rint(known))):
-            raise _at(recording, name, broken, "a count of microsteps is a whole number")
+            raise _at(recording, name, broken, "broken_steps")
         if not isinstance(robot, DeltaRobot) or robot.drive is None:
             continue
         if isinstance(robot.drive, ServoDrive) or recording.motors("steps") is None:
@@ -49,16 +49,17 @@ def check_steps(
         low, high = arm_deg[0] - ADMISSION.beyond_deg, arm_deg[1] + ADMISSION.beyond_deg
         seen = ~np.isnan(counts)
         if len(broken := np.flatnonzero(seen & ((angle_deg < low) | (angle_deg > high)))):
-            where = f"the arm would be at {angle_deg[broken[0]]:.4g} deg, and its limits are"
-            limit = f"{arm_deg[0]:g} to {arm_deg[1]:g} deg; is the drive of the robot file right?"
-            raise _at(recording, name, broken, f"{where} {limit}")
+            low, high = arm_deg
+            at = {"angle": angle_deg[broken[0]], "low": low, "high": high}
+            raise _at(recording, name, broken, "steps_beyond", **at)
 
 
-def _at(recording: FlatRecording, name: str, rows: IntArray, why: str) -> RefusedRecording:
+def _at(
+    recording: FlatRecording, name: str, rows: IntArray, case: str, **values: object
+) -> RefusedRecording:
     first = int(rows[0])
     t_s, value = float(recording.t_s[first]), recording.columns[name][first]
-    says = f"{name} is {value:.6g} at {t_s:g} s"
-    return Refusal(Kind.UNITS, says, why, recording.source, name, first, t_s, ": ").error()
+    return refusal(case, recording.source, name, first, t_s, value=value, **values).error()
 
 
 def check_arm_angles(robot: RobotModel, recording: FlatRecording) -> None:
@@ -75,18 +76,10 @@ def check_arm_angles(robot: RobotModel, recording: FlatRecording) -> None:
         return
     like = "degrees" if far[name] < np.rad2deg(TURN_RAD) else "counts"
     stems = " and ".join(dict.fromkeys(f"{one[:-2]}_1 to {one[:-2]}_3" for one in far))
-    one = f"{name}=COLUMN*{GUESSES.count_rad}"
     refuse(
-        Kind.UNITS,
-        recording.source,
-        f"{name} goes up to {far[name]:.4g} rad ({turns(far[name])}), and no arm of a delta turns"
-        f" round: these look like {like}",
-        f"Give the unit of each of {stems}, as"
-        f' --set "{name}=COLUMN[deg]" (of counts what one is in rad: "{one}");'
-        f" to see it for your columns, type: deltactl inspect {recording.source}",
-        between=". ",
-        column=name,
-    )
+        "turning_arm", recording.source, name, far=far[name], turns=turns(far[name]), like=like,
+        stems=stems, count_rad=GUESSES.count_rad,
+    )  # fmt: skip
 
 
 def refuse_exchanged_arms(robot: RobotModel, recording: FlatRecording) -> None:
@@ -115,16 +108,8 @@ def refuse_exchanged_arms(robot: RobotModel, recording: FlatRecording) -> None:
         return
     pairs = [(seen + 1, arm + 1) for arm, seen in enumerate(best) if seen != arm]
     follows = " and ".join(f"theta_{seen} follows command_{arm}" for seen, arm in pairs)
-    refuse(
-        Kind.EXCHANGED,
-        recording.source,
-        f"{follows}: by their own commands the angles are off by {np.degrees(own):.3g} degrees, by"
-        f" these by {np.degrees(left[best]):.3g}",
-        "Exchange the columns (--set theta_1=COLUMN[unit] and so on); where the columns are right,"
-        " the motors or encoders of these arms are connected crosswise",
-        between=". ",
-        column=f"theta_{pairs[0][0]}",
-    )
+    off = {"own": np.degrees(own), "best": np.degrees(left[best])}
+    refuse("exchanged_arms", recording.source, f"theta_{pairs[0][0]}", follows=follows, **off)
 
 
 def _apart(mismatch: FloatArray) -> float:

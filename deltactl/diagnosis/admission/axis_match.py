@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal, refuse
+from deltactl.diagnosis.admission.refusal import Doubt, doubt, refusal, refuse
 from deltactl.diagnosis.answer.records import Finding, Fit
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -41,15 +41,13 @@ def check_times(recording: FlatRecording) -> None:
     period_s = float(np.median(np.diff(recording.t_s))) if len(recording) > 1 else shortest_s
     if shortest_s <= period_s <= longest_s:
         return
-    unit = "is it in ms or us?" if period_s > longest_s else "was another unit given for it?"
-    why = f"samples are {period_s:g} s apart"
-    refuse(Kind.TIMES, recording.source, why, f"t must be in seconds ({unit})", column="t")
+    which = "is it in ms or us?" if period_s > longest_s else "was another unit given for it?"
+    refuse("times_of_axis", recording.source, "t", period=period_s, which=which)
 
 
 def too_large() -> RefusedRecording:
     """What is said of readings whose squares no number holds, which only the evidence shows."""
-    why = "the readings are too large to compare"
-    return Refusal(Kind.UNITS, why, "are columns and units right?").error()
+    return refusal("too_large").error()
 
 
 def check_direction(plant: CommandedAxis, source: str) -> None:
@@ -58,8 +56,7 @@ def check_direction(plant: CommandedAxis, source: str) -> None:
     if np.ptp(expected) > 0.0 and np.ptp(seen) > 0.0:
         alike = float(np.corrcoef(expected, seen)[0, 1])
         if alike < ADMISSION.against:
-            why = f"{plant.name} moves against its command (correlation {alike:.2f})"
-            refuse(Kind.SIGN, source, why, "is a sign or a column wrong?", column=plant.name)
+            refuse("against_command", source, plant.name, alike=alike)
 
 
 def ahead_of_command(plant: CommandedAxis, source: str) -> Doubt | None:
@@ -68,9 +65,7 @@ def ahead_of_command(plant: CommandedAxis, source: str) -> Doubt | None:
         known = np.asarray(part, dtype=bool) & plant.readings.valid[:, 0]
         ahead_s = lead_s(plant.t_s[known], plant.commanded[known], plant.observed[known])
         if ahead_s > 0.0:
-            why = f"{plant.name} of {source} moves {ahead_s:.2g} s before its command does."
-            remedy = "Unless its drive overshoots, the two columns are swapped, or have two clocks."
-            return Doubt(source, plant.name, f"{why} {remedy}")
+            return doubt("ahead_of_command", source, plant.name, ahead=ahead_s)
     return None
 
 
@@ -105,14 +100,7 @@ def _check_power(plant: ForcedAxis, needed: FloatArray, velocity: FloatArray) ->
     if min(ways) < ADMISSION.least_each_way or size <= 0.0:
         return
     if float(np.mean(needed * velocity)) < ADMISSION.brakes * size:
-        refuse(
-            Kind.SIGN,
-            plant.source,
-            "the axis moves against its effort nearly all the time, whichever way it goes, as if"
-            " friction pushed it",
-            "is the sign of effort, of position or of effort_gain wrong?",
-            column="effort",
-        )
+        refuse("always_brakes", plant.source, "effort")
 
 
 def check_force(plant: ForcedAxis) -> None:
@@ -142,25 +130,9 @@ def check_force(plant: ForcedAxis) -> None:
     for factor, words in FACTORS.items():
         known = error < ADMISSION.known_mass * abs(ratio)
         if known and abs(abs(ratio) / factor - 1.0) < ADMISSION.near_factor:
-            refuse(
-                Kind.UNITS,
-                plant.source,
-                f"the effort moves {abs(ratio):.3g} times the inertia that the robot file gives:"
-                f" {words}",
-                "are the units of effort, position or inertia wrong?",
-                column="effort",
-            )
+            refuse("unit_of_mass", plant.source, "effort", ratio=abs(ratio), factor=words)
     if ratio < ADMISSION.least_against and ratio < -ADMISSION.sure_of_mass * error:
-        refuse(
-            Kind.SIGN,
-            plant.source,
-            f"the axis accelerates against its effort ({ratio:.2f} times the inertia of the robot"
-            " file)",
-            "is the sign of effort, of position or of effort_gain wrong, or does a weight pull at"
-            " it that the file does not say (`gravity`; 'deltactl init axis' has"
-            " --hanging-nm for it)?",
-            column="effort",
-        )
+        refuse("against_effort", plant.source, "effort", ratio=ratio)
 
 
 def check_velocity(recordings: Sequence[FlatRecording]) -> None:
@@ -175,9 +147,8 @@ def check_velocity(recordings: Sequence[FlatRecording]) -> None:
             continue
         near = [says for factor, says in TOO_LARGE if abs(ratio / factor - 1.0) < GUESSES.near_unit]
         other = f"is a gear or a sign between them? Else velocity=COLUMN*{1.0 / ratio:.4g}"
-        why = f"velocity is {ratio:.3g} times d({name})/dt of the same recording"
-        remedy = near[0] if near else other
-        refuse(Kind.UNITS, recording.source, why, remedy, column="velocity")
+        values = {"position": name, "ratio": ratio, "near": near[0] if near else other}
+        refuse("other_velocity", recording.source, "velocity", **values)
 
 
 def check_together(
@@ -192,14 +163,8 @@ def check_together(
         return
     sizes = (fit.rms_before_m, travel(plant.observed[plant.rows]), fit.rms_after_m)
     before, span, after = (said(size, fit.unit) for size in sizes)
-    refuse(
-        Kind.ANOTHER_MACHINE,
-        recording.source,
-        "recording and robot file do not belong together: reading and command are"
-        f" {before} apart (root mean square) in a motion over {span}, and {after} with the best"
-        " explanation",
-        _why(plant, recording),
-    )
+    values = {"before": before, "span": span, "after": after, "likely": _why(plant, recording)}
+    refuse("hopeless", recording.source, **values)
 
 
 def _why(plant: CommandedAxis, recording: FlatRecording) -> str:

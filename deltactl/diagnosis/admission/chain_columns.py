@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltactl.diagnosis.admission.columns import refuse_mostly_empty
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.refusal import Kind, refuse
+from deltactl.diagnosis.admission.refusal import refuse
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN
@@ -44,14 +45,13 @@ def check_effects(robot: ChainRobot, chain: RigidChain) -> None:
     """Effects and places of the robot file must be some of such a chain. Raises ConfigError."""
     kinds = chain_effects(dict.fromkeys(chain.joints, False), chain.tip)
     for entry in robot.effects:
-        if entry.effect not in kinds:
-            names = ", ".join(sorted(kinds))
-            raise ConfigError(f"effects: effect '{entry.effect}' must be one of {names}")
-        if entry.component not in kinds[entry.effect].components:
-            names = ", ".join(kinds[entry.effect].components)
-            raise ConfigError(
-                f"effects: component '{entry.component}' of {entry.effect} must be one of {names}"
-            )
+        what, among = f"effect '{entry.effect}'", sorted(kinds)
+        if entry.effect in kinds:
+            what = f"component '{entry.component}' of {entry.effect}"
+            among = list(kinds[entry.effect].components)
+            if entry.component in among:
+                continue
+        raise ConfigError(f"effects: {what} must be one of {', '.join(among)}")
 
 
 def check_joints(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) -> None:
@@ -60,22 +60,15 @@ def check_joints(robot: ChainRobot, chain: RigidChain, recording: FlatRecording)
     (whole,) = prepared(robot, [recording])
     fewest = FORCED_AXIS.fewest_forced_rows
     if len(whole) < fewest:
-        refuse(Kind.SHORT, source, f"has {count(len(whole), 'row')}", f"at least {fewest}")
+        refuse("few_rows", source, rows=count(len(whole), "row"), fewest=fewest)
     for stem in NEEDED:
         for joint, (name, others) in zip(robot.joints, columns_of(robot.joints, stem), strict=True):
             if name not in whole.columns:
-                refuse(
-                    Kind.COLUMNS,
-                    source,
-                    f"column {name} of joint '{joint}' is missing",
-                    f"name it {' or '.join(others[:2])}, or take the joint out of `joints`",
-                    column=name,
-                )
-    for name in (
-        n for stem in MEASURED for n, _ in columns_of(robot.joints, stem) if n in whole.columns
-    ):
-        if np.isfinite(whole.columns[name]).mean() < OBSERVATIONS.least_known:
-            refuse(Kind.EMPTY, source, f"{name} is mostly empty", column=name)
+                refuse("joint_column", source, name, joint=joint, others=" or ".join(others[:2]))
+    names = [name for stem in MEASURED for name, _ in columns_of(robot.joints, stem)]
+    for name in names:
+        if name in whole.columns:
+            refuse_mostly_empty(whole, name, "mostly_empty")
     for slides, (name, _) in zip(chain.slides, columns_of(robot.joints, "theta"), strict=True):
         _check_unit(source, name, slides, whole.columns[name])
 
@@ -84,19 +77,13 @@ def check_poses(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) 
     """Angles of every joint and places of a target, in SI units. Raises RefusedRecording."""
     source = recording.source
     if len(recording) < CHAIN.fewest_poses:
-        why = f"has {count(len(recording), 'pose')}"
-        refuse(Kind.SHORT, source, why, f"at least {CHAIN.fewest_poses}, far apart")
+        poses = count(len(recording), "pose")
+        refuse("few_poses", source, poses=poses, fewest=CHAIN.fewest_poses)
     read = [joint_columns(robot.joints, recording, stem) for stem in ("theta", "command")]
     names = max(read, key=lambda found: sum(name is not None for name in found))
     for joint, name, number in zip(robot.joints, names, range(1, len(names) + 1), strict=True):
         if name is None:
-            refuse(
-                Kind.COLUMNS,
-                source,
-                f"neither angle nor command of joint '{joint}' is there",
-                f"name it theta_{number}, command_{number} or {joint}",
-                column=f"theta_{number}",
-            )
+            refuse("joint_unknown", source, f"theta_{number}", joint=joint, number=number)
     for slides, name in zip(chain.slides, names, strict=True):
         (values,) = np.asarray(block(recording, [str(name)])).T
         _check_unit(source, str(name), slides, values)
@@ -106,8 +93,7 @@ def check_poses(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) 
     if quaternion is not None:
         length = float(np.nanmedian(np.linalg.norm(quaternion, axis=1)))
         if not abs(length - 1.0) < QUATERNION_OFF:
-            says = f"quat_w..z have a length of {length:.3g}, and a rotation has 1"
-            refuse(Kind.UNITS, source, says, "give quaternions, or rotvec_x..z [rad]")
+            refuse("no_rotation", source, length=length)
 
 
 def _check_place(chain: RigidChain, recording: FlatRecording, target: str) -> None:
@@ -115,15 +101,13 @@ def _check_place(chain: RigidChain, recording: FlatRecording, target: str) -> No
     source, place = recording.source, place_of(recording, target)
     if place is None:
         there = [a for a in "xyz" if block(recording, [f"{target}_{a}"]) is None]
-        missing = f"{target}_{there[0]}"
-        refuse(Kind.COLUMNS, source, f"column {missing} is missing", "a place has three of them")
+        refuse("place_missing", source, missing=f"{target}_{there[0]}")
     if np.isfinite(place).all(axis=1).mean() < OBSERVATIONS.least_known:
-        refuse(Kind.EMPTY, source, f"{target}_x..z is mostly empty", column=f"{target}_x")
+        refuse("place_empty", source, f"{target}_x", target=target)
     wide = float(np.max(np.nanquantile(place, 0.95, axis=0) - np.nanquantile(place, 0.05, axis=0)))
     if wide > FARTHER_THAN_REACH * chain.reach_m:
-        says = f"{target}_x..z moves by {wide:.4g} m, and the model reaches {chain.reach_m:.3g} m"
-        remedy = f"if it is in mm, call the columns {target}_x_mm, {target}_y_mm and {target}_z_mm"
-        refuse(Kind.UNITS, source, says, remedy, column=f"{target}_x")
+        far = {"wide": wide, "reach": chain.reach_m}
+        refuse("place_far", source, f"{target}_x", target=target, **far)
 
 
 def check_placed(plant: PosePlant) -> None:
@@ -131,41 +115,24 @@ def check_placed(plant: PosePlant) -> None:
     RefusedRecording.
     """
     own = plant.poses.places - np.nanmean(plant.poses.places, axis=0)
-    left, moved = (
-        float(np.sqrt(np.nanmean(plant.placed_only**2))),
-        float(np.sqrt(np.nanmean(own**2))),
-    )
+    left, moved = (float(np.sqrt(np.nanmean(x**2))) for x in (plant.placed_only, own))
     if left > LEAST_ALIKE * moved:
-        refuse(
-            Kind.ANOTHER_MACHINE,
-            plant.source,
-            f"wherever its base is, the model is {1e3 * left:.3g} mm off places that move by"
-            f" {1e3 * moved:.3g} mm",
-            "are the joints in the order of `joints`, and is it this robot's model?",
-        )
+        refuse("misplaced", plant.source, left=1e3 * left, moved=1e3 * moved)
 
 
 def _check_unit(source: str, name: str, slides: bool, values: FloatArray) -> None:
     """An angle of more than two turns is in degrees, a slide of more than 10 m in mm."""
     farthest = float(np.nanquantile(np.abs(values), ADMISSION.most_of_arms))
-    if slides and farthest > ADMISSION.farthest_ranged_m:
-        says, unit = f"{name} goes up to {farthest:.4g} m", "mm"
-    elif not slides and farthest > TURNS_RAD:
-        says, unit = f"{name} goes up to {farthest:.4g} rad", "deg"
-    else:
-        return
-    remedy = f'if it is in {unit}, convert the column, or type --set "{name}={name}[{unit}]"'
-    refuse(Kind.UNITS, source, says, remedy, column=name)
+    most, read, unit = (TURNS_RAD, "rad", "deg")
+    if slides:
+        most, read, unit = ADMISSION.farthest_ranged_m, "m", "mm"
+    if farthest > most:
+        refuse("joint_unit", source, name, farthest=farthest, read=read, unit=unit)
 
 
 def check_motion(plant: ChainPlant) -> None:
     """Some joint must be in clear motion. Raises RefusedRecording."""
     most = max(len(plant.rows_of(j)) for j in range(len(plant.joints)))
     if most < CHAIN.fewest_rows:
-        refuse(
-            Kind.SHORT,
-            plant.source,
-            f"no joint has more than {count(most, 'sample')} in clear motion, a filter's memory"
-            " apart",
-            f"at least {CHAIN.fewest_rows} are needed: record longer, or faster",
-        )
+        samples = count(most, "sample")
+        refuse("few_of_joint", plant.source, samples=samples, fewest=CHAIN.fewest_rows)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.refusal import Kind, refuse
+from deltactl.diagnosis.admission.refusal import refuse
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray, bridged
 from deltactl.diagnosis.observations.servo_preprocessing import (
@@ -35,6 +35,7 @@ from deltactl.recording.column_measures import first_of, travel
 from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.tables.flat import FlatRecording
 
+COMMAND = "the command"
 STANDS_IN = {
     "command_1": "command_1 [rad] or steps_1 [microsteps] with `drive` in the robot file",
     "theta_1": "theta_1 [rad], the angle measured at the output (position [rad] is taken too)",
@@ -44,8 +45,6 @@ STANDS_IN = {
     "distance": "distance [m], the true distance",
     "range": "range [m], what the sensor reported",
 }
-MAPPING = "give other names and units with --set name=column[unit]; 'deltactl inspect' says how"
-NOTHING = "nothing can be learned from it"
 
 
 def check_followed(robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]) -> None:
@@ -58,11 +57,9 @@ def check_followed(robot: StepperAxis | ServoAxis, recordings: Sequence[FlatReco
         _check_command(robot, recording)
     commanded = np.concatenate([recorded_axis.commanded(robot, one) for one in recordings])
     seen, source = _laid_end_to_end(recordings, name), recordings[0].source
-    _refuse_still(commanded, "the command", source)
+    _refuse_still(commanded, COMMAND, source)
     _refuse_still(seen, name, source)
-    _refuse_other_units(
-        commanded, seen, (name, "the command"), recorded_axis.unit_of(robot), source
-    )
+    _refuse_other_units(commanded, seen, (name, COMMAND), recorded_axis.unit_of(robot), source)
     _check_loads(recordings)
 
 
@@ -74,30 +71,23 @@ def check_forced(robot: ServoAxis, recordings: Sequence[FlatRecording]) -> None:
     _enough(recordings, FORCED_AXIS.fewest_forced_rows)
     _refuse_still(_laid_end_to_end(recordings, name), name, source)
     for recording in recordings:
-        _refuse_mostly_empty(recording, _need(recording, (name,), name))
+        refuse_mostly_empty(recording, _need(recording, (name,), name))
     for recording in recordings:
-        _refuse_mostly_empty(recording, _need(recording, ("effort",), "effort"))
+        refuse_mostly_empty(recording, _need(recording, ("effort",), "effort"))
     force = robot.effort_gain * np.concatenate([bridged(one, "effort") for one in recordings])
     if not float(np.ptp(force)) > 0.0 and robot.gravity is None:
         _refuse_still(force, "effort", source)
     if all(first_of(one, ["velocity"]) for one in recordings):
         for recording in recordings:
-            _refuse_mostly_empty(recording, "velocity")
+            refuse_mostly_empty(recording, "velocity")
     _check_loads(recordings)
 
 
 def check_clear_motion(plant: ForcedAxis) -> None:
     """Enough of an axis that is judged by its effort must be in clear motion."""
-    fewest = forced_axis.FEWEST_IN_MOTION
-    if len(plant.rows) < fewest:
-        refuse(
-            Kind.SHORT,
-            plant.source,
-            f"only {len(plant.rows)} samples in clear motion, one a filter's memory apart; at least"
-            f" {fewest} are needed to tell anything of the effort",
-            "record longer, or faster",
-            between=": ",
-        )
+    rows, fewest = len(plant.rows), forced_axis.FEWEST_IN_MOTION
+    if rows < fewest:
+        refuse("few_in_motion", plant.source, rows=rows, fewest=fewest)
 
 
 def check_ranged(recordings: Sequence[FlatRecording]) -> None:
@@ -108,7 +98,7 @@ def check_ranged(recordings: Sequence[FlatRecording]) -> None:
     recordings = range_sensor.averaged(recordings)
     _enough(recordings, RANGE_SENSOR.fewest_ranged_rows)
     for recording in recordings:
-        _refuse_mostly_empty(recording, "distance")
+        refuse_mostly_empty(recording, "distance")
 
 
 def check_ranges(plant: RangeSensorPlant, source: str) -> None:
@@ -124,28 +114,16 @@ def servo_signals(recording: FlatRecording, chain: ServoChain) -> Signals:
     step_s = float(np.median(np.diff(recording.t_s)))
     shortest_s, longest_s = OBSERVATIONS.servo_period_s
     if not shortest_s <= step_s <= longest_s:
-        refuse(
-            Kind.TIMES,
-            recording.source,
-            f"samples are {step_s:g} s apart; disturbances need {1 / longest_s:g} to"
-            f" {1 / shortest_s:g} a second",
-            "t in seconds",
-            between=", ",
-            column="t",
-        )
+        needed = {"fewest": 1 / longest_s, "most": 1 / shortest_s}
+        refuse("servo_times", recording.source, "t", step=step_s, **needed)
     angle = np.stack([bridged(recording, f"theta_{joint}") for joint in JOINTS], axis=1)
     if not np.ptp(angle, axis=0).max() > OBSERVATIONS.least_turn_rad:
-        refuse(Kind.STILL, recording.source, "theta_1..3 never change", NOTHING, column="theta_1")
+        refuse("joints_still", recording.source, "theta_1")
     _check_three(recording, "disturbance" if estimates_disturbance(recording) else "current")
     signals = signals_of(recording, chain)
     if not np.isfinite(angle).all() or signals.moving < OBSERVATIONS.least_usable:
-        refuse(
-            Kind.SHORT,
-            recording.source,
-            f"the joints moved faster than {signals.twitching_radps:.2g} rad/s in less than "
-            f"{100 * OBSERVATIONS.least_usable:g} % of the time",
-            "slower, encoder steps hide what friction does",
-        )
+        percent = 100 * OBSERVATIONS.least_usable
+        refuse("joints_slow", recording.source, speed=signals.twitching_radps, percent=percent)
     return signals
 
 
@@ -153,17 +131,13 @@ def check_disturbances(plant: ServoDelta, source: str) -> None:
     """Enough of a servo delta's motion must be clear."""
     valid = int(plant.readings.valid.sum())
     if valid < plant.fewest:
-        why = f"{valid} stretches of 10 ms in clear motion"
-        refuse(Kind.SHORT, source, why, "that is too little to tell anything")
+        refuse("few_stretches", source, stretches=valid)
 
 
 def check_delta(robot: DeltaRobot, recordings: Sequence[FlatRecording]) -> None:
     """Commands of all motors, and something that looks at the platform or the arms."""
-    source = recordings[0].source
     if not DeltaModel.channels(robot, recordings):
-        why = "nothing observed"
-        needs = "it needs range_x..z (with `sensors` in the robot file), theta_1..3 or pos_x..z"
-        refuse(Kind.COLUMNS, source, why, needs)
+        refuse("nothing_observed", recordings[0].source)
     _enough(recordings, OBSERVATIONS.fewest_samples)
     for recording in recordings:
         _check_commands(robot, recording)
@@ -172,33 +146,18 @@ def check_delta(robot: DeltaRobot, recordings: Sequence[FlatRecording]) -> None:
 def check_assembled(model: DeltaModel) -> None:
     """The commanded angles must be those of a machine that can be assembled there."""
     if model.unassembled > ADMISSION.most_unassembled:
-        refuse(
-            Kind.ANOTHER_MACHINE,
-            "",
-            f"the commanded angles cannot be assembled by robot '{model.robot.name}' in "
-            f"{100 * model.unassembled:.0f} % of the samples",
-            "is this another robot's file, or are the units wrong?",
-        )
+        refuse("unassembled", robot=model.robot.name, percent=100 * model.unassembled)
 
 
 def _check_commands(robot: DeltaRobot, recording: FlatRecording) -> None:
     """Commands of three motors, as angles or as counts with a drive."""
     stem = DeltaModel.commands_in(recording)
     if stem is None:
-        refuse(
-            Kind.COLUMNS,
-            recording.source,
-            "what was commanded is missing",
-            "it needs steps_1..3 [microsteps] or command_1..3 [rad], and has"
-            f" {', '.join(recording.columns)}",
-        )
+        refuse("no_commands", recording.source, there=", ".join(recording.columns))
     for motor in JOINTS:
-        name = f"{stem}{motor}"
-        if np.isfinite(recording.columns[name]).mean() < OBSERVATIONS.least_known:
-            refuse(Kind.EMPTY, recording.source, f"{name} is mostly empty", column=name)
+        refuse_mostly_empty(recording, f"{stem}{motor}", "mostly_empty")
     if stem == "steps_" and robot.drive is None:
-        why = "steps_1..3 need a `drive` section in the robot file"
-        refuse(Kind.ROBOT_FILE, recording.source, why)
+        refuse("steps_without_drive", recording.source)
 
 
 def _check_command(robot: StepperAxis | ServoAxis, recording: FlatRecording) -> None:
@@ -208,9 +167,8 @@ def _check_command(robot: StepperAxis | ServoAxis, recording: FlatRecording) -> 
     if name is None and isinstance(robot, StepperAxis) and first_of(recording, ["steps_1"]):
         name = "steps_1"
         if robot.drive is None:
-            why = "steps_1 needs a `drive` section in the robot file"
-            refuse(Kind.ROBOT_FILE, recording.source, why, column=name)
-    _refuse_mostly_empty(recording, name or _need(recording, (), order[0]))
+            refuse("step_without_drive", recording.source, name)
+    refuse_mostly_empty(recording, name or _need(recording, (), order[0]))
 
 
 def _check_three(recording: FlatRecording, stem: str) -> None:
@@ -218,23 +176,16 @@ def _check_three(recording: FlatRecording, stem: str) -> None:
     names = [f"{stem}_{joint}" for joint in JOINTS]
     missing = next((name for name in names if name not in recording.columns), None)
     if missing:
-        refuse(
-            Kind.COLUMNS,
-            recording.source,
-            f"column {missing} is missing",
-            "a servo delta needs theta_1..3 [rad] and disturbance_1..3 or current_1..3 [A];"
-            f" {MAPPING}",
-            column=missing,
-        )
+        refuse("joint_missing", recording.source, missing)
     for name in names:
-        _refuse_mostly_empty(recording, name)
+        refuse_mostly_empty(recording, name)
 
 
 def _check_loads(recordings: Sequence[FlatRecording]) -> None:
     """A known load must be known for most of the time."""
     for recording in recordings:
         if first_of(recording, ["load"]):
-            _refuse_mostly_empty(recording, "load")
+            refuse_mostly_empty(recording, "load")
 
 
 def _need(recording: FlatRecording, names: Sequence[str], wanted: str) -> str:
@@ -242,35 +193,28 @@ def _need(recording: FlatRecording, names: Sequence[str], wanted: str) -> str:
     name = first_of(recording, names)
     if name is None:
         there = ", ".join([*recording.columns, *recording.extra])
-        refuse(
-            Kind.COLUMNS,
-            recording.source,
-            f"column {wanted} missing or empty",
-            f"it needs {STANDS_IN[wanted]}; it has t, {there}; {MAPPING}",
-            column=wanted,
-        )
+        refuse("missing", recording.source, wanted, needs=STANDS_IN[wanted], there=there)
     return name
 
 
 def _enough(recordings: Sequence[FlatRecording], fewest: int) -> None:
     for recording in recordings:
         if len(recording) < fewest:
-            why = f"has {count(len(recording), 'sample')}"
-            remedy = f"at least {fewest} are needed to tell anything"
-            refuse(Kind.SHORT, recording.source, why, remedy)
+            samples = count(len(recording), "sample")
+            refuse("few_samples", recording.source, samples=samples, fewest=fewest)
 
 
-def _refuse_mostly_empty(recording: FlatRecording, name: str) -> None:
+def refuse_mostly_empty(recording: FlatRecording, name: str, case: str = "half_empty") -> None:
+    """A column must be known for most of the time. case: which sentence says so."""
     if np.isfinite(recording.columns[name]).mean() < OBSERVATIONS.least_known:
-        why = f"{name} is empty in more than half of the rows"
-        refuse(Kind.EMPTY, recording.source, why, column=name)
+        refuse(case, recording.source, name)
 
 
 def _refuse_still(values: FloatArray, name: str, source: str) -> None:
     """Nothing can be learned from a machine that was not moved."""
     spread = float(np.nanmax(values) - np.nanmin(values))
     if not spread > 1e-12 * max(1.0, float(np.nanmax(np.abs(values)))):
-        refuse(Kind.STILL, source, f"{name} never changes", NOTHING, column=name)
+        refuse("never_changes", source, name)
 
 
 def _refuse_other_units(
@@ -284,28 +228,16 @@ def _refuse_other_units(
     if wide <= 0.0 or told <= 0.0:
         return
     ratio = max(told, wide) / min(told, wide)
-    if ratio > OBSERVATIONS.largest_ratio:
-        larger = names[0] if told > wide else names[1]
-        refuse(
-            Kind.UNITS,
-            source,
-            f"{names[0]} moves by {said(told, unit)} and {names[1]} by {said(wide, unit)},"
-            f" a ratio of {ratio:.3g}",
-            _unit_meant(larger, unit, ratio)
-            or "are the units (rad, m, microsteps) or the robot file another machine's?",
-            column=names[0],
-        )
-
-
-def _unit_meant(name: str, unit: str, ratio: float) -> str:
-    """The unit to give where one column is larger by a factor between units; empty where not."""
+    if not ratio > OBSERVATIONS.largest_ratio:
+        return
+    larger = names[0] if told > wide else names[1]
     units = ("deg",) if unit == "rad" else ("mm", "cm")
     meant = [one for one in units if abs(ratio * IN_SI[one] - 1.0) < OBSERVATIONS.near_unit]
-    return (
-        f"{name} looks like {meant[0]}: give its unit, as {name}=COLUMN[{meant[0]}]"
-        if meant
-        else ""
-    )
+    refuse(
+        "other_units_meant" if meant else "other_units", source, names[0], asked=names[1],
+        told=said(told, unit), wide=said(wide, unit), ratio=ratio, larger=larger,
+        unit=meant[0] if meant else "",
+    )  # fmt: skip
 
 
 def _laid_end_to_end(recordings: Sequence[FlatRecording], name: str) -> FloatArray:

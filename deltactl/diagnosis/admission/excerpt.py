@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.refusal import Kind, refuse
+from deltactl.diagnosis.admission.refusal import refuse
 from deltactl.diagnosis.answer.records import Thinned
 from deltactl.diagnosis.observations.readings import IntArray
 from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel
@@ -57,8 +57,7 @@ def excerpts(recordings: Sequence[FlatRecording], most: int) -> list[FlatRecordi
             break
         left -= length
     if share < ADMISSION.fewest_of_each:
-        why = f"{len(recordings)} recordings have {sum(lengths)} rows, {most} can be worked on at"
-        refuse(Kind.LONG, "", f"{why} once", "give fewer of them")
+        refuse("too_many", recordings=len(recordings), rows=sum(lengths), most=most)
     return [excerpt(recording, share) for recording in recordings]
 
 

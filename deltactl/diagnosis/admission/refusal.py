@@ -1,10 +1,18 @@
-"""What the door says of a recording: refusals, which end a diagnosis, and doubts, which do not."""
+"""What the door says of a recording: refusals, which end a diagnosis, and doubts, which do not.
+
+Their sentences are in `refusals.yaml`, by case.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import NoReturn
+from functools import cache
+from importlib.resources import files
+from typing import Any, NoReturn
+
+import yaml
 
 from deltactl.foundation.errors import RefusedRecording
 
@@ -74,11 +82,35 @@ class Refusal:
         return self if self.source else replace(self, source=sources)
 
 
-def refuse(
-    kind: Kind, source: str, why: str, remedy: str = "", between: str = "; ", column: str = ""
-) -> NoReturn:
-    """Raise a refusal, see `Refusal`. Raises RefusedRecording."""
-    raise Refusal(kind, why, remedy, source, column, between=between).error()
+@cache
+def _cases() -> Mapping[str, tuple[str, str]]:
+    """Kind and sentence of every case, from `refusals.yaml`."""
+    text = (files("deltactl.diagnosis.admission") / "refusals.yaml").read_text(encoding="utf-8")
+    kinds = yaml.safe_load(text).items()
+    return {case: (kind, says) for kind, cases in kinds for case, says in cases.items()}
+
+
+def refusal(
+    case: str,
+    source: str = "",
+    column: str = "",
+    row: int | None = None,
+    t_s: float | None = None,
+    **values: object,
+) -> Refusal:
+    """The refusal of a case in `refusals.yaml`, filled in; see `Refusal`."""
+    kind, says = _cases()[case]
+    why, _, rest = says.partition("|")
+    mark, _, remedy = rest.partition(" ")
+    why, remedy = (
+        text.format(source=source, column=column, t_s=t_s, **values) for text in (why, remedy)
+    )
+    return Refusal(Kind(kind), why, remedy, source, column, row, t_s, f"{mark} " if rest else "; ")
+
+
+def refuse(case: str, source: str = "", column: str = "", **values: Any) -> NoReturn:
+    """Raise it. Raises RefusedRecording."""
+    raise refusal(case, source, column, **values).error()
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,3 +120,9 @@ class Doubt:
     source: str
     column: str
     says: str
+
+
+def doubt(case: str, source: str, column: str, **values: object) -> Doubt:
+    """The doubt of a case in `refusals.yaml`, filled in."""
+    _, says = _cases()[case]
+    return Doubt(source, column, says.format(source=source, column=column, **values))

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.refusal import Kind, Refusal, refuse
+from deltactl.diagnosis.admission.refusal import Refusal, refusal, refuse
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.delta.model import ANGLES, POSITIONS, DeltaModel
@@ -74,16 +74,7 @@ def refuse_once_near(model: DeltaModel, source: str, left: FloatArray) -> None:
 
 
 def _broke(model: DeltaModel, source: str, when_s: float, off: float) -> Refusal:
-    return Refusal(
-        Kind.BROKEN,
-        f"up to {when_s:.1f} s recording and robot file agree, from there on they are "
-        f"{off:.2g} {model.readings.units[0]} apart",
-        "has an arm flipped to its other side, a rod come off or a motor stopped? Put it right,"
-        " home the robot and record again",
-        source,
-        t_s=when_s,
-        between=": ",
-    )
+    return refusal("broke", source, t_s=when_s, off=off, unit=model.readings.units[0])
 
 
 def _moments(first: int, last: int) -> list[int]:
@@ -122,21 +113,17 @@ def check_input(model: Model) -> None:
     """Refuse what cannot be right. Raises RefusedRecording."""
     readings = model.readings
     if not 1e-4 <= readings.period_s <= 5.0:
-        why = f"samples are {readings.period_s:g} s apart"
-        refuse(Kind.TIMES, "", why, "t must be in seconds (is it in ms?)", column="t")
+        refuse("no_seconds", column="t", period=readings.period_s)
     counts = readings.valid.sum(axis=0)
     if counts.max() < ADMISSION.fewest_valid or counts.sum() < ADMISSION.fewest_in_all:
         refuse(
-            Kind.EMPTY,
-            "",
-            f"only {int(counts.max())} valid readings in any of {', '.join(readings.names)}",
-            f"nothing can be learned from fewer than {ADMISSION.fewest_valid} of one and "
-            f"{ADMISSION.fewest_in_all} of all",
-        )
+            "few_valid", most=int(counts.max()), names=", ".join(readings.names),
+            of_one=ADMISSION.fewest_valid, of_all=ADMISSION.fewest_in_all,
+        )  # fmt: skip
     predicted = model.predict([n.term for n in model.nuisances])
     moved = np.ptp(predicted, axis=0)
     if moved.max() < ADMISSION.stands_still:
-        refuse(Kind.STILL, "", "nothing moves in this recording", "nothing can be learned from it")
+        refuse("nothing_moves")
     sizes = np.median(np.abs(predicted), axis=0)
     for column, name in enumerate(readings.names):
         good = readings.valid[:, column]
@@ -144,16 +131,12 @@ def check_input(model: Model) -> None:
             continue
         seen, expected = readings.values[good, column], predicted[good, column]
         if np.ptp(seen) == 0.0 and np.ptp(expected) > 100 * ADMISSION.stands_still:
-            why = f"{name} never changes (always {seen[0]:g}) though the platform moves"
-            refuse(Kind.STILL, "", why, "is the sensor dead or the column wrong?", column=name)
+            refuse("dead_sensor", column=name, value=seen[0])
         unit, size = readings.units[column], float(np.median(np.abs(seen)))
         usual = float(np.median(np.abs(expected)))
         alike = float(sizes[[other == unit for other in readings.units]].max())
         if _another_unit(size, usual, alike):
-            times = size / max(usual, 1e-9)
-            why = f"{name} is about {times:.3g} times what robot and commands give"
-            remedy = f"it must be in {unit} (is it in m{unit}, or is this another robot's file?)"
-            refuse(Kind.UNITS, "", why, remedy, column=name)
+            refuse("sensor_unit", column=name, times=size / max(usual, 1e-9), unit=unit)
 
 
 def _another_unit(size: float, usual: float, alike: float) -> bool:
@@ -189,23 +172,14 @@ def check_belongs(model: DeltaModel, source: str) -> None:
     angles = _as_late_as_fits(model, rows, seen[rows])
     size, left = _closest(model, angles, seen[rows], scatter)
     after = float(np.sqrt(np.nanmean(left**2)))
-    far = "recording and robot file do not belong together: "
     unit, moved = readings.units[0], max(travel(column) for column in seen.T)
-    apart = f"{said(before, unit)} apart (root mean square) in a motion over {said(moved, unit)}"
+    apart = {"apart": said(before, unit), "moved": said(moved, unit)}
     if after > ADMISSION.far_off * span or np.abs(size).max() > ADMISSION.off:
         refuse_once_near(model, source, nominal)
     if after > ADMISSION.far_off * span and _near(left, scatter) < ADMISSION.near_share:
-        refuse(
-            Kind.ANOTHER_MACHINE,
-            source,
-            f"{far}{apart}, and no lengths, homes, gear or sensor offsets bring them together (at"
-            f" best {said(after, unit)})",
-            "is this another robot's file, or another run's commands?",
-        )
+        refuse("no_lengths", source, best=said(after, unit), **apart)
     if np.abs(size).max() > ADMISSION.off:
-        fits = _would_fit(model, size)
-        why, remedy = f"{far}{apart}; {fits}", "is this another robot's file?"
-        refuse(Kind.ANOTHER_MACHINE, source, why, remedy)
+        refuse("other_lengths", source, lengths=_would_fit(model, size), **apart)
 
 
 def _scatter(left: FloatArray) -> FloatArray:
@@ -335,7 +309,7 @@ def _would_fit(model: DeltaModel, size: FloatArray) -> str:
     ]
     if abs(size[3]) > ADMISSION.off:
         told.append(f"arms turning {np.exp(size[3]):.2g} times as far")
-    return f"what comes nearest, and need not be yours, has about {', '.join(told)}"
+    return ", ".join(told)
 
 
 def _about_mm(length_m: float) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from deltactl.diagnosis.admission.refusal import Kind, Refusal, refuse
+from deltactl.diagnosis.admission.refusal import refusal, refuse
 from deltactl.foundation.errors import RefusedRecording
 from deltactl.foundation.strict_yaml import Document
 from deltactl.recording.format.configuration import RunConfiguration
@@ -30,14 +30,7 @@ def carried_by(recordings: Sequence[Path], robot_file: Path) -> RunConfiguration
     last = runs[-1]
     for one in runs:
         if differing := _differing(carried[one].robot_text, carried[last].robot_text):
-            refuse(
-                Kind.ANOTHER_MACHINE,
-                "",
-                f"{one} and {last} are of two robots (their robot files differ in"
-                f" {', '.join(differing)})",
-                "only recordings of one robot are diagnosed together",
-                between=": ",
-            )
+            refuse("several_robots", one=one, last=last, differing=", ".join(differing))
     return carried[last]
 
 
@@ -53,5 +46,4 @@ def _machine(text: str) -> dict[str, Any]:
 
 def no_robot_fits(recording: Path) -> RefusedRecording:
     """What is said of a recording that carries no robot file and is named like none."""
-    remedy = "name its folder, or the beginning of its name, like the robot file"
-    return Refusal(Kind.ROBOT_FILE, "no robot file fits", remedy, str(recording)).error()
+    return refusal("no_robot_fits", str(recording)).error()

@@ -1,6 +1,5 @@
-"""The answer: its records, the verdict, and the contradictions that it must not contain.
+"""The answer: its records, and the verdict.
 
 In: findings, figures of the fit, the test of what is left. Out: a `Diagnosis`, the contract's JSON.
-Every kind of machine is answered by `assembly.assembled`; `consistency.contradictions` holds any
-answer to the contract. Knows no room of the engine.
+Every kind of machine is answered by `assembly.assembled`. Knows no room of the engine.
 """

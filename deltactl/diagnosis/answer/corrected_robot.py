@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-import re
-from collections.abc import Iterable
 from datetime import date
 from pathlib import Path
 from typing import Any
-
-import yaml
 
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding
@@ -22,15 +18,13 @@ from deltactl.models.effects import VOCABULARY, Port, Trait, has
 from deltactl.models.effects.chain_joints import chain_effects
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.lone_axis import COMPONENT, forms_of
+from deltactl.models.effects_section import with_effects, with_model
 from deltactl.models.merged_effects import merged
 from deltactl.models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis
-from deltactl.models.robot_files import named_for_file, with_effects_in
+from deltactl.models.robot_files import with_effects_in
 
-HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
 MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)
 """Where an effect is in the robot, and not in what sees it."""
-_MODEL = re.compile(r"^model:.*$", re.MULTILINE)
-_SECTION = re.compile(r"^effects:.*\n?(?:(?:[ \t#-].*)?\n)*", re.MULTILINE)
 
 
 def corrected_text(
@@ -68,32 +62,6 @@ def _tables(robot: DeltaRobot, diagnosis: Diagnosis, asked: Tables) -> list[Effe
                 found = _origin(finding, diagnosis, {})
                 entries.append(entry.model_copy(update={"found": found}))
     return entries
-
-
-def with_effects(text: str, entries: Iterable[EffectEntry], slides: bool = False) -> str:
-    """The text of a robot file with other effects; slides: of an axis that does."""
-    plain = [_plain(entry) for entry in entries]
-    if slides:
-        plain = [named_for_file(one) for one in plain]
-    block = yaml.safe_dump({"effects": plain}, sort_keys=False) if plain else ""
-    if text.lstrip("\ufeff \t\n").startswith("{"):  # one value in braces has no section to replace
-        data = Document(Path("robot"), text).data
-        text = yaml.safe_dump({key: data[key] for key in data if key != "effects"}, sort_keys=False)
-    rest = _SECTION.sub("", text.replace(f"{HEADING}\n", "").rstrip() + "\n").rstrip()
-    return f"{rest}\n\n{HEADING}\n{block}" if block else f"{rest}\n"
-
-
-def with_model(text: str, model: str) -> str:
-    """The text of a chain's robot file with another model, relative to where it is written."""
-    return _MODEL.sub(f"model: {model}", text)
-
-
-def _plain(entry: EffectEntry) -> dict[str, Any]:
-    """An entry as the file has it: that nothing was allowed for beside it goes without saying."""
-    plain = entry.model_dump(mode="json", exclude_none=True)
-    if entry.found is not None and not entry.found.loosely_built:
-        del plain["found"]["loosely_built"]
-    return plain
 
 
 def save_corrected(

@@ -32,14 +32,12 @@ PLACED_M = 1.0
 """How well base and reflector are known before."""
 
 
-def calibration_poses(
-    robot: ChainRobot, chain: RigidChain, count: int, seed: int = 0
-) -> FloatArray:
+def calibration_poses(robot: ChainRobot, chain: RigidChain, count: int) -> FloatArray:
     """Positions (count, joints) [rad or m], in the order in which to visit them.
 
     Whether the arm meets itself or anything else there is not looked at.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     low, high = chain.limits
     middle, half = 0.5 * (low + high), 0.5 * WITHIN * (high - low)
     drawn = middle + half * rng.uniform(-1.0, 1.0, (CANDIDATES * count, len(low)))

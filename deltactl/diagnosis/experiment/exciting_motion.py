@@ -68,12 +68,12 @@ class Series:
         }  # fmt: skip
 
 
-def exciting_motion(robot: ChainRobot, chain: RigidChain, seed: int = 0) -> Series:
+def exciting_motion(robot: ChainRobot, chain: RigidChain) -> Series:
     """The best of the series that were drawn, and once exchanged joint by joint.
 
     Whether the arm meets itself or anything else on its way is not looked at.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     each = [drawn_blindly(rng, chain) for _ in range(DRAWN)]
     gains = [information(robot, chain, one) for one in each]
     series, most = each[int(np.argmax(gains))], max(gains)

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from deltactl.diagnosis.answer.records import NextExperiment, OpenTie
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.experiment.design import EXPERIMENT
 from deltactl.diagnosis.experiment.exciting_motion import (
@@ -16,13 +15,11 @@ from deltactl.diagnosis.experiment.exciting_motion import (
     exciting_motion,
     moved_so,
 )
-from deltactl.diagnosis.experiment.propose import Proposal
+from deltactl.diagnosis.experiment.propose import Proposal, open_tie, proposal
+from deltactl.diagnosis.experiment.ties import Sides
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.selection.named_first import Selected
-
-Sides = tuple[list[str], list[str]]
-"""`effect component` of what differs, on either side."""
 
 
 def next_motion(plant: ChainPlant, selected: Selected) -> Proposal:
@@ -42,24 +39,12 @@ def next_motion(plant: ChainPlant, selected: Selected) -> Proposal:
     most = int(60.0 * EXPERIMENT.longest_min / SERIES_S)
     able = a_series[a_series * most >= EXPERIMENT.settles]
     if not len(able):
-        return Proposal(None, [_open(sides, EXPERIMENT.longest_min) for _, sides in ties])
+        return Proposal(None, [open_tie(sides, EXPERIMENT.longest_min) for _, sides in ties])
     needed = math.ceil(EXPERIMENT.holds_back * EXPERIMENT.settles / float(able.min()))
     repeats = min(max(needed, REPEATS), most)
-    good = a_series * repeats >= EXPERIMENT.settles
-    pairs = list(zip(ties, good.tolist(), strict=True))
-    names = dict.fromkeys(n for (_, sides), each in pairs if any(each) for s in sides for n in s)
-    experiment = NextExperiment(
-        job=series.job(plant.robot.name) | {"repeats": repeats},
-        tells_apart=list(names),
-        expected_delta_chi2=round(float((a_series * repeats)[good].min()), 1),
-        minutes=round(repeats * SERIES_S / 60.0, 2),
-    )
-    left = [
-        _open(sides[::-1] if second else sides, None if first or second else EXPERIMENT.longest_min)
-        for (_, sides), (first, second) in pairs
-        if not (first and second)
-    ]
-    return Proposal(experiment, left)
+    job = series.job(plant.robot.name) | {"repeats": repeats}
+    sides = [names for _, names in ties]
+    return proposal(sides, a_series * repeats, job, repeats * SERIES_S / 60.0)
 
 
 def _ties(selected: Selected) -> list[tuple[Explanation, Sides]]:
@@ -99,7 +84,3 @@ def _separates(run: ChainPlant, scale: FloatArray, truth: Explanation, other: Ex
 
 def _named(one: Explanation) -> list[str]:
     return sorted(key for key in one.keys if not key.startswith("unknown "))
-
-
-def _open(sides: Sides, minutes: float | None) -> OpenTie:
-    return OpenTie(one=sides[0], other=sides[1], minutes=minutes)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -16,7 +17,7 @@ from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.noise import Whitener
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.experiment.design import EXPERIMENT, Run, both_ways
-from deltactl.diagnosis.experiment.ties import Tie
+from deltactl.diagnosis.experiment.ties import Sides, Tie
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
 from deltactl.diagnosis.plants.next_run import NextRuns
 from deltactl.diagnosis.selection.ambiguity import Standing
@@ -107,53 +108,51 @@ def next_experiment(
         return Proposal(None)
     candidates = next_runs(set().union(*(tie.components for tie in ties)))
     if candidates is None:
-        return Proposal(None, [_open(tie, needs_drive=True) for tie in ties])
+        return Proposal(None, [open_tie(tie.names, needs_drive=True) for tie in ties])
     rated = _rate([Run(candidate, recorded, noise) for candidate in candidates], ties, 1.0, 1)
     rated.sort(key=_Rated.rank, reverse=True)
     better = _rate([one.run for one in rated[: EXPERIMENT.refined]], ties, 1.0, 3)
     best = max(better, key=_Rated.rank, default=None)
     if best is None or not best.enough.any():
-        return Proposal(None, [_open(tie, minutes=EXPERIMENT.longest_min) for tie in ties])
-    return _proposal(best, ties)
-
-
-def _proposal(best: _Rated, ties: Sequence[Tie]) -> Proposal:
-    """The job with as many repeats as the worst of the ties it settles needs."""
+        return Proposal(None, [open_tie(tie.names, EXPERIMENT.longest_min) for tie in ties])
     run = best.run
     aim = EXPERIMENT.holds_back * EXPERIMENT.settles
     needed = max(aim / best.least, EXPERIMENT.shortest_min / run.minutes)
     repeats = min(math.ceil(needed), best.most_repeats)
     (final,) = _rate([run], ties, float(repeats), 3)
-    good = final.evidence >= EXPERIMENT.settles
-    left = [_left(tie, *sides) for tie, sides in zip(ties, good.tolist(), strict=True)]
-    still = [tie for tie in left if tie is not None]
+    names = [tie.names for tie in ties]
+    return proposal(names, final.evidence, run.candidate.job(repeats), repeats * run.minutes)
+
+
+def proposal(
+    ties: Sequence[Sides], evidence: FloatArray, job: dict[str, Any], minutes: float
+) -> Proposal:
+    """A job, if it settles a tie, and the ties that it settles only if one side is true, or never.
+
+    evidence: chi-square that the job gives, (n, 2), with the first and the second side true.
+    """
+    good, longest_min = evidence >= EXPERIMENT.settles, EXPERIMENT.longest_min
+    pairs = list(zip(ties, good.tolist(), strict=True))
+    left = [
+        open_tie(sides[::-1] if second else sides, None if first or second else longest_min)
+        for sides, (first, second) in pairs
+        if not (first and second)
+    ]
     if not good.any():
-        return Proposal(None, still)
-    settled = [tie for tie, sides in zip(ties, good, strict=True) if sides.any()]
-    names = dict.fromkeys(name for tie in settled for side in tie.names for name in side)
+        return Proposal(None, left)
+    names = (name for sides, each in pairs if any(each) for side in sides for name in side)
     experiment = NextExperiment(
-        job=run.candidate.job(repeats),
-        tells_apart=list(names),
-        expected_delta_chi2=round(float(final.evidence[good].min()), 1),
-        minutes=round(repeats * run.minutes, 2),
+        job=job,
+        tells_apart=list(dict.fromkeys(names)),
+        expected_delta_chi2=round(float(evidence[good].min()), 1),
+        minutes=round(minutes, 2),
     )
-    return Proposal(experiment, still)
+    return Proposal(experiment, left)
 
 
-def _left(tie: Tie, first: bool, second: bool) -> OpenTie | None:
-    """A tie that the run settles only if one of both is true, or never."""
-    if first and second:
-        return None
-    if not (first or second):
-        return _open(tie, minutes=EXPERIMENT.longest_min)
-    return _open(tie, turned=second)
-
-
-def _open(
-    tie: Tie, minutes: float | None = None, needs_drive: bool = False, turned: bool = False
-) -> OpenTie:
-    one, other = tie.names[::-1] if turned else tie.names
-    return OpenTie(one=list(one), other=list(other), minutes=minutes, needs_drive=needs_drive)
+def open_tie(sides: Sides, minutes: float | None = None, needs_drive: bool = False) -> OpenTie:
+    """A tie that stays open; minutes: of the longest run, where none helps."""
+    return OpenTie(one=sides[0], other=sides[1], minutes=minutes, needs_drive=needs_drive)
 
 
 def _rate(runs: Sequence[Run], ties: Sequence[Tie], repeats: float, steps: int) -> list[_Rated]:

@@ -12,6 +12,8 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Term
 
 Key = tuple[str, ...]
+Sides = tuple[list[str], list[str]]
+"""`effect component` of what differs, on either side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +81,9 @@ class Tie:
         return _without(self.second, self.first)
 
     @property
-    def names(self) -> tuple[list[str], list[str]]:
-        """`effect component` of what differs, on either side."""
+    def names(self) -> Sides:
+        """What differs."""
         return _names(self.only_first), _names(self.only_second)
-
-    @property
-    def effects(self) -> frozenset[str]:
-        """The effects that differ."""
-        return frozenset(t.candidate.effect for t in (*self.only_first, *self.only_second))
 
     @property
     def components(self) -> set[str]:

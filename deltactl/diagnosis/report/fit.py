@@ -1,9 +1,11 @@
-"""Before and after the findings against the noise floor, and the remaining error, in sentences."""
+"""Before and after the findings against the noise floor: sentences, and bars in HTML."""
 
 from __future__ import annotations
 
+import html
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 from deltactl.diagnosis.answer.records import Diagnosis, Fit
 from deltactl.diagnosis.answer.verdict import goes_on, too_little
@@ -15,7 +17,7 @@ from deltactl.diagnosis.answer.what_is_left import (
     once,
 )
 from deltactl.diagnosis.report.names import all_followed, by_noise, listed, part, percent
-from deltactl.diagnosis.report.sizes import forced, quantity
+from deltactl.diagnosis.report.sizes import forced, number, quantity, significant
 from deltactl.diagnosis.report.templates import say
 
 
@@ -110,3 +112,44 @@ def more_of_the_fit(fit: Fit) -> list[str]:
     if not forced(fit.unit) or fit.left_apart_s is None:
         return []
     return [say("fit.filtered", apart=quantity(fit.left_apart_s, "s", digits=2))]
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two bars of one thing: before and after the findings (NaN: there are none)."""
+
+    name: str
+    before: float
+    after: float
+
+
+def pair_bars(title: str, pairs: Iterable[Pair], noise: float, unit: str, note: str = "") -> str:
+    """Bars before and after, with the noise floor as a line through all of them."""
+    pairs = list(pairs)
+    values = [x for pair in pairs for x in (pair.before, pair.after)] + [noise]
+    top = max([x for x in values if math.isfinite(x)], default=1.0) or 1.0
+    least = min([x for x in values[:-1] if math.isfinite(x) and x > 0.0], default=top)
+    digits = max(0, significant(top, 3), significant(least, 2))
+    rows = "".join(_pair(pair, noise, top, unit, digits) for pair in pairs)
+    key = f'<span class="was">{say("bar.robot_file")}</span>'
+    if any(math.isfinite(pair.after) for pair in pairs):
+        key += f'<span class="became">{say("bar.with_findings")}</span>'
+    key += f'<span class="noise">{say("bar.noise_floor")}</span>' if math.isfinite(noise) else ""
+    caption = f"<figcaption>{html.escape(title)}</figcaption>" if title else ""
+    foot = f'<p class="note">{html.escape(note)}</p>' if note else ""
+    return f'<figure class="pairs">{caption}<p class="key note">{key}</p>{rows}{foot}</figure>'
+
+
+def _pair(pair: Pair, noise: float, top: float, unit: str, digits: int) -> str:
+    def width(value: float) -> float:
+        return 100.0 * min(max(value, 0.0) / top, 1.0) if math.isfinite(value) else 0.0
+
+    after = f" \u2192 {number(pair.after, digits)}" if math.isfinite(pair.after) else ""
+    text = f"{number(pair.before, digits)}{after} {unit}"
+    line = f'<b style="left:{width(noise):.2f}%"></b>' if math.isfinite(noise) else ""
+    return (
+        f'<div class="pair"><span>{html.escape(pair.name)}</span><div>'
+        f'<i class="was" style="width:{width(pair.before):.2f}%"></i>'
+        f'<i class="became" style="width:{width(pair.after):.2f}%"></i>{line}</div>'
+        f"<span>{html.escape(text)}</span></div>"
+    )

@@ -12,8 +12,7 @@ from math import cos, sin
 
 import numpy as np
 
-from deltactl.diagnosis.answer.records import Finding
-from deltactl.diagnosis.report.drawings import (
+from deltactl.charts.scenes import (
     BADGE_RADIUS,
     Label,
     Mark,
@@ -28,6 +27,7 @@ from deltactl.diagnosis.report.drawings import (
     polygon,
     rod,
 )
+from deltactl.diagnosis.answer.records import Finding
 from deltactl.diagnosis.report.names import called, unknown
 from deltactl.diagnosis.report.templates import say
 from deltactl.models.effects import card_of

@@ -13,13 +13,14 @@ from deltactl.charts.cells import grid_of
 from deltactl.charts.figures import LineChart
 from deltactl.charts.means import Curve, Mismatch, binned, explained_by, far_out, rms, smoothed
 from deltactl.charts.page import HINT, columns, heading, paragraph, unfolds
+from deltactl.charts.scenes import hue
 from deltactl.charts.spec import Colour, Series, Span, Style, keep
 from deltactl.diagnosis.answer.picture import FloatArray, bare
 from deltactl.diagnosis.answer.records import Channel, Diagnosis, Finding, Picture
 from deltactl.diagnosis.answer.regimes import AFTER_REVERSAL_S, FEWEST_ROWS, Regime, regimes
 from deltactl.diagnosis.answer.what_is_left import doubtful_floor
-from deltactl.diagnosis.report.drawings import Pair, hue, pair_bars
 from deltactl.diagnosis.report.finding import stretches
+from deltactl.diagnosis.report.fit import Pair, pair_bars
 from deltactl.diagnosis.report.names import channel as channel_name
 from deltactl.diagnosis.report.names import count, followed, part
 from deltactl.diagnosis.report.sizes import covariate_unit, scale_of

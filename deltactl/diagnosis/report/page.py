@@ -16,9 +16,9 @@ from typing import Any
 import yaml
 
 from deltactl.charts.page import columns, facts, folded, heading, page, paragraph, unfolds
+from deltactl.charts.scenes import badge, hue
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.what_is_left import doubtful_floor
-from deltactl.diagnosis.report.drawings import Pair, badge, hue, pair_bars
 from deltactl.diagnosis.report.finding import (
     Span,
     finding_title,
@@ -29,7 +29,14 @@ from deltactl.diagnosis.report.finding import (
     where_line,
     without_line,
 )
-from deltactl.diagnosis.report.fit import fit_line, fit_title, more_of_the_fit, unexplained
+from deltactl.diagnosis.report.fit import (
+    Pair,
+    fit_line,
+    fit_title,
+    more_of_the_fit,
+    pair_bars,
+    unexplained,
+)
 from deltactl.diagnosis.report.headline import opening
 from deltactl.diagnosis.report.limits import limit_name, limit_size
 from deltactl.diagnosis.report.machines import machine_drawing

@@ -6,7 +6,6 @@ What does not fit is in the report, and the last line says so.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from rich.markup import escape
 
@@ -102,48 +101,31 @@ def screen_lines(
     return lines
 
 
-@dataclass(frozen=True, slots=True)
-class Sentences:
-    """All sentences of an answer, by topic."""
-
-    verdict: list[str]
-    steps: list[str]
-    findings: list[str]
-    """A paragraph for each, in the order of the answer."""
-    helps: list[str]
-    or_else: list[str]
-    """What else the findings could be, and what would distinguish them."""
-    remarks: list[str]
-
-
 def sentences_by_topic(
     diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
-) -> Sentences:
-    """All that a screen says, with the findings as sentences."""
+) -> dict[str, list[str]]:
+    """All that a screen says, with a paragraph for each finding."""
     findings = [
         " ".join([f"{number}. {finding_title(one)}", *_in_full(one, diagnosis)])
         for number, one in enumerate(diagnosis.findings, 1)
     ]
-    return Sentences(
-        verdict=list(opening(diagnosis)),
-        steps=list(_steps(diagnosis, robot, ways).entries),
-        findings=findings,
-        helps=_helps(diagnosis),
-        or_else=_or_else(diagnosis, ways),
-        remarks=[
-            *_on_top(diagnosis, robot),
-            *remarks(diagnosis, ways),
-            *_not_shown(diagnosis, SENTENCE),
-        ],
-    )
+    more = (_on_top(diagnosis, robot), remarks(diagnosis, ways), _not_shown(diagnosis, SENTENCE))
+    return {
+        "verdict": opening(diagnosis),
+        "steps": list(_steps(diagnosis, robot, ways).entries),
+        "findings": findings,
+        "helps": _helps(diagnosis),
+        "or_else": _or_else(diagnosis, ways),
+        "remarks": [line for lines in more for line in lines],
+    }
 
 
 def sentences(
     diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
 ) -> list[str]:
     """The same one after the other: `says` of the JSON."""
-    own = sentences_by_topic(diagnosis, robot, ways)
-    return [*own.verdict, *own.steps, *own.findings, *own.helps, *own.or_else, *own.remarks]
+    by_topic = sentences_by_topic(diagnosis, robot, ways).values()
+    return [line for lines in by_topic for line in lines]
 
 
 def _in_full(finding: Finding, diagnosis: Diagnosis) -> Iterator[str]:
