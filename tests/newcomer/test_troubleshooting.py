@@ -16,6 +16,10 @@ SOURCES = [
     JOINED.sub("", file.read_text(encoding="utf-8"))
     for folder in FOLDERS
     for file in sorted((ROOT / folder).rglob("*.py"))
+] + [
+    re.sub(r"\s*\n\s+", " ", file.read_text(encoding="utf-8"))
+    for folder in FOLDERS
+    for file in sorted((ROOT / folder).rglob("*.yaml"))
 ]
 SHORTEST = 6
 

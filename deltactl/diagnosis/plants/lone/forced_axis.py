@@ -172,7 +172,7 @@ class ForcedAxis(LeftOver):
         shares = [one for one in FORCED_AXIS.steeper if (1.0 - one) * count >= fewest]
         edges = np.quantile(steep[self.rows], shares) if shares else np.zeros(0)
         turns = np.diff(np.signbit(self.motion.velocity), prepend=False)
-        near = binary_dilation(turns, np.ones(2 * max(1, int(1.0 / self._period)) + 1, dtype=bool))
+        near = binary_dilation(turns, np.ones(2 * max(1, int(0.5 / self._period)) + 1, dtype=bool))
         kinds: IntArray = np.searchsorted(edges, steep)
         if np.count_nonzero(near[self.rows]) >= fewest:
             kinds = kinds + (len(shares) + 1) * near
