@@ -69,7 +69,7 @@ def test_a_perfect_axis_is_said_to_miss_nothing(
     rigs: ModuleType, robot: ServoAxis, rig: str, setup: dict[str, float], names: dict[str, str],
     seed: int,
 ) -> None:  # fmt: skip
-    span_s = 10.0 if rig == "ForcedRig" else 30.0
+    span_s = 20.0 if rig == "ForcedRig" else 60.0
     recording = getattr(rigs, rig)(**setup).record(seed, span_s=span_s, **names)
     answer = diagnose_recordings(robot, [recording])
     assert answer.verdict == "nothing_missing"
