@@ -232,6 +232,8 @@ def campaign(
         judge(stand, healing, seen)
         yield seen
         stand.make_ready()
+        if healing.returncode == 0:  # the next one would have nothing to heal
+            _undo(stand)
     if finished:
         finish(stand, stand.heal())
 
@@ -282,6 +284,11 @@ def finish(stand: HealStand, healing: Started) -> None:
     assert json.loads(out)["outcome"] == "healed", out
     (effect,) = yaml.safe_load(stand.robot_file.read_text())["effects"]
     assert effect["effect"] == FAULT["effect"]
+    _undo(stand)
+
+
+def _undo(stand: HealStand) -> None:
+    """The old file in force again, and no trace of the healing."""
     stand.undo()
     for part in stand.out.iterdir():
         part.unlink()
