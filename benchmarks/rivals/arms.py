@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.proofs.moving_arms import expected
 from benchmarks.rivals.arm_cases import TRUTHS
 from benchmarks.rivals.arm_signals import URDF
-from benchmarks.rivals.cases import Answers, Scored, agreement
+from benchmarks.rivals.cases import Answers, Scored, agreement, in_places, name_of
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.foundation.errors import ConfigError
 from deltactl.proof.cases import ROBOT_FILE
@@ -52,13 +52,9 @@ def write_arms(python: Path, root: Path, count: int, seed: int, folder: Path) ->
             {"effect": effect, "where": at, "parameter": name, "size": size}
             for effect, at, name, size in expected(faults)
         ]
-    told = {one["case"]: [_name(line) for line in one["answers"]] for one in truths}
+    told = {one["case"]: [name_of(line) for line in one["answers"]] for one in truths}
     folder.with_name(f"{folder.name}-told.json").write_text(json.dumps(told), encoding="utf-8")
     return truths
-
-
-def _name(line: Json) -> str:
-    return f"{line['effect']} {line['where']}"
 
 
 def scored_arms(truths: Sequence[Json], answers: Answers) -> list[Scored]:
@@ -68,11 +64,7 @@ def scored_arms(truths: Sequence[Json], answers: Answers) -> list[Scored]:
         own = answers.by_case[truth["case"]]
         if own["seconds"] is None:
             continue
-        diagnosis = own["diagnosis"] or {"findings": [], "verdict": "nothing_missing"}
-        hidden = {_name(line): line for line in truth["answers"]}
-        said = {f"{one['effect']} {one['component']}": one for one in diagnosis["findings"]}
-        if not said and diagnosis["verdict"] != "nothing_missing":
-            said = {"unknown anywhere": {"parameters": {}}}
+        hidden, said = in_places(truth, own)
         sizes = [
             bool(low <= line["size"] <= high)
             for name, line in hidden.items()

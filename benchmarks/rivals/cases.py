@@ -178,6 +178,23 @@ def read_answers(file: Path) -> Answers:
     return Answers(by_case, written["peak_mb"])
 
 
+def name_of(line: Json) -> str:
+    """Name and place of what is hidden."""
+    return f"{line['effect']} {line['where']}"
+
+
+def in_places(truth: Json, own: Json) -> tuple[dict[str, Json], dict[str, Json]]:
+    """What is hidden and what is found, by name and place.
+
+    An error that an answer leaves unexplained is an unknown anywhere.
+    """
+    diagnosis = own["diagnosis"] or {"findings": [], "verdict": "nothing_missing"}
+    said = {f"{one['effect']} {one['component']}": one for one in diagnosis["findings"]}
+    if not said and diagnosis["verdict"] != "nothing_missing":
+        said = {"unknown anywhere": {"parameters": {}}}
+    return {name_of(line): line for line in truth["answers"]}, said
+
+
 def agreement(answers: Answers, case: str) -> list[bool]:
     """Whether sizes that both halves of a case state agree within their intervals.
 

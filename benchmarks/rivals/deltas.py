@@ -15,7 +15,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from benchmarks.rivals.cases import ROBOT_JSON, Answers, Scored, agreement
+from benchmarks.rivals.cases import (
+    ROBOT_JSON,
+    Answers,
+    Scored,
+    agreement,
+    in_places,
+    name_of,
+)
 from deltactl.proof.cases import ROUND, Case, draw, write_blind
 from deltactl.proof.prove.one_case import as_recorded, bound
 from deltactl.proof.ranging import NOMINAL_OFFSET_M
@@ -45,14 +52,10 @@ def write_deltas(count: int, seed: int, folder: Path) -> list[Json]:
         (own / ROBOT_JSON).write_text(json.dumps(robot_values()), encoding="utf-8")
         truth["bound"] = bound(case, as_recorded(case, run)) if case.group == "single" else None
         truths.append(truth)
-    told = {one["case"]: [_name(line) for line in one["answers"]] for one in truths}
+    told = {one["case"]: [name_of(line) for line in one["answers"]] for one in truths}
     folder.with_name(f"{folder.name}-told.json").write_text(json.dumps(told), encoding="utf-8")
     write_bodies(folder.with_name(f"{folder.name}-robot.xml"))
     return truths
-
-
-def _name(line: Json) -> str:
-    return f"{line['effect']} {line['where']}"
 
 
 def write_bodies(file: Path) -> None:
@@ -95,11 +98,7 @@ def scored_deltas(truths: Sequence[Json], answers: Answers) -> list[Scored]:
         own = answers.by_case[truth["case"]]
         if own["seconds"] is None:
             continue
-        findings = (own["diagnosis"] or {"findings": []})["findings"]
-        hidden = {_name(line): line for line in truth["answers"]}
-        said = {f"{one['effect']} {one['component']}": one for one in findings}
-        if not said and own["diagnosis"] and own["diagnosis"]["verdict"] != "nothing_missing":
-            said = {"unknown anywhere": {"parameters": {}}}
+        hidden, said = in_places(truth, own)
         covered, over = [], []
         for name, line in hidden.items():
             if name in said:
