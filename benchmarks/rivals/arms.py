@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.proofs.moving_arms import expected
 from benchmarks.rivals.arm_cases import TRUTHS
 from benchmarks.rivals.arm_signals import URDF
-from benchmarks.rivals.cases import Answers, Scored, agreement, in_places, name_of
+from benchmarks.rivals.cases import Answers, Scored, in_place, in_places, write_names
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.foundation.errors import ConfigError
 from deltactl.proof.cases import ROBOT_FILE
@@ -52,8 +52,7 @@ def write_arms(python: Path, root: Path, count: int, seed: int, folder: Path) ->
             {"effect": effect, "where": at, "parameter": name, "size": size}
             for effect, at, name, size in expected(faults)
         ]
-    told = {one["case"]: [name_of(line) for line in one["answers"]] for one in truths}
-    folder.with_name(f"{folder.name}-told.json").write_text(json.dumps(told), encoding="utf-8")
+    write_names(truths, folder)
     return truths
 
 
@@ -72,18 +71,5 @@ def scored_arms(truths: Sequence[Json], answers: Answers) -> list[Scored]:
             for low, high in [np.ravel(np.array(stated["ci95"], dtype=np.float64))[:2]]
             if np.isfinite(high - low)
         ]
-        found.append(
-            Scored(
-                truth["case"],
-                GROUP,
-                list(hidden),
-                list(said),
-                hidden.keys() == said.keys() and own["failure"] is None,
-                None if hidden else bool(said) or own["failure"] is not None,
-                own["seconds"],
-                own["failure"],
-                sizes,
-                agree=agreement(answers, truth["case"]),
-            )
-        )
+        found.append(in_place(GROUP, truth, answers, hidden, said, sizes=sizes))
     return found

@@ -195,6 +195,27 @@ def in_places(truth: Json, own: Json) -> tuple[dict[str, Json], dict[str, Json]]
     return {name_of(line): line for line in truth["answers"]}, said
 
 
+def in_place(
+    group: str, truth: Json, answers: Answers, hidden: Json, said: Json, **figures: Any
+) -> Scored:
+    """Right: the findings are the hidden effects in their places, no more and no less."""
+    own = answers.by_case[truth["case"]]
+    failed = own["failure"] is not None
+    return Scored(
+        truth["case"], group, list(hidden), list(said),
+        right=hidden.keys() == said.keys() and not failed,
+        false=None if hidden else bool(said) or failed,
+        seconds=own["seconds"], failure=own["failure"],
+        agree=agreement(answers, truth["case"]), **figures,
+    )  # fmt: skip
+
+
+def write_names(truths: Sequence[Json], folder: Path) -> None:
+    """Beside a folder of cases, the names that are hidden, for tools that are given them."""
+    names = {one["case"]: [name_of(line) for line in one["answers"]] for one in truths}
+    folder.with_name(f"{folder.name}-told.json").write_text(json.dumps(names), encoding="utf-8")
+
+
 def agreement(answers: Answers, case: str) -> list[bool]:
     """Whether sizes that both halves of a case state agree within their intervals.
 

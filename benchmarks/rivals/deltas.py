@@ -19,9 +19,9 @@ from benchmarks.rivals.cases import (
     ROBOT_JSON,
     Answers,
     Scored,
-    agreement,
+    in_place,
     in_places,
-    name_of,
+    write_names,
 )
 from deltactl.proof.cases import ROUND, Case, draw, write_blind
 from deltactl.proof.prove.one_case import as_recorded, bound
@@ -52,8 +52,7 @@ def write_deltas(count: int, seed: int, folder: Path) -> list[Json]:
         (own / ROBOT_JSON).write_text(json.dumps(robot_values()), encoding="utf-8")
         truth["bound"] = bound(case, as_recorded(case, run)) if case.group == "single" else None
         truths.append(truth)
-    told = {one["case"]: [name_of(line) for line in one["answers"]] for one in truths}
-    folder.with_name(f"{folder.name}-told.json").write_text(json.dumps(told), encoding="utf-8")
+    write_names(truths, folder)
     write_bodies(folder.with_name(f"{folder.name}-robot.xml"))
     return truths
 
@@ -106,22 +105,13 @@ def scored_deltas(truths: Sequence[Json], answers: Answers) -> list[Scored]:
                 covered += [inside for inside, _ in sizes]
                 over += [error for _, error in sizes if np.isfinite(error)]
         noise = float(np.hypot(truth["sigma"], ROUNDING_M / np.sqrt(12.0)))
+        over_noise = np.nan if own["heldout"] is None else own["heldout"] / noise
         found.append(
-            Scored(
-                truth["case"],
-                GROUP,
-                list(hidden),
-                list(said),
-                hidden.keys() == said.keys() and own["failure"] is None,
-                None if hidden else bool(said) or own["failure"] is not None,
-                own["seconds"],
-                own["failure"],
-                covered,
-                over,
-                np.nan if own["heldout"] is None else own["heldout"] / noise,
-                agreement(answers, truth["case"]),
+            in_place(
+                GROUP, truth, answers, hidden, said,
+                sizes=covered, over_bound=over, heldout_over_noise=over_noise,
             )
-        )
+        )  # fmt: skip
     return found
 
 

@@ -48,7 +48,7 @@ def spline_terms(
 def less_spanned(basis: FloatArray, spanned: FloatArray, rows: IntArray) -> FloatArray:
     """Shapes (n, k) less their projection on others (n, j) over some rows, of unit variance.
 
-    Directions that vanish are left out, and those that are mostly the others': what is left of one
+    Directions that vanish are left out, and those that are mostly the others': the rest of one
     would be the noise of a measured acceleration made large.
     """
     _, size, across = np.linalg.svd(basis[rows], full_matrices=False)
