@@ -73,10 +73,17 @@ def broken_rules(
                     check(section)
                 except ValueError as error:
                     yield place, str(error)
-    for name, field in model.model_fields.items():
+    for name, candidates in _section_keys(model):
         for below, inner in _sections_in(data.get(name), (*place, name)):
-            if meant := _meant(models_in(field.annotation), inner):
+            if meant := _meant(candidates, inner):
                 yield from broken_rules(meant, inner, below)
+
+
+@cache
+def _section_keys(model: type[BaseModel]) -> tuple[tuple[str, list[type[BaseModel]]], ...]:
+    """The keys whose values may be sections, and the models of these."""
+    found = ((name, models_in(field.annotation)) for name, field in model.model_fields.items())
+    return tuple((name, candidates) for name, candidates in found if candidates)
 
 
 def valid_keys_of(model: type[BaseModel], data: Mapping[str, Any]) -> dict[str, Any]:
@@ -114,10 +121,19 @@ def _meant(candidates: list[type[BaseModel]], data: Mapping[str, Any]) -> type[B
 
 
 def _is_meant(model: type[BaseModel], data: Mapping[str, Any]) -> bool:
+    if tag := _tag(model):
+        name, default, value = tag
+        return bool(data.get(name, default) == value)
+    return all(name in data for name, field in model.model_fields.items() if field.is_required())
+
+
+@cache
+def _tag(model: type[BaseModel]) -> tuple[str, Any, Any] | None:
+    """The key whose one value names the model, its default, and that value."""
     for name, field in model.model_fields.items():
         if get_origin(field.annotation) is Literal and len(get_args(field.annotation)) == 1:
-            return bool(data.get(name, field.default) == get_args(field.annotation)[0])
-    return all(name in data for name, field in model.model_fields.items() if field.is_required())
+            return name, field.default, get_args(field.annotation)[0]
+    return None
 
 
 __all__ = ["Document", "StrictModel", "load", "text_of"]
