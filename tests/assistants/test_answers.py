@@ -39,6 +39,7 @@ def test_every_number_is_one_of_the_json_and_the_answer_is_short(
     assert replace(answer, text=f"{answer.text} 1234.5").invented == ["1234.5"]
 
 
+@pytest.mark.study
 def test_the_finding_is_that_of_the_python_interface(
     answers: dict[str, Answered], root: Path
 ) -> None:

@@ -77,6 +77,7 @@ def long_root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.study
 def test_it_answers_while_a_diagnosis_runs_and_ends_one_that_is_cancelled(long_root: Path) -> None:
     heard: list[str] = []
 
@@ -108,6 +109,7 @@ def test_it_answers_while_a_diagnosis_runs_and_ends_one_that_is_cancelled(long_r
     assert "the end" not in heard
 
 
+@pytest.mark.study
 def test_an_assistant_that_goes_away_leaves_no_worker(long_root: Path) -> None:
     async def leaving(client: Client) -> None:
         async with anyio.create_task_group() as group:
@@ -126,6 +128,7 @@ def lines(*messages: dict[str, Any]) -> str:
     return "".join(json.dumps({"jsonrpc": "2.0"} | one) + "\n" for one in messages)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_it_and_its_workers(long_root: Path, number: int) -> None:
     client = {"name": "test", "version": "1"}
@@ -153,6 +156,7 @@ def test_a_signal_ends_it_and_its_workers(long_root: Path, number: int) -> None:
         assert "Traceback" not in process.stderr.read()
 
 
+@pytest.mark.study
 def test_the_tools_only_read_and_leave_the_folder_as_it_was(root: Path) -> None:
     def files() -> dict[Path, tuple[int, int]]:
         return {one: (one.stat().st_mtime_ns, one.stat().st_size) for one in root.rglob("*")}
@@ -208,6 +212,7 @@ def test_a_worker_opens_no_file_elsewhere_and_writes_none(root: Path) -> None:
     assert dict(zip(asked, done.stdout.split(), strict=True)) == asked
 
 
+@pytest.mark.study
 def test_without_the_package_one_line_says_how_to_install_it() -> None:
     absent = "import sys; sys.modules['mcp'] = None; from deltactl.cli.main import main; main()"
     done = subprocess.run(

@@ -50,6 +50,7 @@ def test_bad_columns_get_one_line(
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.study
 def test_a_reading_that_moves_before_its_command_is_doubted(rigs: ModuleType) -> None:
     for seed in range(4):
         recording = rigs.FollowingRig(lag_s=0.1, play=0.01).record(seed, span_s=15.0)

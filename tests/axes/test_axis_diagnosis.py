@@ -40,6 +40,7 @@ def check_size(answer: Diagnosis, effect: str, parameter: str, truth: float) -> 
     assert half < 0.5 * abs(truth)
 
 
+@pytest.mark.study
 def test_the_limit_of_a_ratio_is_that_over_the_stroke(rigs: ModuleType) -> None:
     """Far from zero a ratio looks like an offset, of which its limit was the limit told again."""
     recording = rigs.FollowingRig().record(1, span_s=8.0)
@@ -77,6 +78,7 @@ def test_a_perfect_axis_is_said_to_miss_nothing(
     assert answer.false_alarm_p > 0.01
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("setup", "effects", "sizes"),
     [
@@ -103,6 +105,7 @@ def test_missing_forces_come_out_with_their_sizes(
     assert answer.fit.holdout_rms_after_m < 0.1 * answer.fit.holdout_rms_before_m
 
 
+@pytest.mark.study
 def test_stribeck_friction_is_told_from_coulomb_friction(rigs: ModuleType) -> None:
     rig = rigs.ForcedRig(coulomb=1.0, stribeck=0.8, stribeck_speed=0.05)
     answer = diagnose_recordings(FORCED, [rig.record(7, span_s=12.0)])
@@ -120,6 +123,7 @@ def test_without_a_known_force_mass_and_gain_are_each_other_s_alternative(
     assert finding.probability < 0.9
 
 
+@pytest.mark.study
 def test_with_known_gravity_the_gain_is_told_from_the_mass(rigs: ModuleType) -> None:
     rig = rigs.ForcedRig(gravity=5.0, zero=0.2, gain=0.9)
     (finding,) = diagnose_recordings(HEAVY, [rig.record(9, span_s=10.0)]).findings
@@ -127,6 +131,7 @@ def test_with_known_gravity_the_gain_is_told_from_the_mass(rigs: ModuleType) -> 
     assert not finding.alternatives
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("setup", "effect", "parameter", "truth", "alternative"),
     [
@@ -153,6 +158,7 @@ def test_what_a_follower_lacks_is_named(
     assert answer.verdict == "explained"
 
 
+@pytest.mark.study
 def test_play_and_lag_are_both_found_through_a_coarse_encoder(rigs: ModuleType) -> None:
     rig = rigs.FollowingRig(play=0.01, lag_s=0.06, encoder_step=1.5e-3)
     answer = diagnose_recordings(FOLLOWS, [rig.record(12, span_s=15.0)])
@@ -160,6 +166,7 @@ def test_play_and_lag_are_both_found_through_a_coarse_encoder(rigs: ModuleType) 
     check_size(answer, "joint_friction", "width", 0.01)
 
 
+@pytest.mark.study
 def test_what_no_effect_looks_like_is_unknown_and_says_what_it_follows(rigs: ModuleType) -> None:
     answer = diagnose_recordings(FOLLOWS, [rigs.FollowingRig(bend=0.1).record(13)])
     unknown = [one for one in answer.findings if one.effect == "unknown"]
@@ -169,6 +176,7 @@ def test_what_no_effect_looks_like_is_unknown_and_says_what_it_follows(rigs: Mod
     assert answer.verdict == "partly_explained"
 
 
+@pytest.mark.study
 def test_a_stepper_that_lost_steps_is_told_when(rigs: ModuleType) -> None:
     rig = rigs.FollowingRig(lost=0.004, lost_at_s=15.0)
     (finding,) = diagnose_recordings(STEPS, [rig.record(14, **STEPPER)]).findings

@@ -27,6 +27,7 @@ def _table(folder: Path, command: str) -> tuple[Path, Path]:
     return robot, rows
 
 
+@pytest.mark.study
 def test_angles_alone_are_diagnosed(tmp_path: Path) -> None:
     robot, rows = _table(tmp_path, "command_1")
     out = tmp_path / "answer.json"

@@ -47,6 +47,7 @@ def answer() -> Diagnosis:
     return diagnose_recordings(SERVO, [leaps()])
 
 
+@pytest.mark.study
 def test_moves_shorter_than_seven_readings_show_a_late_drive(answer: Diagnosis) -> None:
     """What is left stands out only there, and was taken for single readings that are off."""
     assert "following_lag" in [one.effect for one in answer.findings]

@@ -34,6 +34,7 @@ def recorded(folder: Path, constant_nm: float, noise_nm: float, seed: int) -> li
     return [folder / "log.csv"]
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(("constant_nm", "noise_nm"), [(0.05, 0.02), (-3.0, 0.02), (1.0, 2e-3)])
 def test_it_is_found_and_nothing_is_left(
     tmp_path: Path, constant_nm: float, noise_nm: float
@@ -46,6 +47,7 @@ def test_it_is_found_and_nothing_is_left(
     assert answer.fit.holdout_rms_after_m < 1.2 * answer.fit.rms_after_m
 
 
+@pytest.mark.study
 def test_without_one_nothing_is_named(tmp_path: Path) -> None:
     answer = diagnose(recorded(tmp_path, 0.0, 0.02, 9), tmp_path / "robot.yaml")
     assert answer.findings == []

@@ -32,6 +32,7 @@ def recorded(
     return from_columns(columns, "a.csv")
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("dead_s", [0.04, 0.08])
 def test_intervals_hold_though_the_command_bends_between_the_rows(dead_s: float) -> None:
     (late,) = diagnose_recordings(AXIS, [recorded(dead_s, every=92)]).findings
@@ -43,6 +44,7 @@ def test_intervals_hold_though_the_command_bends_between_the_rows(dead_s: float)
     assert total_s == pytest.approx(TIME_S + dead_s, abs=2e-3)
 
 
+@pytest.mark.study
 def test_rows_that_are_near_each_other_widen_next_to_nothing() -> None:
     (late,) = diagnose_recordings(AXIS, [recorded(0.06, every=4, ends_s=8.0)]).findings
     ((value_s, low_s, high_s),) = late.parameters["time"].components
@@ -50,6 +52,7 @@ def test_rows_that_are_near_each_other_widen_next_to_nothing() -> None:
     assert high_s - low_s < 2e-3
 
 
+@pytest.mark.study
 def test_how_a_recording_begins_within_a_motion_is_no_part_of_its_delay() -> None:
     """A chain that begins at the command, or stands there, would have it catch up at first."""
     (late,) = diagnose_recordings(AXIS, [recorded(0.06, every=20, ends_s=3.0)]).findings

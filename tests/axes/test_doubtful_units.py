@@ -27,12 +27,14 @@ def follows(scale: float = 1.0, wild: float = 0.0, t_s: np.ndarray = T_S) -> Fla
     return from_columns({"t": t_s, "command": scale * told, "position": scale * seen}, "a.csv")
 
 
+@pytest.mark.study
 def test_one_wild_reading_is_no_doubt_of_the_unit() -> None:
     assert diagnose_recordings(AXIS, [follows(wild=150.0)]).doubts == []
     (doubt,) = diagnose_recordings(AXIS, [follows(scale=150.0)]).doubts
     assert "turns" in doubt
 
 
+@pytest.mark.study
 def test_a_unit_that_was_given_is_not_doubted(tmp_path: Path) -> None:
     """A winch turns as often as its log says."""
     angles = follows(scale=150.0).columns
@@ -71,6 +73,7 @@ def test_millimetres_read_as_metres_are_doubted_of_a_sensor() -> None:
         assert sentences(answer)[0].startswith("Settle this first: distance") == doubted
 
 
+@pytest.mark.study
 def test_of_held_out_data_that_tell_nothing_it_is_said_why() -> None:
     still = from_columns({"t": T_S, "command": 0.0 * T_S, "position": np.sin(T_S)}, "still.csv")
     short = FlatRecording(T_S[:12], {n: x[:12] for n, x in follows().columns.items()}, {}, "short")

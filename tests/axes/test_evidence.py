@@ -88,6 +88,7 @@ def test_memory_is_counted_as_the_textbook_says(rigs: ModuleType, rho: float) ->
     assert found == pytest.approx((1.0 + rho) / (1.0 - rho), rel=0.15)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.85])
 def test_what_a_spline_takes_of_noise_is_given_back(rigs: ModuleType, rho: float) -> None:
     """In the middle of thirty the variance and the memory of the noise itself."""
@@ -156,6 +157,7 @@ def test_a_mass_that_swings_free_is_a_recording_like_any_other() -> None:
     assert contradictions(answer) == []
 
 
+@pytest.mark.study
 def test_a_joint_ruled_by_friction_is_not_refused(rigs: ModuleType) -> None:
     """Friction of 40 N m on 2 kg m2: of the effort hardly anything is acceleration."""
     answer = diagnose_recordings(
@@ -204,6 +206,7 @@ def drooping() -> FlatRecording:
     return from_columns({"t": t_s, "command": command, "position": seen}, "droop")
 
 
+@pytest.mark.study
 def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
     robot = FOLLOWS.model_copy(update={"gravity": AxisGravity(torque_nm=1.5)})
     answer = diagnose_recordings(robot, [drooping()])
@@ -215,6 +218,7 @@ def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
     assert contradictions(answer) == []
 
 
+@pytest.mark.study
 def test_where_no_weight_is_given_a_servo_s_ratio_may_as_well_be_a_droop() -> None:
     answer = in_words(diagnose_recordings(FOLLOWS, [drooping()]))
     (ratio,) = [f for f in answer.findings if f.effect == "gear_ratio"]
@@ -296,6 +300,7 @@ def test_an_axis_that_turns_at_one_speed_has_no_lag_and_no_play() -> None:
     assert not of_turns & {one.effect for one in answer.findings}
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("rho", [0.0, 0.97])
 def test_how_long_the_rest_goes_on_is_told(rigs: ModuleType, rho: float) -> None:
     """An autoregression of first order at 50 Hz forgets within 20 ms / -ln(rho)."""

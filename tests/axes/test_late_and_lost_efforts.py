@@ -40,6 +40,7 @@ def pushed(late_s: float = 0.0, lost: float = 0.0, slow_s: float = 0.0) -> FlatR
     return from_columns({"t": t_s, "position": position, "effort": effort}, "pushed")
 
 
+@pytest.mark.study
 def test_a_drive_some_periods_late_is_named_with_its_time() -> None:
     answer = diagnose_recordings(SLIDE, [pushed(late_s=2.0 * PERIOD_S)])
     assert [one.effect for one in answer.findings] == ["following_lag"]
@@ -48,6 +49,7 @@ def test_a_drive_some_periods_late_is_named_with_its_time() -> None:
     assert answer.fit.holdout_rms_after_m < 0.2 * answer.fit.holdout_rms_before_m
 
 
+@pytest.mark.study
 def test_a_drive_of_first_order_has_a_time_constant_and_no_other_mass() -> None:
     answer = diagnose_recordings(SLIDE, [pushed(slow_s=0.03)])
     assert [one.effect for one in answer.findings] == ["following_lag"]
@@ -70,6 +72,7 @@ def test_less_than_half_a_period_is_no_finding() -> None:
     assert diagnose_recordings(SLIDE, [pushed(late_s=0.3 * PERIOD_S)]).findings == []
 
 
+@pytest.mark.study
 def test_positions_that_were_lost_are_no_error_of_the_model() -> None:
     whole, holed = pushed(), pushed(lost=0.01)
     answers = [diagnose_recordings(SLIDE, [one]) for one in (whole, holed)]
@@ -90,6 +93,7 @@ def saturated(limit_n: float) -> FlatRecording:
     return from_columns({"t": fine_s[rows], "position": position[rows], "effort": effort}, "asked")
 
 
+@pytest.mark.study
 def test_a_saturated_drive_is_named_with_its_limit_and_corrected() -> None:
     answer = diagnose_recordings(SLIDE, [saturated(3.5)])
     assert [one.effect for one in answer.findings] == ["effort_limit"]

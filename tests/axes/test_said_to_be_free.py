@@ -61,6 +61,7 @@ def test_who_said_what_pulls_is_not_asked_for_it() -> None:
         assert told in why
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("gravity", [None, AxisGravity()])
 def test_an_answer_knows_whether_the_robot_file_says_what_pulls(
     gravity: AxisGravity | None,

@@ -35,6 +35,7 @@ def test_a_motion_that_turns_back_has_no_spikes(hz: float, seed: int, noise: flo
     assert not gross_outliers(seen).any()
 
 
+@pytest.mark.study
 def test_an_effort_of_the_wrong_sign_is_refused_where_friction_rules_too() -> None:
     recording = ForcedRig(coulomb=20.0, viscous=6.0, mass=2.0).record(1, span_s=5.0)
     assert diagnose_recordings(FORCED, [recording]).findings

@@ -69,6 +69,7 @@ def pushed(offset_n: float, gain: float = 1.0, weight_n: float = 0.0) -> FlatRec
     return from_columns(columns, "pushed")
 
 
+@pytest.mark.study
 def test_onward_only_friction_is_no_more_than_a_constant_effort() -> None:
     answer = diagnose_recordings(SLIDE, [pushed(0.5)])
     chances = offered(answer)
@@ -76,6 +77,7 @@ def test_onward_only_friction_is_no_more_than_a_constant_effort() -> None:
     assert max(chances["effort_offset"], chances["joint_friction"]) < SURE
 
 
+@pytest.mark.study
 def test_a_known_constant_weight_tells_the_gain_from_mass_and_offset() -> None:
     answer = diagnose_recordings(SLIDE, [pushed(0.0, gain=1.15, weight_n=20.0)])
     assert [one.effect for one in answer.findings] == ["effort_gain"]

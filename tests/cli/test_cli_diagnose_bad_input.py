@@ -130,6 +130,7 @@ def test_files_that_are_none(refused: Refused, tmp_path: Path, name: str, conten
     refused(path, "")
 
 
+@pytest.mark.study
 def test_in_a_process_of_its_own(deltactl: Deltactl, tmp_path: Path, good: FlatRecording) -> None:
     path = tmp_path / "run.csv"
     write_flat(good, path)

@@ -42,6 +42,7 @@ def wrong(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("thorough", [False, True])
 def test_a_search_that_ends_early_says_so_and_thorough_goes_on(
     wrong: Path,

@@ -8,6 +8,7 @@ from pathlib import Path
 from subprocess import CompletedProcess
 
 import numpy as np
+import pytest
 
 from tests.axes.axis_rigs import ForcedRig
 from tests.cli.test_cli_save_robot import ROBOT, slide
@@ -32,6 +33,7 @@ def test_a_command_that_is_not_used_beside_an_effort_is_told(
     assert not deltactl(*words).stderr
 
 
+@pytest.mark.study
 def test_an_effort_that_is_there_is_named_with_what_to_type(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
@@ -48,6 +50,7 @@ def test_an_effort_that_is_there_is_named_with_what_to_type(
     assert "or have the effort read as well: --set 'effort=Stellgröße', with `inertia`" in page
 
 
+@pytest.mark.study
 def test_a_force_that_is_multiplied_by_a_gain_of_currents_is_told(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:

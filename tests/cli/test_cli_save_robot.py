@@ -7,6 +7,7 @@ from pathlib import Path
 from subprocess import CompletedProcess
 
 import numpy as np
+import pytest
 import yaml
 
 from deltactl.models.robot import ServoAxis
@@ -32,6 +33,7 @@ def slide(path: Path) -> None:
     np.savetxt(path, table, delimiter=",", header="t,command,position", comments="", fmt="%.9g")
 
 
+@pytest.mark.study
 def test_a_slides_file_says_offset_and_leaves_an_even_tie_out(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:

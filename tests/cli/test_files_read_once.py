@@ -77,6 +77,7 @@ def times(opened: dict[str, int], file: Path) -> int:
     return opened.get(str(file.resolve()), 0)
 
 
+@pytest.mark.study
 def test_a_simulated_run_of_a_robot_that_is_named_twice(tmp_path: Path) -> None:
     job = tmp_path / "short.yaml"
     job.write_text(f"name: short\nrobot: zhao-2023.yaml\n{TIMING}{NETWORK}path: {LINE}\n")
@@ -88,6 +89,7 @@ def test_a_simulated_run_of_a_robot_that_is_named_twice(tmp_path: Path) -> None:
     assert interpreters == 1
 
 
+@pytest.mark.study
 def test_a_job_with_steps_and_an_included_one(tmp_path: Path) -> None:
     robot = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
     (tmp_path / "robot.yaml").write_text(robot)
@@ -105,6 +107,7 @@ def test_a_job_with_steps_and_an_included_one(tmp_path: Path) -> None:
     assert interpreters == 1
 
 
+@pytest.mark.study
 @pytest.mark.realtime
 def test_the_client_of_a_daemon(tmp_path: Path) -> None:
     """It needs no interpreter: the daemon moves the robot."""

@@ -98,6 +98,7 @@ def test_a_killed_healing_leaves_the_file_and_goes_on_and_is_undone(
     assert "changed" in deltactl(*undone, status=2).stderr
 
 
+@pytest.mark.study
 def test_a_robot_with_nothing_missing_in_its_file_is_not_changed(deltactl, folder: Path) -> None:
     """A correction that the file has is not made once more."""
     text = put_robot(folder, FAULT)

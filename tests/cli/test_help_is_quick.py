@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.rigs.commands import every_command
 
 OVER_BARE = 1.5
@@ -28,6 +30,7 @@ app()
 """
 
 
+@pytest.mark.study
 def test_help_costs_little_more_than_that_of_a_program_that_does_nothing(tmp_path: Path) -> None:
     bare = tmp_path / "bare.py"
     bare.write_text(BARE.format(commands=len(list(every_command()))))

@@ -20,6 +20,7 @@ inverse_kinematics: {kind: geometry}
 """
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(("home_deg", "between"), [(30.0, True), (31.5, False)])
 def test_what_rounding_the_home_does_is_said(
     deltactl: Deltactl, tmp_path: Path, home_deg: float, between: bool

@@ -148,6 +148,7 @@ def test_after_a_fault_teach_says_what_happened_and_what_to_type(
     assert deltactl("job", "teach", str(tmp_path / "points.csv")).exception is None
 
 
+@pytest.mark.study
 def test_after_a_stop_the_simulated_robot_is_homed_where_its_arms_are(
     robot: Served, deltactl: Deltactl
 ) -> None:

@@ -6,6 +6,8 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 ROBOT = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 
@@ -34,6 +36,7 @@ def test_the_files_that_are_here(deltactl: Deltactl, tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.study
 def test_without_robot_the_one_of_the_folder_is_taken_and_said(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:

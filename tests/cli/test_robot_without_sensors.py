@@ -25,6 +25,7 @@ def printed(deltactl) -> None:
     deltactl("init", "delta", "printed.yaml", *SIZES, "--sensors", "none")
 
 
+@pytest.mark.study
 @pytest.mark.usefixtures("printed")
 def test_its_run_its_table_and_its_report_know_no_sensor(deltactl, tmp_path: Path) -> None:
     words = ("--record", "r.mcap", "--report", "r.html")

@@ -26,6 +26,7 @@ def shadowing(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.study
 def test_names_of_the_reader_s_come_first_on_the_path(shadowing: Path) -> None:
     """The folder itself stands in PYTHONPATH, as with a trailing colon; planning is a process."""
     heart = (PACKAGE / "config" / "heart.yaml").read_text(encoding="utf-8")

@@ -88,6 +88,7 @@ def test_a_job_asked_for_after_an_arm_sagged_does_not_run(homed: Controller, wri
         homed.submit(job)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("steps", "t_pwm_s", "outcome"), [(110, 0.012, "fault"), (20, 0.006, "done")]
 )

@@ -66,6 +66,7 @@ def test_an_arm_pushed_while_paused_ends_the_job(homed: Controller, write_job) -
     assert homed.result(number).outcome == "fault"
 
 
+@pytest.mark.study
 def test_nothing_is_seen_in_a_minute_of_rest(homed: Controller) -> None:
     sleep_s(homed.clock, 60.0)
     assert homed.status().state == "ready"

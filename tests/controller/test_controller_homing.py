@@ -93,6 +93,7 @@ def test_a_sensor_that_is_gone_stops_the_robot_and_is_named(
     assert "sensor z" in result.why
 
 
+@pytest.mark.study
 def test_a_step_that_takes_longer_than_a_look_is_waited_for(tmp_path: Path) -> None:
     """At a slow speed a step takes 0.1 s, and 0.5 s in the slow approach."""
     text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
@@ -162,6 +163,7 @@ def test_a_switch_that_sticks_once_it_has_closed_is_named(switched: Controller) 
         switched.home()
 
 
+@pytest.mark.study
 def test_homing_again_begins_at_the_switches(switched: Controller) -> None:
     """The arms stand at them, and they are closed: no fault, they are left and sought again."""
     switched.home()

@@ -44,6 +44,7 @@ def test_a_circle_is_followed_and_recorded(homed: Controller, write_job, finish)
         assert rate_hz == pytest.approx(0.02, rel=0.02)
 
 
+@pytest.mark.study
 def test_pausing_stays_on_the_path(homed: Controller, write_job, finish) -> None:
     number = homed.submit(write_job())
     sleep_s(homed.clock, 5.0)

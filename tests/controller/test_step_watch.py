@@ -80,6 +80,7 @@ def swing(
     return None, 0.0
 
 
+@pytest.mark.study
 def test_no_false_alarm_in_a_minute() -> None:
     assert swing(60.0) == (None, 0.0)
 
@@ -124,6 +125,7 @@ def test_small_losses_are_below_its_limit() -> None:
     assert swing(12.0, 40) == (None, 0.0)
 
 
+@pytest.mark.study
 def test_less_is_seen_once_it_is_known_what_is_usual() -> None:
     """60 steps, 6 mm at the elbow, are too few in the first minutes and enough later."""
     assert swing(8.0, 60, 1, at_s=6.0) == (None, 0.0)

@@ -23,6 +23,7 @@ MEANWHILE_S = 0.2
 ANSWER_S = 2.0
 
 
+@pytest.mark.study
 @pytest.mark.realtime
 def test_stop_status_and_acknowledge_while_large_files_are_read(tmp_path: Path) -> None:
     robot, job, right = (tmp_path / f"{name}.yaml" for name in ("robot", "job", "right"))

@@ -19,7 +19,7 @@ HEARTBEAT_S, PAUSE_S, MOVES_S = 5.0, 1.5, 3.0
 """The pause is three times what a robot may be blind, and the robot moves before it."""
 CIRCLE = """name: circle
 robot: {robot}
-path: {{shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05, turns: 4}}
+path: {{shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05, turns: 2}}
 timing: {{mode: accelerated, speed_mps: 0.1}}
 inverse_kinematics: {{kind: geometry}}
 """

@@ -50,6 +50,7 @@ def answers(socket: Path) -> bool:
     return False
 
 
+@pytest.mark.study
 @pytest.mark.skipif(not available(), reason="needs seccomp user notification")
 def test_lines_are_made_safe_whatever_the_file_says_by_then(tmp_path: Path) -> None:
     pytest.importorskip("lgpio", reason=needs.LGPIO, exc_type=ImportError)

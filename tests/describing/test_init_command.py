@@ -17,6 +17,7 @@ from deltactl.models.robot_files import load_robot_model
 from tests.describing.conftest import DELTA, WIRED, Deltactl, options
 
 
+@pytest.mark.study
 def test_from_options_to_a_simulated_job(deltactl: Deltactl, tmp_path: Path) -> None:
     shown = deltactl("init", "delta", "mine.yaml", *options(DELTA)).stdout
     assert "next: deltactl check mine-circle.yaml\nthen: deltactl run mine-circle.yaml" in shown

@@ -30,6 +30,7 @@ def _angles(delta: DeltaRobot, effects: list[EffectEntry]) -> FlatRecording:
     return FlatRecording(t_s, columns, {}, "synthetic")
 
 
+@pytest.mark.study
 def test_a_home_angle_that_is_allowed_for_is_told_with_its_size(delta: DeltaRobot) -> None:
     """A joint that read 0.4 degrees too much was allowed for, and nothing told how much it was."""
     late = EffectEntry(effect="following_lag", component="motor1", parameters={"time": 0.1})

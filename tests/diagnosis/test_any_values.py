@@ -68,6 +68,7 @@ def sensor_table() -> dict[str, np.ndarray]:
     return {"t": t_s, "distance": 0.3 + 0.1 * np.sin(t_s), "range": 0.31 + 0.1 * np.sin(t_s)}
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(("kind", "spoiled"), [("delta", 2), ("axis", 1), ("sensor", 1)])
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @seed(20)

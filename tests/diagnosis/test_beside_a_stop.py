@@ -68,6 +68,7 @@ def test_without_a_stop_all_readings_count(delta: DeltaRobot, record: Record) ->
     assert clear_rows(fitter, empty, empty).all()
 
 
+@pytest.mark.study
 def test_what_is_small_beside_a_stop_is_found(delta: DeltaRobot, record: Record) -> None:
     """Its gain is less than what a stop that is not quite right may leave."""
     rings = EffectEntry(
@@ -80,6 +81,7 @@ def test_what_is_small_beside_a_stop_is_found(delta: DeltaRobot, record: Record)
     }
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("everywhere", [False, True])
 def test_a_shape_beside_a_stop_shows_where_that_does_not_act(
     delta: DeltaRobot, record: Record, everywhere: bool

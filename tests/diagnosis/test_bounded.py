@@ -68,6 +68,7 @@ def ramp(rows: int, period_s: float = 0.02) -> FlatRecording:
     return FlatRecording(t_s, {"position": np.arange(rows, dtype=float)}, {}, "ramp")
 
 
+@pytest.mark.study
 def test_a_gap_of_three_days_costs_no_memory(record: Record, tmp_path: Path) -> None:
     whole = record(seconds=24.0)
     t_s = whole.t_s.copy()
@@ -77,6 +78,7 @@ def test_a_gap_of_three_days_costs_no_memory(record: Record, tmp_path: Path) -> 
     assert peak_mb(CHILD, path, ZHAO) < 400.0  # 165 as measured; such a gap once took 1.8 GB
 
 
+@pytest.mark.study
 def test_a_table_is_read_block_by_block(tmp_path: Path) -> None:
     rows = 300_000
     line = ",".join(["0.123456"] * 9)
@@ -137,6 +139,7 @@ def test_many_short_runs_that_fit_are_all_taken_whole() -> None:
     assert excerpts(runs, 9000) == runs
 
 
+@pytest.mark.study
 def test_the_answer_says_what_was_left_out(
     delta: DeltaRobot, record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

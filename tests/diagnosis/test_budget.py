@@ -84,6 +84,7 @@ def test_a_search_without_patience_ends_with_what_it_has(delta: DeltaRobot, reco
     assert spent[0].spent < 0.5 * spent[1].spent
 
 
+@pytest.mark.study
 def test_the_same_work_is_counted_on_one_core_and_on_two(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record(SCALE, RATIO, seconds=8.0)])
     counted = []

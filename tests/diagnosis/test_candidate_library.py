@@ -21,6 +21,7 @@ def prepared(delta: DeltaRobot, record: Record) -> Prepared:
     return prepare(model, model.readings.valid.copy())
 
 
+@pytest.mark.study
 def test_whitened_columns_are_those_of_the_raw_ones(prepared: Prepared) -> None:
     library = prepared.library
     dense = prepared.fitter.whiten.each(library.raw()).T

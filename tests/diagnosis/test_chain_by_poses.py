@@ -63,6 +63,7 @@ def test_a_wrong_zero_is_found_with_its_size(robot: Path) -> None:
     assert answer.fit.holdout_rms_before_m > 100.0 * hidden.noise_m
 
 
+@pytest.mark.study
 def test_a_wrong_length_is_found_at_the_joint_behind_it(robot: Path) -> None:
     hidden = Hidden()
     hidden.off[2, 2] = -0.0006
@@ -71,6 +72,7 @@ def test_a_wrong_length_is_found_at_the_joint_behind_it(robot: Path) -> None:
     assert _holds(answer.findings[0].parameters["dz"], -0.0006)
 
 
+@pytest.mark.study
 def test_yielding_under_weight_and_a_periodic_error_are_told_apart(robot: Path) -> None:
     hidden = Hidden()
     hidden.compliance[1] = 1.5e-5
@@ -89,6 +91,7 @@ def test_nothing_is_found_where_nothing_is_hidden(robot: Path) -> None:
     assert answer.verdict == "nothing_missing"
 
 
+@pytest.mark.study
 def test_zeros_that_the_placement_makes_up_for_are_named(robot: Path) -> None:
     hidden = Hidden()
     hidden.home_rad[0] = 0.03
@@ -97,6 +100,7 @@ def test_zeros_that_the_placement_makes_up_for_are_named(robot: Path) -> None:
     assert ("home_offset", "base_pan") in {(o.effect, o.component) for o in answer.not_testable}
 
 
+@pytest.mark.study
 def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
     hidden = Hidden()
     hidden.home_rad[2], hidden.off[3, 2] = 0.02, 0.001
@@ -108,6 +112,7 @@ def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
     assert _answer(robot, hidden, 100).findings == []
 
 
+@pytest.mark.study
 def test_following_errors_and_an_arm_not_yet_at_rest_are_told_apart(robot: Path) -> None:
     hidden = Hidden(ahead_rad=5e-4, missing=0.001)
     hidden.windup[1] = 0.7
@@ -118,6 +123,7 @@ def test_following_errors_and_an_arm_not_yet_at_rest_are_told_apart(robot: Path)
     assert _holds(found["sensor_latency"]["share_of_last_move"], 0.001)
 
 
+@pytest.mark.study
 def test_two_reflectors_and_an_orientation_show_what_one_place_does_not(robot: Path) -> None:
     hidden = Hidden()
     hidden.home_rad[3], hidden.off[5, 5] = 0.004, 0.005
@@ -156,6 +162,7 @@ def test_angles_in_degrees_are_refused(robot: Path) -> None:
     assert "deg" in _refused(robot, rows)
 
 
+@pytest.mark.study
 def test_joints_in_another_order_are_refused(robot: Path) -> None:
     rows = measured(Hidden(), 40)
     rows[:, :6] = rows[:, [2, 0, 1, 3, 4, 5]]
@@ -179,6 +186,7 @@ def test_poses_at_rest_are_read_beside_efforts(robot: Path) -> None:
     assert _found(answer) == {("home_offset", "shoulder")}
 
 
+@pytest.mark.study
 def test_a_long_motion_is_thinned_and_late_places_are_seen(robot: Path) -> None:
     t_s = np.arange(1600) / 50.0
     angles = np.stack([0.8 * np.sin((0.5 + 0.13 * j) * t_s + j) for j in range(6)], axis=1)
@@ -201,6 +209,7 @@ def test_inspect_sees_a_chain_that_was_measured(robot: Path) -> None:
     assert seen.options == []
 
 
+@pytest.mark.study
 def test_a_table_of_poses_needs_no_times(
     robot: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -215,6 +224,7 @@ def test_a_table_of_poses_needs_no_times(
     assert "shoulder" in capsys.readouterr().out
 
 
+@pytest.mark.study
 def test_poses_from_python_need_no_times(robot: Path) -> None:
     hidden = Hidden()
     hidden.home_rad[2] = 0.02

@@ -165,6 +165,7 @@ def test_nothing_is_found_where_nothing_is_hidden(robot: Path) -> None:
     assert answer.doubts == []
 
 
+@pytest.mark.study
 def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
     stated = {"effect": "joint_friction", "component": "shoulder"}
     entry: dict[str, Any] = {**stated, "parameters": {"torque": FRICTION_NM}}
@@ -182,6 +183,7 @@ def _weak(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) ->
     return effort / np.array([1.0, 0.88, 1.0])
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("fault", "effect", "parameter", "size"),
     [(_late, "following_lag", "dead_time", 0.025), (_weak, "effort_gain", "scale", 0.88)],
@@ -196,6 +198,7 @@ def test_what_any_drive_has_a_little_of_is_named_where_it_is_large(
     assert value == pytest.approx(size, rel=0.1)
 
 
+@pytest.mark.study
 def test_a_drive_that_is_late_is_no_finding_once_its_robot_file_says_so(robot: Path) -> None:
     entry = {"effect": "following_lag", "component": "shoulder"}
     late: dict[str, Any] = {**entry, "parameters": {"dead_time": 0.025}}
@@ -220,6 +223,7 @@ def _rubs_at_one_end(
     return effort + rubs * np.array([1.0, 0.0, 0.0])
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("fault", "joint"),
     [(_drifts, "shoulder"), (_shares_a_motor, "waist"), (_rubs_at_one_end, "waist")],
@@ -230,6 +234,7 @@ def test_what_no_effect_does_is_unknown_at_its_joint(robot: Path, fault: Fault, 
     assert {one.component for one in answer.findings} == {joint}
 
 
+@pytest.mark.study
 def test_a_bearing_that_yields_before_it_slides_has_the_friction_of_its_model(robot: Path) -> None:
     model = robot.with_name("arm.urdf")
     stated = f'<dynamics friction="{FRICTION_NM}"/>'
@@ -244,6 +249,7 @@ def test_a_bearing_that_yields_before_it_slides_has_the_friction_of_its_model(ro
     assert diagnose([recorded(robot.parent, fault=yields)], robot).findings == []
 
 
+@pytest.mark.study
 def test_a_joint_is_known_by_its_own_noise_and_not_by_that_of_a_larger_one(robot: Path) -> None:
     def rubs(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
         noise = 6.0 * np.random.default_rng(1).standard_normal(len(t_s))
@@ -255,6 +261,7 @@ def test_a_joint_is_known_by_its_own_noise_and_not_by_that_of_a_larger_one(robot
     assert low <= 0.02 <= high
 
 
+@pytest.mark.study
 def test_places_beside_efforts_are_said_to_be_unused(robot: Path) -> None:
     made = recorded(robot.parent)
     head, *rows = made.read_text().splitlines()
@@ -263,6 +270,7 @@ def test_places_beside_efforts_are_said_to_be_unused(robot: Path) -> None:
     assert "pos_x" in doubt
 
 
+@pytest.mark.study
 def test_what_one_joint_alone_leaves_tied_is_told_apart_by_the_motion_proposed(robot: Path) -> None:
     def heavier(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
         change = np.gradient(dq[:, 0], t_s)

@@ -20,6 +20,7 @@ CAUSES = (
 )
 
 
+@pytest.mark.study
 def test_one_core_and_two_answer_alike(
     delta: DeltaRobot, record: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -27,6 +27,7 @@ def prepared(delta: DeltaRobot, record: Record) -> Prepared:
     return prepare(model, model.readings.valid)
 
 
+@pytest.mark.study
 def test_a_scan_that_did_not_run_is_no_test(prepared: Prepared) -> None:
     angles, steps = Detection(prepared, 0.0), Detection(prepared, 1e-4)
     assert angles.event_tests == 0.0
@@ -73,6 +74,7 @@ def test_four_in_five_scores_of_the_smallest_size_raise_the_alarm(prepared: Prep
     assert np.mean(drawn > alarm) == pytest.approx(0.8, abs=0.02)
 
 
+@pytest.mark.study
 def test_a_delay_that_is_always_fitted_takes_its_share_before_a_latency_is_seen(
     delta: DeltaRobot, record: Record
 ) -> None:

@@ -107,6 +107,7 @@ def test_another_robots_file(
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.study
 def test_another_gear(delta: DeltaRobot, record: Record) -> None:
     assert delta.drive is not None
     drive = delta.drive.model_copy(update={"gear_ratio": 12.0})

@@ -24,6 +24,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 
+@pytest.mark.study
 def test_a_practice_recording_end_to_end(tmp_path: Path) -> None:
     case = FOLDER / "case_019"
     out = tmp_path / "answer.json"

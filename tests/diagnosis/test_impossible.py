@@ -78,6 +78,7 @@ def test_steps_are_lost_neither_at_the_beginning_nor_at_the_end(search: Search) 
     assert jumps(search.fitter, search.tests.empty, 1e-3, float(t_s[0]) - 10.0) == []
 
 
+@pytest.mark.study
 def test_the_rest_is_fitted_again_without_it(search: Search) -> None:
     home = Term(_candidate(search, "home_offset"), np.array([0.01]))
     half_a_step = Term(lost_steps("motor2", 7.0), np.array([0.4, 7.0]))

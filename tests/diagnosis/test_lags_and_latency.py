@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 
 from deltactl.diagnosis.evidence.noise_estimation import prepare
 from deltactl.diagnosis.plants.candidate import Term
@@ -23,6 +24,7 @@ LOST = EffectEntry(
 )
 
 
+@pytest.mark.study
 def test_three_equal_lags_beside_a_loss_settle_as_one_latency(
     delta: DeltaRobot, record: Record
 ) -> None:
@@ -40,6 +42,7 @@ def test_three_equal_lags_beside_a_loss_settle_as_one_latency(
     assert {("following_lag", f"motor{m}", True) for m in (1, 2, 3)} <= offered
 
 
+@pytest.mark.study
 def test_three_unlike_lags_stay_three(delta: DeltaRobot, record: Record) -> None:
     unlike = {"motor1": 0.05, "motor2": 0.10, "motor3": 0.16}
     entries = [

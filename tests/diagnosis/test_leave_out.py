@@ -75,6 +75,7 @@ def _free_terms(count: int) -> list[Term]:
     return [Term(free, np.zeros(1)) for _ in range(count)]
 
 
+@pytest.mark.study
 def test_what_is_clearly_needed_is_needed(search: Search, found: Solution) -> None:
     for number, term in enumerate(found.terms):
         begun = begun_without(search, found, number)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 
 from deltactl.diagnosis.evidence.noise_estimation import prepare
 from deltactl.diagnosis.plants.delta.model import DeltaModel
@@ -16,6 +17,7 @@ from deltactl.recording.tables.flat import FlatRecording
 Record = Callable[..., FlatRecording]
 
 
+@pytest.mark.study
 def test_ringing_does_not_pass_for_noise_with_a_memory(delta: DeltaRobot, record: Record) -> None:
     ringing = EffectEntry(
         effect="resonance", component="platform", parameters={"frequency": 2.35, "damping": 0.05}

@@ -127,6 +127,7 @@ def test_a_held_out_recording_that_says_nothing_is_left_out_with_its_reason() ->
     assert (why.kind, why.column, why.source) == (Kind.STILL, "position", "still.csv")
 
 
+@pytest.mark.study
 def test_a_held_out_recording_is_judged_by_what_the_others_are_judged_by() -> None:
     """One without an effort says nothing about an axis that is diagnosed by its effort."""
     effort = -WAVE + 0.1 * np.sign(np.cos(T_S)) + 1e-3 * np.sin(900.0 * T_S)

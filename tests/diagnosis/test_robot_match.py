@@ -25,6 +25,7 @@ def test_one_late_motor_belongs(delta: DeltaRobot, record) -> None:
     admit(delta, [record(entry, seconds=40.0)]).passed()
 
 
+@pytest.mark.study
 def test_longer_arms_are_another_robot(delta: DeltaRobot, record) -> None:
     recording = record(seconds=40.0)
     other = delta.model_copy(

@@ -31,6 +31,7 @@ def memory(whiten: Whitener) -> float:
     return float(np.mean([n.phi[0] / (1.0 - n.phi[1]) for n in whiten.channels]))
 
 
+@pytest.mark.study
 def test_memory_and_spread_are_given_back(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record(rho=RHO, seconds=60.0)])
     prepared = prepare(model, model.readings.valid.copy())
@@ -60,6 +61,7 @@ def test_a_constant_in_a_channel_is_no_noise(delta: DeltaRobot, record: Record) 
     assert moved.weight == pytest.approx(plain.weight, abs=1e-5)
 
 
+@pytest.mark.study
 def test_a_memory_that_is_a_mismatch_is_not_made_longer(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record()])
     prepared = prepare(model, model.readings.valid.copy())
@@ -95,6 +97,7 @@ def test_a_fault_still_shows_in_ten_seconds(delta: DeltaRobot, record: Record) -
     assert ("home_offset", "motor2") in names
 
 
+@pytest.mark.study
 def test_fine_shapes_score_as_dense_columns_would(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record()])
     prepared = prepare(model, model.readings.valid.copy())

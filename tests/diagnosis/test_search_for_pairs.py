@@ -22,6 +22,7 @@ Record = Callable[..., FlatRecording]
 TRUTH = {("gear_ratio", "motor1"), ("joint_compliance", "joints")}
 
 
+@pytest.mark.study
 def test_the_best_pair_is_the_truth_and_the_search_takes_it(
     delta: DeltaRobot, record: Record
 ) -> None:
@@ -40,6 +41,7 @@ def test_the_best_pair_is_the_truth_and_the_search_takes_it(
     assert {term.candidate.key for term in search.run().terms} == TRUTH
 
 
+@pytest.mark.study
 def test_what_tolerances_cannot_explain_is_tried_though_others_promise_more(quiet: Search) -> None:
     candidates = quiet.prepared.model.candidates
     lengths = [c for c in candidates if c.effect in ("forearm_length", "upper_arm_length")]
@@ -96,6 +98,7 @@ def test_play_that_hangs_on_one_flank_is_tried_as_a_home_offset(quiet: Search) -
     assert sorted(float(term.at[0]) for term in found) == [-0.01, 0.01]
 
 
+@pytest.mark.study
 def test_one_that_stands_for_two_beside_a_third_gives_way(
     delta: DeltaRobot, record: Record
 ) -> None:

@@ -39,6 +39,7 @@ def loosely(delta: DeltaRobot, record: Record) -> ToleranceOrCause:
     return ToleranceOrCause(Search(prepared, delta.drive.rad_per_step))
 
 
+@pytest.mark.study
 def test_a_shape_that_takes_over_lets_tolerances_spring_back(loosely: ToleranceOrCause) -> None:
     other = loosely.other
     free, gain, _ = max(other.tests.fine_scores(other.tests.empty), key=lambda one: one[1])
@@ -48,6 +49,7 @@ def test_a_shape_that_takes_over_lets_tolerances_spring_back(loosely: ToleranceO
     assert other.tests.empty.cost - found.cost == pytest.approx(gain, rel=0.05)
 
 
+@pytest.mark.study
 def test_a_shape_that_explains_it_all_needs_no_loosely_built_machine(
     loosely: ToleranceOrCause,
 ) -> None:
@@ -62,6 +64,7 @@ def test_a_shape_that_explains_it_all_needs_no_loosely_built_machine(
     assert not explains_it_all(search, solution, np.inf), "no shape explains anything here"
 
 
+@pytest.mark.study
 def test_a_named_effect_that_explains_better_takes_the_place_of_a_shape(
     delta: DeltaRobot, record: Record
 ) -> None:
@@ -79,6 +82,7 @@ def test_a_named_effect_that_explains_better_takes_the_place_of_a_shape(
     assert named.frees == ()
 
 
+@pytest.mark.study
 def test_a_shape_that_explains_better_than_any_name_stays(loosely: ToleranceOrCause) -> None:
     search = loosely.search
     shaped = with_spline_terms(search, search.run())

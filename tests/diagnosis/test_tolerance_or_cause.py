@@ -19,6 +19,7 @@ def _forearm(length_error_m: float) -> EffectEntry:
     return EffectEntry(effect="forearm_length", component="arm3", parameters=size)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(("length_error_m", "faults"), [(0.0007, 1), (0.004, 2)])
 def test_only_what_is_out_of_tolerance_stands_beside_a_fault(
     delta: DeltaRobot, record: Record, length_error_m: float, faults: int

@@ -37,6 +37,7 @@ def _information(poses: np.ndarray) -> float:
     return float(np.linalg.slogdet(told.T @ told)[1])
 
 
+@pytest.mark.study
 def test_poses_to_measure_tell_more_than_random_ones(tmp_path: Path) -> None:
     model, robot = tmp_path / "arm.urdf", tmp_path / "arm.yaml"
     model.write_text(urdf_text())

@@ -50,6 +50,7 @@ def robot(tmp_path: Path) -> Path:
     return tmp_path / "arm.yaml"
 
 
+@pytest.mark.study
 def test_a_motion_to_record_begins_at_rest_and_stays_within_limits(robot: Path) -> None:
     t_s, *at = np.loadtxt(robot.with_name("arm-motion.csv"), delimiter=",", skiprows=1).T
     speed = np.gradient(np.array(at), t_s, axis=1)
@@ -63,6 +64,7 @@ def test_a_motion_to_record_begins_at_rest_and_stays_within_limits(robot: Path) 
     assert np.abs(change[:, 0]).max() < 0.1 * np.abs(change).max()
 
 
+@pytest.mark.study
 def test_its_job_says_the_same_as_its_table(robot: Path) -> None:
     job = yaml.safe_load(robot.with_name("arm-motion.yaml").read_text())
     path = job["path"]
@@ -72,6 +74,7 @@ def test_its_job_says_the_same_as_its_table(robot: Path) -> None:
     assert len(rows) == job["repeats"] * path["period_s"] * RATE_HZ + 1
 
 
+@pytest.mark.study
 def test_it_tells_more_than_motions_that_were_drawn_blindly(robot: Path) -> None:
     described = load_with_effects(robot)
     assert isinstance(described, ChainRobot)

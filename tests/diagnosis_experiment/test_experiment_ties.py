@@ -75,6 +75,7 @@ RESOLVED = {
 }  # fmt: skip
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("case", RESOLVED.values(), ids=RESOLVED)
 def test_the_proposed_run_settles_the_tie(
     bench: Any, circle: Callable[..., Motion], case: Case

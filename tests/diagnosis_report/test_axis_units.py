@@ -51,6 +51,7 @@ def test_a_lone_machine_has_units_of_its_motion_whatever_was_measured(
     assert covariate_unit("load", robot) == load
 
 
+@pytest.mark.study
 def test_the_tables_of_an_answer_say_what_they_are_in() -> None:
     """Places of a slide in m beside forces in N: neither number says so by itself."""
     robot = axis("linear").model_copy(update={"inertia": 2.0})

@@ -133,6 +133,7 @@ def test_lone_axes_and_sensors_have_their_drawing(make: Any, parts: Any, kind: i
     assert re.search(rf'class="part solid hit hue1" data-part="{where}"', page)
 
 
+@pytest.mark.study
 def test_long_recordings_stay_small(make: Any, parts: Any) -> None:
     names = (*(f"range_{a}" for a in "xyz"), *(f"pos_{a}" for a in "xyz"), "theta_1", "theta_2")
     big = report_html(make("explained", picture=parts["picture"](12_000, names)), parts["delta"]())

@@ -19,15 +19,17 @@ from tests.rigs.faults.daemon_stand import DAEMON_KINDS
 from tests.rigs.faults.rest_kinds import REST_KINDS
 from tests.rigs.faults.verdict import MINIMUM_GAP, Verdict
 
-ENDING = (
+ENDING = ("drive alarm", "pulse process kill -9", "steps lost")
+GOING_ON = ("torn data (bits flipped)",)
+FURTHER = (
     "e-stop pressed",
-    "drive alarm",
     "interpreter stalls 2 s",
-    "pulse process kill -9",
-    "steps lost",
     "e-stop, and a slow disk",
+    "brown-out to 0x29",
+    "disk full",
+    "client floods",
 )
-GOING_ON = ("brown-out to 0x29", "torn data (bits flipped)", "disk full", "client floods")
+"""Tried in a study."""
 
 
 CALLED_OFF = ("off while planning", "client dies in mid-run", "client dies while homing")
@@ -38,7 +40,11 @@ def chosen(names: tuple[str, ...]) -> list:
     return [kind for kind in KINDS if kind.name in names]
 
 
-@pytest.mark.parametrize("names", [ENDING, GOING_ON], ids=["ending", "going on"])
+@pytest.mark.parametrize(
+    "names",
+    [ENDING, GOING_ON, pytest.param(FURTHER, marks=pytest.mark.study)],
+    ids=["ending", "going on", "further"],
+)
 def test_faults_in_the_middle_of_a_run(names: tuple[str, ...]) -> None:
     kinds = {kind.name: kind for kind in chosen(names)}
     assert len(kinds) == len(names)
@@ -56,9 +62,8 @@ ON_A_VIRTUAL_CLOCK = ("home switch", "robot file changed")
 """How the names of those begin; tests/controller tries them, beside other tests."""
 
 
-BRIEF = ("arm pushed while ready", "stop during homing", "sensor lies while ready",
-         "no place to record", "client dies in mid-run")  # fmt: skip
-"""One of a kind: the others are pushed, stopped or left by their client in another state."""
+BRIEF = ("stop during homing", "client dies in mid-run")
+"""The others take a study."""
 
 
 @pytest.mark.parametrize("brief", [True, pytest.param(False, marks=pytest.mark.study)])

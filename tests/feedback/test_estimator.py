@@ -46,6 +46,7 @@ class Bench:
         return found
 
 
+@pytest.mark.study
 def test_the_error_is_found_and_its_covariance_is_true() -> None:
     truth = np.array([0.004, -0.002, 0.001])
     runs = [Bench(seed).run(6.0, truth) for seed in range(30)]

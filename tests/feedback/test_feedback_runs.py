@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 import yaml
 
 from deltactl.firmware_py.controller.build import build_controller
@@ -53,6 +54,7 @@ def run(folder: Path, effects: list[Any], **job: Any) -> tuple[JobResult, FloatA
     return result, t_s[inside], error_m[inside]
 
 
+@pytest.mark.study
 def test_lost_steps_are_made_up_for_within_five_seconds_without_a_stop(tmp_path: Path) -> None:
     lost = {"effect": "lost_steps", "component": "motor2",
             "parameters": {"steps": 100.0, "time": 12.0}}  # fmt: skip
@@ -63,6 +65,7 @@ def test_lost_steps_are_made_up_for_within_five_seconds_without_a_stop(tmp_path:
     assert error_m[t_s > far[0] + 5.0].max() < 0.5e-3
 
 
+@pytest.mark.study
 def test_late_readings_are_told_as_no_lost_steps(tmp_path: Path) -> None:
     late = {"effect": "sensor_latency", "component": "sensors", "parameters": {"time": 0.2}}
     half = {"path": JOB["path"] | {"radius_m": 0.03}}
@@ -74,6 +77,7 @@ def test_late_readings_are_told_as_no_lost_steps(tmp_path: Path) -> None:
     assert rms[1] <= 1.05 * rms[0]
 
 
+@pytest.mark.study
 def test_an_emergency_stop_while_feedback_corrects_ends_both(tmp_path: Path) -> None:
     robot = tmp_path / "robot.yaml"
     robot.write_text((CONFIG_FOLDER / "zhao-2023.yaml").read_text())

@@ -48,6 +48,7 @@ def test_a_fleet_is_diagnosed_once_and_a_bad_file_costs_one_line(
     assert len(rows) == 16
 
 
+@pytest.mark.study
 def test_growing_play_is_a_trend_with_the_true_rate_and_a_day(
     fleet_folder: Path, tmp_path: Path
 ) -> None:

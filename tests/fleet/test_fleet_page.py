@@ -39,6 +39,7 @@ def fleet() -> list[Row]:
     return rows
 
 
+@pytest.mark.study
 def test_what_comes_first_is_at_the_top_and_the_rest_opens_on_a_click(fleet: list[Row]) -> None:
     text = fleet_html(fleet, {"gear_backlash.scale": 1.13})
     at_once = re.sub(r"<details>.*?</details>", "", text, flags=re.DOTALL)
@@ -48,6 +49,7 @@ def test_what_comes_first_is_at_the_top_and_the_rest_opens_on_a_click(fleet: lis
     assert "delta-39" in text
 
 
+@pytest.mark.study
 def test_on_a_phone_the_page_is_a_few_screens_long(
     fleet: list[Row], open_report: Open, tmp_path: Any
 ) -> None:

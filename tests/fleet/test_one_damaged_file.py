@@ -40,6 +40,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.study
 def test_a_diagnosis_of_several(good: Path, tmp_path: Path) -> None:
     alone = diagnose([good], ROBOT)
     damaged = [tmp_path / name for name in DAMAGED]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from deltactl.fleet.together import DAY_S, courses, groups, trends
 
@@ -23,6 +24,7 @@ def rows_of(robot: str, values: np.ndarray, sigma: float, effect: str = "gear_ra
     ]
 
 
+@pytest.mark.study
 def test_false_trends_are_rare_also_where_the_scatter_is_larger_than_the_intervals() -> None:
     """200 fleets of ten robots that stand still: the promise is one in a hundred."""
     rng = np.random.default_rng(5)

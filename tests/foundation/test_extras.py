@@ -57,6 +57,7 @@ for line in sys.stdin.read().splitlines():
 """
 
 
+@pytest.mark.study
 def test_a_raspberry_pi_runs_the_robot_with_what_it_has(tmp_path: Path) -> None:
     (tmp_path / "one.nc").write_text("G0 X0 Y0 Z0\nG1 X5 F600\n")
     (tmp_path / "short.yaml").write_text(SHORT_JOB)

@@ -39,6 +39,7 @@ def test_it_waits_switched_off_with_idle_inputs(site: Site, client: Client) -> N
     assert "cannot run: the robot is off" in refused(lambda: client.submit(site.job()))
 
 
+@pytest.mark.study
 def test_the_shipped_heart_over_the_real_ioctl_path(moving_site: Site, client: Client) -> None:
     """config/heart.yaml, 20 cm wide, in half its time."""
     site = moving_site

@@ -158,6 +158,7 @@ def test_corners_are_rounded_where_nobody_says_otherwise(
     assert "rounded" not in said
 
 
+@pytest.mark.study
 def test_goto_on_the_simulated_robot(deltactl: Deltactl) -> None:
     arguments = ["20", "-10", "-450", "--robot", "zhao-2023.yaml", "--simulate", "--json"]
     done = json.loads(deltactl("goto", *arguments).stdout)

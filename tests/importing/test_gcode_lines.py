@@ -296,6 +296,7 @@ def test_the_radii_of_an_arc_agree_as_linuxcnc_and_grbl_want_it(
             drawn(tmp_path, text)
 
 
+@pytest.mark.study
 def test_a_file_of_too_many_moves_is_refused_where_the_first_of_them_is(tmp_path: Path) -> None:
     text = "G0 X0 Y0 Z0\n" + "X1\nX2\n" * 50_000 + "X1\nnever read\n" * 100_000
     with pytest.raises(ConfigError, match=r"nc:100002: is move 100,001"):

@@ -26,6 +26,7 @@ def write(path: Path, head: str, *columns: np.ndarray) -> Path:
     return path
 
 
+@pytest.mark.study
 def test_a_delta_without_angles_is_told_which_columns_look_like_them(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
@@ -44,6 +45,7 @@ def test_a_delta_without_angles_is_told_which_columns_look_like_them(
     deltactl("diagnose", "log.csv", "--robot", "delta.yaml", *options, *more)
 
 
+@pytest.mark.study
 def test_a_torque_beside_a_command_may_be_a_load(deltactl: Deltactl, tmp_path: Path) -> None:
     head = "ms,goal,present,torque_Nm"
     path = write(tmp_path / "log.csv", head, 1e3 * T_S, asked(), seen(), current())

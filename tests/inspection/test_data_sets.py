@@ -58,6 +58,7 @@ def write(folder: Path, version: int, largest: float = 90.0) -> None:
         pq.write_table(one, chunk / f"episode_{number:06d}.parquet")
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_folder_is_looked_at_and_diagnosed(
     deltactl: Deltactl, tmp_path: Path, version: int

@@ -125,6 +125,7 @@ def test_decimal_steps_are_those_of_no_encoder(step: float) -> None:
     assert of_encoder(step * np.round(8.0 * ASKED / step)) is None
 
 
+@pytest.mark.study
 def test_a_table_of_degrees_beside_our_names_is_diagnosed_as_it_is_inspected(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
@@ -142,6 +143,7 @@ def test_a_table_of_degrees_beside_our_names_is_diagnosed_as_it_is_inspected(
     assert "Settle this first" not in found.stdout
 
 
+@pytest.mark.study
 def test_columns_of_the_contract_beyond_a_joint_get_the_proposal_of_inspect(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:

@@ -62,6 +62,7 @@ def test_an_angle_is_not_read_as_a_length(tmp_path: Path) -> None:
         read_mapped(path, load_mapping(None, ["range=phi_deg[deg]"]))
 
 
+@pytest.mark.study
 def test_the_command_of_a_wide_table_without_heading_runs(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
@@ -180,6 +181,7 @@ def test_a_unit_that_is_missing_is_proposed(tmp_path: Path) -> None:
         dc.diagnose(read, dc.Robot.from_text(SLIDE, "slide.yaml"))
 
 
+@pytest.mark.study
 def test_an_effort_of_the_programs_own_name_is_offered(deltactl: Deltactl, tmp_path: Path) -> None:
     """And the words that are shown make a robot file with which it is used."""
     place = np.sin(0.5 * T_S)

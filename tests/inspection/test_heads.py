@@ -64,6 +64,7 @@ def run(*words: str) -> str:
     return done.stdout
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     "program", ["SimpleFOCStudio", "Arduino serial plotter", "Zaber oscilloscope"]
 )
@@ -81,6 +82,7 @@ def test_the_commands_that_are_printed_run_as_they_are(
         run(*command[1:], *(["--json", "-"] if command[1] == "diagnose" else []))
 
 
+@pytest.mark.study
 def test_what_inspect_says_diagnose_does_without_options(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -93,6 +95,7 @@ def test_what_inspect_says_diagnose_does_without_options(
     assert plain["findings"] == said["findings"]
 
 
+@pytest.mark.study
 def test_a_delta_without_commands_is_calibrated(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -74,6 +74,7 @@ def test_of_six_joints_the_first_is_one_axis(tmp_path: Path) -> None:
     assert taken == {"t": "ms", "command": "q1_ref", "position": "q1"}
 
 
+@pytest.mark.study
 def test_the_commands_that_are_printed_work(tmp_path: Path, deltactl: Deltactl) -> None:
     write(tmp_path / "delta.csv", "q{n}_ref", "q{n}")
     shown = deltactl("inspect", "delta.csv").stdout

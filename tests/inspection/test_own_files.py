@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.recording.foreign.inspection import inspect
@@ -17,6 +18,7 @@ Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 ROWS = 200
 
 
+@pytest.mark.study
 def test_a_run_and_its_table_are_diagnosed_as_they_are(deltactl: Deltactl, tmp_path: Path) -> None:
     circle = (CONFIG_FOLDER / "circle.yaml").read_text(encoding="utf-8")
     (tmp_path / "small.yaml").write_text(circle.replace("radius_m: 0.1", "radius_m: 0.03"))

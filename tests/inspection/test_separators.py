@@ -71,6 +71,7 @@ def test_single_blanks_separate_a_day_from_its_time_where_the_heading_does(tmp_p
     np.testing.assert_allclose(read.t_s - read.t_s[0], T_S, atol=1e-6)
 
 
+@pytest.mark.study
 def test_what_a_heading_calls_them_is_what_is_spoken_of(deltactl: Deltactl, tmp_path: Path) -> None:
     path = stage(tmp_path / "stage.tsv", "\t", STAGE)
     axis = tmp_path / "axis.yaml"

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.inspection.logs_of_makers import T_S, asked, current, seen
 
@@ -43,6 +44,7 @@ def in_a_window(folder: Path, width: int, *arguments: str) -> str:
     return text.decode().replace("\r\n", "\n")
 
 
+@pytest.mark.study
 def test_nothing_is_broken_at_the_edge_of_a_window(tmp_path: Path) -> None:
     width = 80
     write(tmp_path / "log.csv")

@@ -165,6 +165,7 @@ def test_radians_in_a_table_of_degrees_are_doubted(
     assert [says in one and '"position=q[deg]"' in one for one in doubts] == [True] * bool(says)
 
 
+@pytest.mark.study
 def test_degrees_typed_as_rad_are_doubted_on_the_command_line(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
@@ -259,6 +260,7 @@ def test_a_deltas_table_is_not_taken_for_its_first_arm(
     assert len(said.splitlines()) == 1
 
 
+@pytest.mark.study
 def test_one_arm_that_somebody_chose_is_read_alone(deltactl: Deltactl, tmp_path: Path) -> None:
     names = [f"{stem}_{arm}" for stem in ("command", "theta") for arm in (1, 2, 3)]
     rng = np.random.default_rng(0)

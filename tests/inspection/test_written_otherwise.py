@@ -53,6 +53,7 @@ def test_separator_and_decimal_mark_are_found_and_told(
     assert not [one for one in options if "separator" in one or "decimal" in one]
 
 
+@pytest.mark.study
 def test_a_separator_that_is_said_wins_and_is_printed_back(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", ["ms", "q"], [1e3 * T_S, SEEN], "\t")
     told: list[str] = []
@@ -81,6 +82,7 @@ def test_a_wrong_separator_is_named_with_the_right_one(
         read_mapped(path, load_mapping(None, options))
 
 
+@pytest.mark.study
 def test_our_names_behind_semicolons_need_no_option(deltactl: Deltactl, tmp_path: Path) -> None:
     write(tmp_path / "a.csv", ["t", "command", "position"], [T_S, ASKED, SEEN], ";", ",")
     (tmp_path / "axis.yaml").write_text(AXIS)
@@ -124,6 +126,7 @@ def test_a_rate_that_is_said_stands_in_for_a_column_called_t(tmp_path: Path) -> 
     np.testing.assert_allclose(read.t_s, T_S)
 
 
+@pytest.mark.study
 def test_names_of_ones_own_with_another_machines_file_say_which_machine(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:

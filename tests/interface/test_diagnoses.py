@@ -95,6 +95,7 @@ def test_the_plot_draws_the_mismatch_before_and_after(
     assert after < 0.2 * before
 
 
+@pytest.mark.study
 def test_the_corrected_robot_has_nothing_missing(diagnosis: dc.Diagnosis, tmp_path: Path) -> None:
     corrected = diagnosis.corrected_robot()
     assert [entry.effect for entry in corrected.model.effects] == ["gear_ratio"]
@@ -128,6 +129,7 @@ def test_a_robot_in_braces_is_corrected_too(diagnosis: dc.Diagnosis) -> None:
     assert corrected.model == diagnosis.corrected_robot().model
 
 
+@pytest.mark.study
 def test_a_simulated_robot_has_the_faults_it_is_given(tmp_path: Path) -> None:
     fault = {"effect": "home_offset", "component": "motor3", "parameters": {"angle": 0.015}}
     recording = dc.simulate(JOB, faults=[fault], seed=1)

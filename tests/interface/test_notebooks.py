@@ -33,6 +33,7 @@ def shape(output: dict[str, object]) -> tuple[object, list[str]]:
     return output["output_type"], sorted(data)
 
 
+@pytest.mark.study
 def test_a_csv_of_an_axis_becomes_a_corrected_model_in_six_cells(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -45,6 +46,7 @@ def test_a_csv_of_an_axis_becomes_a_corrected_model_in_six_cells(
     assert (tmp_path / "axis-corrected.yaml").is_file()
 
 
+@pytest.mark.study
 def test_two_hidden_faults_are_found_and_corrected(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

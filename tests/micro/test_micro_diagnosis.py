@@ -67,6 +67,7 @@ def test_the_hidden_cause_is_named_at_its_joint(number: int) -> None:
     assert answer.fit.unit == "N m"
 
 
+@pytest.mark.study
 def test_two_causes_at_one_joint_are_told_apart() -> None:
     """Alone a wrong torque constant explains both best: the first choice has to be taken back."""
     plain = MicroDelta()
@@ -97,6 +98,7 @@ def test_currents_stand_in_for_estimates() -> None:
     ]
 
 
+@pytest.mark.study
 def test_a_known_payload_is_no_finding() -> None:
     hidden, _ = case(77, 4)
     known = EffectEntry(effect="payload", component="platform", parameters={"mass": hidden.size})
@@ -166,6 +168,7 @@ def test_blocks_leave_out_reversals() -> None:
     assert 0.3 < found.valid.mean() < 0.99
 
 
+@pytest.mark.study
 def test_a_blind_case_leaves_only_recordings_and_the_robot_file(tmp_path: Path) -> None:
     outcome = run_case(77, 1, tmp_path, run_s=2.0, holdout_s=1.0)
     assert {path.name for path in (tmp_path / "case_001").iterdir()} == {

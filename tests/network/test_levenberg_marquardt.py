@@ -86,6 +86,7 @@ def test_derivatives_by_every_weight_agree_with_differences(
         )
 
 
+@pytest.mark.study
 def test_the_best_of_a_few_starts_is_as_good_as_that_of_scipy() -> None:
     network = Perceptron((3, 6, 1))
     ours, theirs = [], []

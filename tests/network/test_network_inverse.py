@@ -83,6 +83,7 @@ def test_a_network_of_another_shape_is_refused(
             InverseNetwork(NetworkFile(network.file.path, content, network.metadata))
 
 
+@pytest.mark.study
 def test_bytes_that_the_runtime_refuses_are_one_line(network: InverseNetwork) -> None:
     content = network.file.content.replace(b"TFL3", b"TFL9")
     with pytest.raises(NetworkError, match="runtime refuses") as caught:

@@ -39,6 +39,7 @@ def test_a_short_training_already_knows_the_robot(short: NetworkFile, task: Task
     assert not list(short.path.parent.glob(".*.part"))
 
 
+@pytest.mark.study
 def test_the_same_seed_gives_the_same_file(short: NetworkFile, task: Task) -> None:
     again = to_file(short.path, arm_networks.train(task, SHORT), task, QUICK)
     assert again.content == short.content

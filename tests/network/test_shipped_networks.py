@@ -72,6 +72,7 @@ def test_the_file_says_how_to_make_it_again(network: InverseNetwork, shipped: Sh
     assert metadata.training.settings == shipped.settings.as_metadata()
 
 
+@pytest.mark.study
 def test_its_bound_holds_wherever_it_answers(network: InverseNetwork, shipped: Shipped) -> None:
     stated = network.metadata.validation
     even_deg = even_errors_deg(network, shipped)

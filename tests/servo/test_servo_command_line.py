@@ -77,6 +77,7 @@ def test_a_lost_encoder_ends_the_run_in_one_line(deltactl: Deltactl, tmp_path: P
     assert [event.kind for event in run.events].count("fault") == 1
 
 
+@pytest.mark.study
 @pytest.mark.realtime
 def test_after_a_lost_encoder_the_daemon_refuses_until_cleared_and_homed(
     deltactl: Deltactl, tmp_path: Path

@@ -19,6 +19,7 @@ from tests.web.conftest import (
     start_page,
 )
 
+pytestmark = pytest.mark.study
 FOREIGN = """r" :title="__t=1" '<img src=q onerror=__t=2>:{{9*9}}"""
 """Ends an attribute and begins one that NiceGUI would run, an element, and a template of Vue."""
 WORDS = ("robot", "job", "next", "heading", "unit", "why")

@@ -55,6 +55,7 @@ def test_heal_asks_first_and_a_stop_leaves_the_old_file(
     assert not browser.find("heal-undo").is_displayed()
 
 
+@pytest.mark.study
 def test_an_edited_copy_with_another_name_is_healed_by_a_heart_of_its_own(
     chromium: Open, tmp_path: Path
 ) -> None:

@@ -135,6 +135,7 @@ def choose(browser: Browser, choice: str) -> None:
     browser.driver.find_element(By.XPATH, place).click()
 
 
+@pytest.mark.study
 @pytest.mark.realtime
 def test_the_corrected_file_is_tried_on_the_page_and_brings_the_robot_nearer(
     simulated: WebPage, browser: Browser

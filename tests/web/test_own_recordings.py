@@ -132,6 +132,7 @@ def test_one_that_stalls_is_given_up_and_the_next_is_taken(
     asyncio.run(own.take("next.csv", pieces(5)))
 
 
+@pytest.mark.study
 def test_a_run_is_opened_and_diagnosed_and_a_bad_table_is_a_line(
     simulated: WebPage, chromium: Open, tmp_path: Path
 ) -> None:

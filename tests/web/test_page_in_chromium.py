@@ -121,6 +121,7 @@ def test_going_to_a_point_and_a_job_of_ones_own_with_a_pause(
     browser.says("state", "ready")
 
 
+@pytest.mark.study
 def test_what_follows_a_diagnosis_is_a_click_away(
     browser: Browser, simulated: WebPage, tmp_path: Path
 ) -> None:
@@ -182,6 +183,7 @@ return {
 };"""
 
 
+@pytest.mark.study
 def test_playback_moves_slider_cursor_and_platform_together(
     browser: Browser, simulated: WebPage
 ) -> None:
@@ -331,6 +333,7 @@ def test_a_viewer_sees_all_and_can_stop_but_not_start(
     viewer.says("latched", "by hall", 5.0)
 
 
+@pytest.mark.study
 def test_two_browsers_and_a_daemon_that_comes_goes_and_comes_again(
     chromium: Open, tmp_path: Path
 ) -> None:
