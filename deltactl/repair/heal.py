@@ -50,7 +50,7 @@ from deltactl.repair.healing_state import (
     write_healing,
 )
 from deltactl.repair.patients import Patient
-from deltactl.repair.played import played
+from deltactl.repair.played import Paths
 from deltactl.repair.surveys import POSE_S, first_s, more_s, survey_job
 from deltactl.repair.worth import Worth, ranked
 
@@ -85,13 +85,15 @@ class Healer:
     To make one raises ConfigError or MotionError for an order that cannot be carried out.
     """
 
-    def __init__(self, order: Order, patient: Patient, say: Say):
+    def __init__(self, order: Order, patient: Patient, say: Say, paths: Paths | None = None):
+        """paths: of the job, where it was planned before."""
         self._order, self._patient, self._say = order, patient, say
         self._begun_s = time.monotonic()
         self._doing = "before anything moved"
         self._earlier: list[dict[str, str]] = []
         self._robot = self._checked()
         self._job = self._of_this_machine(self._robot)
+        self._paths = paths or Paths(self._job)
         self._state = self._begin()
 
     def heal(self) -> dict[str, Any]:
@@ -199,7 +201,7 @@ class Healer:
         text = corrected_text(self._order.robot_file, answer, tables=Tables.SENSORS)
         write_whole(self._candidate, text)
         surveyed_s = sum(one.seconds for one in surveys)
-        return more_s(self._job, self._candidate, surveyed_s, self._state.robot_s)
+        return more_s(self._job, self._paths, self._candidate, surveyed_s, self._state.robot_s)
 
     @property
     def _candidate(self) -> Path:
@@ -261,7 +263,7 @@ class Healer:
         write_whole(candidate, text)
         try:
             corrected = self._with_network(load_robot(candidate), candidate)
-            old, new = played(plan_of(self._job, robot)), self._plan(corrected)
+            old, new = self._paths.path(robot), self._paths.path(corrected)
             self._check_job(self._job, corrected)
         except (ConfigError, MotionError) as error:
             by_hand = self._by_hand(answer, robot)
@@ -308,10 +310,7 @@ class Healer:
         """What each correction is worth; nothing for a network, which learned all of them."""
         if isinstance(load_job(self._job).inverse_kinematics, NetworkIk):
             return []
-        return ranked(self._job, robot, corrected)
-
-    def _plan(self, robot: RobotFile) -> Any:
-        return played(plan_of(self._job, robot))
+        return ranked(self._paths, robot, corrected)
 
     def _with_network(self, robot: RobotFile, candidate: Path) -> RobotFile:
         """The same with a network that learned the correction in place of the job's, if it has one.
