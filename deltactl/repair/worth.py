@@ -7,6 +7,7 @@ those of the sizes, from what operators leave of what they describe, and from wh
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -14,9 +15,10 @@ import numpy as np
 
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.run_report.tracking import acting
-from deltactl.models.effects import effect_kind
+from deltactl.models.effects import Compensated, card_of, effect_kind
 from deltactl.models.effects.kind import EXACT
 from deltactl.models.robot import EffectEntry, FloatArray
+from deltactl.repair.compared import Seen, distance
 from deltactl.repair.limit import moved_by_sigma, reached_on
 from deltactl.repair.played import Paths, Played
 
@@ -74,6 +76,27 @@ def ranked(paths: Paths, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
         share = (now_m - alone_m) / now_m
         found.append(Worth(*_name(entry), now_m, alone_m, (low_m, high_m), share))
     return sorted(found, key=lambda one: one.alone_m)
+
+
+def in_readings(runs: Sequence[Seen], robot: RobotFile, corrected: RobotFile) -> list[Worth]:
+    """The same for effects that are in the readings alone: they move nothing, and are expected.
+
+    Distances are those of the corrected drawing, by the sensors: as they were taken to read, and
+    with one more effect expected.
+    """
+    own = [one for one in corrected.effects if _only_read(one) and one not in robot.effects]
+    rest = tuple(one for one in corrected.effects if one not in own)
+    now_m = distance(runs, corrected.model_copy(update={"effects": rest})).rms_m
+    found = []
+    for entry in own if now_m > 0.0 else []:
+        alone = distance(runs, corrected.model_copy(update={"effects": (*rest, entry)}))
+        share = (now_m - alone.rms_m) / now_m
+        found.append(Worth(*_name(entry), now_m, alone.rms_m, alone.ci95_m, share))
+    return sorted(found, key=lambda one: one.alone_m)
+
+
+def _only_read(entry: EffectEntry) -> bool:
+    return card_of(entry.effect).compensated is Compensated.IN_READINGS
 
 
 def _name(entry: EffectEntry) -> tuple[str, str]:
