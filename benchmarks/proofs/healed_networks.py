@@ -16,7 +16,6 @@ import numpy as np
 import yaml
 
 from deltactl.firmware_py.named_files import TRAINED_FOLDER
-from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.effects import Compensated, compensated
 from deltactl.models.robot_files import load_delta
@@ -27,7 +26,7 @@ from deltactl.repair.campaign import JOB, ROBOT
 from deltactl.repair.heal import Healer, Order
 from deltactl.repair.heal_campaign import ProofPatient
 from deltactl.repair.machine import FaultyRobot, faulty_robot
-from deltactl.repair.played import played
+from deltactl.repair.played import Paths
 
 SAMPLES = 5000
 """As Zhao 2023."""
@@ -42,9 +41,9 @@ def zhao_network(folder: Path) -> Path:
     return path
 
 
-def drawn_m(machine: FaultyRobot, job: Path, robot_file: Path) -> float:
+def drawn_m(machine: FaultyRobot, paths: Paths, robot_file: Path) -> float:
     """Distance from the path RMS [m]."""
-    return machine.draw(played(plan_of(job, load_robot(robot_file)))).rms_m
+    return machine.draw(paths.path(load_robot(robot_file))).rms_m
 
 
 def healed_m(machine: FaultyRobot, network: Path, folder: Path) -> tuple[str, float, float]:
@@ -55,10 +54,11 @@ def healed_m(machine: FaultyRobot, network: Path, folder: Path) -> tuple[str, fl
     plain = yaml.safe_load(JOB.read_text(encoding="utf-8"))
     plain["inverse_kinematics"] = {"kind": "network", "file": str(network)}
     job.write_text(yaml.safe_dump(plain), encoding="utf-8")
-    before_m = drawn_m(machine, job, robot_file)
+    paths = Paths(job)
+    before_m = drawn_m(machine, paths, robot_file)
     order = Order(robot_file, job, folder / "healing")
-    answer = Healer(order, ProofPatient(machine), lambda _: None).heal()
-    return answer["outcome"], before_m, drawn_m(machine, job, robot_file)
+    answer = Healer(order, ProofPatient(machine, job, paths), lambda _: None, paths).heal()
+    return answer["outcome"], before_m, drawn_m(machine, paths, robot_file)
 
 
 def main() -> None:
@@ -70,7 +70,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         networks = {"small": TRAINED_FOLDER / "zhao-2023.tflite", "8x50": zhao_network(folder)}
-        possible_m = drawn_m(faulty_robot([], 0), JOB, ROBOT)
+        possible_m = drawn_m(faulty_robot([], 0), Paths(JOB), ROBOT)
         print(f"by the geometry, nothing wrong: {possible_m * 1e3:.3f} mm", flush=True)
         after_m: dict[str, list[float]] = {name: [] for name in networks}
         for number in range(given.cases):

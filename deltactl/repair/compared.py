@@ -62,6 +62,14 @@ class Distance:
         low, high = np.sqrt(np.maximum([self.square_m2 - off, self.square_m2 + off], 0.0))
         return float(low), float(high)
 
+    @property
+    def text(self) -> str:
+        """In words."""
+        if np.isnan(self.square_m2):
+            return "not seen"
+        low, high = self.ci95_m
+        return f"{self.rms_m * 1e3:.2f} mm [{low * 1e3:.2f}, {high * 1e3:.2f}]"
+
 
 @dataclass(frozen=True, slots=True)
 class Gain:

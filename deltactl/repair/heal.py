@@ -7,7 +7,6 @@ the sensors. Until a correction has been shown to help, the robot file is not to
 from __future__ import annotations
 
 import json
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,7 +25,7 @@ from deltactl.firmware_py.job_file import NetworkIk, load_job
 from deltactl.firmware_py.job_targets import network_file
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import home_counts, plan_of
-from deltactl.firmware_py.program.coverage import coverage_of
+from deltactl.firmware_py.program.coverage import Coverage, coverage_of
 from deltactl.firmware_py.program.totals import program_of, summarise_program
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, MotionError
@@ -50,9 +49,9 @@ from deltactl.repair.healing_state import (
     write_healing,
 )
 from deltactl.repair.patients import Patient
-from deltactl.repair.played import played
+from deltactl.repair.played import Paths
 from deltactl.repair.surveys import POSE_S, first_s, more_s, survey_job
-from deltactl.repair.worth import Worth, ranked
+from deltactl.repair.worth import Worth, in_readings, ranked
 
 Say = Callable[[str], None]
 CANDIDATE = "corrected.yaml"
@@ -85,13 +84,15 @@ class Healer:
     To make one raises ConfigError or MotionError for an order that cannot be carried out.
     """
 
-    def __init__(self, order: Order, patient: Patient, say: Say):
+    def __init__(self, order: Order, patient: Patient, say: Say, paths: Paths | None = None):
+        """paths: of the job, where it was planned before."""
         self._order, self._patient, self._say = order, patient, say
         self._begun_s = time.monotonic()
         self._doing = "before anything moved"
         self._earlier: list[dict[str, str]] = []
         self._robot = self._checked()
         self._job = self._of_this_machine(self._robot)
+        self._paths = paths or Paths(self._job)
         self._state = self._begin()
 
     def heal(self) -> dict[str, Any]:
@@ -199,7 +200,7 @@ class Healer:
         text = corrected_text(self._order.robot_file, answer, tables=Tables.SENSORS)
         write_whole(self._candidate, text)
         surveyed_s = sum(one.seconds for one in surveys)
-        return more_s(self._job, self._candidate, surveyed_s, self._state.robot_s)
+        return more_s(self._job, self._paths, self._candidate, surveyed_s, self._state.robot_s)
 
     @property
     def _candidate(self) -> Path:
@@ -261,7 +262,7 @@ class Healer:
         write_whole(candidate, text)
         try:
             corrected = self._with_network(load_robot(candidate), candidate)
-            old, new = played(plan_of(self._job, robot)), self._plan(corrected)
+            old, new = self._paths.path(robot), self._paths.path(corrected)
             self._check_job(self._job, corrected)
         except (ConfigError, MotionError) as error:
             by_hand = self._by_hand(answer, robot)
@@ -274,11 +275,7 @@ class Healer:
             by_hand += [_in_sensors(one) for one in moves_nothing if one.says not in listed]
             return found | {"outcome": NOTHING, "by_hand": by_hand}
         covered = coverage_of(self._job, candidate)
-        says = {(one.effect, one.component): one.says for one in covered.effects}
-        found["worth"] = [
-            one.as_json() | {"says": says.get((one.effect, one.component), one.effect)}
-            for one in self._ranked(robot, corrected)
-        ]
+        found["worth"] = _worded(self._ranked(robot, corrected), covered)
         before, after, better = self._drawn(candidate, corrected)
         measured = {
             "before_rms_m": before.rms_m,
@@ -288,6 +285,7 @@ class Healer:
             "gain_m2": better.square_m2,
             "gain_ci95_m2": better.ci95_m2,
             "drawings": len(self._state.of(OLD)),
+            "readings": _worded(in_readings(self._seen(NEW), robot, corrected), covered),
             "by_hand": self._by_hand(answer, corrected, candidate),
             "corrected": [effect.says for effect in covered.compensated],
         }
@@ -308,10 +306,7 @@ class Healer:
         """What each correction is worth; nothing for a network, which learned all of them."""
         if isinstance(load_job(self._job).inverse_kinematics, NetworkIk):
             return []
-        return ranked(self._job, robot, corrected)
-
-    def _plan(self, robot: RobotFile) -> Any:
-        return played(plan_of(self._job, robot))
+        return ranked(self._paths, robot, corrected)
 
     def _with_network(self, robot: RobotFile, candidate: Path) -> RobotFile:
         """The same with a network that learned the correction in place of the job's, if it has one.
@@ -342,7 +337,7 @@ class Healer:
             drawn, redrawn = self._seen(OLD), self._seen(NEW)
             before, after = (distance(runs, corrected) for runs in (drawn, redrawn))
             better = gain(drawn, redrawn, corrected)
-            self._say(f"by the sensors: before {_shown(before)}, after {_shown(after)}")
+            self._say(f"by the sensors: before {before.text}, after {after.text}")
             if better.sign != 0 or len(self._state.of(NEW)) >= MOST_DRAWINGS:
                 return before, after, better
 
@@ -389,6 +384,13 @@ class Healer:
         return answer
 
 
+def _worded(found: list[Worth], covered: Coverage) -> list[dict[str, Any]]:
+    says = {(one.effect, one.component): one.says for one in covered.effects}
+    return [
+        one.as_json() | {"says": says.get((one.effect, one.component), one.effect)} for one in found
+    ]
+
+
 def _item(effect: str, component: str, says: str, why: str) -> dict[str, str]:
     return {"effect": effect, "component": component, "says": says, "why": why}
 
@@ -396,10 +398,3 @@ def _item(effect: str, component: str, says: str, why: str) -> dict[str, str]:
 def _in_sensors(finding: Finding) -> dict[str, str]:
     why = "it does not change what is drawn: mend it, or accept it with 'deltactl correct'"
     return _item(finding.effect, finding.component, finding.says, why)
-
-
-def _shown(one: Distance) -> str:
-    if math.isnan(one.square_m2):
-        return "not seen"
-    low, high = one.ci95_m
-    return f"{one.rms_m * 1e3:.2f} mm [{low * 1e3:.2f}, {high * 1e3:.2f}]"

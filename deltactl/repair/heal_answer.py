@@ -26,6 +26,9 @@ def lines_of(answer: dict[str, Any], go_on: str, undo: str) -> list[str]:
     if len(worth := answer.get("worth", [])) > 1:
         heading = f"what each repair alone would do to it, now {_mm(worth[0]['now_m'])} mm:"
         lines += _named(heading, [_worth(one) for one in worth])
+    if readings := answer.get("readings"):
+        heading = f"by readings as they were taken before, {_mm(readings[0]['now_m'])} mm; with:"
+        lines += _named(heading, [_worth(one) for one in readings])
     lines += _named("done by hand since:", answer["done_by_hand"])
     work = [f"{one['says']}: {one['why']}" for one in answer["by_hand"]]
     lines += _named(f"needs a hand; then {go_on}:", work)

@@ -9,7 +9,7 @@ import json
 import shutil
 import time
 from collections.abc import Iterator, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -31,12 +31,14 @@ from deltactl.repair.compared import Seen
 from deltactl.repair.heal import CANDIDATE, Healer, Order
 from deltactl.repair.machine import FaultyRobot, faulty_robot
 from deltactl.repair.patients import Homed, Ran
-from deltactl.repair.played import Drawn, played
+from deltactl.repair.played import Drawn, Paths, played
 from deltactl.repair.worth import ranked
 
 HEALTHY_EVERY = 6
 """Every sixth robot has no hidden cause."""
 MOST_CAUSES = 3
+PLANS = 12
+"""So many are remembered: before, after, and with each repair alone."""
 AS_GOOD = 1.02
 """A repair that leaves so little more than the best is as good."""
 
@@ -44,8 +46,9 @@ AS_GOOD = 1.02
 class ProofPatient:
     """A robot of the independent simulator, as a healing sees it."""
 
-    def __init__(self, machine: FaultyRobot):
-        self._machine = machine
+    def __init__(self, machine: FaultyRobot, job: Path, paths: Paths):
+        """paths: of the job that is drawn before and after."""
+        self._machine, self._job, self._paths = machine, job, paths
         self._seen: dict[Path, Seen] = {}
 
     def home(self, robot_file: Path) -> Homed:
@@ -54,7 +57,8 @@ class ProofPatient:
 
     def run(self, job: Path, robot_file: Path, record: Path) -> Ran:
         """See Patient."""
-        motion = played(plan_of(job, load_robot(robot_file)))
+        robot = load_robot(robot_file)
+        motion = self._paths.path(robot) if job == self._job else played(plan_of(job, robot))
         rng = np.random.default_rng([self._machine.seed, 11, len(self._seen)])
         table = recorded(self._machine.machine, cast(StepTrain, motion), rng)
         path = record.with_suffix(".csv.gz")
@@ -90,32 +94,38 @@ def heal_case(seed: int, number: int, folder: Path) -> dict[str, Any]:
     robot_file = work / ROBOT.name
     write_whole(robot_file, ROBOT.read_bytes())
     with alone():
-        machine = faulty_robot(causes, 1000 * seed + number)
-        before = _drawn(machine, robot_file)
-        possible = _drawn(faulty_robot([], 0), robot_file)
+        machine, paths = faulty_robot(causes, 1000 * seed + number), Paths(JOB, PLANS)
+        before = _drawn(machine, paths, robot_file)
         try:
             order = Order(robot_file, JOB, work / "healing")
-            answer = Healer(order, ProofPatient(machine), lambda _: None).heal()
+            patient = ProofPatient(machine, JOB, paths)
+            answer = Healer(order, patient, lambda _: None, paths).heal()
             kept = ("outcome", "found", "corrected", "by_hand", "robot_s", "drawings", "why")
             result |= {name: answer[name] for name in kept if name in answer}
         except DeltactlError as error:
             result |= {"outcome": "failed", "why": str(error)}
         corrected = work / "healing" / CANDIDATE
         if corrected.exists():
-            result["advice"] = advice(machine, ROBOT, corrected)
+            result["advice"] = advice(machine, paths, ROBOT, corrected)
         changed = robot_file.read_bytes() != ROBOT.read_bytes()
-        after = _drawn(machine, robot_file) if changed else before
+        after = _drawn(machine, paths, robot_file) if changed else before
     for recording in work.glob("healing/*.csv.gz"):
         recording.unlink()
     return result | {
         "changed": changed,
         "before_m": before.rms_m,
         "after_m": after.rms_m,
-        "possible_m": possible.rms_m,
+        "possible_m": possible_m(),
     }
 
 
-def advice(machine: FaultyRobot, old: Path, corrected: Path) -> list[dict[str, Any]]:
+@cache
+def possible_m() -> float:
+    """What a robot with nothing wrong draws, RMS [m]."""
+    return _drawn(faulty_robot([], 0), Paths(JOB), ROBOT).rms_m
+
+
+def advice(machine: FaultyRobot, paths: Paths, old: Path, corrected: Path) -> list[dict[str, Any]]:
     """What each repair alone was said to be worth, best first, and what it truly is.
 
     as JSON: `alone_m` and `ci95_m` as predicted, `true_m` as drawn [m]. The prediction takes the
@@ -123,18 +133,18 @@ def advice(machine: FaultyRobot, old: Path, corrected: Path) -> list[dict[str, A
     """
     robot, better = load_robot(old), load_robot(corrected)
     rows = []
-    for worth in ranked(JOB, robot, better):
+    for worth in ranked(paths, robot, better):
         name = (worth.effect, worth.component)
         kept = [one for one in robot.effects if (one.effect, one.component) != name]
         taken = [one for one in better.effects if (one.effect, one.component) == name]
         alone = robot.model_copy(update={"effects": (*kept, *taken)})
-        true_m = machine.draw(played(plan_of(JOB, alone))).rms_m
+        true_m = machine.draw(paths.path(alone)).rms_m
         rows.append(worth.as_json() | {"true_m": true_m})
     return rows
 
 
-def _drawn(machine: FaultyRobot, robot_file: Path) -> Drawn:
-    return machine.draw(played(plan_of(JOB, load_robot(robot_file))))
+def _drawn(machine: FaultyRobot, paths: Paths, robot_file: Path) -> Drawn:
+    return machine.draw(paths.path(load_robot(robot_file)))
 
 
 def prove_heal(cases: int, seed: int, out: Path, means: Means) -> list[dict[str, Any]]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from deltactl.drivers.steps.contract import Counts
-from deltactl.firmware_py.planner.plan import Plan, home_counts
+from deltactl.firmware_py.planner.plan import Plan, home_counts, plan_of
 from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.robot import ARMS, FloatArray
 
@@ -102,6 +104,37 @@ def played(plan: Plan, most_s: float = math.inf, from_counts: Counts | None = No
         target_m=np.concatenate(target_m),
         t_pwm_s=timing.t_pwm_s if timing.mode == "together" else 0.0,
     )
+
+
+MOST_KEPT = 3
+"""A healing plans a job for the old robot file, the new one, and one between them."""
+
+
+class Paths:
+    """A job as it is played by one robot file or another, worked out once for equal files.
+
+    The files that the job names must not change meanwhile.
+    """
+
+    def __init__(self, job: Path, most: int = MOST_KEPT):
+        """most: so many are remembered, those that were asked for last."""
+        self._job, self._most = job, most
+        self._kept: list[tuple[Plan, Played]] = []
+
+    def of(self, robot: RobotFile) -> tuple[Plan, Played]:
+        """Plan and counts from home. Raises as `plan_of` and `played` do."""
+        found = next((one for one in self._kept if one[0].robot == robot), None)
+        if found is None:
+            plan = plan_of(self._job, robot)
+            found = plan, played(plan)
+        else:
+            self._kept.remove(found)
+        self._kept = [*self._kept, found][-self._most :]
+        return found
+
+    def path(self, robot: RobotFile) -> Played:
+        """Counts from home."""
+        return self.of(robot)[1]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, MotionError
 from deltactl.repair.limit import limit_of
-from deltactl.repair.played import played
+from deltactl.repair.played import Paths
 
 SIZES = 40
 """As many small errors of building as a survey has to tell apart."""
@@ -41,21 +41,21 @@ def first_s(job: Path, robot_file: Path, noise_m: float) -> float:
     return min(max(SIZES * (noise_m / wanted_m) ** 2 / READINGS_PER_S, SURVEY_S[0]), SURVEY_S[1])
 
 
-def more_s(job: Path, corrected: Path, surveyed_s: float, robot_s: float) -> float:
+def more_s(job: Path, paths: Paths, corrected: Path, surveyed_s: float, robot_s: float) -> float:
     """How long another survey has to be for the sizes in a corrected file [s]; 0 for none.
 
     Their intervals are moved through the job, and shrink with the root of the time. surveyed_s,
     robot_s: how long was surveyed, and how long the robot has moved in all.
     """
     try:
-        plan = plan_of(job, load_robot(corrected))
+        plan, path = paths.of(load_robot(corrected))
         limit = limit_of(plan, coverage_of(job, corrected))
     except (ConfigError, MotionError):
         return 0.0  # what cannot be followed is refused later, with its reason
     if limit is None:
         return 0.0
     wanted_s = surveyed_s * ((limit.sizes_m / MOST_OPEN_M) ** 2 - 1.0)
-    left_s = MOST_ROBOT_S - robot_s - 2.0 * played(plan).seconds
+    left_s = MOST_ROBOT_S - robot_s - 2.0 * path.seconds
     return min(wanted_s, left_s) if min(wanted_s, left_s) > WORTH_S else 0.0
 
 

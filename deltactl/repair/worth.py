@@ -7,20 +7,20 @@ those of the sizes, from what operators leave of what they describe, and from wh
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.run_report.tracking import acting
-from deltactl.models.effects import effect_kind
+from deltactl.models.effects import Compensated, card_of, effect_kind
 from deltactl.models.effects.kind import EXACT
 from deltactl.models.robot import EffectEntry, FloatArray
+from deltactl.repair.compared import Seen, distance
 from deltactl.repair.limit import moved_by_sigma, reached_on
-from deltactl.repair.played import Played, played
+from deltactl.repair.played import Paths, Played
 
 ENDS = (0.025, 0.975)
 AT_MOST = 1.96
@@ -51,23 +51,23 @@ class Worth:
         return asdict(self)
 
 
-def ranked(job: Path, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
+def ranked(paths: Paths, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
     """Every effect that `corrected` has and `robot` has not, the most useful repair first.
 
     What is known and not compensated moves no count: it is no repair, and left out. Raises
     MotionError where the job cannot be planned so.
     """
     real = acting(corrected)
-    at_best = played(plan_of(job, corrected))
+    at_best = paths.path(corrected)
     best_m = reached_on(corrected, real, at_best) - at_best.target_m
     floor_m2 = float(np.nanmean(np.sum(best_m**2, axis=1)))
-    as_now = played(plan_of(job, robot))
+    as_now = paths.path(robot)
     now_m = _root_mean(_squares_m2(robot, real, as_now, floor_m2))
     found = []
     for entry in (one for one in real if one not in robot.effects):
         kept = tuple(one for one in robot.effects if _name(one) != _name(entry))
         accepted = robot.model_copy(update={"effects": (*kept, entry)})
-        path = played(plan_of(job, accepted))
+        path = paths.path(accepted)
         if path.is_same_as(as_now):
             continue
         squares_m2 = _squares_m2(accepted, real, path, floor_m2)
@@ -76,6 +76,27 @@ def ranked(job: Path, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
         share = (now_m - alone_m) / now_m
         found.append(Worth(*_name(entry), now_m, alone_m, (low_m, high_m), share))
     return sorted(found, key=lambda one: one.alone_m)
+
+
+def in_readings(runs: Sequence[Seen], robot: RobotFile, corrected: RobotFile) -> list[Worth]:
+    """The same for effects that are in the readings alone: they move nothing, and are expected.
+
+    Distances are those of the corrected drawing, by the sensors: as they were taken to read, and
+    with one more effect expected.
+    """
+    own = [one for one in corrected.effects if _only_read(one) and one not in robot.effects]
+    rest = tuple(one for one in corrected.effects if one not in own)
+    now_m = distance(runs, corrected.model_copy(update={"effects": rest})).rms_m
+    found = []
+    for entry in own if now_m > 0.0 else []:
+        alone = distance(runs, corrected.model_copy(update={"effects": (*rest, entry)}))
+        share = (now_m - alone.rms_m) / now_m
+        found.append(Worth(*_name(entry), now_m, alone.rms_m, alone.ci95_m, share))
+    return sorted(found, key=lambda one: one.alone_m)
+
+
+def _only_read(entry: EffectEntry) -> bool:
+    return card_of(entry.effect).compensated is Compensated.IN_READINGS
 
 
 def _name(entry: EffectEntry) -> tuple[str, str]:

@@ -82,7 +82,7 @@ class PlanningProcess:
         """
         if self._closed:
             raise ServiceError("the planner is closed; start the daemon again")
-        worker = self._take()
+        worker, in_all_s = self._take(), self._most_read_s + START_S
         question = {
             "robot": str(path),
             "follow": access.follow,
@@ -91,7 +91,7 @@ class PlanningProcess:
             "most_s": self._most_read_s,
         }
         try:
-            answer = worker.ask(question, self._most_read_s + START_S)
+            answer = worker.ask(question, in_all_s)
             if answer is None and not worker.out_of_time:
                 raise ServiceError(
                     f"{path}: the reader ended ({worker.epitaph}); see the log of the daemon"
@@ -100,7 +100,8 @@ class PlanningProcess:
                 raise subprocess.TimeoutExpired("reader", self._most_read_s)
         except subprocess.TimeoutExpired:
             raise ConfigError(
-                f"{path}: takes longer than {self._most_read_s:g} s to read; is it a robot file?"
+                f"{path}: to read it takes longer than {self._most_read_s:g} s of processor time,"
+                f" or {in_all_s:g} s in all; is it a robot file?"
             ) from None
         finally:
             self._give_back(worker)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import resource
+import signal
 import threading
 import time
 from collections.abc import Iterator
@@ -12,9 +14,11 @@ import numpy as np
 import pytest
 
 from deltactl.firmware_py.controller.claim import Claim
+from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
+from deltactl.firmware_py.planning import process
 from deltactl.firmware_py.planning.packed import pack, unpack
 from deltactl.firmware_py.planning.prepared import InForce, Prepared, prepare_here
 from deltactl.firmware_py.planning.process import PlanningProcess
@@ -147,6 +151,30 @@ def test_what_takes_too_long_is_ended_and_the_next_job_is_planned(tmp_path: Path
             planning.prepare(long, ROBOT)
         planning._most_s = 60.0
         assert planning.prepare(CONFIG_FOLDER / "circle.yaml", ROBOT).plan.first is not None
+    finally:
+        planning.close()
+
+
+@pytest.mark.parametrize("blocks", [True, False])
+def test_a_robot_file_that_takes_too_long_is_refused_with_both_limits(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, blocks: bool
+) -> None:
+    """By the clock where reading blocks, as on a lost network drive, else by processor time."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"{ROBOT.text}\nmore: [{'1, ' * (0 if blocks else 300_000)}]\n")
+    monkeypatch.setattr(process, "START_S", 0.75 if blocks else process.START_S)
+    planning = PlanningProcess(most_read_s=0.25)
+    in_all_s = 0.25 + process.START_S
+    try:
+        assert planning._next is not None
+        if blocks:
+            os.kill(planning._next._process.pid, signal.SIGSTOP)
+        says = f"0.25 s of processor time, or {in_all_s:g} s in all"
+        with pytest.raises(ConfigError, match=says):
+            planning.read_robot(path, FileAccess())
+        monkeypatch.setattr(process, "START_S", 60.0)
+        planning._most_read_s = process.MOST_READ_S
+        assert planning.read_robot(ROBOT_FILE, FileAccess()).robot == ROBOT.robot
     finally:
         planning.close()
 

@@ -21,6 +21,7 @@ from deltactl.proof.robot.as_built import Body
 from deltactl.repair.campaign import ROBOT
 from deltactl.repair.heal_campaign import causes_of
 from deltactl.repair.machine import faulty_robot
+from deltactl.repair.played import Paths
 from deltactl.repair.surveys import MOST_ROBOT_S, POSE_S, SURVEY_S, first_s, more_s, survey_job
 
 JOB = CONFIG_FOLDER / "demo-heart.yaml"
@@ -46,15 +47,15 @@ def corrected(folder: Path, half_rad: float) -> Path:
 
 
 def test_wide_intervals_ask_for_more_and_narrow_ones_for_nothing(tmp_path: Path) -> None:
-    some = more_s(JOB, corrected(tmp_path, 0.0010), SURVEYED_S, SURVEYED_S)
+    some = more_s(JOB, Paths(JOB), corrected(tmp_path, 0.0010), SURVEYED_S, SURVEYED_S)
     assert 0.0 < some < MOST_ROBOT_S - SURVEYED_S
-    assert more_s(JOB, corrected(tmp_path, 0.00005), SURVEYED_S, SURVEYED_S) == 0.0
+    assert more_s(JOB, Paths(JOB), corrected(tmp_path, 0.00005), SURVEYED_S, SURVEYED_S) == 0.0
 
 
 def test_the_robot_moves_no_longer_than_ten_minutes(tmp_path: Path) -> None:
     wide = corrected(tmp_path, 0.01)
-    assert 0.0 < more_s(JOB, wide, SURVEYED_S, 300.0) < MOST_ROBOT_S - 300.0
-    assert more_s(JOB, wide, SURVEYED_S, MOST_ROBOT_S - 60.0) == 0.0
+    assert 0.0 < more_s(JOB, Paths(JOB), wide, SURVEYED_S, 300.0) < MOST_ROBOT_S - 300.0
+    assert more_s(JOB, Paths(JOB), wide, SURVEYED_S, MOST_ROBOT_S - 60.0) == 0.0
 
 
 def test_noise_makes_the_first_survey_longer_within_bounds(tmp_path: Path) -> None:

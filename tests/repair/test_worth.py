@@ -14,7 +14,7 @@ from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.models.effects import effect_kind
 from deltactl.repair.limit import reached_on, rms_m
-from deltactl.repair.played import Played, played
+from deltactl.repair.played import Paths, Played, played
 from deltactl.repair.worth import ranked
 
 HEART = {
@@ -53,7 +53,7 @@ def test_the_interval_holds_what_is_drawn_and_the_best_repair_is_first(tmp_path:
     entries = [entry(*name, *size) for name, size in SIZES.items()]
     old = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
     corrected = robot_of(tmp_path, "corrected.yaml", entries)
-    worth = ranked(job, old, corrected)
+    worth = ranked(Paths(job), old, corrected)
     assert [one.effect for one in worth] == ["home_offset", "gear_ratio"]
     rng = np.random.default_rng(3)
     inside: dict[str, list[bool]] = {one.effect: [] for one in worth}
@@ -77,7 +77,7 @@ def test_a_size_that_is_known_exactly_leaves_what_steps_leave(tmp_path: Path) ->
     ((name, (value, _)), *_) = SIZES.items()
     old = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
     corrected = robot_of(tmp_path, "corrected.yaml", [entry(*name, value, 1e-9)])
-    (one,) = ranked(job, old, corrected)
+    (one,) = ranked(Paths(job), old, corrected)
     path = planned_alone(job, old, corrected, name[0])
     steps_m = rms_m(reached_on(old, corrected.effects, path) - path.target_m)
     low_m, high_m = one.ci95_m
@@ -91,7 +91,7 @@ def test_what_an_operator_leaves_is_in_the_interval(tmp_path: Path) -> None:
     job.write_text(yaml.safe_dump(HEART))
     spring = entry("joint_compliance", "joints", "stiffness", 200.0, 1e-6)
     corrected = robot_of(tmp_path, "corrected.yaml", [spring])
-    (one,) = ranked(job, load_robot(CONFIG_FOLDER / "zhao-2023.yaml"), corrected)
+    (one,) = ranked(Paths(job), load_robot(CONFIG_FOLDER / "zhao-2023.yaml"), corrected)
     left_m = np.sqrt(effect_kind("joint_compliance").discrepancy.elsewhere) * one.now_m
     low_m, high_m = one.ci95_m
     assert low_m < 0.3 * left_m
@@ -104,5 +104,5 @@ def test_what_moves_no_count_is_no_repair(tmp_path: Path) -> None:
     stop = entry("contact", "platform", "height", -0.6, 1e-4)
     name, (value, sigma) = next(iter(SIZES.items()))
     corrected = robot_of(tmp_path, "corrected.yaml", [stop, entry(*name, value, sigma)])
-    (only,) = ranked(job, load_robot(CONFIG_FOLDER / "zhao-2023.yaml"), corrected)
+    (only,) = ranked(Paths(job), load_robot(CONFIG_FOLDER / "zhao-2023.yaml"), corrected)
     assert only.effect == name[0]
