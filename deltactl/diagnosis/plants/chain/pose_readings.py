@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,12 @@ class Poses:
     period_s: float = 0.0
     """Between rows in motion; 0 of poses at rest."""
 
+    def those(self, rows: IntArray) -> Poses:
+        """Some of them."""
+        each = {one.name: getattr(self, one.name) for one in fields(self)}
+        some: dict[str, Any] = {n: v[rows] for n, v in each.items() if isinstance(v, np.ndarray)}
+        return replace(self, **some)
+
 
 def measures_poses(robot: ChainRobot, recording: FlatRecording) -> bool:
     """Whether a table has places, and no efforts in motion, which say more of it."""
@@ -70,20 +77,15 @@ def poses_of(robot: ChainRobot, recordings: Sequence[FlatRecording]) -> Poses:
     turned = [orientation(one) for one in recordings]
     vectors = _joined(turned) if all(one is not None for one in turned) else None
     part = np.repeat(np.arange(len(recordings)), [len(one) for one in recordings])
-    step = np.diff(at, axis=0, prepend=at[:1])
+    step = np.nan_to_num(np.diff(at, axis=0, prepend=at[:1]))
     step[np.diff(part, prepend=-1) != 0] = 0.0
     known = np.isfinite(at).all(axis=1) & np.isfinite(places).any(axis=(1, 2))
     if ahead is not None:
         known &= np.isfinite(ahead).all(axis=1)
-    period_s = _period_s(recordings, at[known], np.nan_to_num(step[known]))
-    rows = np.flatnonzero(known)
-    known = rows[:: -(-len(rows) // MOST_POSES)]
-    return Poses(
-        at[known], None if ahead is None else ahead[known], targets, places[known],
-        None if vectors is None else vectors[known], part[known].astype(np.intp),
-        np.nan_to_num(step[known]), np.concatenate([one.t_s for one in recordings])[known],
-        period_s,
-    )  # fmt: skip
+    t_s = np.concatenate([one.t_s for one in recordings])
+    period_s, rows = _period_s(recordings, at[known], step[known]), np.flatnonzero(known)
+    every = Poses(at, ahead, targets, places, vectors, part.astype(np.intp), step, t_s, period_s)
+    return every.those(rows[:: -(-len(rows) // MOST_POSES)])
 
 
 def _period_s(recordings: Sequence[FlatRecording], at: FloatArray, step: FloatArray) -> float:

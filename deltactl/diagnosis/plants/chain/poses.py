@@ -20,11 +20,10 @@ from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shapes
 from deltactl.diagnosis.plants.chain.pose_readings import poses_of
 from deltactl.diagnosis.plants.chain.pose_shapes import (
     GEOMETRY,
-    UNKNOWN,
+    UNKNOWNS,
     WAVES,
     WHOLE_WAVES,
     PoseShapes,
-    parts_of,
 )
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import (
@@ -108,7 +107,7 @@ class PosePlant(KeepsBeside):
     def _settle(self) -> At:
         """The chain at the most probable sizes of all that has a name, together."""
         spreads = {key: self.may_be.spread(key) for key in self.may_be.named}
-        self.best, at = self.model.settle(self.shapes, {}, spreads, self.may_be.named)
+        self.best, at = self.model.settle(self.shapes, {}, spreads)
         return at
 
     def _linearise(self, at: At) -> None:
@@ -154,7 +153,7 @@ class PosePlant(KeepsBeside):
         """
         room = len(self.rows) // EVIDENCE.readings_a_column - self._free.values.shape[1]
         found, commonest = set(), list(POSE_EFFECTS)
-        for key in sorted(self.may_be.named, key=lambda key: commonest.index(parts_of(key)[0])):
+        for key in sorted(self.may_be.named, key=lambda key: commonest.index(key.split()[0])):
             room -= self.shapes[key].count
             if room < 0:
                 break
@@ -162,29 +161,26 @@ class PosePlant(KeepsBeside):
         return found
 
     def _regressors(self) -> list[Regressor]:
-        found, saturated = [], self._shows_noise()
-        for key in self.may_be.named:
-            stem, _, component = key.partition(" ")
-            one = POSE_EFFECTS[stem]
-            places = self.may_be.waves[component][1] if stem == "gear" else None
-            odds = one.log_odds - (float(np.log(places)) if places else 0.0)
-            same = instead(f"pose/{stem}")
-            if key not in self.may_be.free:
-                found.append(
-                    Regressor(
-                        key, one.name, odds, component, equivalents=same, alone=False,
-                        positive=tuple({stem} & POSITIVE), places=places,
-                        saturated=key in saturated,
-                    )
-                )  # fmt: skip
+        saturated = self._shows_noise()
+        keys = [key for key in self.may_be.named if key not in self.may_be.free]
+        found = [self._regressor(key, key in saturated) for key in keys]
+        odds = SPLINE_TERMS.unknown_log_odds
         for key in self.shapes:
-            if key.startswith(UNKNOWN):
-                _, joint, follows = parts_of(key)
-                odds = SPLINE_TERMS.unknown_log_odds
-                found.append(
-                    Regressor(key, "unknown", odds, joint, follows=(follows,), left_over=True)
-                )
+            stem, _, joint = key.partition(" ")
+            if stem in UNKNOWNS:
+                about = (UNKNOWNS[stem],)
+                found.append(Regressor(key, "unknown", odds, joint, follows=about, left_over=True))
         return found
+
+    def _regressor(self, key: str, saturated: bool) -> Regressor:
+        stem, _, component = key.partition(" ")
+        one = POSE_EFFECTS[stem]
+        places = self.may_be.waves[component][1] if stem == "gear" else None
+        return Regressor(
+            key, one.name, one.log_odds - (float(np.log(places)) if places else 0.0), component,
+            equivalents=instead(f"pose/{stem}"), alone=False, places=places, saturated=saturated,
+            positive=(stem,) if one.positive else (),
+        )  # fmt: skip
 
     def free(self) -> Columns:
         """Placement of base and targets."""
@@ -197,28 +193,28 @@ class PosePlant(KeepsBeside):
     @property
     def covariates(self) -> dict[str, FloatArray]:
         """Angles and loads of all joints, (n,)."""
-        placed = self._at.placed
-        found = {f"theta_{j + 1}": q[self.layout.sample] for j, q in enumerate(self.poses.at.T)}
-        return found | {
-            f"load_{j + 1}": q[self.layout.sample] for j, q in enumerate(placed.loads.T)
+        each = {"theta": self.poses.at, "load": self._at.placed.loads}
+        return {
+            f"{name}_{j}": values[self.layout.sample]
+            for name, joints in each.items()
+            for j, values in enumerate(joints.T, 1)
         }
 
     def followed(self, key: str) -> FloatArray:
         """Angle or load (n,) that what has no name follows."""
-        _, joint, follows = parts_of(key)
-        number = self.joints.index(joint) + 1
-        return self.covariates[f"theta_{number}" if follows == "angle" else f"load_{number}"]
+        stem, _, joint = key.partition(" ")
+        values = self.poses.at if UNKNOWNS[stem] == "angle" else self._at.placed.loads
+        return np.asarray(values[self.layout.sample, self.joints.index(joint)])
 
     def noise_bounds(self, left: FloatArray) -> None:
         """Poses at rest have no course of time that would bound the noise."""
 
     def not_testable(self) -> list[NotTestable]:
         """Zeros and geometry that these poses cannot tell from the placement."""
+        spanned = [(*key.split(" ", 1), why) for key, why in self.may_be.spanned.items()]
         return [
-            NotTestable(
-                effect=POSE_EFFECTS[parts_of(key)[0]].name, component=parts_of(key)[1], why=why
-            )
-            for key, why in self.may_be.spanned.items()
+            NotTestable(effect=POSE_EFFECTS[stem].name, component=joint, why=why)
+            for stem, joint, why in spanned
         ]
 
     def adopt(self, trained: PosePlant) -> None:
@@ -231,7 +227,7 @@ class PosePlant(KeepsBeside):
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the effects, in SI units."""
         stem, _, component = key.partition(" ")
-        if stem == UNKNOWN:
+        if stem in UNKNOWNS:
             return []
         if stem == GEOMETRY:
             (change,) = self.shapes[key].before.values()
