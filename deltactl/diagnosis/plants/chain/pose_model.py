@@ -40,15 +40,14 @@ class Shape:
     angles: dict[int, FloatArray] = field(default_factory=dict)
     before: dict[int, FloatArray] = field(default_factory=dict)
     about: dict[int, FloatArray] = field(default_factory=dict)
+    acts: bool = True
+    """Whether it changes anything in these poses."""
 
     @property
     def count(self) -> int:
         """Sizes."""
-        parts = [*self.angles.values(), *self.before.values(), *self.about.values()]
-        return int(parts[0].shape[-1])
-
-
-Shapes = dict[str, Shape]
+        first, *_ = [*self.angles.values(), *self.before.values(), *self.about.values()]
+        return int(first.shape[-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +81,9 @@ class PoseModel:
         self.placed_well = robot.placement == "known"
         self.links = [*(chain.moving_link(one.link) for one in targets), chain.tip]
         self.carried = np.array([chain.carries(link) for link in self.links])
-        self.channels = 3 * len(poses.targets) + 3 * (poses.turned is not None)
+        self.turns_seen = poses.turned.shape[1] > 0
+        self.shapes: dict[str, Shape] = {}
+        """All that may be wrong."""
         self.given: list[tuple[Shape, FloatArray]] = []
         """What effects of the robot file change, with its sizes."""
 
@@ -90,16 +91,14 @@ class PoseModel:
     def valid(self) -> BoolArray:
         """Which channels were read, (n, channels)."""
         seen = np.isfinite(self.poses.places).reshape(len(self.poses.at), -1)
-        if self.poses.turned is None:
-            return seen
         return np.concatenate([seen, np.isfinite(self.poses.turned)], axis=1)
 
     # ---- the model at some sizes ---------------------------------------------------------------
 
-    def at(self, shapes: Shapes, sizes: Mapping[str, FloatArray]) -> At:
+    def at(self, sizes: Mapping[str, FloatArray]) -> At:
         """The chain with these sizes and the present setup."""
         angles, off = self.poses.at.copy(), np.zeros((len(self.chain.joints), 6))
-        acting = [*self.given, *((shapes[key], size) for key, size in sizes.items())]
+        acting = [*self.given, *((self.shapes[key], size) for key, size in sizes.items())]
         for shape, size in acting:
             for joint, change in shape.angles.items():
                 angles[:, joint] += change @ size
@@ -121,13 +120,17 @@ class PoseModel:
         points: FloatArray = placed.links + np.einsum("nkij,kj->nki", placed.frames, tools)
         return points
 
-    def _left(self, placed: Placed, points: FloatArray) -> FloatArray:
+    def _seen(self) -> FloatArray:
+        """Targets in the axes of the base as they were measured, (n, k, 3)."""
         turn, shift = self.turns[self.poses.part], self.shifts[self.poses.part]
-        seen = np.einsum("nji,nkj->nki", turn, self.poses.places - shift[:, None])
-        left: FloatArray = (seen - points[:, :-1]).reshape(len(points), -1)
-        if self.poses.turned is None:
+        seen: FloatArray = np.einsum("nji,nkj->nki", turn, self.poses.places - shift[:, None])
+        return seen
+
+    def _left(self, placed: Placed, points: FloatArray) -> FloatArray:
+        left: FloatArray = (self._seen() - points[:, :-1]).reshape(len(points), -1)
+        if not self.turns_seen:
             return left
-        hand = placed.frames[:, -1] @ self.hand
+        turn, hand = self.turns[self.poses.part], placed.frames[:, -1] @ self.hand
         apart = np.swapaxes(turn, 1, 2) @ self._read_turns @ np.swapaxes(hand, 1, 2)
         turned = LEVER_M * Rotation.from_matrix(apart).as_rotvec()
         turned[~np.isfinite(self.poses.turned).all(axis=1)] = np.nan
@@ -136,7 +139,6 @@ class PoseModel:
     @cached_property
     def _read_turns(self) -> FloatArray:
         """Orientations that were measured, (n, 3, 3); any where none was."""
-        assert self.poses.turned is not None
         turns: FloatArray = Rotation.from_rotvec(np.nan_to_num(self.poses.turned)).as_matrix()
         return turns
 
@@ -145,7 +147,7 @@ class PoseModel:
     def _moves(self, shift: FloatArray, turn: FloatArray) -> FloatArray:
         """Channels (n, channels, k) of displacements (n, targets, 3, k) and turns (n, 3, k)."""
         made = shift.reshape(len(shift), -1, shift.shape[-1])
-        return made if self.poses.turned is None else np.concatenate([made, LEVER_M * turn], axis=1)
+        return np.concatenate([made, LEVER_M * turn], axis=1) if self.turns_seen else made
 
     def _twisted(self, at: At, joint: int, shift: FloatArray, turn: FloatArray) -> FloatArray:
         """By displacements and rotations (n, 3, k) at a joint."""
@@ -159,9 +161,9 @@ class PoseModel:
         axis, slides = at.placed.axes[:, joint, :, None], float(self.chain.slides[joint])
         return self._twisted(at, joint, slides * axis, (1.0 - slides) * axis)[..., 0]
 
-    def column(self, at: At, shapes: Shapes, key: str) -> FloatArray:
+    def column(self, at: At, key: str) -> FloatArray:
         """Channels (n, channels, k) by the sizes of a key."""
-        one = shapes[key]
+        one = self.shapes[key]
         parts = [self.jacobian(at, j)[:, :, None] * q[:, None] for j, q in one.angles.items()]
         parts += [self.geometry(at, j) @ change for j, change in one.before.items()]
         parts += [self._twisted(at, j, 0.0 * about, about) for j, about in one.about.items()]
@@ -185,15 +187,15 @@ class PoseModel:
         for k in range(len(self.poses.targets)):
             only = (np.arange(len(self.poses.targets)) == k)[None, :, None, None]
             made[f"tool {k}"] = self._moves(at.placed.frames[:, :-1] * only, 0.0 * unit)
-        if self.poses.turned is not None:
+        if self.turns_seen:
             made["hand"] = self._moves(np.zeros_like(shift), at.placed.frames[:, -1])
         return made
 
     # ---- base, targets and sizes at their best -------------------------------------------------
 
-    def place(self, shapes: Shapes, sizes: Mapping[str, FloatArray]) -> None:
-        """Find base and targets at these sizes, from anywhere."""
-        placed = self.at(shapes, sizes).placed
+    def place(self, sizes: Mapping[str, FloatArray]) -> At:
+        """The chain at these sizes with base and targets at their best, from anywhere."""
+        placed = self.at(sizes).placed
         for _ in range(0 if self.placed_well else ROUNDS):
             points = self._points(placed)
             for part in range(len(self.turns)):
@@ -203,44 +205,37 @@ class PoseModel:
                 middle, centre = there.mean(axis=0), seen.mean(axis=0)
                 turn = Rotation.align_vectors(seen - centre, there - middle)[0].as_matrix()
                 self.turns[part], self.shifts[part] = turn, centre - turn @ middle
-            self._targets(placed)
-        if self.poses.turned is not None:
+            off = self._seen() - placed.links[:, :-1]
+            there = np.einsum("nkji,nkj->nki", placed.frames[:, :-1], off)
+            self.tools = np.nanmedian(there, axis=0)
+        if self.turns_seen:
             last = self.turns[self.poses.part] @ placed.frames[:, -1]
             known = np.isfinite(self.poses.turned).all(axis=1)
             each = np.swapaxes(last, 1, 2) @ self._read_turns
             self.hand = Rotation.from_matrix(each[known]).mean().as_matrix()
-        self.settle(shapes, sizes, {})
-
-    def _targets(self, placed: Placed) -> None:
-        """The targets at their best, the base held."""
-        turn, shift = self.turns[self.poses.part], self.shifts[self.poses.part]
-        for k in range(len(self.poses.targets)):
-            seen = np.einsum("nji,nj->ni", turn, self.poses.places[:, k] - shift)
-            off = np.einsum("nji,nj->ni", placed.frames[:, k], seen - placed.links[:, k])
-            self.tools[k] = np.nanmedian(off, axis=0)
+        return self.settle(sizes, {})[1]
 
     def settle(
-        self, shapes: Shapes, sizes: Mapping[str, FloatArray], spreads: Mapping[str, FloatArray]
+        self, sizes: Mapping[str, FloatArray], spreads: Mapping[str, FloatArray]
     ) -> tuple[dict[str, FloatArray], At]:
         """The most probable sizes with base and targets, each step linearised anew.
 
         spreads: of the sizes to be found, beyond those of the robot file; other `sizes` are held.
         """
         found = {key: np.zeros(len(spread)) for key, spread in spreads.items()} | dict(sizes)
-        at = self.at(shapes, found)
+        at = self.at(found)
         for _ in range(ROUNDS):
-            parts = self.placing(at) | {key: self.column(at, shapes, key) for key in spreads}
+            placing = self.placing(at)
+            parts = placing | {key: self.column(at, key) for key in spreads}
             matrix = np.concatenate([*parts.values()], axis=2)[self.valid]
-            prior, now = np.zeros((2, matrix.shape[1]))
-            if spreads:
-                known = np.concatenate([*spreads.values()])
-                prior[-len(known) :] = known**-2.0
-                now[-len(known) :] = np.concatenate([found[key] for key in spreads])
+            anywhere = np.zeros(sum(one.shape[2] for one in placing.values()))
+            prior = np.concatenate([anywhere, *(one**-2.0 for one in spreads.values())])
+            now = np.concatenate([anywhere, *(found[key] for key in spreads)])
             step = _step(matrix, at.left[self.valid], prior, -now * prior)
             ends = np.cumsum([part.shape[2] for part in parts.values()])
             for name, own in zip(parts, np.split(step, ends[:-1]), strict=True):
                 self._take(name, own, found)
-            at = self.at(shapes, found)
+            at = self.at(found)
             if float(np.sqrt(np.mean((matrix @ step) ** 2))) < SETTLED_M:
                 break
         return found, at

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shape, Shapes
+from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shape
 from deltactl.diagnosis.plants.chain.pose_readings import last_way
 from deltactl.models.effects.chain_poses import LATE, POSE_EFFECTS, SENSORS
 from deltactl.models.robot import ChainRobot
@@ -59,14 +59,13 @@ class PoseShapes:
     def __init__(self, robot: ChainRobot, model: PoseModel):
         self.robot, self.model, self.poses = robot, model, model.poses
         self.joints, self.slides = model.chain.joints, model.chain.slides
-        self.made: Shapes = {}
         self.waves: dict[str, tuple[int, int]] = {}
         """Waves a turn of the gear's error at each joint, and among how many they were chosen."""
         self.free: tuple[str, ...] = ()
         """Keys that are always fitted and no finding."""
         self.spanned: dict[str, str] = {}
         """Keys that these poses cannot show, and why."""
-        placed = model.at(self.made, {}).placed
+        placed = model.at({}).placed
         self._loads, along = placed.loads, np.sum(placed.axes * placed.moments, axis=2)
         self._across = placed.moments - placed.axes * along[:, :, None]
         """Moments of the weight across the joints' axes, (n, joints, 3) [N m]."""
@@ -75,29 +74,27 @@ class PoseShapes:
         }  # fmt: skip
         """Largest loads and moments (joints,), to which sags are relative."""
         every = self._every()
-        self.made = {key: shape for key, (acts, shape) in every.items() if acts}
-        self._enter_known({key: shape for key, (_, shape) in every.items()})
+        self.model.shapes = {key: shape for key, shape in every.items() if shape.acts}
+        self._enter_known(every)
 
-    def _every(self) -> dict[str, tuple[bool, Shape]]:
-        """All that may be wrong, and whether it changes anything in these poses; of geometry all,
-        of which directions are chosen.
-        """
+    def _every(self) -> dict[str, Shape]:
+        """All that may be wrong; of geometry all, of which directions are chosen."""
         heaviest = max(*(float(top.max()) for top in self.tops.values()), 1e-300)
         weighs = {stem: top > POSES.least_load * heaviest for stem, top in self.tops.items()}
-        found: dict[str, tuple[bool, Shape]] = {}
+        found: dict[str, Shape] = {}
         for j, joint in enumerate(self.joints):
             for stem, (acts, angle) in self._angles(j, bool(weighs["droop"][j])).items():
-                found[f"{stem} {joint}"] = acts, Shape({j: angle.reshape(len(angle), -1)})
-            bend = Shape(about={j: self._across[:, j, :, None]})
-            found[f"bend {joint}"] = bool(weighs["bend"][j]), bend
-            found[f"{GEOMETRY} {joint}"] = False, Shape(before={j: np.eye(6)})
+                found[f"{stem} {joint}"] = Shape({j: angle.reshape(len(angle), -1)}, acts=acts)
+            across = {j: self._across[:, j, :, None]}
+            found[f"bend {joint}"] = Shape(about=across, acts=bool(weighs["bend"][j]))
+            found[f"{GEOMETRY} {joint}"] = Shape(before={j: np.eye(6)}, acts=False)
         late = {j: -step[:, None] for j, step in enumerate(self.poses.step.T)}
-        return found | {f"rest {SENSORS}": (bool(np.any(self.poses.step)), Shape(late))}
+        return found | {f"rest {SENSORS}": Shape(late, acts=bool(np.any(self.poses.step)))}
 
     def _angles(self, j: int, weighs: bool) -> dict[str, tuple[bool, FloatArray]]:
         """Changes (n,) or (n, k) of a joint's angle, and whether there are any."""
         q, load, way = self.poses.at[:, j], self._loads[:, j], last_way(self.poses)[:, j]
-        ahead = np.zeros_like(q) if self.poses.ahead is None else self.poses.ahead[:, j]
+        ahead = self.poses.ahead[:, j]
         share = load / max(self.tops["droop"][j], 1e-300)
         moves = bool(np.ptp(q) > 0.0)
         turns = moves and not self.slides[j]
@@ -124,9 +121,10 @@ class PoseShapes:
         absolute = self.robot.zero == "absolute"
         for joint in self.joints:
             key = f"home {joint}"
-            if not basis.takes(self.model.column(at, self.made, key)[valid]) and absolute:
+            new = basis.directions(self.model.column(at, key)[valid])
+            if not new.size and absolute:
                 self.spanned[key] = "base and targets, whose places are not known, make up for it"
-                del self.made[key]
+                del self.model.shapes[key]
         kept: dict[str, list[FloatArray]] = {joint: [] for joint in self.joints}
         for part in (slice(0, 3), slice(3, 6)):
             for j, joint in enumerate(self.joints):
@@ -135,7 +133,7 @@ class PoseShapes:
         for j, joint in enumerate(self.joints):
             key, change = f"{GEOMETRY} {joint}", np.concatenate(kept[joint], axis=1)
             if change.shape[1]:
-                self.made[key] = Shape(before={j: change})
+                self.model.shapes[key] = Shape(before={j: change})
             else:
                 self.spanned[key] = "base, targets and zeros of joints make up for it"
         if not absolute:
@@ -146,14 +144,14 @@ class PoseShapes:
         stem, _, joint = key.partition(" ")
         usual = POSES.unknown_rad if stem in UNKNOWNS else POSE_EFFECTS[stem].spread
         top = self.tops[stem][self.joints.index(joint)] if stem in self.tops else 1.0
-        return np.full(self.made[key].count, usual / top)
+        return np.full(self.model.shapes[key].count, usual / top)
 
     @property
     def named(self) -> list[str]:
         """Keys of all sizes that have a name."""
-        return [key for key in self.made if key.partition(" ")[0] not in UNKNOWNS]
+        return [key for key in self.model.shapes if key.partition(" ")[0] not in UNKNOWNS]
 
-    def _enter_known(self, every: Shapes) -> None:
+    def _enter_known(self, every: dict[str, Shape]) -> None:
         """What the effects of the robot file do, so that all that is found lies beyond it."""
         for entry in self.robot.effects:
             stem = next((k for k, e in POSE_EFFECTS.items() if e.name == entry.effect), "")
@@ -181,14 +179,14 @@ class PoseShapes:
                 pull = np.sum(self.model.jacobian(at, j) * valid * left, axis=1)
                 power = np.abs(np.exp(1j * np.outer(waves, q)) @ pull) ** 2
                 self.waves[joint] = (int(waves[np.argmax(power)]), len(waves))
-        every = self._every()
-        self.made |= {key: every[key][1] for key in (f"gear {joint}" for joint in self.waves)}
+        finer = [f"gear {joint}" for joint in self.waves]
+        self.model.shapes |= {key: one for key, one in self._every().items() if key in finer}
 
     def take_over(self, other: PoseShapes) -> None:
         """The shapes of another recording's keys in these poses."""
         self.waves, self.tops, self.free = other.waves, other.tops, other.free
-        every = self._every()
-        self.made = {k: one if one.before else every[k][1] for k, one in other.made.items()}
+        every, chosen = self._every(), other.model.shapes
+        self.model.shapes = {k: one if one.before else every[k] for k, one in chosen.items()}
 
 
 def _wave(q: FloatArray, waves: float) -> FloatArray:
@@ -211,10 +209,6 @@ class _Basis:
         norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         left, size, _ = np.linalg.svd(columns / norms, full_matrices=False)
         self._spans = left[:, size > POSES.spanned * size[0]]
-
-    def takes(self, column: FloatArray) -> bool:
-        """Whether a column (m, 1) is not spanned; then it is from now on."""
-        return self.directions(column).shape[1] == 1
 
     def directions(self, block: FloatArray) -> FloatArray:
         """Directions (j, k) of a block (m, j) that are not spanned; then they are."""
