@@ -28,7 +28,7 @@ from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 CHANNEL = "disturbance"
 INERTIA = "kg m2"
 """Unit of what the robot file states of rotor and gear."""
-LEAST_GAIN = 0.01
+LEAST_EFFORT_SHARE = 0.01
 """Share of an effort that any drive gives at least."""
 
 
@@ -93,7 +93,7 @@ class ServoDelta(LeftOver):
     # ---- what may be missing -------------------------------------------------------------------
 
     def _regressors(self) -> list[Regressor]:
-        above = {"effort_gain": LEAST_GAIN - 1.0, "inertia": -self.chain.rotor_kgm2}
+        above = {"effort_gain": LEAST_EFFORT_SHARE - 1.0, "inertia": -self.chain.rotor_kgm2}
         named = [
             Regressor(
                 f"{kind.name} {component}", kind.name, card_of(kind.name).log_odds["joint"],
