@@ -10,12 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from deltactl.models.effects import card_of, column_of
 from deltactl.models.effects.chain_poses import pose_effects
 from deltactl.models.effects.kind import EffectKind, Parameter, Port
 from deltactl.models.effects.lone_axis import LINEAR_UNIT, said
 from deltactl.models.effects.payload import EFFECT as PAYLOAD
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
+from deltactl.models.robot import FloatArray
 
 LOAD = PAYLOAD.name
 """The effect that is at the last link, and at no joint."""
@@ -74,6 +77,13 @@ def rotor_log_odds(stated: bool) -> float:
 def load_log_odds() -> float:
     """That the last link carries what the model does not have."""
     return card_of(LOAD).log_odds["joint"]
+
+
+def load_moments(given: Mapping[str, float]) -> FloatArray:
+    """Moments (10,) of a load by the parameters of a robot file: its mass is at its centre."""
+    x, y, z = (given.get(f"centre_{axis}", 0.0) for axis in "xyz")
+    moments = [1.0, x, y, z, x * x, y * y, z * z, x * y, x * z, y * z]
+    return given.get("mass", 0.0) * np.array(moments)
 
 
 def chain_effects(slides: Mapping[str, bool], tip: str) -> dict[str, EffectKind]:

@@ -26,7 +26,6 @@ from deltactl.diagnosis.admission.refusal import Doubt, Kind, Refusal, refusal
 from deltactl.diagnosis.admission.robot_match import check_belongs, check_input
 from deltactl.diagnosis.observations.servo_preprocessing import reads_disturbance, sensor_rounds
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
-from deltactl.diagnosis.plants.chain.pose_readings import measures_poses
 from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
@@ -46,6 +45,7 @@ from deltactl.models.robot import (
     StepperAxis,
 )
 from deltactl.models.servo_drive import ServoDrive
+from deltactl.recording.tables.chain_tables import measures_poses
 from deltactl.recording.tables.flat import FlatRecording
 
 LoneRobot = StepperAxis | ServoAxis | RangeSensor
@@ -170,7 +170,9 @@ def _with_what_to_type(
 
 def _by_poses(robot: RobotModel, recordings: Sequence[FlatRecording]) -> bool:
     """Whether a chain was measured from outside, of which other names need no guess."""
-    return isinstance(robot, ChainRobot) and any(measures_poses(robot, r) for r in recordings)
+    return isinstance(robot, ChainRobot) and any(
+        measures_poses(robot.joints, r) for r in recordings
+    )
 
 
 def _machine(
@@ -283,7 +285,7 @@ def _chain(
         chain_columns.check_placed(plant)
         return plant
 
-    by_poses = all(measures_poses(robot, one) for one in recordings)
+    by_poses = all(measures_poses(robot.joints, one) for one in recordings)
     plant: Callable[[Sequence[FlatRecording]], AnyPlant] = from_outside if by_poses else in_motion
     others, left_out = _held_out(plant, holdout)
     singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
@@ -309,7 +311,7 @@ def _lone(
         axis_match.check_force(whole)
     singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
     if isinstance(whole, ForcedAxis):
-        columns.check_clear_motion(whole.variant())
+        columns.check_clear_motion(whole.variant)
     return Lone(whole, others, left_out, singles)
 
 

@@ -15,6 +15,7 @@ from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN
 from deltactl.diagnosis.plants.chain.joint_motions import MEASURED, NEEDED, prepared
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.chain.poses import PosePlant
+from deltactl.diagnosis.plants.lone.forced_axis import FEWEST_IN_MOTION
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.printable import count
@@ -133,6 +134,6 @@ def _check_unit(source: str, name: str, slides: bool, values: FloatArray) -> Non
 def check_motion(plant: ChainPlant) -> None:
     """Some joint must be in clear motion. Raises RefusedRecording."""
     most = max(len(plant.rows_of(j)) for j in range(len(plant.joints)))
-    if most < CHAIN.fewest_rows:
+    if most < FEWEST_IN_MOTION:
         samples = count(most, "sample")
-        refuse("few_of_joint", plant.source, samples=samples, fewest=CHAIN.fewest_rows)
+        refuse("few_of_joint", plant.source, samples=samples, fewest=FEWEST_IN_MOTION)

@@ -8,10 +8,9 @@ import numpy as np
 
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Doubt, doubt
-from deltactl.diagnosis.plants.chain.pose_readings import measures_poses
 from deltactl.models.robot import ChainRobot, RangeSensor, RobotModel, ServoAxis, StepperAxis
 from deltactl.recording.foreign.doubts import TURNS_RAD, of_encoder, turns
-from deltactl.recording.tables.chain_tables import targets_in
+from deltactl.recording.tables.chain_tables import measures_poses, targets_in
 from deltactl.recording.tables.flat import FlatRecording
 
 
@@ -27,7 +26,7 @@ def doubts_of(robot: RobotModel, recording: FlatRecording) -> Doubt | None:
 
 def places_beside_efforts(robot: RobotModel, recording: FlatRecording) -> Doubt | None:
     """That the places of a chain in motion, whose efforts are used, are not."""
-    if not isinstance(robot, ChainRobot) or measures_poses(robot, recording):
+    if not isinstance(robot, ChainRobot) or measures_poses(robot.joints, recording):
         return None
     for target in targets_in(recording):
         return doubt("places_unused", recording.source, f"{target}_x", target=target)

@@ -56,12 +56,12 @@ def _information(robot: ChainRobot, chain: RigidChain, at: FloatArray) -> FloatA
     count, nothing = len(at), np.zeros_like(at)
     places = np.zeros((count, len(targets), 3))
     part, t_s = np.zeros(count, dtype=np.intp), np.arange(count, dtype=float)
-    poses = Poses(at, None, tuple(targets), places, None, part, nothing, t_s)
+    poses = Poses(at, nothing, tuple(targets), places, at[:, :0], part, nothing, t_s)
     model = PoseModel(robot, chain, poses)
     shapes = PoseShapes(robot, model)
-    placed = model.at(shapes.made, {})
+    placed = model.at({})
     shapes.find_directions(placed)
-    errors = (model.column(placed, shapes.made, key) * shapes.spread(key) for key in shapes.named)
+    errors = (model.column(placed, key) * shapes.spread(key) for key in shapes.named)
     placings = (PLACED_M * one for one in model.placing(placed).values())
     told: FloatArray = np.concatenate([*placings, *errors], axis=2) / NOISE_M
     return told

@@ -2,77 +2,99 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import Columns, Regressor
-from deltactl.diagnosis.plants.spline_terms import KeepsBeside, spline_terms
+from deltactl.diagnosis.plants.spline_terms import KeepsBeside, less_spanned, spline_over
 
 UNKNOWN = "unknown "
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """What an error without a name may follow, (n,), and into how many pieces its range is cut."""
+
+    along: FloatArray
+    pieces: int
+    follows: tuple[str, ...]
+    component: str = "axis"
+    times: FloatArray | None = None
+    """What it grows with besides, (n,)."""
+    given: FloatArray | None = None
+    """Its shapes (n, k), where they are no splines."""
+    acts: BoolArray | None = None
+    """Rows (n,) on which it acts; all where None."""
+
+    def shapes(self, named: FloatArray, rows: IntArray) -> FloatArray:
+        """Shapes (n, k) less what named ones (n, j) span, by some rows where it acts."""
+        own = rows if self.acts is None else rows[self.acts[rows]]
+        basis = spline_over(self.along, self.pieces, own) if self.given is None else self.given
+        basis = basis if self.times is None else basis * self.times[:, None]
+        left = less_spanned(basis, named, own)
+        return left if self.acts is None else left * self.acts[:, None]
+
+
 class LeftOver(KeepsBeside):
-    """A plant with one spline term for each of its covariates; regressors `unknown COVARIATE`."""
+    """A plant with spline terms; regressors `unknown NAME`."""
 
     rows: IntArray
-    averages = False
+    unknown_log_odds = SPLINE_TERMS.unknown_log_odds
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
         """What a model error may follow, name -> (n,)."""
         raise NotImplementedError
 
-    def spanned(self, name: str) -> FloatArray:
-        """Named shapes (n, j) that no spline term over this covariate may take the place of."""
-        raise NotImplementedError
-
     def pieces(self, name: str) -> int:
         """Into how many pieces the range of a covariate is cut."""
         raise NotImplementedError
 
-    @property
-    def unknown_spread(self) -> float:
-        """Prior spread of a spline term's coefficients, in the unit of `observed`."""
+    def ways(self) -> dict[str, Way]:
+        """One for each covariate, by its name."""
+        return {
+            name: Way(values, self.pieces(name), (name,))
+            for name, values in self.covariates.items()
+        }
+
+    def spanned(self, name: str) -> FloatArray:
+        """Named shapes (n, j) that this spline term may not take the place of."""
         raise NotImplementedError
 
-    def along(self, name: str) -> FloatArray:
-        """Where a spline term over this covariate has its pieces, (n,)."""
-        return self.covariates[name]
-
     def spread_of(self, name: str, shapes: int) -> float:
-        """Prior spread of each of the shapes of a spline term."""
-        return self.unknown_spread
+        """Prior spread of each of the shapes of a spline term, in the unit of `observed`."""
+        raise NotImplementedError
 
     def unknowns(self) -> list[Regressor]:
         """The regressors."""
         return [
             Regressor(
-                UNKNOWN + name,
-                "unknown",
-                SPLINE_TERMS.unknown_log_odds,
-                follows=(name,),
-                left_over=True,
+                UNKNOWN + name, "unknown", self.unknown_log_odds, way.component,
+                follows=way.follows, left_over=True,
             )
-            for name in self.covariates
-        ]
+            for name, way in self.ways().items()
+        ]  # fmt: skip
 
     def followed(self, key: str) -> FloatArray:
-        """Covariate (n,) of an unknown."""
-        return self.along(key.removeprefix(UNKNOWN))
+        """What an unknown follows, (n,); NaN where it does not act."""
+        way = self.ways()[key.removeprefix(UNKNOWN)]
+        return way.along if way.acts is None else np.where(way.acts, way.along, np.nan)
 
     def unknown(self, key: str) -> Columns:
         """Shapes (n, k) of an unknown."""
         return self._unknown[key.removeprefix(UNKNOWN)]
 
     @cached_property
-    def _unknown(self) -> dict[str, Columns]:
+    def _unknown(self) -> Mapping[str, Columns]:
         found = {}
-        for name in self.covariates:
+        for name, way in self.ways().items():
             named = np.concatenate([self.spanned(name), self.beside], axis=1)
-            shapes = spline_terms(self.along(name), self.pieces(name), named, self.rows)
+            shapes = way.shapes(named, self.rows)
             count = shapes.shape[1]
             found[name] = Columns(shapes, np.full(count, self.spread_of(name, count)))
         return found

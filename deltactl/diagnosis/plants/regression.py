@@ -7,11 +7,15 @@ prediction. The engine (`evidence.laplace`, `selection.model_posterior`) is writ
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
+import numpy as np
+
 from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.models.effects import column_of, stand_ins
@@ -38,6 +42,8 @@ class Size:
     step: float
     smooth: bool = True
     choices: float = 1.0
+    within: tuple[float, float] = (-math.inf, math.inf)
+    """At these ends and beyond, a size sits at its bound and was not found."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +95,10 @@ class Regressor:
     """A spline term that is only looked for in what the named effects leave."""
     places: float | None = None
     """Independent moments or periods that were searched for it; None where it has no such place."""
+    above: float = -math.inf
+    """What its first linear size is larger than on every machine."""
+    starts: tuple[tuple[float, ...], ...] = ((),)
+    """Values of `sizes` from which fits begin."""
 
     @property
     def unknown(self) -> bool:
@@ -116,6 +126,18 @@ class Columns:
     values: FloatArray
     spread: FloatArray
     names: tuple[str, ...] = ()
+    curves: Callable[[], Curves] | None = None
+    """How shapes change from row to row, where that is known without looking at their rows."""
+
+    @classmethod
+    def of(cls, shape: FloatArray, spread: float, *names: str) -> Columns:
+        """One shape (n,)."""
+        return cls(shape[:, None], np.array([spread]), names)
+
+    @classmethod
+    def none(cls, rows: int) -> Columns:
+        """No shape."""
+        return cls(np.zeros((rows, 0)), np.zeros(0))
 
 
 Draws = Mapping[str, FloatArray]
@@ -145,11 +167,8 @@ class RegressionPlant(Protocol):
     channel: str
     """Name of what was observed, for drawings."""
     readings: Readings
-    t_s: FloatArray
     rows: IntArray
     """Rows that count: valid, and thinned to what can tell anything."""
-    groups: IntArray
-    """(n,) number of the stretch, place or joint a row belongs to: noise is of one kind within."""
     kinds: IntArray
     """(n,) small numbers: rows of one kind are like one another (at rest, in motion, a joint)."""
 
@@ -177,8 +196,21 @@ class RegressionPlant(Protocol):
     that it may leave, and what it does (n,)."""
     done_by_known: FloatArray | None
     """What all of them do (n,); None where the file has none."""
-    drawn_on: FloatArray
-    """(n,) what drawings add to `observed` and to every prediction of it."""
+
+    @property
+    def t_s(self) -> FloatArray:
+        """(n,) [s] in which noise is remembered; recordings and columns are end to end."""
+        ...
+
+    @property
+    def groups(self) -> IntArray:
+        """(n,) number of the stretch, place or joint of a row: noise is of one kind within."""
+        ...
+
+    @property
+    def drawn_on(self) -> FloatArray:
+        """(n,) what drawings add to `observed` and to every prediction of it."""
+        ...
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Prediction (n,) with the nonlinear sizes of these regressors."""
@@ -238,6 +270,7 @@ class RegressionPlant(Protocol):
         """Pieces of the spline term of an unknown; 0 of one that has no number of its own."""
         ...
 
+    @property
     def variant(self) -> RegressionPlant | None:
         """The same recording prepared another way that is as good; None where there is one way."""
         ...

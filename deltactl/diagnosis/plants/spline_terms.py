@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -17,7 +19,7 @@ from deltactl.diagnosis.observations.largest_noise import (
 )
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
-from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
+from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
 
 
 def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) -> FloatArray:
@@ -32,25 +34,21 @@ def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) ->
     return basis
 
 
-def spline_terms(
-    covariate: FloatArray, pieces: int, spanned: FloatArray, rows: IntArray
-) -> FloatArray:
-    """Splines of a covariate (n,) less their projection on `spanned` (n, j) over some rows.
-
-    So a spline term cannot take the place of a named one (Plumlee 2017, J. Am. Stat. Assoc. 112,
-    1274-1285). Directions that vanish are left out; the others (n, k) have unit variance.
-    """
+def spline_over(covariate: FloatArray, pieces: int, rows: IntArray) -> FloatArray:
+    """Splines of a covariate (n,) between nearly all of its values in some rows."""
     low, high = (float(x) for x in np.quantile(covariate[rows], SPLINE_TERMS.covered))
-    basis = spline_basis(covariate, pieces, low, high)
-    return less_spanned(basis, spanned, rows) if basis.shape[1] else basis
+    return spline_basis(covariate, pieces, low, high)
 
 
 def less_spanned(basis: FloatArray, spanned: FloatArray, rows: IntArray) -> FloatArray:
     """Shapes (n, k) less their projection on others (n, j) over some rows, of unit variance.
 
-    Directions that vanish are left out, and those that are mostly the others': the rest of one
-    would be the noise of a measured acceleration made large.
+    So a spline term cannot take the place of a named one (Plumlee 2017, J. Am. Stat. Assoc. 112,
+    1274-1285). Directions that vanish are left out, and those that are mostly the others': the rest
+    of one would be the noise of a measured acceleration made large.
     """
+    if not basis.shape[1]:
+        return basis
     _, size, across = np.linalg.svd(basis[rows], full_matrices=False)
     seen = size > SPLINE_TERMS.vanishing * size.max(initial=1e-300)
     apart = basis @ (across[seen].T / size[seen])
@@ -90,12 +88,33 @@ def carried_over(
 class KeepsBeside:
     """A plant whose spline terms, kept in `_unknown`, give way to the shapes of a chosen set."""
 
-    beside: FloatArray
-    groups: IntArray
     readings: Readings
     kinds: IntArray
+    regressors: tuple[Regressor, ...]
+    averages = False
+    rounding = 0.0
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
     done_by_known: FloatArray | None = None
+
+    @cached_property
+    def t_s(self) -> FloatArray:
+        """As they were read."""
+        return self.readings.t_s
+
+    @cached_property
+    def groups(self) -> IntArray:
+        """One for each stretch."""
+        return np.cumsum(self.readings.fresh).astype(np.intp)
+
+    @cached_property
+    def beside(self) -> FloatArray:
+        """Shapes (n, j) of a chosen set: none yet."""
+        return np.zeros((len(self.t_s), 0))
+
+    @cached_property
+    def drawn_on(self) -> FloatArray:
+        """Nothing."""
+        return np.zeros(len(self.t_s))
 
     @property
     def stays(self) -> IntArray:
@@ -129,10 +148,31 @@ class KeepsBeside:
         """Nothing is predicted but by columns, (n,)."""
         return np.zeros(len(self.groups))
 
-    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-        """All sizes are linear."""
-        return [{}]
+    def free(self) -> Columns:
+        """Nothing is free."""
+        return Columns.none(len(self.t_s))
 
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """Those of the regressor, whatever is left."""
+        own = next(one for one in self.regressors if one.key == key)
+        names = [f"{key}.{size.name}" for size in own.sizes]
+        return [dict(zip(names, start, strict=True)) for start in own.starts]
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """Whether a size lies at a bound of its regressor, or beyond."""
+        for one in self.regressors:
+            if one.key not in keys:
+                continue
+            if one.above > -math.inf and linear[one.key][0] <= one.above:
+                return True
+            each = ((size.within, sizes[f"{one.key}.{size.name}"]) for size in one.sizes)
+            if any(not low < value < high for (low, high), value in each):
+                return True
+        return False
+
+    @property
     def variant(self) -> RegressionPlant | None:
         """There is one way to prepare it."""
         return None

@@ -228,7 +228,7 @@ def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> Flo
 
 def _shift(plant: RegressionPlant, best: Explanation) -> dict[str, float]:
     """Model discrepancy of the sizes: their change under another preparation of the recording."""
-    other = plant.variant()
+    other = plant.variant
     if other is None or not best.keys:
         return {}
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))

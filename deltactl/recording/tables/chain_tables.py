@@ -63,6 +63,13 @@ def place_of(recording: FlatRecording, stem: str) -> FloatArray | None:
     return block(recording, [f"{stem}_{axis}" for axis in "xyz"])
 
 
+def measures_poses(joints: Sequence[str], recording: FlatRecording) -> bool:
+    """Whether a table has places, and no efforts in motion, which say more of it."""
+    efforts = all(joint_columns(joints, recording, "effort"))
+    at_rest = not recording.timed or len(recording.stretches()) == len(recording)
+    return bool(targets_in(recording)) and (at_rest or not efforts)
+
+
 def block(recording: FlatRecording, names: Sequence[str]) -> FloatArray | None:
     """Columns (n, k) in SI units; None where one is missing."""
     table = {**recording.extra, **recording.columns}

@@ -5,7 +5,7 @@ a little off on any arm as built.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,10 +14,10 @@ from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.chain.joint_motions import Layout, joint_motions, prepared
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE, SERVO_JOINTS
-from deltactl.diagnosis.plants.options import SPLINE_TERMS
+from deltactl.diagnosis.plants.left_over import LeftOver, Way
+from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
+from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns
-from deltactl.diagnosis.plants.spline_terms import spline_basis
 from deltactl.models.rigid_chain import BODY, RigidChain
 from deltactl.models.robot import ChainRobot
 from deltactl.models.signals import clipped
@@ -30,8 +30,6 @@ class ChainOptions:
 
     most_rows: int = 3000
     """Rows of all joints beyond which more tell nothing, as neighbours are alike."""
-    fewest_rows: int = 30
-    """Rows of a joint in clear motion, as of a single axis."""
     fewest_poses: int = 15
     """Five numbers for each of the nine of base and target, three of which each pose gives."""
     as_built: float = 0.02
@@ -69,27 +67,7 @@ class ChainOptions:
 CHAIN = ChainOptions()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Way:
-    """What an unknown effort follows, (n,), times what else it grows with; pieces: of its spline, 0
-    of a straight line.
-    """
-
-    follows: tuple[str, ...]
-    along: FloatArray
-    times: FloatArray | float
-    pieces: int
-
-    def basis(self, rows: IntArray) -> FloatArray:
-        """Shapes (n, k)."""
-        if not self.pieces:
-            return self.along[:, None]
-        low, high = (float(x) for x in np.quantile(self.along[rows], SPLINE_TERMS.covered))
-        basis = spline_basis(self.along, self.pieces, low, high)
-        return basis * (self.times if isinstance(self.times, float) else self.times[:, None])
-
-
-class JointEfforts:
+class JointEfforts(LeftOver):
     """Efforts of all joints behind one low-pass, joint after joint (n,), and their tolerances."""
 
     def __init__(
@@ -102,10 +80,8 @@ class JointEfforts:
         self.joints = chain.joints
         self.unit = "N" if all(chain.slides) else "N m"
         self.moved = moved = joint_motions(robot, prepared(robot, recordings), narrower)
-        self._low_passed, self._motion = (
-            moved.edge.low_passed,
-            (moved.at, moved.speed, moved.change),
-        )
+        self._low_passed = moved.edge.low_passed
+        self._motion = moved.at, moved.speed, moved.change
         self._in_time = AheadInTime(moved.whole.t_s, moved.whole.fresh)
         self._filtered = self._low_passed(moved.force)
         self._direction = self._low_passed(moved.signs)
@@ -115,16 +91,15 @@ class JointEfforts:
         stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
         self.layout = Layout(moved.counts, ASSESSMENT.folds, stride)
         self.readings = self.layout.readings(moved.whole, moved.counts, "effort", self.unit)
-        self.t_s = self.readings.t_s
         self.kinds: IntArray = self.layout.column
-        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
-        self.beside = np.zeros((len(self.t_s), 0))
+        self.own = self.kinds[:, None] == np.arange(len(self.joints))
+        """Whether a row is of a joint, (n, joints)."""
 
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""
-        own: IntArray = self.rows[self.kinds[self.rows] == joint]
-        return own
+        rows: IntArray = self.rows[self.own[self.rows, joint]]
+        return rows
 
     @cached_property
     def sizes(self) -> FloatArray:
@@ -159,20 +134,19 @@ class JointEfforts:
         """No findings: efforts are held between samples and filtered before they are recorded, no
         arm is built exactly as its model, and bearings yield before they slide.
         """
-        chain = self.chain
+        chain, each = self.chain, self._each
         tables = {
-            "lag": (self._changing, self._apart_s),
-            "gain": (self._needed, CHAIN.as_built),
-            "dry": (chain.friction * self._direction, CHAIN.friction_as_stated),
-            "viscous": (chain.damping * self._speed, CHAIN.friction_as_stated),
-            "loaded": (self._by_load, CHAIN.friction_of_load),
-            "yields": (self._yielding * self.sizes, CHAIN.yields_of_size),
+            "lag": (each(self._changing), clocks_apart_s(self.moved.whole.period_s)),
+            "gain": (each(self._needed), CHAIN.as_built),
+            "dry": (each(chain.friction * self._direction), CHAIN.friction_as_stated),
+            "viscous": (each(chain.damping * self._speed), CHAIN.friction_as_stated),
+            "loaded": (each(self._by_load), CHAIN.friction_of_load),
+            "yields": (each(self._yielding * self.sizes), CHAIN.yields_of_size),
+            "link": (self._links, CHAIN.as_built),
         }
-        each = [self._each(values) for values, _ in tables.values()]
-        spreads = [*(spread for _, spread in tables.values()), CHAIN.as_built]
-        names = [f"{name} {joint}" for name in (*tables, "link") for joint in self.joints]
-        values = np.concatenate([*each, self._links], axis=1)
-        return Columns(values, np.repeat(spreads, len(self.joints)), tuple(names))
+        values = np.concatenate([shapes for shapes, _ in tables.values()], axis=1)
+        spread = np.repeat([spread for _, spread in tables.values()], len(self.joints))
+        return Columns(values, spread, tuple(f"{name} {j}" for name in tables for j in self.joints))
 
     @cached_property
     def _links(self) -> FloatArray:
@@ -195,11 +169,6 @@ class JointEfforts:
         held = np.stack([clipped(move, -one, one, 0.0) for move in moves.T], axis=1)
         return self._low_passed(held) - self._direction
 
-    @property
-    def _apart_s(self) -> float:
-        """Usual time between effort and position, by the clocks."""
-        return max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.moved.whole.period_s)
-
     @cached_property
     def _changing(self) -> FloatArray:
         return self.moved.edge.slope(self._filtered)
@@ -211,20 +180,16 @@ class JointEfforts:
         longest would fit best.
         """
         earlier = self._in_time.later(self._curves[joint], -dead_s, 0.0)
-        return self._at(joint, self._filtered[:, joint] - earlier[:, 0])
+        later = self._filtered[:, joint] - earlier[:, 0]
+        return np.where(self.own[:, joint], later[self.layout.sample], 0.0)
 
     @cached_property
     def _curves(self) -> list[Curves]:
         return [self._in_time.curves(force[:, None]) for force in self._filtered.T]
 
-    def _at(self, joint: int, effort: FloatArray) -> FloatArray:
-        """An effort of one joint (m,) among the rows of all, (n,)."""
-        own: FloatArray = np.where(self.kinds == joint, effort[self.layout.sample], 0.0)
-        return own
-
     def _each(self, efforts: FloatArray) -> FloatArray:
         """Efforts (m, joints) of all joints, each by itself, (n, joints)."""
-        return np.stack([self._at(j, effort) for j, effort in enumerate(efforts.T)], axis=1)
+        return np.where(self.own, self.layout.laid(efforts)[:, None], 0.0)
 
     @cached_property
     def _load(self) -> Columns:
@@ -239,26 +204,31 @@ class JointEfforts:
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
         """Each joint's own position and velocity, the effort that it needs, and time, (n,)."""
-        stacked = {"position": self.moved.at, "velocity": self.moved.speed}
-        found = {name: self.layout.laid(values) for name, values in stacked.items()}
-        return found | {"time": self.moved.whole.t_s[self.layout.sample]}
+        moved, laid = self.moved, self.layout.laid
+        found = {"position": laid(moved.at), "velocity": laid(moved.speed)}
+        return found | {"time": moved.whole.t_s[self.layout.sample]}
 
-    def _ways(self, joint: int) -> dict[str, Way]:
+    def ways(self) -> dict[str, Way]:
         """How efforts of a joint may hang on what no effect of the vocabulary does: its own
         place, velocity and time, friction that grows along the way, a torque constant that changes
         in time, and its neighbours, with which it may share a motor.
         """
-        own, enough = self.covariates, len(self.rows_of(joint)) // LONE.rows_a_piece
-        pieces = int(np.clip(enough, LONE.fewest_pieces, SERVO_JOINTS.joint_pieces))
-        found = {name: Way((name,), values, 1.0, pieces) for name, values in own.items()}
-        braked = self.layout.laid(self._direction)
-        found["friction"] = Way(("position", "direction"), own["position"], braked, CHAIN.bends)
-        driven = self.layout.laid(self._needed)
-        found["scale"] = Way(("time", "effort"), own["time"], driven, CHAIN.bends)
+        own, found = self.covariates, {}
+        braked, driven = self.layout.laid(self._direction), self.layout.laid(self._needed)
         tables = {"effort": self._filtered, "velocity": self._speed}
-        for other in (joint - 1, joint + 1):
-            for what, values in tables.items() if 0 <= other < len(self.joints) else ():
-                name = f"{what}_of_{self.joints[other]}"
-                along = values[self.layout.sample, other]
-                found[name] = Way((name,), along, 1.0, 0)
+        for j in self.moving():
+            enough = len(self.rows_of(j)) // LONE.rows_a_piece
+            pieces = int(np.clip(enough, LONE.fewest_pieces, SERVO_JOINTS.joint_pieces))
+            each = {name: Way(values, pieces, (name,)) for name, values in own.items()}
+            follows, bends = ("position", "direction"), CHAIN.bends
+            each["friction"] = Way(own["position"], bends, follows, times=braked)
+            each["scale"] = Way(own["time"], bends, ("time", "effort"), times=driven)
+            for other in (j - 1, j + 1):
+                for what, values in tables.items() if 0 <= other < len(self.joints) else ():
+                    name = f"{what}_of_{self.joints[other]}"
+                    along = values[self.layout.sample, other]
+                    each[name] = Way(along, 0, (name,), given=along[:, None])
+            for name, way in each.items():
+                of_joint = replace(way, component=self.joints[j], acts=self.own[:, j])
+                found[f"{self.joints[j]} {name}"] = of_joint
         return found

@@ -18,8 +18,7 @@ from deltactl.diagnosis.observations.readings import (
     gather,
     smoothly_bridged,
 )
-from deltactl.diagnosis.plants.lone.clear_motion import in_clear_motion
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
+from deltactl.diagnosis.plants.lone.clear_motion import direction_of, in_clear_motion, rows_apart
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.chain_tables import by_joint, columns_of
 from deltactl.recording.tables.flat import FlatRecording
@@ -50,7 +49,7 @@ class JointMotions:
     speed: FloatArray
     change: FloatArray
     signs: FloatArray
-    """Signs of the velocities, smooth where a velocity is lost in its noise."""
+    """Ways of the motions, from -1 to 1."""
     edge: Motion
     """Motion of a joint behind the low-pass that efforts and all that explains them pass."""
     top_speeds: FloatArray
@@ -90,14 +89,11 @@ def joint_motions(
     wide = [motion(j, WIDER * edge_hz / one) for j, one in enumerate(own_hz)]
     period = edge_hz * whole.period_s
     counts = np.stack([in_clear_motion(one, period) for one in edges], axis=1) & whole.valid
-    widths = [max(m.velocity_noise, FORCED_AXIS.turning_share * m.top_speed) for m in wide]
-    speed = np.stack([one.velocity for one in wide], axis=1)
+    each = [(one.position, one.velocity, one.acceleration, direction_of(one)) for one in wide]
+    placed, speed, change, signs = np.stack(each, axis=2)
     return JointMotions(
-        whole, np.stack([one.position for one in wide], axis=1), speed,
-        np.stack([one.acceleration for one in wide], axis=1), np.tanh(speed / np.array(widths)),
-        edges[0], np.array([one.top_speed for one in edges]),
-        robot.effort_per_unit * read("effort"), counts,
-        max(1, int(FORCED_AXIS.periods_a_row / period)),
+        whole, placed, speed, change, signs, edges[0], np.array([one.top_speed for one in edges]),
+        robot.effort_per_unit * read("effort"), counts, rows_apart(period),
     )  # fmt: skip
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.chain_tables import (
-    joint_columns,
     joints_of,
     orientation,
     place_of,
@@ -31,28 +31,27 @@ class Poses:
     """Measured poses and the angles there.
 
     at: (n, joints) as the encoders read, or as commanded where they were not read. ahead: (n,
-    joints) command less encoder; None where only one of both is known. places: (n, k, 3) of the
-    targets [m], NaN where one was not seen. turned: rotation vectors (n, 3) [rad]; None without.
+    joints) command less encoder; 0 where only one of both is known. places: (n, k, 3) of the
+    targets [m], NaN where one was not seen. turned: rotation vectors (n, 3) [rad]; (n, 0) without.
     part: number of the recording, (n,). step: (n, joints) from the pose before, 0 at the first.
     """
 
     at: FloatArray
-    ahead: FloatArray | None
+    ahead: FloatArray
     targets: tuple[str, ...]
     places: FloatArray
-    turned: FloatArray | None
+    turned: FloatArray
     part: IntArray
     step: FloatArray
     t_s: FloatArray
     period_s: float = 0.0
     """Between rows in motion; 0 of poses at rest."""
 
-
-def measures_poses(robot: ChainRobot, recording: FlatRecording) -> bool:
-    """Whether a table has places, and no efforts in motion, which say more of it."""
-    efforts = all(joint_columns(robot.joints, recording, "effort"))
-    at_rest = not recording.timed or len(recording.stretches()) == len(recording)
-    return bool(targets_in(recording)) and (at_rest or not efforts)
+    def those(self, rows: IntArray) -> Poses:
+        """Some of them."""
+        each = {one.name: getattr(self, one.name) for one in fields(self)}
+        some: dict[str, Any] = {n: v[rows] for n, v in each.items() if isinstance(v, np.ndarray)}
+        return replace(self, **some)
 
 
 def poses_of(robot: ChainRobot, recordings: Sequence[FlatRecording]) -> Poses:
@@ -64,26 +63,19 @@ def poses_of(robot: ChainRobot, recordings: Sequence[FlatRecording]) -> Poses:
     read = all(one is not None for one in angles)
     at = _joined(angles if read else commands)
     both = read and all(one is not None for one in commands)
-    ahead = _joined(commands) - at if both else None
+    ahead = _joined(commands) - at if both else np.zeros_like(at)
     targets = targets_in(recordings[0])
     places = np.stack([_joined([place_of(r, t) for r in recordings]) for t in targets], axis=1)
     turned = [orientation(one) for one in recordings]
-    vectors = _joined(turned) if all(one is not None for one in turned) else None
+    vectors = _joined(turned) if all(one is not None for one in turned) else at[:, :0]
     part = np.repeat(np.arange(len(recordings)), [len(one) for one in recordings])
-    step = np.diff(at, axis=0, prepend=at[:1])
+    step = np.nan_to_num(np.diff(at, axis=0, prepend=at[:1]))
     step[np.diff(part, prepend=-1) != 0] = 0.0
-    known = np.isfinite(at).all(axis=1) & np.isfinite(places).any(axis=(1, 2))
-    if ahead is not None:
-        known &= np.isfinite(ahead).all(axis=1)
-    period_s = _period_s(recordings, at[known], np.nan_to_num(step[known]))
-    rows = np.flatnonzero(known)
-    known = rows[:: -(-len(rows) // MOST_POSES)]
-    return Poses(
-        at[known], None if ahead is None else ahead[known], targets, places[known],
-        None if vectors is None else vectors[known], part[known].astype(np.intp),
-        np.nan_to_num(step[known]), np.concatenate([one.t_s for one in recordings])[known],
-        period_s,
-    )  # fmt: skip
+    known = np.isfinite(at + ahead).all(axis=1) & np.isfinite(places).any(axis=(1, 2))
+    t_s = np.concatenate([one.t_s for one in recordings])
+    period_s, rows = _period_s(recordings, at[known], step[known]), np.flatnonzero(known)
+    every = Poses(at, ahead, targets, places, vectors, part.astype(np.intp), step, t_s, period_s)
+    return every.those(rows[:: -(-len(rows) // MOST_POSES)])
 
 
 def _period_s(recordings: Sequence[FlatRecording], at: FloatArray, step: FloatArray) -> float:

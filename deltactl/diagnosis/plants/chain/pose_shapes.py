@@ -12,12 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shape, Shapes
+from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shape
 from deltactl.diagnosis.plants.chain.pose_readings import last_way
 from deltactl.models.effects.chain_poses import LATE, POSE_EFFECTS, SENSORS
 from deltactl.models.robot import ChainRobot
 
-UNKNOWN, GEOMETRY = "left", "geometry"
+GEOMETRY = "geometry"
+UNKNOWNS = {"left_angle": "angle", "left_load": "load"}
+"""Stems of errors that have no name, and what they follow."""
 WHOLE_WAVES = {"wave": 1, "second": 2}
 """Waves a turn of a joint of those whose number is known."""
 WAVES = (*WHOLE_WAVES, "gear")
@@ -57,85 +59,60 @@ class PoseShapes:
     def __init__(self, robot: ChainRobot, model: PoseModel):
         self.robot, self.model, self.poses = robot, model, model.poses
         self.joints, self.slides = model.chain.joints, model.chain.slides
-        self.made: Shapes = {}
         self.waves: dict[str, tuple[int, int]] = {}
         """Waves a turn of the gear's error at each joint, and among how many they were chosen."""
         self.free: tuple[str, ...] = ()
         """Keys that are always fitted and no finding."""
         self.spanned: dict[str, str] = {}
         """Keys that these poses cannot show, and why."""
-        self.start = model.at(self.made, {})
-        self.tops = self._tops()
-        self._joint_by_joint()
-        self._enter_known()
-
-    def _tops(self) -> dict[str, float]:
-        """Largest loads and moments on joints, to which sags are relative."""
-        loads = {
-            j: float(np.abs(self.start.placed.loads[:, i]).max()) for i, j in enumerate(self.joints)
-        }
-        across = {
-            f"across {j}": float(np.abs(across_axis(self.start, i)).max())
-            for i, j in enumerate(self.joints)
-        }
-        return loads | across
-
-    def _joint_by_joint(self) -> None:
-        """Enter all that may be wrong at a joint and changes in these poses."""
-        heaviest = max(max(self.tops.values()), 1e-300)
-        for j, joint in enumerate(self.joints):
-            stems = ["home"]
-            turns = not self.slides[j]
-            if np.ptp(self.poses.at[:, j]) > 0.0:
-                stems += ["ratio", *(["wave", "second", f"{UNKNOWN}angle"] if turns else [])]
-            if self.tops[joint] > POSES.least_load * heaviest:
-                stems += ["droop", "hang", f"{UNKNOWN}load"]
-            if np.any(last_way(self.poses)[:, j]):
-                stems.append("play")
-            if self.poses.ahead is not None and np.any(np.abs(self.poses.ahead[:, j]) > NO_ERROR):
-                stems.append("windup")
-            for stem in stems:
-                key = f"{stem} {joint}"
-                if stem.startswith(UNKNOWN):
-                    key = f"{UNKNOWN} {joint} {stem.removeprefix(UNKNOWN)}"
-                self.made[key] = self.shape(key)
-            if self.tops[f"across {joint}"] > POSES.least_load * heaviest:
-                self.made[f"bend {joint}"] = self.shape(f"bend {joint}")
-        if np.any(self.poses.step):
-            self.made[f"rest {SENSORS}"] = self.shape(f"rest {SENSORS}")
-
-    def shape(self, key: str) -> Shape:
-        """What a key changes in these poses; of geometry all, of which directions are chosen."""
-        stem, joint, _ = parts_of(key)
-        if joint == SENSORS:
-            return Shape({j: -step[:, None] for j, step in enumerate(self.poses.step.T)})
-        j = self.joints.index(joint)
-        if stem == GEOMETRY:
-            return Shape(before={j: np.eye(6)})
-        if stem == "bend":
-            return Shape(about={j: across_axis(self.start, j)[:, :, None]})
-        return Shape({j: self.angle(key)})
-
-    def angle(self, key: str) -> FloatArray:
-        """Change (n, k) of a joint's angle by the sizes of a key."""
-        stem, joint, follows = parts_of(key)
-        j = self.joints.index(joint)
-        q, load = self.poses.at[:, j], self.start.placed.loads[:, j]
-        if follows == "angle":
-            waves = range(POSES.harmonics[0], POSES.harmonics[1] + 1)
-            return np.concatenate([_wave(q, n) for n in waves], axis=1)
-        if follows == "load":
-            share = load / self.tops[joint]
-            return np.stack([share**2, share**3], axis=1)
-        if stem in WAVES:
-            return _wave(q, WHOLE_WAVES.get(stem) or self.waves[joint][0])
-        ahead = np.zeros_like(self.poses.at) if self.poses.ahead is None else self.poses.ahead
-        plain = {
-            "home": np.ones(len(q)), "ratio": q, "droop": load, "hang": 0.5 * np.sign(load),
-            "play": 0.5 * last_way(self.poses)[:, j], "windup": ahead[:, j],
+        placed = model.at({}).placed
+        self._loads, along = placed.loads, np.sum(placed.axes * placed.moments, axis=2)
+        self._across = placed.moments - placed.axes * along[:, :, None]
+        """Moments of the weight across the joints' axes, (n, joints, 3) [N m]."""
+        self.tops = {
+            "droop": np.abs(self._loads).max(axis=0), "bend": np.abs(self._across).max(axis=(0, 2))
         }  # fmt: skip
-        shape: FloatArray = plain[stem][:, None]
-        return shape
+        """Largest loads and moments (joints,), to which sags are relative."""
+        every = self._every()
+        self.model.shapes = {key: shape for key, shape in every.items() if shape.acts}
+        self._enter_known(every)
+
+    def _every(self) -> dict[str, Shape]:
+        """All that may be wrong; of geometry all, of which directions are chosen."""
+        heaviest = max(*(float(top.max()) for top in self.tops.values()), 1e-300)
+        weighs = {stem: top > POSES.least_load * heaviest for stem, top in self.tops.items()}
+        found: dict[str, Shape] = {}
+        for j, joint in enumerate(self.joints):
+            for stem, (acts, angle) in self._angles(j, bool(weighs["droop"][j])).items():
+                found[f"{stem} {joint}"] = Shape({j: angle.reshape(len(angle), -1)}, acts=acts)
+            across = {j: self._across[:, j, :, None]}
+            found[f"bend {joint}"] = Shape(about=across, acts=bool(weighs["bend"][j]))
+            found[f"{GEOMETRY} {joint}"] = Shape(before={j: np.eye(6)}, acts=False)
+        late = {j: -step[:, None] for j, step in enumerate(self.poses.step.T)}
+        return found | {f"rest {SENSORS}": Shape(late, acts=bool(np.any(self.poses.step)))}
+
+    def _angles(self, j: int, weighs: bool) -> dict[str, tuple[bool, FloatArray]]:
+        """Changes (n,) or (n, k) of a joint's angle, and whether there are any."""
+        q, load, way = self.poses.at[:, j], self._loads[:, j], last_way(self.poses)[:, j]
+        ahead = self.poses.ahead[:, j]
+        share = load / max(self.tops["droop"][j], 1e-300)
+        moves = bool(np.ptp(q) > 0.0)
+        turns = moves and not self.slides[j]
+        first, last = POSES.harmonics
+        rough = np.concatenate([_wave(q, n) for n in range(first, last + 1)], axis=1)
+        found = {
+            "home": (True, np.ones(len(q))),
+            "ratio": (moves, q),
+            **{stem: (turns, _wave(q, waves)) for stem, waves in WHOLE_WAVES.items()},
+            "left_angle": (turns, rough),
+            "droop": (weighs, load),
+            "hang": (weighs, 0.5 * np.sign(load)),
+            "left_load": (weighs, np.stack([share**2, share**3], axis=1)),
+            "play": (bool(np.any(way)), 0.5 * way),
+            "windup": (bool(np.any(np.abs(ahead) > NO_ERROR)), ahead),
+        }
+        finer = self.waves.get(self.joints[j])
+        return found | ({"gear": (True, _wave(q, finer[0]))} if finer else {})
 
     def find_directions(self, at: At) -> None:
         """Enter the directions of geometry that are not spanned, and note what is."""
@@ -144,22 +121,19 @@ class PoseShapes:
         absolute = self.robot.zero == "absolute"
         for joint in self.joints:
             key = f"home {joint}"
-            if not basis.takes(self.model.column(at, self.made, key)[valid]) and absolute:
+            new = basis.directions(self.model.column(at, key)[valid])
+            if not new.size and absolute:
                 self.spanned[key] = "base and targets, whose places are not known, make up for it"
-                del self.made[key]
-        kept: dict[int, list[FloatArray]] = {j: [] for j in range(len(self.joints))}
-        spread = POSE_EFFECTS[GEOMETRY].spread
+                del self.model.shapes[key]
+        kept: dict[str, list[FloatArray]] = {joint: [] for joint in self.joints}
         for part in (slice(0, 3), slice(3, 6)):
-            for j in range(len(self.joints)):
+            for j, joint in enumerate(self.joints):
                 block = self.model.geometry(at, j)[valid][:, part]
-                for direction in basis.directions(block).T:
-                    whole = np.zeros(6)
-                    whole[part] = spread * direction
-                    kept[j].append(whole)
+                kept[joint].append(np.eye(6)[:, part] @ basis.directions(block))
         for j, joint in enumerate(self.joints):
-            key = f"{GEOMETRY} {joint}"
-            if kept[j]:
-                self.made[key] = Shape(before={j: np.stack(kept[j], axis=1)})
+            key, change = f"{GEOMETRY} {joint}", np.concatenate(kept[joint], axis=1)
+            if change.shape[1]:
+                self.model.shapes[key] = Shape(before={j: change})
             else:
                 self.spanned[key] = "base, targets and zeros of joints make up for it"
         if not absolute:
@@ -167,32 +141,27 @@ class PoseShapes:
 
     def spread(self, key: str) -> FloatArray:
         """Prior spreads (k,) of the sizes of a key, in SI units."""
-        stem, joint, _ = parts_of(key)
-        usual = POSES.unknown_rad if stem == UNKNOWN else POSE_EFFECTS[stem].spread
-        if stem == GEOMETRY:
-            usual = 1.0  # its directions have their spread already
-        elif stem in ("droop", "bend"):
-            usual /= self.tops[joint if stem == "droop" else f"across {joint}"]
-        return np.full(self.made[key].count, usual)
+        stem, _, joint = key.partition(" ")
+        usual = POSES.unknown_rad if stem in UNKNOWNS else POSE_EFFECTS[stem].spread
+        top = self.tops[stem][self.joints.index(joint)] if stem in self.tops else 1.0
+        return np.full(self.model.shapes[key].count, usual / top)
 
     @property
     def named(self) -> list[str]:
         """Keys of all sizes that have a name."""
-        return [key for key in self.made if not key.startswith(UNKNOWN)]
+        return [key for key in self.model.shapes if key.partition(" ")[0] not in UNKNOWNS]
 
-    def _enter_known(self) -> None:
+    def _enter_known(self, every: dict[str, Shape]) -> None:
         """What the effects of the robot file do, so that all that is found lies beyond it."""
         for entry in self.robot.effects:
             stem = next((k for k, e in POSE_EFFECTS.items() if e.name == entry.effect), "")
             if not stem or entry.component not in (*self.joints, SENSORS):
                 continue
             values = {n: float(np.mean(v)) for n, v in entry.parameters.items()}
-            size = POSE_EFFECTS[stem].from_file(values)
+            size, shape = POSE_EFFECTS[stem].from_file(values), every[f"{stem} {entry.component}"]
             if stem in WAVES:
-                j = self.joints.index(entry.component)
+                (j,) = shape.angles
                 shape = Shape({j: _wave(self.poses.at[:, j], 2.0 * np.pi / values["period"])})
-            else:
-                shape = self.shape(f"{stem} {entry.component}")
             if stem == "rest" and self.poses.period_s:
                 size = size + values.get(LATE, 0.0) / self.poses.period_s
             self.model.given.append((shape, size))
@@ -210,21 +179,14 @@ class PoseShapes:
                 pull = np.sum(self.model.jacobian(at, j) * valid * left, axis=1)
                 power = np.abs(np.exp(1j * np.outer(waves, q)) @ pull) ** 2
                 self.waves[joint] = (int(waves[np.argmax(power)]), len(waves))
-                self.made[f"gear {joint}"] = self.shape(f"gear {joint}")
+        finer = [f"gear {joint}" for joint in self.waves]
+        self.model.shapes |= {key: one for key, one in self._every().items() if key in finer}
 
     def take_over(self, other: PoseShapes) -> None:
         """The shapes of another recording's keys in these poses."""
         self.waves, self.tops, self.free = other.waves, other.tops, other.free
-        self.made = {k: one if one.before else self.shape(k) for k, one in other.made.items()}
-
-
-def parts_of(key: str) -> tuple[str, str, str]:
-    """Stem, joint, and what it follows where it has no name."""
-    stem, _, joint = key.partition(" ")
-    if stem != UNKNOWN:
-        return stem, joint, ""
-    joint, _, follows = joint.rpartition(" ")
-    return stem, joint, follows
+        every, chosen = self._every(), other.model.shapes
+        self.model.shapes = {k: one if one.before else every[k] for k, one in chosen.items()}
 
 
 def _wave(q: FloatArray, waves: float) -> FloatArray:
@@ -240,13 +202,6 @@ def _finest(q: FloatArray) -> float:
     return np.pi * angles / span if grid else np.inf
 
 
-def across_axis(at: At, joint: int) -> FloatArray:
-    """Moment of the weight across a joint's axis, (n, 3) [N m]."""
-    axis, moment = at.placed.axes[:, joint], at.placed.moments[:, joint]
-    across: FloatArray = moment - axis * np.sum(axis * moment, axis=1)[:, None]
-    return across
-
-
 class _Basis:
     """What columns span, one block after another."""
 
@@ -254,10 +209,6 @@ class _Basis:
         norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         left, size, _ = np.linalg.svd(columns / norms, full_matrices=False)
         self._spans = left[:, size > POSES.spanned * size[0]]
-
-    def takes(self, column: FloatArray) -> bool:
-        """Whether a column (m, 1) is not spanned; then it is from now on."""
-        return self.directions(column).shape[1] == 1
 
     def directions(self, block: FloatArray) -> FloatArray:
         """Directions (j, k) of a block (m, j) that are not spanned; then they are."""

@@ -7,7 +7,7 @@ together: at the model's own a home that is 20 mrad off leaves more than a track
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,15 +16,14 @@ from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.plants.chain.joint_motions import Layout
-from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel, Shapes
+from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel
 from deltactl.diagnosis.plants.chain.pose_readings import poses_of
 from deltactl.diagnosis.plants.chain.pose_shapes import (
     GEOMETRY,
-    UNKNOWN,
+    UNKNOWNS,
     WAVES,
     WHOLE_WAVES,
     PoseShapes,
-    parts_of,
 )
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import (
@@ -44,8 +43,6 @@ from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.chain_tables import ROTATION
 from deltactl.recording.tables.flat import FlatRecording
 
-POSITIVE = frozenset(stem for stem, one in POSE_EFFECTS.items() if one.positive)
-"""No joint has less than none of these."""
 ANYWHERE = 1.0
 """Prior spread [m, rad] of placements, which have been found already."""
 EXACT = 1e-9
@@ -57,8 +54,6 @@ SHORTEST_RAD = 1e-3
 class PosePlant(KeepsBeside):
     """All joints of a chain; `observed` is what base and targets leave of the measured places."""
 
-    averages = False
-    rounding = 0.0
     channel = "pos"
     unit = "m"
 
@@ -68,21 +63,14 @@ class PosePlant(KeepsBeside):
         self.poses = poses_of(robot, recordings)
         self.model = PoseModel(robot, chain, self.poses)
         self._lay_out(len(recordings))
-        self.beside = np.zeros((len(self.t_s), 0))
         self.may_be = PoseShapes(robot, self.model)
-        self.model.place(self.shapes, {})
-        placed = self.model.at(self.shapes, {})
+        placed = self.model.place({})
         self.placed_only = placed.left
         """What base and targets alone leave, (poses, channels)."""
         self.may_be.find_directions(placed)
         self.may_be.find_gear_waves(self._settle())
         self._linearise(self._settle())
         self.regressors = tuple(self._regressors())
-
-    @property
-    def shapes(self) -> Shapes:
-        """All that may be wrong."""
-        return self.may_be.made
 
     def _lay_out(self, parts: int) -> None:
         """Channel after channel in sections of poses, so that a share left out is of poses."""
@@ -94,10 +82,8 @@ class PosePlant(KeepsBeside):
             (self.channel,), (self.unit,), nothing, nothing == 0.0,
         )  # fmt: skip
         self.readings = self.layout.readings(visits, valid, self.channel, self.unit)
-        self.t_s = self.readings.t_s
         self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
         self.kinds: IntArray = (self.layout.column >= places).astype(np.intp)
-        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
 
     def laid(self, values: FloatArray) -> FloatArray:
         """(poses, channels) or (poses, channels, k) as (n,) or (n, k); 0 where nothing was read."""
@@ -108,17 +94,14 @@ class PosePlant(KeepsBeside):
     def _settle(self) -> At:
         """The chain at the most probable sizes of all that has a name, together."""
         spreads = {key: self.may_be.spread(key) for key in self.may_be.named}
-        self.best, at = self.model.settle(self.shapes, {}, spreads, self.may_be.named)
+        self.best, at = self.model.settle({}, spreads)
         return at
 
     def _linearise(self, at: At) -> None:
         """Columns at some sizes, and what is to be explained: all beyond the robot file's."""
         self._at = at
-        each = {key: self.laid(self.model.column(at, self.shapes, key)) for key in self.shapes}
-        self._columns = {
-            key: Columns(values, self.may_be.spread(key), self._names(key))
-            for key, values in each.items()
-        }
+        each = {key: self.laid(self.model.column(at, key)) for key in self.model.shapes}
+        self._columns = {key: Columns(made, self.may_be.spread(key)) for key, made in each.items()}
         placing = [self.laid(values) for values in self.model.placing(at).values()]
         wide = [np.full(one.shape[1], ANYWHERE) for one in placing]
         zeros = [self._columns[key] for key in self.may_be.free]
@@ -129,62 +112,48 @@ class PosePlant(KeepsBeside):
         self.observed = self.laid(at.left)
         for key, size in self.best.items():
             self.observed += each[key] @ size
-        self.drawn_on = self.laid(self._measured()) - self.observed
+        seen = self.poses.places.reshape(len(self.poses.at), -1)
+        measured = np.concatenate([seen, 0.0 * self.poses.turned], axis=1)
+        self.drawn_on = self.laid(measured) - self.observed
         self.readings.values[:, 0] = self.observed
-        self.done_by_known = None
 
     @property
     def names(self) -> list[str]:
         """What was measured, by channel."""
         places = [f"{target}_{axis}" for target in self.poses.targets for axis in "xyz"]
-        return places if self.poses.turned is None else [*places, *ROTATION]
-
-    def _measured(self) -> FloatArray:
-        """What was read, (poses, channels)."""
-        seen, turned = self.poses.places.reshape(len(self.poses.at), -1), self.poses.turned
-        return seen if turned is None else np.concatenate([seen, 0.0 * turned], 1)
-
-    def _names(self, key: str) -> tuple[str, ...]:
-        count = self.shapes[key].count
-        return (key.split(" ")[0],) if count == 1 else tuple(f"part{i}" for i in range(count))
+        return [*places, *(ROTATION if self.model.turns_seen else ())]
 
     def _shows_noise(self) -> set[str]:
         """Keys of the saturated set: of few poses those that most arms have, as a set with a column
         for every few readings follows the noise.
         """
         room = len(self.rows) // EVIDENCE.readings_a_column - self._free.values.shape[1]
-        found, commonest = set(), list(POSE_EFFECTS)
-        for key in sorted(self.may_be.named, key=lambda key: commonest.index(parts_of(key)[0])):
-            room -= self.shapes[key].count
-            if room < 0:
-                break
-            found.add(key)
-        return found
+        commonest = list(POSE_EFFECTS)
+        keys = sorted(self.may_be.named, key=lambda key: commonest.index(key.split()[0]))
+        taken = np.cumsum([self.model.shapes[key].count for key in keys])
+        return set(keys[: int(np.searchsorted(taken, room, side="right"))])
 
     def _regressors(self) -> list[Regressor]:
-        found, saturated = [], self._shows_noise()
-        for key in self.may_be.named:
-            stem, _, component = key.partition(" ")
-            one = POSE_EFFECTS[stem]
-            places = self.may_be.waves[component][1] if stem == "gear" else None
-            odds = one.log_odds - (float(np.log(places)) if places else 0.0)
-            same = instead(f"pose/{stem}")
-            if key not in self.may_be.free:
-                found.append(
-                    Regressor(
-                        key, one.name, odds, component, equivalents=same, alone=False,
-                        positive=tuple({stem} & POSITIVE), places=places,
-                        saturated=key in saturated,
-                    )
-                )  # fmt: skip
-        for key in self.shapes:
-            if key.startswith(UNKNOWN):
-                _, joint, follows = parts_of(key)
-                odds = SPLINE_TERMS.unknown_log_odds
-                found.append(
-                    Regressor(key, "unknown", odds, joint, follows=(follows,), left_over=True)
-                )
+        saturated = self._shows_noise()
+        keys = [key for key in self.may_be.named if key not in self.may_be.free]
+        found = [self._regressor(key, key in saturated) for key in keys]
+        odds = SPLINE_TERMS.unknown_log_odds
+        for key in self.model.shapes:
+            stem, _, joint = key.partition(" ")
+            if stem in UNKNOWNS:
+                about = (UNKNOWNS[stem],)
+                found.append(Regressor(key, "unknown", odds, joint, follows=about, left_over=True))
         return found
+
+    def _regressor(self, key: str, saturated: bool) -> Regressor:
+        stem, _, component = key.partition(" ")
+        one = POSE_EFFECTS[stem]
+        places = self.may_be.waves[component][1] if stem == "gear" else None
+        return Regressor(
+            key, one.name, one.log_odds - (float(np.log(places)) if places else 0.0), component,
+            equivalents=instead(f"pose/{stem}"), alone=False, places=places, saturated=saturated,
+            positive=("0",) if one.positive else (), above=0.0 if one.positive else -np.inf,
+        )  # fmt: skip
 
     def free(self) -> Columns:
         """Placement of base and targets."""
@@ -197,44 +166,43 @@ class PosePlant(KeepsBeside):
     @property
     def covariates(self) -> dict[str, FloatArray]:
         """Angles and loads of all joints, (n,)."""
-        placed = self._at.placed
-        found = {f"theta_{j + 1}": q[self.layout.sample] for j, q in enumerate(self.poses.at.T)}
-        return found | {
-            f"load_{j + 1}": q[self.layout.sample] for j, q in enumerate(placed.loads.T)
+        each = {"theta": self.poses.at, "load": self._at.placed.loads}
+        return {
+            f"{name}_{j}": values[self.layout.sample]
+            for name, joints in each.items()
+            for j, values in enumerate(joints.T, 1)
         }
 
     def followed(self, key: str) -> FloatArray:
         """Angle or load (n,) that what has no name follows."""
-        _, joint, follows = parts_of(key)
-        number = self.joints.index(joint) + 1
-        return self.covariates[f"theta_{number}" if follows == "angle" else f"load_{number}"]
+        stem, _, joint = key.partition(" ")
+        values = self.poses.at if UNKNOWNS[stem] == "angle" else self._at.placed.loads
+        return np.asarray(values[self.layout.sample, self.joints.index(joint)])
 
     def noise_bounds(self, left: FloatArray) -> None:
         """Poses at rest have no course of time that would bound the noise."""
 
     def not_testable(self) -> list[NotTestable]:
         """Zeros and geometry that these poses cannot tell from the placement."""
+        spanned = [(*key.split(" ", 1), why) for key, why in self.may_be.spanned.items()]
         return [
-            NotTestable(
-                effect=POSE_EFFECTS[parts_of(key)[0]].name, component=parts_of(key)[1], why=why
-            )
-            for key, why in self.may_be.spanned.items()
+            NotTestable(effect=POSE_EFFECTS[stem].name, component=joint, why=why)
+            for stem, joint, why in spanned
         ]
 
     def adopt(self, trained: PosePlant) -> None:
         """Linearise where the other recording is: sizes of one hold in the other."""
         self.may_be.take_over(trained.may_be)
         self.best, self.regressors = trained.best, trained.regressors
-        self.model.place(self.shapes, self.best)
-        self._linearise(self.model.at(self.shapes, self.best))
+        self._linearise(self.model.place(self.best))
 
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the effects, in SI units."""
         stem, _, component = key.partition(" ")
-        if stem == UNKNOWN:
+        if stem in UNKNOWNS:
             return []
         if stem == GEOMETRY:
-            (change,) = self.shapes[key].before.values()
+            (change,) = self.model.shapes[key].before.values()
             units = ["m"] * 3 + ["rad"] * 3
             order = np.argsort(-np.abs(change @ self.best[key]), kind="stable")
             return [Shown(OFF[i], units[i], _along(change[i])) for i in order]
@@ -243,10 +211,10 @@ class PosePlant(KeepsBeside):
         one = POSE_EFFECTS[stem]
         name, unit = one.parameters[0]
         if stem == "rest" and (period_s := self.poses.period_s):
-            return [Shown(LATE, "s", lambda v: period_s * v[stem])]
+            return [Shown(LATE, "s", lambda v: period_s * v["0"])]
         if component in self.joints and self.chain.slides[self.joints.index(component)]:
             unit = LINEAR_UNIT.get(unit, unit)
-        return [Shown(name, unit, lambda v: one.of_size(v[stem]), one.nothing)]
+        return [Shown(name, unit, lambda v: one.of_size(v["0"]), one.nothing)]
 
     def _shown_wave(self, key: str) -> list[Shown]:
         """A wave by amplitude, period and phase. Once and twice a turn are exact; a gear has its
@@ -259,25 +227,17 @@ class PosePlant(KeepsBeside):
         apart = EXACT if whole else float(np.sqrt(12.0)) / max(float(np.ptp(q)), SHORTEST_RAD)
 
         def period(v: Draws) -> FloatArray:
-            wave = np.asarray(v["part0"]) + 1j * np.asarray(v["part1"])
+            wave = np.asarray(v["0"]) + 1j * np.asarray(v["1"])
             off = np.angle(wave * np.conj(np.mean(wave)))
             return np.asarray(2.0 * np.pi / (waves + apart * off))
 
         return [
-            Shown("amplitude", "rad", lambda v: np.hypot(v["part0"], v["part1"])),
+            Shown("amplitude", "rad", lambda v: np.hypot(v["0"], v["1"])),
             Shown("period", "rad", period),
-            Shown("phase", "rad", lambda v: np.arctan2(v["part1"], v["part0"]), np.nan),
+            Shown("phase", "rad", lambda v: np.arctan2(v["1"], v["0"]), np.nan),
         ]
-
-    def impossible(
-        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
-    ) -> bool:
-        """What gives way against its load, or play below zero."""
-        above = [key for key in keys if key.partition(" ")[0] in POSITIVE]
-        return any(float(linear[key][0]) <= 0.0 for key in above)
 
 
 def _along(weights: FloatArray) -> Callable[[Draws], FloatArray]:
     """One component of geometry by the sizes of its directions."""
-    names = ["geometry"] if len(weights) == 1 else [f"part{i}" for i in range(len(weights))]
-    return lambda v: np.asarray(sum(w * v[n] for w, n in zip(weights, names, strict=True)))
+    return lambda v: np.asarray(sum(weight * v[str(i)] for i, weight in enumerate(weights)))

@@ -57,8 +57,10 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     of_ratio += () if rotary else instead("linear/ratio", ratio)
     found = [
         named(f"{drive}/ratio", equivalents=tuple(of_ratio), apart_from=("offset",)),
-        named("command/lag", sizes=lag, equivalents=instead("command/lag")),
-        named("command/speed", sizes=(_fastest(axis),), alone=False),
+        named(
+            "command/lag", sizes=lag, equivalents=instead("command/lag"), starts=LONE.lag_starts_s
+        ),
+        _fastest(axis),
     ]
     if axis.robot.zero == "absolute":
         zero = column_of("command/offset")[0]
@@ -67,7 +69,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     if known_pull:
         friction = _grip(axis, width)
         found += [
-            named("command/droop"),
+            named("command/droop", above=0.0),
             named("pulled/play", sizes=(width, *starts)),
             named("pulled/friction", sizes=(width, *starts), saturated=False),
             named("pulled/rubbing", sizes=(width, friction, *starts), beside=("droop",),
@@ -111,9 +113,11 @@ def why_none_yields(axis: RecordedAxis) -> str:
     return LOAD_UNKNOWN.format(GRAVITY_OR if isinstance(axis.robot, ServoAxis) else "")
 
 
-def _fastest(axis: RecordedAxis) -> Size:
+def _fastest(axis: RecordedAxis) -> Regressor:
     usual, fastest = axis.speeds
-    return Size("limit", "flat", fastest, usual, fastest, 2e-3 * fastest)
+    limit = Size("limit", "flat", fastest, usual, fastest, 2e-3 * fastest)
+    starts = tuple((usual + x * (fastest - usual),) for x in LONE.limit_starts)
+    return named("command/speed", sizes=(limit,), alone=False, starts=starts)
 
 
 def _play(axis: RecordedAxis) -> Size:
@@ -156,7 +160,8 @@ def _waves(axis: RecordedAxis, key: str) -> Regressor | None:
     low, high = waves_of(axis, key)
     if high < COMMANDED_AXIS.more_than_waves * low:
         return None
-    waves = Size("waves", "flat", max(high, COMMANDED_AXIS.most_waves), low, high, 0.01)
+    widest = max(high, COMMANDED_AXIS.most_waves)
+    waves = Size("waves", "flat", widest, low, high, 0.01, within=_inside(low, high))
     return named(
         f"command/{key}", sizes=(waves,), equivalents=instead(f"command/{key}"), alone=False,
         mapped=True, saturated=key == "gear", places=high - low, measured_by=RATIO,
@@ -173,16 +178,9 @@ def waves_of(axis: RecordedAxis, key: str) -> tuple[float, float]:
     return low, min([*more, axis.resolved_waves])
 
 
-def highest_hz(axis: RecordedAxis) -> float:
-    """The fastest ringing that the samples of a recording can follow, or an axis has."""
-    followed_hz = COMMANDED_AXIS.ringing_of_rate / axis.readings.period_s
-    return min(followed_hz, COMMANDED_AXIS.fastest_ringing_hz)
-
-
-def slowest_hz(axis: RecordedAxis) -> float:
-    """The slowest ringing of which a recording holds some periods."""
-    in_it = COMMANDED_AXIS.ringing_periods / max(axis.readings.span_s, 1e-300)
-    return max(COMMANDED_AXIS.slowest_ringing_hz, in_it)
+def _inside(low: float, high: float) -> tuple[float, float]:
+    """Ends within which a size was found, and not its bound."""
+    return (1.0 + LONE.near_bound) * low, (1.0 - LONE.near_bound) * high
 
 
 def _jump(axis: RecordedAxis) -> Regressor:
@@ -197,20 +195,26 @@ def _jump(axis: RecordedAxis) -> Regressor:
 
 
 def _ringing(axis: RecordedAxis) -> Regressor | None:
-    slowest, fastest = slowest_hz(axis), highest_hz(axis)
+    """From the slowest of which a recording holds some periods, to the fastest that its samples can
+    follow, or that an axis has.
+    """
+    in_it = COMMANDED_AXIS.ringing_periods / max(axis.readings.span_s, 1e-300)
+    slowest = max(COMMANDED_AXIS.slowest_ringing_hz, in_it)
+    followed_hz = COMMANDED_AXIS.ringing_of_rate / axis.readings.period_s
+    fastest = min(followed_hz, COMMANDED_AXIS.fastest_ringing_hz)
     if fastest <= slowest:
         return None
-    frequency = Size("frequency", "flat", fastest, slowest, fastest, 0.01)
-    damping = Size("damping", "flat", 1.0, *COMMANDED_AXIS.damping, 0.01)
-    return named("command/ringing", sizes=(frequency, damping), alone=False, saturated=False)
-
-
-def _rings(axis: RecordedAxis, sizes: Sizes) -> bool:
-    """Whether a frequency and a damping lie within what was looked for, not at its ends."""
-    near, slowest = LONE.near_bound, slowest_hz(axis)
-    low, high = COMMANDED_AXIS.damping_within
-    within = (1.0 + near) * slowest < sizes["ringing.frequency"] < (1.0 - near) * highest_hz(axis)
-    return within and low < sizes["ringing.damping"] < high
+    inside, damped = _inside(slowest, fastest), COMMANDED_AXIS.damping_within
+    frequency = Size("frequency", "flat", fastest, slowest, fastest, 0.01, within=inside)
+    damping = Size("damping", "flat", 1.0, *COMMANDED_AXIS.damping, 0.01, within=damped)
+    from_hz = COMMANDED_AXIS.ringing_from * slowest
+    up_to_hz = COMMANDED_AXIS.ringing_up_to * fastest
+    count = 1 + math.ceil(math.log(up_to_hz / from_hz, COMMANDED_AXIS.ringing_apart))
+    each = np.geomspace(from_hz, up_to_hz, count)
+    starts = tuple((float(hz), COMMANDED_AXIS.damping_start) for hz in each)
+    return named(
+        "command/ringing", sizes=(frequency, damping), alone=False, saturated=False, starts=starts
+    )
 
 
 def _gap_of_a_lag(axis: RecordedAxis, keys: frozenset[str], sizes: Sizes) -> float:
@@ -224,9 +228,7 @@ def _gap_of_a_lag(axis: RecordedAxis, keys: frozenset[str], sizes: Sizes) -> flo
 def impossible(
     axis: RecordedAxis, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
 ) -> bool:
-    """A spring that pushes, sizes at their bounds, play below a step of the reading."""
-    if "droop" in keys and linear["droop"][0] <= 0.0:
-        return True
+    """Play below a step of the reading, friction without a load, sizes that show in nothing."""
     if _cannot_rub(keys, sizes, linear):
         return True
     near = LONE.near_bound
@@ -236,15 +238,9 @@ def impossible(
         width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
         if not least < width < widest:
             return True
-    for key in keys & {*WAVES}:
-        fewest, most = waves_of(axis, key)
-        if not (1.0 + near) * fewest < sizes[f"{key}.waves"] < (1.0 - near) * most:
-            return True
     longest_s = COMMANDED_AXIS.together_of_longest * LONE.longest_lag_s
     if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > longest_s:
         return True
     if "speed" in keys and not least < axis.behind_a_limit(sizes["speed.limit"]):
         return True
-    if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:
-        return True
-    return "ringing" in keys and not _rings(axis, sizes)
+    return "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step

@@ -39,9 +39,7 @@ class AxisShapes:
                 if self._axis.robot.zero == "absolute"
                 else base - np.mean(base[self._axis.rows])
             )
-            return Columns(
-                shape[:, None], np.array([RATIO_SPREAD[self._axis.robot.kind]]), ("scale",)
-            )
+            return Columns.of(shape, RATIO_SPREAD[self._axis.robot.kind], "scale")
         if key == "droop":
             return self._droop(sizes.get("lag.time", 0.0) + self._known_late_s)
         if key in WAVES:
@@ -49,16 +47,15 @@ class AxisShapes:
         if key == "drift":
             return self._bend
         if key == "jump":
-            after = (self._axis.t_s >= sizes["jump.moment"]).astype(float)[:, None]
-            return Columns(after, np.array([self._axis.mismatch]), ("shift",))
-        return Columns(np.zeros((len(base), 0)), np.zeros(0))
+            after = (self._axis.t_s >= sizes["jump.moment"]).astype(float)
+            return Columns.of(after, self._axis.mismatch, "shift")
+        return Columns.none(len(base))
 
     def _droop(self, late_s: float) -> Columns:
         """Kept for one delay: most points of a fit share it."""
         if self._drooped is None or self._drooped[0] != late_s:
-            pull = self._pulled(late_s)[:, None]
-            columns = Columns(pull, np.array([self._yielding]), ("1/stiffness",))
-            self._drooped = (late_s, columns)
+            pull = self._pulled(late_s)
+            self._drooped = (late_s, Columns.of(pull, self._yielding, "1/stiffness"))
         return self._drooped[1]
 
     def _pulled(self, late_s: float) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,21 +10,17 @@ from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.axis_regressors import (
     WAVES,
     begins_of,
-    highest_hz,
-    slowest_hz,
     usual_load,
     waves_of,
 )
-from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.lone.waves import spectrum
 from deltactl.recording.column_measures import TRAVEL
 
 
 def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-    """Where to start the nonlinear sizes of a regressor."""
-    if key == "lag":
-        return [{"lag.time": a, "lag.dead_time": b} for a, b in LONE.lag_starts_s]
+    """Where to start the nonlinear sizes of a regressor by what is left without it, (n,)."""
     if key in ("play", "friction", "rubbing"):
         apart = float(np.ptp(np.quantile(residual[axis.rows], TRAVEL)))
         widest = COMMANDED_AXIS.widest_start * axis.span
@@ -41,19 +36,7 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
         return [{f"{key}.waves": w} for w in _likely_waves(axis, residual, *waves_of(axis, key))]
     if key == "jump":
         return [{"jump.moment": _likely_jump(axis, residual)}]
-    if key == "speed":
-        usual, fastest = axis.speeds
-        return [{"speed.limit": usual + x * (fastest - usual)} for x in LONE.limit_starts]
-    if key == "ringing":
-        from_hz = COMMANDED_AXIS.ringing_from * slowest_hz(axis)
-        up_to_hz = COMMANDED_AXIS.ringing_up_to * highest_hz(axis)
-        damping = COMMANDED_AXIS.damping_start
-        count = 1 + math.ceil(math.log(up_to_hz / from_hz, COMMANDED_AXIS.ringing_apart))
-        return [
-            {"ringing.frequency": float(f), "ringing.damping": damping}
-            for f in np.geomspace(from_hz, up_to_hz, count)
-        ]
-    return [{}]
+    return []
 
 
 def _widths(axis: RecordedAxis, key: str, width: float) -> dict[str, float]:

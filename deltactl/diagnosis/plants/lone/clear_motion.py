@@ -1,4 +1,4 @@
-"""Where an axis is in clear motion: at rest its friction is anything."""
+"""Where an axis is in clear motion and which way: at rest its friction is anything."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
 
 from deltactl.diagnosis.observations.inverse_dynamics import Motion
-from deltactl.diagnosis.observations.readings import BoolArray
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 
 
@@ -35,3 +35,20 @@ def _slow(motion: Motion) -> BoolArray:
         FORCED_AXIS.resolved * motion.velocity_noise, slowest
     )
     return slow
+
+
+def rows_apart(period: float) -> int:
+    """Samples between rows that count: nearer ones repeat each other."""
+    return max(1, int(FORCED_AXIS.periods_a_row / period))
+
+
+def clocks_apart_s(period_s: float) -> float:
+    """Usual time between effort and position, by the clocks."""
+    return max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * period_s)
+
+
+def direction_of(motion: Motion) -> FloatArray:
+    """Way of a motion (n,), from -1 to 1: no more certain than its velocity."""
+    width = max(motion.velocity_noise, FORCED_AXIS.turning_share * motion.top_speed)
+    direction: FloatArray = np.tanh(motion.velocity / width)
+    return direction

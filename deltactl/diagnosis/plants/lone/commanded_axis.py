@@ -18,7 +18,7 @@ from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.repeats import Repeats, repeats
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
+from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver, Way
 from deltactl.diagnosis.plants.lone.axis_regressors import (
     PLAYS,
     RATIO,
@@ -36,7 +36,6 @@ from deltactl.diagnosis.plants.lone.odds import ODDS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Columns, Shown, Sizes
-from deltactl.diagnosis.plants.spline_terms import less_spanned
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import FlatRecording
@@ -60,8 +59,6 @@ class CommandedAxis(RecordedAxis, LeftOver):
     def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
         super().__init__(robot, recordings)
         self.channel = self.name
-        self.drawn_on = np.zeros(len(self.t_s))
-        self.beside = np.zeros((len(self.t_s), 0))
         self._map: FineMap | None = None
         self.regressors = (*regressors_of(self), *self.unknowns())
         self._drive = DriveChain(self, begins_of(self))
@@ -78,7 +75,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
     def free(self) -> Columns:
         """The constant between command and reading where the zero is arbitrary: one a recording."""
         if self.robot.zero == "absolute":
-            return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+            return super().free()
         shapes = np.stack([p.astype(float) for p in self.parts], axis=1)
         spread = COMMANDED_AXIS.free_constant_spread * self.mismatch
         return Columns(shapes, np.full(shapes.shape[1], spread))
@@ -108,17 +105,20 @@ class CommandedAxis(RecordedAxis, LeftOver):
             found["direction"] = self.direction
         return found
 
-    def unknown(self, key: str) -> Columns:
-        """Shapes by direction: a difference between both ways, which may change over the travel."""
-        return self._by_direction if key == UNKNOWN + "direction" else super().unknown(key)
-
-    @property
-    def _by_direction(self) -> Columns:
-        at = (self.commanded - self.commanded[self.rows].mean()) / max(self.span, 1e-300)
-        powers = np.stack([np.ones_like(at), at, at**2], axis=1)
-        named = np.concatenate([self._named, self.beside], axis=1)
-        shapes = less_spanned(self.direction[:, None] * powers, named, self.rows)
-        return Columns(shapes, np.full(shapes.shape[1], self.unknown_spread))
+    def ways(self) -> dict[str, Way]:
+        """Over position the place that the axis reaches, for a map in detail, rather than the one
+        commanded; by direction a difference between both ways, which may change over the travel.
+        """
+        found = super().ways()
+        if self._map is not None and "position" in found:
+            at = self.base(self._map.keys, self._map.sizes)
+            found["position"] = replace(found["position"], along=at)
+        if "direction" in found:
+            at = (self.commanded - self.commanded[self.rows].mean()) / max(self.span, 1e-300)
+            powers = np.stack([np.ones_like(at), at, at**2], axis=1)
+            given = self.direction[:, None] * powers
+            found["direction"] = replace(found["direction"], given=given)
+        return found
 
     @cached_property
     def _named(self) -> FloatArray:
@@ -158,17 +158,12 @@ class CommandedAxis(RecordedAxis, LeftOver):
         mapped = self._map is not None and key == UNKNOWN + "position"
         return self.pieces("position") if mapped else 0
 
-    def along(self, name: str) -> FloatArray:
-        """For a map in detail, the place that the axis reaches rather than the one commanded."""
-        if name != "position" or self._map is None:
-            return super().along(name)
-        return self.base(self._map.keys, self._map.sizes)
-
     def spread_of(self, name: str, shapes: int) -> float:
-        """Spread of a map in detail, by the part that repeats: it is shared among all its
-        shapes."""
+        """Half of what reading and prediction are apart; of a map in detail, by the part that
+        repeats: it is shared among all its shapes.
+        """
         if name != "position" or self._map is None:
-            return super().spread_of(name, shapes)
+            return LONE.unknown_of_mismatch * self.mismatch
         share = COMMANDED_AXIS.uneven_map / math.sqrt(max(shapes, 1))
         return max(share * self._map.repeats.size, 1e-300)
 
@@ -179,11 +174,6 @@ class CommandedAxis(RecordedAxis, LeftOver):
         most = COMMANDED_AXIS.axis_pieces * (2 if name == "time" else 1)
         stood_on = len(self.rows) // LONE.rows_a_piece
         return int(np.clip(stood_on, LONE.fewest_pieces, most))
-
-    @property
-    def unknown_spread(self) -> float:
-        """Half of what reading and prediction are apart."""
-        return LONE.unknown_of_mismatch * self.mismatch
 
     def adopt(self, trained: CommandedAxis) -> None:
         """Travel, spread and map in detail of the recording that sizes were found on."""
@@ -255,8 +245,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
-        """A spring that pushes, sizes at their bounds, play below a step of the reading."""
-        return impossible(self, keys, sizes, linear)
+        """Sizes at a bound of their regressor, play below a step of the reading."""
+        return super().impossible(keys, sizes, linear) or impossible(self, keys, sizes, linear)
 
     def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
         """Odds of waves that are smaller than a step of the reading."""
@@ -269,7 +259,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor."""
-        return starts(self, key, residual)
+        return starts(self, key, residual) or super().starts(key, residual)
 
 
 def _share(part: FloatArray, rest: FloatArray) -> FloatArray:

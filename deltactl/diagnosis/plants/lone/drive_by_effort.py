@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.options import LONE
 from deltactl.diagnosis.plants.regression import Columns, Size
 from deltactl.foundation.scatter import MAD_TO_SIGMA
@@ -31,43 +31,22 @@ class LateDrive:
     The effort as read is left as it is. A lag that smoothed it would explain its noise.
     """
 
-    def __init__(self, t_s: FloatArray, fresh: BoolArray):
-        self._in_time = AheadInTime(t_s, fresh)
+    def __init__(self, in_time: AheadInTime):
+        self._in_time = in_time
         self._kept: dict[str, _Led] = {}
-        self._tables: dict[str, Curves] = {}
 
-    def led(
-        self,
-        key: str,
-        columns: Columns,
-        dead_s: float,
-        time_s: float,
-        blended: tuple[FloatArray, FloatArray] | None = None,
-    ) -> Columns:
-        """Columns of one regressor ahead by a dead time and a time constant; the last are kept.
-
-        blended: a table (n, m) that stays the same, and the weights (m,) by which it is the column.
-        """
+    def led(self, key: str, columns: Columns, dead_s: float, time_s: float) -> Columns:
+        """Columns of one regressor ahead by a dead time and a time constant; the last are kept."""
         at, kept = (dead_s, time_s), self._kept.get(key)
         if kept is not None and kept.columns is columns:
             curves = kept.curves
         else:
-            kept, curves = None, self._curves(key, columns.values, blended)
+            kept = None
+            curves = columns.curves() if columns.curves else self._in_time.curves(columns.values)
         if kept is None or kept.at != at:
-            led = replace(columns, values=self._in_time.later(curves, *at))
+            led = replace(columns, values=self._in_time.later(curves, *at), curves=None)
             kept = self._kept[key] = _Led(columns, curves, at, led)
         return kept.led
-
-    def _curves(
-        self, key: str, values: FloatArray, blended: tuple[FloatArray, FloatArray] | None
-    ) -> Curves:
-        if blended is None:
-            return self._in_time.curves(values)
-        table, weights = blended
-        if key not in self._tables:
-            self._tables[key] = self._in_time.curves(table)
-        of = self._tables[key]
-        return Curves(values, (of.slopes @ weights)[:, None], (of.bends @ weights)[:, None])
 
 
 class EffortLimit:

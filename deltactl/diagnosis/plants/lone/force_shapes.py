@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.inverse_dynamics import Motion
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
@@ -30,6 +31,7 @@ class ForceShapes:
     rows: IntArray
     inertia: float
     turns: bool
+    in_time: AheadInTime
 
     def of(self, key: str, sizes: Sizes) -> Columns:
         """Forces of one regressor at the time of the motion."""
@@ -60,28 +62,28 @@ class ForceShapes:
             "offset": (np.ones(len(motion.position)), self.size, "offset"),
             "gain": (self._accelerated - self.pulled, FILE_SPREADS.gain_share, "scale"),
         }
-        return {
-            key: Columns(shape[:, None], np.array([spread]), (name,))
-            for key, (shape, spread, name) in table.items()
-        }
+        return {key: Columns.of(*one) for key, one in table.items()}
 
     @property
     def _accelerated(self) -> FloatArray:
         return self.motion.acceleration * self.inertia
 
     def _stribeck(self, speed: float) -> Columns:
-        shape, spread = self.slowed @ self.share_of(speed), FORCED_AXIS.stribeck_of_size * self.size
-        return Columns(shape[:, None], np.array([spread]), ("torque",))
+        weights = np.asarray(self._table(np.log(speed)))
+        column = Columns.of(
+            self._slowed @ weights, FORCED_AXIS.stribeck_of_size * self.size, "torque"
+        )
+        return replace(column, curves=lambda: self._slowed_curves.blended(weights))
 
     @cached_property
-    def slowed(self) -> FloatArray:
+    def _slowed_curves(self) -> Curves:
+        return self.in_time.curves(self._slowed)
+
+    @cached_property
+    def _slowed(self) -> FloatArray:
         """Friction of slow motion only (n, m), for each speed of a table."""
         share = np.exp(-((self.motion.velocity[:, None] / np.exp(self._table.x)) ** 2))
         return self.motion.low_passed(self.direction[:, None] * share)
-
-    def share_of(self, speed: float) -> FloatArray:
-        """Weights (m,) of the table's speeds at one of them or between."""
-        return np.asarray(self._table(np.log(speed)))
 
     @cached_property
     def _table(self) -> CubicSpline:
@@ -104,10 +106,3 @@ class ForceShapes:
         sizes = [max(float(np.std(shape[self.rows])), 1e-300) for shape in shapes]
         pull = FORCED_AXIS.stribeck_of_size * self.size
         return Columns(np.stack(shapes, axis=1), pull / np.array(sizes))
-
-
-def direction_of(motion: Motion) -> FloatArray:
-    """Way of a motion (n,), from -1 to 1: no more certain than its velocity."""
-    width = max(motion.velocity_noise, FORCED_AXIS.turning_share * motion.top_speed)
-    direction: FloatArray = np.tanh(motion.velocity / width)
-    return direction

@@ -16,6 +16,7 @@ from scipy.ndimage import binary_dilation
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.ahead_in_time import AheadInTime
 from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
 from deltactl.diagnosis.observations.largest_noise import NoiseBounds
 from deltactl.diagnosis.observations.outliers import without_gross
@@ -30,10 +31,16 @@ from deltactl.diagnosis.observations.readings import (
 )
 from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
-from deltactl.diagnosis.plants.lone.clear_motion import in_clear_motion, rests_of
+from deltactl.diagnosis.plants.lone.clear_motion import (
+    clocks_apart_s,
+    direction_of,
+    in_clear_motion,
+    rests_of,
+    rows_apart,
+)
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, LateDrive
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
-from deltactl.diagnosis.plants.lone.force_shapes import ForceShapes, direction_of
+from deltactl.diagnosis.plants.lone.force_shapes import ForceShapes
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
 from deltactl.diagnosis.plants.regression import (
     Columns,
@@ -65,6 +72,8 @@ def prepared(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
 class ForcedAxis(LeftOver):
     """A single axis by its effort; `observed` is effort that the robot file does not explain."""
 
+    channel = "effort"
+
     def __init__(
         self, robot: ServoAxis, recordings: Sequence[FlatRecording], narrower: float = 1.0
     ):
@@ -83,17 +92,14 @@ class ForcedAxis(LeftOver):
         self.force = robot.effort_gain * np.concatenate(
             [smoothly_bridged(r, "effort") for r in recordings]
         )
-        self._late = LateDrive(self.t_s, self.readings.fresh)
+        self._in_time = AheadInTime(self.t_s, self.readings.fresh)
+        self._late = LateDrive(self._in_time)
         self.let_go = not float(np.ptp(self.force)) > 0.0
-        self.rounding = 0.0
-        self.channel = "effort"
         for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
             self._low_passed(recordings, narrower * wider)
             if len(self.rows) >= FEWEST_IN_MOTION:
                 break
-        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = self._alike()
-        self.beside = np.zeros((len(self.t_s), 0))
         enough = len(self.rows) >= FEWEST_IN_MOTION
         self.regressors = tuple(self._regressors()) if enough else ()
 
@@ -155,11 +161,8 @@ class ForcedAxis(LeftOver):
 
     def _rows(self) -> IntArray:
         """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
-        period = self._period
-        self._counts = in_clear_motion(self.motion, period) & self.readings.valid[:, 0]
-        good = np.flatnonzero(self._counts)
-        stride = max(1, int(FORCED_AXIS.periods_a_row / period))
-        return good[::stride]
+        self._counts = in_clear_motion(self.motion, self._period) & self.readings.valid[:, 0]
+        return np.flatnonzero(self._counts)[:: rows_apart(self._period)]
 
     def _alike(self) -> IntArray:
         """Small numbers (n,): rows of one number have one noise.
@@ -190,19 +193,22 @@ class ForcedAxis(LeftOver):
             rows=self.rows,
             inertia=self.inertia,
             turns=self.robot.motion == "rotary",
+            in_time=self._in_time,
         )
 
     def _regressors(self) -> list[Regressor]:
         found = [
-            named("effort/friction", positive=("torque",), measured_by=GAIN),
-            named("effort/viscous", positive=("coefficient",), measured_by=GAIN),
+            named("effort/friction", positive=("torque",), above=0.0, measured_by=GAIN),
+            named("effort/viscous", positive=("coefficient",), above=0.0, measured_by=GAIN),
             named(
-                "effort/inertia", as_built=FORCED_AXIS.as_stated * self.inertia, measured_by=GAIN
+                "effort/inertia", as_built=FORCED_AXIS.as_stated * self.inertia,
+                above=-self.inertia, measured_by=GAIN,
             ),
-        ]
+        ]  # fmt: skip
         if not self.let_go:
             top, (slowest, fastest) = self.motion.top_speed, self._forces.speeds
-            speed = Size("speed", "flat", top, slowest, fastest, 0.002 * top)
+            low, high = (share * top for share in FORCED_AXIS.stribeck_within)
+            speed = Size("speed", "flat", top, slowest, fastest, 2e-3 * top, within=(low, high))
             step_s, longest_s = 0.05 * self.readings.period_s, LONE.longest_lag_s
             late = [
                 Size(name, "half", LONE.lag_spread_s, 0.0, longest_s, step_s)
@@ -210,18 +216,22 @@ class ForcedAxis(LeftOver):
             ]
             found += [
                 named("effort/offset", equivalents=instead("effort/offset"), measured_by=GAIN),
-                named("effort/gain", as_built=FORCED_AXIS.as_stated),
+                named("effort/gain", as_built=FORCED_AXIS.as_stated, above=-1.0),
                 named("effort/spring", follows=("position",)),
                 named(
                     "effort/lag", sizes=tuple(late), alone=False, takes_over="late",
-                    as_built=EVIDENCE.tolerated * self._apart_s,
-                    equivalents=instead("effort/lag"),
+                    as_built=EVIDENCE.tolerated * clocks_apart_s(self.readings.period_s),
+                    equivalents=instead("effort/lag"), starts=LONE.lag_starts_s,
                 ),
                 named(
                     "effort/stribeck", sizes=(speed,), alone=False, positive=("torque",),
-                    measured_by=GAIN,
+                    above=0.0, measured_by=GAIN,
+                    starts=tuple((share * top,) for share in FORCED_AXIS.speed_starts),
                 ),
-                named("effort/limit", sizes=(self._limit.size,), alone=False),
+                named(
+                    "effort/limit", sizes=(self._limit.size,), alone=False,
+                    starts=tuple((limit,) for limit in self._limit.starts),
+                ),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
 
@@ -244,27 +254,17 @@ class ForcedAxis(LeftOver):
         return left
 
     def _led(self, key: str, columns: Columns, sizes: Sizes) -> Columns:
-        blended = (
-            (self._forces.slowed, self._forces.share_of(sizes["stribeck.speed"]))
-            if key == "stribeck"
-            else None
-        )
-        return self._late.led(key, columns, sizes["lag.dead_time"], sizes["lag.time"], blended)
+        return self._late.led(key, columns, sizes["lag.dead_time"], sizes["lag.time"])
 
     @cached_property
     def _needed(self) -> Columns:
-        return Columns(self.drawn_on[:, None], np.ones(1))
+        return Columns.of(self.drawn_on, 1.0)
 
     def free(self) -> Columns:
         """Effort is held between samples and filtered before it is recorded: no finding."""
         if self.let_go:
-            return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
-        return Columns(self._changing[:, None], np.array([self._apart_s]), ("late",))
-
-    @property
-    def _apart_s(self) -> float:
-        """Usual time between effort and position, by the clocks."""
-        return max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.readings.period_s)
+            return super().free()
+        return Columns.of(self._changing, clocks_apart_s(self.readings.period_s), "late")
 
     @cached_property
     def _changing(self) -> FloatArray:
@@ -273,7 +273,7 @@ class ForcedAxis(LeftOver):
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Forces (n, k) of one regressor, low-passed like the effort."""
         if key in ("lag", "limit"):
-            return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+            return Columns.none(len(self.t_s))
         columns = self._moving(key, sizes)
         return self._led(key, columns, sizes) if "lag.time" in sizes else columns
 
@@ -305,17 +305,13 @@ class ForcedAxis(LeftOver):
         noise = EffortNoise(self.motion, self.inertia, self.readings.period_s, self.groups)
         return noise.bounds(left, self.force, self.position, self._counts)
 
-    @property
-    def unknown_spread(self) -> float:
+    def spread_of(self, name: str, shapes: int) -> float:
         """A third of all forces."""
         return FORCED_AXIS.unknown_of_size * self._forces.size
 
+    @cached_property
     def variant(self) -> ForcedAxis:
         """The same under a narrower low-pass: what differs between the two is no knowledge."""
-        return self._narrower
-
-    @cached_property
-    def _narrower(self) -> ForcedAxis:
         return ForcedAxis(self.robot, self._recordings, FORCED_AXIS.narrower)
 
     def not_testable(self) -> list[NotTestable]:
@@ -372,29 +368,12 @@ class ForcedAxis(LeftOver):
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
-        """Friction that drives, a mass below zero, a Stribeck speed at its bound."""
-        for key in keys & {"friction", "viscous", "stribeck"}:
-            if linear[key][0] <= 0.0:
-                return True
+        """Sizes at a bound of their regressor, a lag of no time or too long, a limit that is not
+        reached.
+        """
         longest_s = LONE.longest_lag_s
         if "lag" in keys and not 0.0 < sizes["lag.time"] + sizes["lag.dead_time"] < longest_s:
             return True
         if "limit" in keys and not self._limit.is_reached(sizes["limit.limit"]):
             return True
-        if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
-            return True
-        if "gain" in keys and linear["gain"][0] <= -1.0:
-            return True
-        low, high = (share * self.motion.top_speed for share in FORCED_AXIS.stribeck_within)
-        return "stribeck" in keys and not low < sizes["stribeck.speed"] < high
-
-    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-        """Where to start the nonlinear sizes of a regressor."""
-        if key == "stribeck":
-            top = self.motion.top_speed
-            return [{"stribeck.speed": share * top} for share in FORCED_AXIS.speed_starts]
-        if key == "limit":
-            return [{"limit.limit": limit} for limit in self._limit.starts]
-        if key == "lag":
-            return [{"lag.time": a, "lag.dead_time": b} for a, b in LONE.lag_starts_s]
-        return [{}]
+        return super().impossible(keys, sizes, linear)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -46,11 +46,9 @@ class RangeSensorPlant(LeftOver):
         self._timed = all(recording.timed for recording in recordings)
         self.channel = "range"
         self.readings: Readings = gather(recordings, [self.channel], {self.channel: "m"})
-        self.t_s = self.readings.t_s
         self.distance = np.concatenate([bridged(r, "distance") for r in recordings])
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         self.nominal = self._nominal(recordings)
-        self.drawn_on = np.zeros(len(self.t_s))
         self.rounding = step_of(self.readings.values[:, 0]) / float(np.sqrt(12.0))
         self.valid = self.readings.valid[:, 0] & ~_gross(
             self.observed - self.nominal, self.readings.valid[:, 0]
@@ -58,7 +56,6 @@ class RangeSensorPlant(LeftOver):
         self.rows: IntArray = np.flatnonzero(self.valid)
         self.groups = self._places()
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
-        self.beside = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors()) if len(self.rows) else ()
 
     @property
@@ -111,24 +108,26 @@ class RangeSensorPlant(LeftOver):
         if self.moves:
             found += [named("range/scale"), named("range/crosstalk")]
         if self.moves_all_the_time and self.in_time:
-            found.append(named("range/late"))
+            found.append(named("range/late", above=0.0))
         if self.in_time:
-            found.append(named("range/drift", sizes=(self._warming(),), alone=False))
+            found.append(self._warming())
         return [*found, *self.unknowns()]
 
-    def _warming(self) -> Size:
-        span_s = self.readings.span_s
-        soonest_s = RANGE_SENSOR.warm_up_periods * self.readings.period_s
-        return Size("time_constant", "flat", span_s, soonest_s,
-                    RANGE_SENSOR.warm_up_spans * span_s, 1e-3 * span_s)  # fmt: skip
+    def _warming(self) -> Regressor:
+        span_s, near = self.readings.span_s, LONE.near_bound
+        low = RANGE_SENSOR.warm_up_periods * self.readings.period_s
+        high = RANGE_SENSOR.warm_up_spans * span_s
+        within = ((1.0 + near) * low, (1.0 - near) * high)
+        size = Size("time_constant", "flat", span_s, low, high, 1e-3 * span_s, within=within)
+        slowest = RANGE_SENSOR.warm_up_of_span * span_s
+        likely = [s for s in RANGE_SENSOR.warm_up_starts_s if s < slowest]
+        likely = likely or [RANGE_SENSOR.warm_up_else * span_s]
+        starts = tuple((s,) for s in (*likely, RANGE_SENSOR.warm_up_also * span_s))
+        return named("range/drift", sizes=(size,), alone=False, starts=starts)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """What the robot file says the sensor reads, (n,)."""
         return self.nominal
-
-    def free(self) -> Columns:
-        """Nothing is free."""
-        return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Errors (n, k) of one regressor."""
@@ -136,8 +135,7 @@ class RangeSensorPlant(LeftOver):
             return self.unknown(key)
         if key == "drift":
             return self._drift(sizes["drift.time_constant"])
-        shape, spread, name = self._shapes[key]
-        return Columns(shape[:, None], np.array([spread]), (name,))
+        return Columns.of(*self._shapes[key])
 
     @cached_property
     def _shapes(self) -> dict[str, tuple[FloatArray, float, str]]:
@@ -160,7 +158,7 @@ class RangeSensorPlant(LeftOver):
         """A sensor warms from the beginning of a recording on, whatever rows are missing in it."""
         first = np.searchsorted(self.readings.part, self.readings.part)
         share = -np.expm1((self.t_s[first] - self.t_s) / time_constant_s)
-        return Columns(share[:, None], np.array([self.mismatch]), ("offset",))
+        return Columns.of(share, self.mismatch, "offset")
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
@@ -180,8 +178,7 @@ class RangeSensorPlant(LeftOver):
         places = len(np.unique(self.groups[self.rows]))
         return int(np.clip(places // RANGE_SENSOR.places_a_piece, LONE.fewest_pieces, most))
 
-    @property
-    def unknown_spread(self) -> float:
+    def spread_of(self, name: str, shapes: int) -> float:
         """Half of what readings and distances are apart."""
         return LONE.unknown_of_mismatch * self.mismatch
 
@@ -202,30 +199,6 @@ class RangeSensorPlant(LeftOver):
             ],
         }
         return table.get(key, [])
-
-    def impossible(
-        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
-    ) -> bool:
-        """Readings that come before their time; a drift at the bound of its time constant."""
-        if "late" in keys and linear["late"][0] <= 0.0:
-            return True
-        if "drift" not in keys:
-            return False
-        size = next(r for r in self.regressors if r.key == "drift").sizes[0]
-        near = LONE.near_bound
-        low, high = (1.0 + near) * size.low, (1.0 - near) * size.high
-        return not low < sizes["drift.time_constant"] < high
-
-    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-        """Where to start the nonlinear sizes of a regressor."""
-        if key != "drift":
-            return [{}]
-        span = self.readings.span_s
-        slowest = RANGE_SENSOR.warm_up_of_span * span
-        likely = [s for s in RANGE_SENSOR.warm_up_starts_s if s < slowest]
-        likely = likely or [RANGE_SENSOR.warm_up_else * span]
-        also = RANGE_SENSOR.warm_up_also * span
-        return [{"drift.time_constant": s} for s in (*likely, also)]
 
 
 def _gross(left: FloatArray, valid: BoolArray) -> BoolArray:

@@ -69,7 +69,6 @@ class RecordedAxis:
         """Smallest step of the reading: no play below it can be distinguished from rounding."""
         self.rounding = self.resolution / float(np.sqrt(12.0))
         self.rows = self._rows()
-        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = self._moving()
 
     def _foretell(self) -> None:

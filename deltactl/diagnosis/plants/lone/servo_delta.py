@@ -6,7 +6,8 @@ they share (a payload) is one regressor. All sizes but that of a gain are linear
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -14,10 +15,10 @@ import numpy as np
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.observations.servo_preprocessing import Signals
+from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver, Way
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
-from deltactl.diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from deltactl.models.chain.active import Active, activate
 from deltactl.models.chain.servo_delta import Course, ServoChain
 from deltactl.models.effects import card_of
@@ -27,15 +28,15 @@ from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 CHANNEL = "disturbance"
 INERTIA = "kg m2"
 """Unit of what the robot file states of rotor and gear."""
-UNKNOWNS = ("position", "velocity", "acceleration", "time")
+LEAST_EFFORT_SHARE = 0.01
+"""Share of an effort that any drive gives at least."""
 
 
-class ServoDelta(KeepsBeside):
+class ServoDelta(LeftOver):
     """Three joints with what their observers estimated."""
 
     unit = "N m"
-    averages = False
-
+    unknown_log_odds = card_of("unknown").log_odds["joint"]
     fewest = SERVO_JOINTS.joints_of_samples * OBSERVATIONS.fewest_samples
     """Stretches in clear motion, below which `admission` refuses a recording."""
 
@@ -47,16 +48,11 @@ class ServoDelta(KeepsBeside):
         self.readings = self._laid_end_to_end()
         self.channel = self.readings.names[0]
         self.span_s = max(float(np.ptp(s.motion.t_s)) for s in self._signals)
-        self.t_s = self.readings.t_s
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         valid = np.flatnonzero(self.readings.valid[:, 0])
         self.rows: IntArray = valid[:: max(1, -(-len(valid) // SERVO_JOINTS.most_joint_rows))]
-        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = (self.readings.part // len(self._signals)).astype(np.intp)
         self.nominal = self._torque(())
-        self.rounding = 0.0
-        self.drawn_on = np.zeros(len(self.t_s))
-        self.beside = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors()) if len(valid) >= self.fewest else ()
 
     def _laid_end_to_end(self) -> Readings:
@@ -97,30 +93,16 @@ class ServoDelta(KeepsBeside):
     # ---- what may be missing -------------------------------------------------------------------
 
     def _regressors(self) -> list[Regressor]:
-        found = [
+        above = {"effort_gain": LEAST_EFFORT_SHARE - 1.0, "inertia": -self.chain.rotor_kgm2}
+        named = [
             Regressor(
-                f"{kind.name} {component}",
-                kind.name,
-                card_of(kind.name).log_odds["joint"],
-                component,
-                alone=False,
+                f"{kind.name} {component}", kind.name, card_of(kind.name).log_odds["joint"],
+                component, alone=False, above=above.get(kind.name, -math.inf),
             )
             for kind in SERVO_EFFECTS.values()
             for component in kind.components
-        ]
-        found += [
-            Regressor(
-                f"unknown {motor} {name}",
-                "unknown",
-                card_of("unknown").log_odds["joint"],
-                motor,
-                follows=(name,),
-                left_over=True,
-            )
-            for motor in MOTORS
-            for name in UNKNOWNS
-        ]
-        return found
+        ]  # fmt: skip
+        return [*named, *self.unknowns()]
 
     @cached_property
     def size(self) -> float:
@@ -140,14 +122,11 @@ class ServoDelta(KeepsBeside):
         """How late the estimate is: the observer's own lag, and the clock's."""
         slope = np.gradient(self.nominal, self.t_s)
         slope[self.readings.fresh] = 0.0
-        return Columns(-slope[:, None], np.array([SERVO_JOINTS.observer_late_spread_s]), ("late",))
+        return Columns.of(-slope, SERVO_JOINTS.observer_late_spread_s, "late")
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Torques (n, k) of one regressor."""
-        if key.startswith("unknown "):
-            _, motor, name = key.split(" ")
-            return self._unknown[motor, name]
-        return self._shapes[key]
+        return self.unknown(key) if key.startswith(UNKNOWN) else self._shapes[key]
 
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
@@ -162,8 +141,7 @@ class ServoDelta(KeepsBeside):
         name = kind.main.name
         if kind.nothing == 1.0:
             halved = self._torque([activate(kind, component, {name: 0.5})])
-            spread = FILE_SPREADS.gain_share
-            return Columns((halved - self.nominal)[:, None], np.array([spread]), (name,))
+            return Columns.of(halved - self.nominal, FILE_SPREADS.gain_share, name)
         rotates = kind.main.unit == INERTIA
         nothing = self.chain.rotor_kgm2 if rotates else 0.0
         unit = 1e-3
@@ -175,11 +153,7 @@ class ServoDelta(KeepsBeside):
             rotor = max(self.chain.rotor_kgm2, 1e-12)
             widest = FILE_SPREADS.inertia_share * rotor * SERVO_JOINTS.inertia_of_rotor
             spread = min(spread, widest)
-        return Columns(shape[:, None], np.array([spread]), (name,))
-
-    def _joint(self, motor: str) -> FloatArray:
-        own: FloatArray = (self.kinds == MOTORS.index(motor)).astype(float)
-        return own
+        return Columns.of(shape, spread, name)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
@@ -193,30 +167,25 @@ class ServoDelta(KeepsBeside):
         }
         return {name: self._stacked(values) for name, values in each.items()}
 
-    def _spanned(self, motor: str) -> FloatArray:
-        mine = [c.values[:, 0] for key, c in self._shapes.items()
-                if key.endswith((motor, "platform"))]  # fmt: skip
-        named = np.stack([np.ones(len(self.t_s)), *mine], axis=1)
-        return np.concatenate([named, self.beside], axis=1)
+    def ways(self) -> dict[str, Way]:
+        """Over each joint's own covariates."""
+        return {
+            f"{motor} {name}": Way(
+                values, SERVO_JOINTS.joint_pieces, (name,), motor, acts=self.kinds == j
+            )
+            for j, motor in enumerate(MOTORS)
+            for name, values in self.covariates.items()
+        }
 
-    @cached_property
-    def _unknown(self) -> dict[tuple[str, str], Columns]:
-        found = {}
-        usual = LONE.unknown_of_mismatch * self._mismatch
-        for motor in MOTORS:
-            own = self.rows[self.kinds[self.rows] == MOTORS.index(motor)]
-            for name in UNKNOWNS:
-                shapes = spline_terms(
-                    self.covariates[name], SERVO_JOINTS.joint_pieces, self._spanned(motor), own
-                )
-                shapes = shapes * self._joint(motor)[:, None]
-                found[motor, name] = Columns(shapes, np.full(shapes.shape[1], usual))
-        return found
+    def spanned(self, name: str) -> FloatArray:
+        """A constant and what acts at the joint or at the platform, (n, j)."""
+        places = (name.partition(" ")[0], "platform")
+        own = [c.values[:, 0] for key, c in self._shapes.items() if key.endswith(places)]
+        return np.stack([np.ones(len(self.t_s)), *own], axis=1)
 
-    def followed(self, key: str) -> FloatArray:
-        """Covariate (n,) of an unknown; NaN where it does not act."""
-        _, motor, name = key.split(" ")
-        return np.where(self._joint(motor) > 0.0, self.covariates[name], np.nan)
+    def spread_of(self, name: str, shapes: int) -> float:
+        """Half of what is to be explained."""
+        return LONE.unknown_of_mismatch * self._mismatch
 
     def noise_bounds(self, left: FloatArray) -> None:
         """An observer filters what it estimates: beyond its band nothing shows the noise in it."""
@@ -226,10 +195,9 @@ class ServoDelta(KeepsBeside):
 
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the contract's effects."""
-        effect = key.split(" ")[0]
-        if effect == "unknown":
+        if key.startswith(UNKNOWN):
             return []
-        kind = SERVO_EFFECTS[effect]
+        kind = SERVO_EFFECTS[key.partition(" ")[0]]
         unit, name = kind.main.unit, kind.main.name
         if kind.nothing == 1.0:
             return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), nothing=1.0)]
@@ -237,13 +205,3 @@ class ServoDelta(KeepsBeside):
             rotor = self.chain.rotor_kgm2
             return [Shown(name, unit, lambda v: rotor + v[name], nothing=rotor)]
         return [Shown(name, unit, lambda v: v[name])]
-
-    def impossible(
-        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
-    ) -> bool:
-        """A gain or a mass below zero."""
-        return any(
-            (key.startswith("effort_gain ") and linear[key][0] <= -0.99)
-            or (key.startswith("inertia ") and self.chain.rotor_kgm2 + float(linear[key][0]) <= 0.0)
-            for key in keys
-        )
