@@ -41,6 +41,8 @@ from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.recording.tables.flat import FlatRecording
 
+LINE_ERROR = 8.0
+"""A straight line between samples is off by the second difference over this at most."""
 MOVES_THE_LOAD = frozenset({"ratio", *WAVES, "jump", "droop"})
 """Shapes that a load on a spring rings with."""
 
@@ -129,6 +131,16 @@ class CommandedAxis(RecordedAxis, LeftOver):
         if np.ptp(self.pull[self.rows]) > 0.0:
             named.append(self.pull)
         return np.stack(named, axis=1)
+
+    @cached_property
+    def unsampled(self) -> FloatArray:
+        """Error of a straight line between samples, whose bound is an eighth of the second
+        difference: a late axis shows where the command was between two samples, (n,).
+        """
+        bent = np.zeros_like(self.commanded)
+        bent[1:-1] = np.abs(np.diff(self.commanded, 2)) / LINE_ERROR
+        bent[1:] = np.maximum(bent[1:], bent[:-1])  # a late axis is there one row later
+        return bent
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes (n, j) that no spline term over this covariate may take the place of."""
