@@ -129,6 +129,16 @@ STEEPEST = 3.0
 STEEPER = 1.5
 """Times the least slope of the parabolas beside a row."""
 LEAST_ROWS = 4
+LINE_ERROR = 8.0
+"""A straight line between rows is off by the second difference over this at most."""
+
+
+def between_rows(x: FloatArray) -> FloatArray:
+    """Bound on what a straight line between rows leaves out of x (n,), in the step before each."""
+    bent = np.zeros(len(x))
+    bent[1:-1] = np.abs(np.diff(x, 2)) / LINE_ERROR
+    bent[1:] = np.maximum(bent[1:], bent[:-1])
+    return bent
 
 
 def slopes_of(x: FloatArray, t_s: FloatArray, step_s: FloatArray) -> FloatArray:

@@ -39,10 +39,9 @@ from deltactl.diagnosis.plants.regression import Columns, Shown, Sizes
 from deltactl.diagnosis.plants.spline_terms import less_spanned
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
+from deltactl.models.signals import between_rows
 from deltactl.recording.tables.flat import FlatRecording
 
-LINE_ERROR = 8.0
-"""A straight line between samples is off by the second difference over this at most."""
 MOVES_THE_LOAD = frozenset({"ratio", *WAVES, "jump", "droop"})
 """Shapes that a load on a spring rings with."""
 
@@ -134,13 +133,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     @cached_property
     def unsampled(self) -> FloatArray:
-        """Error of a straight line between samples, whose bound is an eighth of the second
-        difference: a late axis shows where the command was between two samples, (n,).
-        """
-        bent = np.zeros_like(self.commanded)
-        bent[1:-1] = np.abs(np.diff(self.commanded, 2)) / LINE_ERROR
-        bent[1:] = np.maximum(bent[1:], bent[:-1])  # a late axis is there one row later
-        return bent
+        """A late axis shows where the command was between two samples, (n,)."""
+        return between_rows(self.commanded)
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes (n, j) that no spline term over this covariate may take the place of."""
