@@ -8,7 +8,9 @@ Between rows a motion is smooth, and at rest where its neighbours are. Where row
 as a ramp takes, straight lines between them leave a pattern at every stop, which looks like a
 periodic error or like a drive of another order. So a motion is a cubic between rows: with the
 slopes of a spline, limited as Fritsch and Carlson 1980 ('Monotone piecewise cubic interpolation')
-limit them, so that it goes beyond no row on its way.
+limit them, so that it goes beyond no row on its way, and where it turns as Dougherty, Edelman and
+Hyman 1989 ('Nonnegativity-, monotonicity-, or convexity-preserving cubic and quintic Hermite
+interpolation') do: a leap between two rows is not the slope of the motion that begins after it.
 """
 
 from __future__ import annotations
@@ -124,7 +126,19 @@ SHORT = 0.01
 """Part of a time constant below which moments are computed as a series."""
 STEEPEST = 3.0
 """Times the smaller of the neighbouring rises: beyond it a cubic may turn back."""
+STEEPER = 1.5
+"""Times the least slope of the parabolas beside a row."""
 LEAST_ROWS = 4
+LINE_ERROR = 8.0
+"""A straight line between rows is off by the second difference over this at most."""
+
+
+def between_rows(x: FloatArray) -> FloatArray:
+    """Bound on what a straight line between rows leaves out of x (n,), in the step before each."""
+    bent = np.zeros(len(x))
+    bent[1:-1] = np.abs(np.diff(x, 2)) / LINE_ERROR
+    bent[1:] = np.maximum(bent[1:], bent[:-1])
+    return bent
 
 
 def slopes_of(x: FloatArray, t_s: FloatArray, step_s: FloatArray) -> FloatArray:
@@ -138,14 +152,35 @@ def slopes_of(x: FloatArray, t_s: FloatArray, step_s: FloatArray) -> FloatArray:
         np.diff(x), step_s[1:], out=np.full(len(x) - 1, np.nan), where=step_s[1:] > 0
     )
     before, after = np.append(np.nan, secant), np.append(secant, np.nan)
+    least = np.fmin(np.abs(before), np.abs(after))
+    steepest = STEEPER * _least_of_parabolas(slope, before, after, step_s)
     same = before * after > 0.0
-    steepest = STEEPEST * np.fmin(np.abs(before), np.abs(after))
-    limited = np.clip(np.where(slope * before > 0.0, slope, 0.0), -steepest, steepest)
-    slope = np.where(same, limited, slope)
+    steepest = np.where(same, np.clip(steepest, least, STEEPEST * least), steepest)
+    wrong = same & (slope * before < 0.0)
+    slope = np.where(wrong, 0.0, np.clip(slope, -steepest, steepest))
     slope[(before == 0.0) | (after == 0.0)] = 0.0
     edge = np.isnan(before) | np.isnan(after)
     slope[edge] = np.nan_to_num(np.fmax(before, after))[edge]
     return slope
+
+
+def _least_of_parabolas(
+    slope: FloatArray, before: FloatArray, after: FloatArray, step_s: FloatArray
+) -> FloatArray:
+    """Least slope (n,) of the parabolas before, at and after a row; 0 where one goes another way.
+
+    A parabola that a stretch is too short for does not count.
+    """
+    here, there = step_s, np.append(step_s[1:], np.nan)
+    # The slope of a parabola changes by as much within a step as between the middles of two steps.
+    change = (after - before) / np.maximum(here + there, 1e-12)
+    at = before + here * change
+    parabolas = np.stack(
+        [at, before + here * np.roll(change, 1), after - there * np.roll(change, -1)]
+    )
+    sizes = np.where(parabolas * slope < 0.0, 0.0, np.abs(parabolas))
+    least: FloatArray = np.nanmin(sizes, axis=0, initial=np.inf)
+    return least
 
 
 def late(

@@ -62,7 +62,7 @@ def spare(effective: float, fitted: int) -> float:
 def tempered(
     residual: FloatArray, rows: IntArray, groups: IntArray, kinds: IntArray, noises: IntArray,
     least: float, fitted: int = 0, once: IntArray | None = None, took: FloatArray | None = None,
-    usual: FloatArray | None = None,
+    usual: FloatArray | None = None, unsampled: FloatArray | None = None,
 ) -> TemperedNoise:  # fmt: skip
     """Noise of a saturated residual (n,).
 
@@ -71,9 +71,11 @@ def tempered(
     accepted. fitted: numbers the saturated model took. once: (m,) number of the run of equal values
     each row lies in. took: (m, p) the model's shapes in standard deviations of the noise and of
     their sizes, where what they took of noise with a memory is to be given back. usual: (n,) how
-    large readings like a row's are, where these differ: joints of a chain.
+    large readings like a row's are, where these differ: joints of a chain. unsampled: (n,) standard
+    deviation of what a row owes to the course of the command between samples.
     """
     left = residual[rows]
+    extra = np.zeros(len(rows)) if unsampled is None else unsampled[rows]
     if once is None:
         once = np.arange(len(rows))
     single = 1.0 / np.sqrt(np.bincount(once)[once])
@@ -81,8 +83,7 @@ def tempered(
     sigma = np.empty(len(rows))
     for kind in np.unique(kinds[rows]):
         own = kinds[rows] == kind
-        power = np.sum((weight[own] * left[own]) ** 2) / max(float(np.sum(weight[own] ** 2)), 1.0)
-        sigma[own] = max(float(np.sqrt(power)), least)
+        sigma[own] = max(_apart_from(extra[own], weight[own] * left[own], weight[own]), least)
     for noise in np.unique(noises[rows]):
         own = noises[rows] == noise
         sigma[own] = float(sigma[own].max())
@@ -91,6 +92,7 @@ def tempered(
         own = usual[rows]
         largest = np.minimum(largest, float((sigma / own).max()) * own)
     sigma = np.maximum(sigma, EVIDENCE.least_of_largest * largest)
+    sigma = np.hypot(sigma, extra)
     standard = left / sigma
     count = float(once[-1]) + 1.0
     new = np.concatenate([[True], np.diff(once) > 0])
@@ -105,6 +107,19 @@ def tempered(
     if took is None:
         sigma = sigma * np.sqrt(count / tau / spare(count / tau, fitted))
     return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count)
+
+
+def _apart_from(extra: FloatArray, left: FloatArray, weight: FloatArray) -> float:
+    """Standard deviation of weighted readings (m,) beside the part of each that is known."""
+    sigma = _root_mean_square(left, weight)
+    for _ in range(EVIDENCE.unsampled_rounds if np.any(extra) else 0):
+        share = sigma / np.maximum(np.hypot(sigma, extra), 1e-300)
+        sigma = _root_mean_square(share * left, share * weight)
+    return sigma
+
+
+def _root_mean_square(values: FloatArray, weight: FloatArray) -> float:
+    return float(np.sqrt(np.sum(values**2) / max(float(np.sum(weight**2)), 1.0)))
 
 
 def runs_of_one_value(

@@ -66,6 +66,8 @@ class EvidenceOptions:
     """Independent readings that any recording is taken for, however long its memory."""
     most_given_back: float = 2.5
     """Times the variance of a residual beyond which it says nothing of the noise."""
+    unsampled_rounds: int = 5
+    """Until the noise of readings settles beside what the command does between samples."""
     least_of_largest: float = 0.05
     """Noise of one kind of row as a share of the largest: what a model gets wrong in motion leaves
     traces where the motion ends."""

@@ -69,4 +69,5 @@ def _of_residual(
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
     kinds, noises = plant.kinds, plant.noises
-    return tempered(residual, rows, groups, kinds, noises, least, fitted, once, took, plant.usual)
+    own = plant.usual, plant.unsampled
+    return tempered(residual, rows, groups, kinds, noises, least, fitted, once, took, *own)

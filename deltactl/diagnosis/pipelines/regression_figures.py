@@ -36,7 +36,7 @@ def beyond_noise(selected: Selected) -> Rest:
     """Whether more is left than the largest noise that the spectra of what was read allow.
 
     Single readings far off their neighbours are noise, and so is what effects of the robot file may
-    leave.
+    leave, and what happens between samples.
     """
     plant, rows, left = selected.plant, selected.noise.rows, selected.best.residual
     steady = left.copy()
@@ -44,7 +44,9 @@ def beyond_noise(selected: Selected) -> Rest:
     bounds = plant.noise_bounds(steady)
     if bounds is None:
         return Rest(1.0)
-    size = math.sqrt(max(float(np.mean(steady[rows] ** 2)) - _left_by_file(selected), 0.0))
+    between = 0.0 if plant.unsampled is None else float(np.mean(plant.unsampled[rows] ** 2))
+    left_out = _left_by_file(selected) + between
+    size = math.sqrt(max(float(np.mean(steady[rows] ** 2)) - left_out, 0.0))
     p = bounds.chance(size)
     share = 1.0 - (bounds.largest(VERDICT.alarm) / size) ** 2 if seen(p) else 0.0
     return Rest(p, share=share * (size / rms_left(selected.best, rows)) ** 2)

@@ -187,6 +187,11 @@ class RegressionPlant(Protocol):
         """(n,) how large readings like each are; None where all are of one size."""
         ...
 
+    @property
+    def unsampled(self) -> FloatArray | None:
+        """(n,) standard deviation of a prediction by the course of a command between samples."""
+        ...
+
     rounding: float
     """Standard deviation of the rounding of a reading, in `unit`."""
     averages: bool

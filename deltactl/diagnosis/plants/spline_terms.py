@@ -131,6 +131,11 @@ class KeepsBeside:
         """Of one size."""
         return None
 
+    @property
+    def unsampled(self) -> FloatArray | None:
+        """Nothing: the prediction does not depend on what happens between samples."""
+        return None
+
     def not_testable(self) -> list[NotTestable]:
         """Nothing is out of reach of every recording of such a machine."""
         return []

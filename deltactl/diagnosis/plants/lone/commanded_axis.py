@@ -38,6 +38,7 @@ from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Columns, Shown, Sizes
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
+from deltactl.models.signals import between_rows
 from deltactl.recording.tables.flat import FlatRecording
 
 MOVES_THE_LOAD = frozenset({"ratio", *WAVES, "jump", "droop"})
@@ -129,6 +130,11 @@ class CommandedAxis(RecordedAxis, LeftOver):
         if np.ptp(self.pull[self.rows]) > 0.0:
             named.append(self.pull)
         return np.stack(named, axis=1)
+
+    @cached_property
+    def unsampled(self) -> FloatArray:
+        """A late axis shows where the command was between two samples, (n,)."""
+        return between_rows(self.commanded)
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes (n, j) that no spline term over this covariate may take the place of."""

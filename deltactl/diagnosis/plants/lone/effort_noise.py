@@ -14,6 +14,7 @@ from deltactl.diagnosis.observations.largest_noise import (
 )
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
+from deltactl.models.signals import between_rows
 
 DIFFERENCES = 3
 """By which a position's slow course is taken off before its fast part is looked at."""
@@ -64,3 +65,11 @@ class EffortNoise:
         passed = self._motion.passes(angle)[:, None] * remembering(angle)
         bent = (self._inertia * (angle[:, None] / self._period_s) ** 2) ** 2
         return np.concatenate([passed, bent * passed], axis=1)
+
+
+def between_samples(motion: Motion, force: FloatArray) -> FloatArray:
+    """What the low-pass keeps of a force (n,) that is no straight line between its samples."""
+    angle = np.linspace(0.0, np.pi, OBSERVATIONS.angles_summed)[1:]
+    kept = float(np.mean(motion.passes(angle)))
+    kept_power: FloatArray = kept * np.maximum(motion.low_passed(between_rows(force) ** 2), 0.0)
+    return np.sqrt(kept_power)

@@ -39,7 +39,7 @@ from deltactl.diagnosis.plants.lone.clear_motion import (
     rows_apart,
 )
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, LateDrive
-from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise
+from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise, between_samples
 from deltactl.diagnosis.plants.lone.force_shapes import ForceShapes
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
 from deltactl.diagnosis.plants.regression import (
@@ -105,13 +105,19 @@ class ForcedAxis(LeftOver):
 
     def _low_passed(self, recordings: Sequence[FlatRecording], narrower: float) -> None:
         """Motion and forces behind a low-pass, and the samples that count of them."""
-        self.__dict__.pop("_rests", None)
+        for name in ("_rests", "unsampled"):
+            self.__dict__.pop(name, None)
         self.motion = self._motion(recordings, narrower)
         self.filtered_force = self.motion.low_passed(self.force)
         self._direction = direction_of(self.motion)
         self.observed = self._not_explained(recordings)
         self.drawn_on = self.filtered_force - self.observed
         self.rows = self._rows()
+
+    @cached_property
+    def unsampled(self) -> FloatArray:
+        """An effort that changes within a sample, as far as the low-pass keeps it, (n,)."""
+        return between_samples(self.motion, self.force)
 
     def _motion(self, recordings: Sequence[FlatRecording], narrower: float) -> Motion:
         velocity = None
