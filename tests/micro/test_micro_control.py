@@ -79,6 +79,7 @@ def test_arms_stand_until_control_is_on(result: Result) -> None:
     assert not ran.current_a[: ran.on].any()
 
 
+@pytest.mark.study
 def test_without_the_observer_gravity_pulls_the_arms_off(asked: References) -> None:
     tracking = simulate(DRIVE, asked, PAPER.without_observer())
     assert tracking.most_percent.min() > 30.0
@@ -94,6 +95,7 @@ def test_the_estimate_is_gravity_and_friction(result: Result) -> None:
     assert ran.disturbance_a[late].mean(axis=0).max() < -0.005
 
 
+@pytest.mark.study
 def test_friction_is_given_in_the_reference_s_direction(asked: References) -> None:
     current_a = friction_current_a(DRIVE, asked.angle_rad)
     whole_a = DRIVE.coulomb_nm / DRIVE.torque_constant_nmpa

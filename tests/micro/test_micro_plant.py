@@ -29,6 +29,7 @@ def test_loops_stay_closed_and_energy_is_kept(rods: Rods) -> None:
     assert found.energy_share < 0.002
 
 
+@pytest.mark.study
 def test_a_finer_step_closes_the_loops_better() -> None:
     assert check(Rods.BODIES, 2e-5).gap_m < 0.2 * check(Rods.BODIES).gap_m
 

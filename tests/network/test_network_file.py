@@ -57,6 +57,7 @@ def test_the_metadata_tells_robot_domain_training_and_errors(file: NetworkFile, 
     assert metadata.validation.max_deg <= metadata.validation.bound_deg
 
 
+@pytest.mark.study
 def test_every_single_changed_byte_is_noticed(file: NetworkFile) -> None:
     for at in range(len(file.content)):
         changed = bytearray(file.content)

@@ -49,6 +49,7 @@ def test_the_same_seed_gives_the_same_file(short: NetworkFile, task: Task) -> No
     )
 
 
+@pytest.mark.study
 def test_the_stated_errors_are_those_of_the_running_network(short: NetworkFile, task: Task) -> None:
     stated = short.metadata.validation
     assert measure(short, task, QUICK) == stated.model_copy(update={"parity_deg": None})
@@ -84,6 +85,7 @@ def test_arms_that_differ_are_refused(
         arm_networks.train(replace(task, robot=make_robot(**change)), SHORT)
 
 
+@pytest.mark.study
 def test_turned_robots_with_an_equal_home_offset_are_learned(
     make_robot: Callable[..., DeltaRobot], task: Task, tmp_path: Path
 ) -> None:

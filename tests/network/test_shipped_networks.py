@@ -109,6 +109,7 @@ def test_what_the_zhao_network_refuses_of_its_cylinder_is_a_sliver_at_the_rim() 
     assert zhao.angle_deg[1] > 110.0
 
 
+@pytest.mark.study
 def test_float32_costs_next_to_nothing(
     network: InverseNetwork, shipped: Shipped, in_float64: Callable[[bytes, Any], Any]
 ) -> None:

@@ -145,6 +145,7 @@ def test_targets_are_mapped_again_one_by_one_while_it_runs(zhao, job_of):
     assert kinematics.calls == targets + 1 + 2 * (targets - 1)
 
 
+@pytest.mark.study
 def test_a_survey_of_100_000_points_is_streamed_in_little_memory(zhao, job_of):
     """30 million steps in all; a few chunks of them must cost what a few chunks hold."""
     path = {"shape": "joints", "angles_deg": [[40, 40, 40], [60, 30, 50]] * 50_000}

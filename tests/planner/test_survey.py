@@ -45,6 +45,7 @@ def test_some_triples_had_to_be_skipped(linkage):
     assert 0.022 < (poses.margin < 0.05).mean() < 0.031
 
 
+@pytest.mark.study
 def test_same_seed_same_angles_and_a_larger_count_adds_to_them(linkage):
     spare = held(linkage, 0.05)
     few = survey(spare, 100, RANGE_DEG, 0.0, 7)

@@ -158,6 +158,7 @@ def test_a_fast_line_takes_hardly_longer_than_its_fastest_arm_alone(zhao):
     assert alone_s <= schedule.duration_ns * 1e-9 <= 1.25 * alone_s
 
 
+@pytest.mark.study
 @pytest.mark.realtime
 def test_looking_ahead_over_50_000_targets_takes_less_than_a_second(zhao):
     limits = MotorLimits(8.0, 20.0, 20_000.0, STEP_RAD)

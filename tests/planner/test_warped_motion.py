@@ -92,6 +92,7 @@ def test_what_is_due_before_a_change_of_pace_keeps_its_time():
 changes = st.lists(st.tuples(st.integers(1, 400), st.sampled_from(["pause", "resume"])), max_size=8)
 
 
+@pytest.mark.study
 @settings(max_examples=25, deadline=None)
 @given(changes=changes, every_ms=st.integers(1, 60), ramp_ms=st.integers(1, 300))
 def test_any_changes_of_pace_lose_nothing_and_never_bunch(changes, every_ms, ramp_ms):

@@ -82,6 +82,7 @@ def at_parts(courses: Courses, leg: int, part: FloatArray) -> FloatArray:
 angle = st.floats(-math.pi, math.pi)
 
 
+@pytest.mark.study
 @example(0.0, -3.0, 0.09375, 0.015625, True)  # by 0.03 mm more, with 33 samples of the curve
 @given(angle, angle, st.floats(0.02, 0.1), st.floats(0.001, 0.02), st.booleans())
 @settings(max_examples=15, deadline=None)

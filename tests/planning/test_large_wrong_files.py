@@ -90,6 +90,7 @@ def test_one_of_four_megabytes(name: str, tmp_path: Path) -> None:
     assert took_s < LARGE_S
 
 
+@pytest.mark.study
 def test_the_first_mistakes_of_a_long_file_are_listed_with_their_lines(tmp_path: Path) -> None:
     """So is the one mistake that comes late; what only a part would break is not made up."""
     path = tmp_path / "job.yaml"

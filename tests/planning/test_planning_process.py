@@ -243,6 +243,7 @@ def test_the_arrays_are_those_that_were_packed() -> None:
         np.testing.assert_array_equal(ours, theirs)
 
 
+@pytest.mark.study
 def test_a_large_job_costs_the_asking_process_a_small_part_of_the_work(tmp_path: Path) -> None:
     """In processor time, which other work on the machine does not change."""
     job = tmp_path / "much.yaml"

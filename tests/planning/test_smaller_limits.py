@@ -7,6 +7,8 @@ import resource
 import subprocess
 import sys
 
+import pytest
+
 PLAN = """
 import json, os, resource, sys
 from pathlib import Path
@@ -38,6 +40,7 @@ ANY, GB = resource.RLIM_INFINITY, 2**30
 SMALLER = ((MEMORY, 2 * GB, 2 * GB), (MEMORY, 2 * GB, ANY), (MEMORY, 8 * GB, ANY), (CPU, 100, 100))
 
 
+@pytest.mark.study
 def test_a_job_is_planned_within_them() -> None:
     limits = []
     for kind, soft, hard in SMALLER:

@@ -27,6 +27,7 @@ def paused(controller: Controller, limit_s: float = 60.0) -> None:
     pytest.fail(f"the job did not pause: {controller.status().state}")
 
 
+@pytest.mark.study
 def test_it_stands_still_until_it_is_resumed(
     write: Write, controller: Controller, folder: Path
 ) -> None:

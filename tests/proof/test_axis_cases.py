@@ -74,6 +74,7 @@ def test_any_case_can_be_written_to_files(tmp_path, monkeypatch, capsys) -> None
     assert len(read_flat(tmp_path / RECORDING)) == truth["rows"]
 
 
+@pytest.mark.study
 def test_even_and_odd_seeds_hold_the_same_mixture() -> None:
     drawn = [draw(seed) for seed in range(40, 48)]
     mixture = [Counter((c.tier, c.design.machine) for c in drawn[half::2]) for half in (0, 1)]
@@ -83,6 +84,7 @@ def test_even_and_odd_seeds_hold_the_same_mixture() -> None:
     assert set(MACHINES) == set(KINDS) == set(UNKNOWN)
 
 
+@pytest.mark.study
 def test_every_tier_is_what_it_promises() -> None:
     # Seeds whose turn in the round is the tier, each with a machine of its own.
     for turn, tier in enumerate(ROUND[:15]):

@@ -34,6 +34,7 @@ def _entry(case: Case) -> tuple[str, float]:
     return f"{line['effect']} {line['where']}", line["parameters"]["length_error"]
 
 
+@pytest.mark.study
 def test_the_other_kinematics_leave_only_the_noise_of_what_is_hidden(
     longer: tuple[Case, Path],
 ) -> None:
@@ -49,6 +50,7 @@ def test_the_other_kinematics_leave_only_the_noise_of_what_is_hidden(
     assert typical({}) > 1.2 * noise
 
 
+@pytest.mark.study
 def test_a_calibration_of_a_printer_moves_to_a_length_and_fits(
     longer: tuple[Case, Path],
 ) -> None:
@@ -86,6 +88,7 @@ def test_a_name_of_a_healthy_delta_is_a_false_claim() -> None:
     assert _scored({}, []).false is False
 
 
+@pytest.mark.study
 def test_half_of_the_deltas_are_healthy_and_no_file_says_what_is_hidden(tmp_path: Path) -> None:
     truths = write_deltas(2, 904, tmp_path)
     assert [bool(truth["answers"]) for truth in truths] == [False, True]

@@ -84,6 +84,7 @@ def test_what_a_tool_cannot_do_is_a_dash_with_its_reason(
     assert "textbook: needs a column of effort" in with_another
 
 
+@pytest.mark.study
 def test_two_halves_of_a_recording_agree_on_a_size_or_are_counted(tmp_path: Path) -> None:
     truths = write_cases([draw(VISCOUS)], tmp_path / "cases")
     cut_in_halves(tmp_path / "cases")
@@ -181,6 +182,7 @@ def test_half_of_the_drawn_axes_are_healthy_and_none_tuned_the_diagnosis() -> No
     assert all(case.seed % 2 for case in cases)
 
 
+@pytest.mark.study
 def test_the_other_environment_needs_nothing_of_deltactl() -> None:
     code = (
         "import sys, benchmarks.rivals.tools_outside\n"

@@ -58,6 +58,7 @@ def test_a_tenth_has_every_group(tmp_path: Path) -> None:
     assert {case.group for case in tenth} == set(ROUND)
 
 
+@pytest.mark.study
 def test_an_answer_beyond_the_screen_is_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

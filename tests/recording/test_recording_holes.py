@@ -120,6 +120,7 @@ def test_records_that_nobody_looks_at_cost_nothing(whole: bytes, tmp_path: Path)
     assert (len(run.events), run.complete) == (400, True)
 
 
+@pytest.mark.study
 def test_an_unpacked_chunk_that_is_empty_inside_is_left_out(whole: bytes, tmp_path: Path) -> None:
     path = tmp_path / "chunk.mcap"
     size = 2**25

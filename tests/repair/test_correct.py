@@ -21,6 +21,7 @@ from deltactl.repair.machine import faulty_robot
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 
 
+@pytest.mark.study
 def test_a_corrected_robot_diagnosed_again_lacks_nothing(tmp_path: Path) -> None:
     recording = tmp_path / "survey.csv.gz"
     write_flat(faulty_robot(["gear_ratio"], seed=4).survey(45.0), recording)
@@ -35,6 +36,7 @@ def test_a_corrected_robot_diagnosed_again_lacks_nothing(tmp_path: Path) -> None
         correct([recording], ROBOT, found.robot_file, train=False)
 
 
+@pytest.mark.study
 def test_what_happened_once_is_work_to_do_and_changes_nothing(tmp_path: Path) -> None:
     recording = tmp_path / "survey.csv.gz"
     write_flat(faulty_robot(["lost_steps"], seed=2).survey(30.0), recording)

@@ -39,6 +39,7 @@ def _export(source: Path, out: Path) -> str:
     return done.output
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("suffix", [".urdf", ".xml"])
 def test_a_model_corrected_by_poses_has_zeros_and_lengths_in_it(
     tmp_path: Path, suffix: str

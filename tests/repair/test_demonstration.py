@@ -32,6 +32,7 @@ from deltactl.repair.played import Drawn, played
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
 
 
+@pytest.mark.study
 def test_a_wrong_home_is_found_and_the_heart_is_drawn_as_well_as_it_can_be(tmp_path: Path) -> None:
     """By the command, which hides at seed 3, prints its figures and writes the page."""
     typed = ["--hide", "home_offset", "--minutes", "1", "--out", str(tmp_path / "demo"), "--json"]

@@ -97,6 +97,7 @@ def of_job(path: Path, *effects: EffectEntry) -> Limit | str:
     return limit_of_program(program_of(path, robot), path)
 
 
+@pytest.mark.study
 def test_steps_are_limited_as_their_paths_are_each_by_its_targets(tmp_path: Path) -> None:
     path = tmp_path / "both.yaml"
     path.write_text(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 import yaml
 
 from deltactl.diagnosis.plants.delta.safe_poses import between
@@ -102,6 +103,7 @@ def least_gain_of(body: Body, home_rad: FloatArray, angles_rad: FloatArray) -> f
     return float(1.0 / (most * body.upper_arm_m.mean()))
 
 
+@pytest.mark.study
 def test_the_platforms_of_drawn_robots_stay_held_in_the_surveys(tmp_path: Path) -> None:
     robot, poses, least = load_robot(ROBOT), round(SURVEY_S[1] / POSE_S), []
     for number in range(24):

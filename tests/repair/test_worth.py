@@ -85,6 +85,7 @@ def test_a_size_that_is_known_exactly_leaves_what_steps_leave(tmp_path: Path) ->
     assert steps_m < low_m < one.alone_m < high_m < 2.0 * steps_m
 
 
+@pytest.mark.study
 def test_what_an_operator_leaves_is_in_the_interval(tmp_path: Path) -> None:
     """A spring of one number is no whole arm, however exactly the number is known."""
     job = tmp_path / "heart.yaml"

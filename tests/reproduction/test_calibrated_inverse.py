@@ -89,6 +89,7 @@ def test_jobs_take_known_effects_into_account() -> None:
         kinematics_of(job("calibrated"), ROBOT, None)
 
 
+@pytest.mark.study
 def test_a_calibration_is_the_robot_file_it_is_written_to(surveyed: Path, tmp_path: Path) -> None:
     pytest.importorskip("scipy", reason="calibrating needs the extra 'training'")
     from deltactl.models.training.calibrate import calibrate

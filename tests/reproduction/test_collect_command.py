@@ -70,6 +70,7 @@ def test_going_on_gives_what_one_go_gives(here, surveyed: Path, tmp_path: Path) 
     assert (out / SAMPLES).read_bytes() == (surveyed / SAMPLES).read_bytes()
 
 
+@pytest.mark.study
 def test_without_its_state_a_survey_is_gone_through_again_and_kept(
     here, surveyed: Path, tmp_path: Path
 ) -> None:
@@ -89,6 +90,7 @@ def test_without_its_state_a_survey_is_gone_through_again_and_kept(
     assert (out / SAMPLES).read_bytes() == whole
 
 
+@pytest.mark.study
 def test_a_full_disk_is_one_line_and_keeps_what_was_taken(cli, here, tmp_path: Path) -> None:
     out = tmp_path / "data"
     words = ("network", "collect", "--samples", "300", "--as-built", "zhao-2023", "--out", out)
@@ -116,6 +118,7 @@ def test_another_seed_or_robot_is_not_mixed_in(here, surveyed: Path, tmp_path: P
     assert "cannot be read" in missing.stderr
 
 
+@pytest.mark.study
 def test_a_survey_of_the_simulated_chain(here, tmp_path: Path) -> None:
     out = tmp_path / "data"
     done = here("network", "collect", "--samples", "2", "--simulate", "--out", out)

@@ -37,6 +37,7 @@ def test_only_what_it_did_not_see_judges_it(surveyed: Path, network: Path) -> No
     assert not set(held.judged) & set(held.trained)
 
 
+@pytest.mark.study
 def test_held_out_errors_and_curves(here, surveyed: Path, network: Path, tmp_path: Path) -> None:
     saved = tmp_path / "calibrated.yaml"
     words = (

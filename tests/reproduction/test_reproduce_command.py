@@ -64,6 +64,7 @@ def test_the_tables_of_the_docs_are_of_the_recipes_there_are() -> None:
     assert recipes(FULL.effort) in page
 
 
+@pytest.mark.study
 def test_a_full_disk_is_one_line(cli, tmp_path: Path) -> None:
     done = cli(
         "network", "reproduce", "zhao-2023", "--quick", "--out", tmp_path / "zhao", disk=4000

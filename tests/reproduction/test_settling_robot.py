@@ -27,6 +27,7 @@ def machine() -> Machine:
     return machine_of(load_as_built(AS_BUILT_FILE, ROBOT), ROBOT)
 
 
+@pytest.mark.study
 def test_it_rests_where_the_robot_in_time_rests(machine: Machine) -> None:
     targets = survey_counts(ROBOT, 12, seed=5)
     settling = SettlingRobot(machine.robot, START)

@@ -72,6 +72,7 @@ def test_play_is_felt_at_turning_points_only(robot: DeltaRobot) -> None:
     assert np.ptp(apart_deg, axis=0).max() < 0.23
 
 
+@pytest.mark.study
 def test_the_network_beats_the_mathematical_model_as_in_table_1(part: KinematicsPart) -> None:
     found = part.validation
     model, network = found.rmse_deg("mathematical model"), found.rmse_deg("network")

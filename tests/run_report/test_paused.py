@@ -54,6 +54,7 @@ def largest_m(tmp_path: Path, timing: str, *pressed: tuple[float, str]) -> tuple
     return max(truth.max_m), run
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("timing", TIMINGS)
 def test_a_pause_is_no_error(tmp_path: Path, timing: str) -> None:
     """Targets are 4 mm apart, and the reference went on to the next one during the pause."""
@@ -65,6 +66,7 @@ def test_a_pause_is_no_error(tmp_path: Path, timing: str) -> None:
     assert paused_m < 1.3 * never_m
 
 
+@pytest.mark.study
 def test_a_run_that_is_cancelled_errs_no_more_up_to_there(tmp_path: Path) -> None:
     never_m, _ = largest_m(tmp_path / "never", TIMINGS[0])
     ended_m, run = largest_m(tmp_path / "ended", TIMINGS[0], (1.13, "cancel"))

@@ -302,6 +302,7 @@ def test_a_controller_that_goes_silent_stops_the_arms(make, submit) -> None:
     assert np.abs(moved).max() < 2 * COUNT_RAD
 
 
+@pytest.mark.study
 def test_homing_by_switches(make, submit) -> None:
     switches = "method: switch\n  switch_pins: [7, 8, 9]\n  speed_radps: 0.5"
     controller = make(changes=(("method: placed", switches),))

@@ -37,6 +37,7 @@ def held_rmse_deg(trained, samples: Samples) -> float:
     return trained.rmse_deg(samples[0][held], samples[1][held])
 
 
+@pytest.mark.study
 def test_zhao_s_network_learns_and_tells_how_far_it_is(exact: Samples) -> None:
     told: list[tuple[int, int, str]] = []
     trained = train_zhao(*exact, ZHAO, 0, lambda *state: told.append(state))
