@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.answer.records import AtRest, Channel, Picture
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.assessment.regression_holdout import rms
+from deltactl.diagnosis.evidence.effective_size import root_mean_square
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
@@ -78,8 +78,8 @@ def at_rest(
     rests = [rest for rest in rests if len(rest) >= fewest]
     ranges = _ranges(rests, resolution)
     return AtRest(
-        left_m=rms(left[resting]),
-        left_in_motion_m=rms(left[~resting]),
+        left_m=root_mean_square(left[resting]),
+        left_in_motion_m=root_mean_square(left[~resting]),
         rests=len(rests),
         moved=len(ranges),
         moved_by_m=float(np.max(ranges, initial=0.0)),

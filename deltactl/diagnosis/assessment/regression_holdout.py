@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise, root_mean_square
 from deltactl.diagnosis.evidence.laplace import Explanation, Laplace, tolerated
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
@@ -36,13 +37,25 @@ def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tupl
 
     Where in its play a machine is at first differs between recordings: that is read off each.
     """
-    before, after = [], []
+    before, after, sampled = [], [], []
     for other in others:
         other.adopt(selected.plant)
         empty = other.base(frozenset(), {})
         before.append(_less_free(other, other.observed - empty))
         after.append(_left_of(selected, other))
-    return rms(np.concatenate(before)), rms(np.concatenate(after))
+        sampled.append(_sampled(selected.noise, other))
+    weights = np.concatenate(sampled)
+    left = (np.concatenate(before), np.concatenate(after))
+    return root_mean_square(left[0], weights), root_mean_square(left[1], weights)
+
+
+def _sampled(noise: TemperedNoise, other: RegressionPlant) -> FloatArray:
+    """Share of the variance of another recording's rows (m,) that does not lie between samples."""
+    if noise.sampled is None or other.unsampled is None:
+        return np.ones(len(other.rows))
+    own = float(np.mean(noise.sigma**2 * noise.sampled))
+    share: FloatArray = own / (own + other.unsampled[other.rows] ** 2)
+    return share
 
 
 def _left_of(selected: Selected, other: RegressionPlant) -> FloatArray:
@@ -56,7 +69,7 @@ def _left_of(selected: Selected, other: RegressionPlant) -> FloatArray:
         places = np.linspace(-1.0, 1.0, ASSESSMENT.places_to_begin)
         sizes = min(
             ({**sizes, name: float(place)} for place in sorted(places, key=abs)),
-            key=lambda tried: rms(left(tried)),
+            key=lambda tried: root_mean_square(left(tried)),
         )
     return left(sizes)
 
@@ -123,7 +136,7 @@ def on_blocks(selected: Selected) -> Blocks:
         for keys, into in ((best.keys - best.found, before), (best.keys, after)):
             into[held] = partial(keys).residual[noise.rows][held]
         fits.append(partial(best.keys))
-    return Blocks(rms(before), rms(after), fits)
+    return Blocks(noise.rms(before), noise.rms(after), fits)
 
 
 def _folds(plant: RegressionPlant, rows: IntArray) -> IntArray:
@@ -171,8 +184,3 @@ def scaled_covariance(explanation: Explanation, any_size: Collection[str] = ()) 
     bread = np.linalg.inv(np.diag(usual) + tangent.T @ tangent)
     widened: FloatArray = bread * np.outer(explanation.spreads, explanation.spreads)
     return widened
-
-
-def rms(values: FloatArray) -> float:
-    """Root mean square; 0 of nothing."""
-    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 0.0

@@ -34,6 +34,8 @@ class TemperedNoise:
     """Readings that tell as much as one independent one."""
     count: float
     """Readings, those that repeat a rounded value counted once."""
+    sampled: FloatArray | None = None
+    """(m,) share of the variance of each row that does not lie between samples; None: all of it."""
 
     def whiten(self, values: FloatArray) -> FloatArray:
         """Rows that count, in standard deviations."""
@@ -46,10 +48,19 @@ class TemperedNoise:
         """The same as if all readings were independent: for the best fit, not for its evidence."""
         return replace(self, scale=self.scale * np.sqrt(self.tau), tau=1.0)
 
+    def rms(self, left: FloatArray) -> float:
+        """Root mean square over rows (m,), each by the share of its variance that is sampled."""
+        return root_mean_square(left, self.sampled)
+
     @property
     def effective(self) -> float:
         """Effective number of readings."""
         return self.count / self.tau
+
+
+def root_mean_square(values: FloatArray, weights: FloatArray | None = None) -> float:
+    """Root of the weighted mean of squares; 0 of nothing."""
+    return float(np.sqrt(np.average(np.square(values), weights=weights))) if len(values) else 0.0
 
 
 def spare(effective: float, fitted: int) -> float:
@@ -92,6 +103,7 @@ def tempered(
         own = usual[rows]
         largest = np.minimum(largest, float((sigma / own).max()) * own)
     sigma = np.maximum(sigma, EVIDENCE.least_of_largest * largest)
+    sampled = sigma**2 / (sigma**2 + extra**2)
     sigma = np.hypot(sigma, extra)
     standard = left / sigma
     count = float(once[-1]) + 1.0
@@ -106,7 +118,7 @@ def tempered(
     tau = min(tau, max(count / EVIDENCE.fewest_effective, 1.0))
     if took is None:
         sigma = sigma * np.sqrt(count / tau / spare(count / tau, fitted))
-    return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count)
+    return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count, sampled)
 
 
 def _apart_from(extra: FloatArray, left: FloatArray, weight: FloatArray) -> float:

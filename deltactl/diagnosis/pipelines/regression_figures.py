@@ -15,7 +15,7 @@ from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.persistence import at_rest
 from deltactl.diagnosis.assessment.regression_holdout import Blocks, on_other_runs
 from deltactl.diagnosis.assessment.significance import chance, charge
-from deltactl.diagnosis.evidence.effective_size import spike_weights
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise, spike_weights
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.pipelines.options import REGRESSION
@@ -44,12 +44,12 @@ def beyond_noise(selected: Selected) -> Rest:
     bounds = plant.noise_bounds(steady)
     if bounds is None:
         return Rest(1.0)
-    between = 0.0 if plant.unsampled is None else float(np.mean(plant.unsampled[rows] ** 2))
-    left_out = _left_by_file(selected) + between
-    size = math.sqrt(max(float(np.mean(steady[rows] ** 2)) - left_out, 0.0))
+    between = 0.0 if plant.unsampled is None else selected.noise.rms(plant.unsampled[rows])
+    left_out = _left_by_file(selected) + between**2
+    size = math.sqrt(max(selected.noise.rms(steady[rows]) ** 2 - left_out, 0.0))
     p = bounds.chance(size)
     share = 1.0 - (bounds.largest(VERDICT.alarm) / size) ** 2 if seen(p) else 0.0
-    return Rest(p, share=share * (size / rms_left(selected.best, rows)) ** 2)
+    return Rest(p, share=share * (size / rms_left(selected.best, selected.noise)) ** 2)
 
 
 def _by_shape(selected: Selected) -> Rest:
@@ -75,7 +75,7 @@ def fit_of(
     selected: Selected, others: Sequence[RegressionPlant], rest: Rest, blocks: Blocks
 ) -> Fit:
     """Figures of the fit; what neither a test nor its size tells from noise is the noise floor."""
-    rows, after_m = selected.noise.rows, rms_left(selected.best, selected.noise.rows)
+    after_m = rms_left(selected.best, selected.noise)
     free_m = float(np.sqrt(np.mean(selected.left_over.noise.sigma**2)))
     before, after = blocks.before, blocks.after
     if others:
@@ -83,7 +83,7 @@ def fit_of(
     floor_m = min(free_m, after_m) if seen(rest.p) else after_m / _above_noise(selected)
     within_m = _within(selected)
     return Fit(
-        rms_before_m=rms_left(selected.empty, rows),
+        rms_before_m=rms_left(selected.empty, selected.noise),
         rms_after_m=after_m,
         noise_floor_m=floor_m,
         holdout_rms_before_m=before,
@@ -188,9 +188,9 @@ def _above_noise(selected: Selected) -> float:
     return max(size / (1.0 + NORMAL_95 / math.sqrt(2.0 * noise.effective)), 1.0)
 
 
-def rms_left(explanation: Explanation, rows: IntArray) -> float:
+def rms_left(explanation: Explanation, noise: TemperedNoise) -> float:
     """What an explanation leaves of the rows that count, root mean square."""
-    return float(np.sqrt(np.mean(np.square(explanation.residual[rows]))))
+    return noise.rms(explanation.residual[noise.rows])
 
 
 def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:

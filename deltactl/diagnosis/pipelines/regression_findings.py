@@ -83,7 +83,7 @@ def _finding(
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
         share_of_mismatch=_share(selected, without),
         own_share=_own_share(selected, regressor),
-        left_without_m=rms_left(without, selected.noise.rows),
+        left_without_m=rms_left(without, selected.noise),
         probability=float(probability * share[0]),
         alternatives=alternatives,
         depends_on=list(regressor.follows),
@@ -97,10 +97,8 @@ def _share(selected: Selected, without: Explanation) -> float:
     Of the model error as it is read: under noise with a memory a constant counts for next to
     nothing.
     """
-    rows = selected.noise.rows
-    before, after, left = (
-        rms_left(one, rows) ** 2 for one in (selected.empty, selected.best, without)
-    )
+    each = (selected.empty, selected.best, without)
+    before, after, left = (rms_left(one, selected.noise) ** 2 for one in each)
     return float(np.clip((left - after) / max(before - after, 1e-300), 0.0, 1.0))
 
 
@@ -110,7 +108,7 @@ def _own_share(selected: Selected, regressor: Regressor) -> float:
     base = plant.base(best.keys, best.sizes)
     own = base - plant.base(best.keys - {key}, best.sizes)
     own = own + plant.columns(key, base, best.sizes).values @ best.linear[key]
-    whole = rms_left(selected.empty, selected.noise.rows)
+    whole = rms_left(selected.empty, selected.noise)
     return float(np.mean(own[selected.noise.rows] ** 2)) / max(whole**2, 1e-300)
 
 
