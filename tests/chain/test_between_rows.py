@@ -80,3 +80,13 @@ def test_each_stretch_begins_at_rest() -> None:
     assert found[0] == x[0]
     assert found[20] == x[20]
     assert found[21] >= 3.0
+
+
+@given(speed=st.floats(0.01, 5.0), leap=st.floats(-80.0, 80.0), back=st.booleans())
+def test_a_leap_is_not_the_slope_of_what_comes_after(speed: float, leap: float, back: bool) -> None:
+    """A motion that rested, leapt between two rows, and goes on steadily, or the other way round."""
+    t_s = np.arange(20) * 0.1
+    x = np.where(t_s < 1.0, 0.0, leap + speed * (t_s - 1.0))
+    x = x[::-1].copy() if back else x
+    slope = slopes_of(x, t_s, np.diff(t_s, prepend=t_s[0]))
+    assert np.abs(slope).max() < 1.6 * speed or abs(leap) < 0.1 * speed
