@@ -84,7 +84,7 @@ def test_each_stretch_begins_at_rest() -> None:
 
 @given(speed=st.floats(0.01, 5.0), leap=st.floats(-80.0, 80.0), back=st.booleans())
 def test_a_leap_is_not_the_slope_of_what_comes_after(speed: float, leap: float, back: bool) -> None:
-    """A motion that rested, leapt between two rows, and goes on steadily, or the other way round."""
+    """A motion that rests, leaps between two rows and goes on steadily, or the other way round."""
     t_s = np.arange(20) * 0.1
     x = np.where(t_s < 1.0, 0.0, leap + speed * (t_s - 1.0))
     x = x[::-1].copy() if back else x

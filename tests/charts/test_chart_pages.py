@@ -108,6 +108,7 @@ def test_a_page_loads_nothing() -> None:
     assert policy[0].startswith("default-src 'none'")
 
 
+@pytest.mark.study
 def test_a_page_with_many_long_curves_stays_below_two_megabytes_and_says_so() -> None:
     rng = np.random.default_rng(1)
     series = [Series(f"{k}", np.arange(50_000), rng.normal(size=50_000)) for k in range(12)]

@@ -59,6 +59,7 @@ def asked_for(browser: webdriver.Chrome) -> set[str]:
     return {url for url in sent if not url.startswith(("blob:", "data:"))}
 
 
+@pytest.mark.study
 def test_a_screen_reader_is_told_what_is_shown(open_report: Open, report_file: Path) -> None:
     browser = open_report(report_file)
     nodes = browser.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]

@@ -24,6 +24,7 @@ repeats: 3
 """
 
 
+@pytest.mark.study
 def test_targets_and_largest_errors(deltactl: Deltactl, tmp_path: Path) -> None:
     (tmp_path / "rings.yaml").write_text(JOB.replace("duration_s: 4", "duration_s: 2"))
     said = json.loads(deltactl("check", "rings.yaml", "--json").stdout)

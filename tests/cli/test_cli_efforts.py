@@ -17,6 +17,7 @@ Deltactl = Callable[..., CompletedProcess[str]]
 FORCED = f"{ROBOT}inertia: 2.0\n"
 
 
+@pytest.mark.study
 def test_a_command_that_is_not_used_beside_an_effort_is_told(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:

@@ -34,6 +34,7 @@ def test_what_is_there_is_kept(
     assert (tmp_path / "kept").read_text() == "mine"
 
 
+@pytest.mark.study
 def test_force_writes_over_it(deltactl: Deltactl, tmp_path: Path) -> None:
     (tmp_path / "c.html").write_text("old")
     circle = (CONFIG_FOLDER / "circle.yaml").read_text(encoding="utf-8")

@@ -53,6 +53,7 @@ def small_circle(folder: Path, robot: str = "zhao-2023.yaml") -> Path:
     return job
 
 
+@pytest.mark.study
 def test_a_run_exports_to_the_contracts_columns(deltactl, circle: Path, tmp_path: Path) -> None:
     deltactl("export", str(circle), "c.csv")
     table = read_flat(tmp_path / "c.csv")
@@ -60,6 +61,7 @@ def test_a_run_exports_to_the_contracts_columns(deltactl, circle: Path, tmp_path
     assert np.median(np.diff(table.t_s)) == 0.02 or abs(np.median(np.diff(table.t_s)) - 0.02) < 1e-3
 
 
+@pytest.mark.study
 def test_the_same_run_twice_is_the_same(deltactl, circle: Path, tmp_path: Path) -> None:
     deltactl("run", str(small_circle(tmp_path)), "--simulate", "--record", "again.mcap")
     for name, recording in (("a", str(circle)), ("b", "again.mcap")):

@@ -17,11 +17,12 @@ MOVES_S = 10.0
 """From the start of the command into its survey."""
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("names", "lasts_s", "finished"),
     [
         (QUICK, MOVES_S, False),
-        pytest.param((*KINDS, *KINDS), 60.0, True, marks=pytest.mark.study),
+        ((*KINDS, *KINDS), 60.0, True),
     ],
 )
 def test_an_interrupted_healing_leaves_the_old_file_in_force(

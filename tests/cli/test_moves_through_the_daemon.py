@@ -72,6 +72,7 @@ def test_a_move_by_hand_is_straight_and_no_faster_than_asked(
     assert hops_m.max() > 0.9 * speed * 1e-3 * np.median(took_s)
 
 
+@pytest.mark.study
 def test_a_move_that_is_refused_is_told_as_it_was_typed(
     robot: Served, deltactl: Deltactl, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -121,6 +121,7 @@ def test_cancelling_drops_the_queue(homed: Controller, write_job, finish) -> Non
     assert homed.status().state == "ready"
 
 
+@pytest.mark.study
 def test_queued_jobs_run_one_after_the_other(homed: Controller, write_job, finish) -> None:
     numbers = [homed.submit(write_job(name)) for name in ("one", "two")]
     sleep_s(homed.clock, 1.0)
@@ -229,6 +230,7 @@ def test_a_stop_by_request_is_a_stop_and_no_fault(homed: Controller, write_job, 
     assert homed.status().state == "stopped"
 
 
+@pytest.mark.study
 def test_steps_that_a_drive_loses_are_told(homed: Controller, write_job, finish) -> None:
     job = write_job("sharp", t_pwm_s=0.00005)
     text = job.read_text().replace("shape: circle", "shape: heart")

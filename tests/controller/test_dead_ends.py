@@ -114,6 +114,7 @@ def mark(controller: Controller) -> tuple[object, ...]:
     )
 
 
+@pytest.mark.study
 def test_from_every_state_that_can_be_reached_a_way_leads_to_ready(tmp_path, write_job) -> None:
     job = write_job()
     seen: set[tuple[object, ...]] = set()

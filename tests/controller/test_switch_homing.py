@@ -177,6 +177,7 @@ def test_the_file_says_how_far_an_unseen_arm_may_hang(tmp_path: Path) -> None:
                     one.home()
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("begin_deg", [25.0, 80.0])
 def test_an_arm_that_the_sensors_see_is_found_wherever_it_is(
     begin_deg: float, tmp_path: Path

@@ -28,6 +28,7 @@ def verified(controller: Controller, write_job, finish, slipped: int = 0) -> Ver
     )
 
 
+@pytest.mark.study
 def test_a_good_run(controller: Controller, write_job, finish) -> None:
     controller.power_on()
     found = verified(controller, write_job, finish)
@@ -37,6 +38,7 @@ def test_a_good_run(controller: Controller, write_job, finish) -> None:
     assert found.says().startswith("no steps lost (steps behind the counters: motor1 ")
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("slipped", [40, -40])
 def test_fewer_lost_steps_than_are_seen_while_running(
     controller: Controller, write_job, finish, slipped: int

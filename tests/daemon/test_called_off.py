@@ -136,6 +136,7 @@ def test_the_status_shows_that_a_job_is_planned(robot: ServedRobot) -> None:
     until(lambda: robot.state is State.READY, "it is dropped")
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("kind", ["robot", "servo"])
 def test_a_job_ends_on_its_path_when_its_client_dies(
     kind: str, request: pytest.FixtureRequest
@@ -170,6 +171,7 @@ def _accepted(robot: ServedRobot, client: int, name: str, **more: object) -> int
     return int(answer["job_id"])
 
 
+@pytest.mark.study
 def test_a_pause_outlives_the_client_whose_job_it_holds(robot: ServedRobot) -> None:
     """Another client's job waits behind it, and nobody resumed."""
     _accepted(robot, 0, "round")

@@ -308,6 +308,7 @@ JSON = st.recursive(
 )
 
 
+@pytest.mark.study
 @settings(max_examples=150, deadline=None)
 @given(
     st.binary(max_size=300)

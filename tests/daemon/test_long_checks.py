@@ -25,6 +25,7 @@ def robot(tmp_path: Path) -> Iterator[ServedRobot]:
     served.close()
 
 
+@pytest.mark.study
 def test_each_is_answered_before_its_check_ends(robot: ServedRobot) -> None:
     """The second too, which waits for the first; its result is asked for meanwhile."""
     first, second = (

@@ -17,6 +17,7 @@ from deltactl.web.motion_card import to_point
 from tests.rigs.served import served
 
 
+@pytest.mark.study
 def test_a_waiting_job_takes_another_place_and_no_other_job_does(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

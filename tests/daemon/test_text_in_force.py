@@ -105,6 +105,7 @@ def test_the_file_counts_where_nothing_was_kept(
         assert str(tmp_path / "gone.yaml") in capsys.readouterr().err
 
 
+@pytest.mark.study
 def test_what_comes_into_force_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RUNTIME_DIRECTORY", f"{tmp_path}:/elsewhere")
     robot = tmp_path / "mine.yaml"

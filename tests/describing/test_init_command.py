@@ -133,6 +133,7 @@ def test_an_arm_geared_up_is_refused_in_its_file_too(deltactl: Deltactl, tmp_pat
     assert "drive.gear_ratio: 0.25: did you mean 4?" in refused
 
 
+@pytest.mark.study
 @given(
     base=st.floats(20, 400), platform=st.floats(10, 200),
     upper=st.floats(30, 500), longer=st.floats(1.3, 3.0), gear=st.floats(1, 50),

@@ -89,6 +89,7 @@ def spreadsheet(path: Path) -> None:
     path.write_text("\n".join(["Zeit [ms];steps;Laser_mm", *rows]), encoding="utf-8")
 
 
+@pytest.mark.study
 def test_a_recording_is_measured_as_inspect_reads_it(deltactl: Deltactl, tmp_path: Path) -> None:
     spreadsheet(tmp_path / "log.csv")
     words = ("--motion", "linear", "--measure", "log.csv")

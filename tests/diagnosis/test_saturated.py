@@ -89,6 +89,7 @@ def test_a_short_healthy_recording_raises_no_alarm(
     assert Detection(prepared, delta.drive.rad_per_step).first_p() > 3.0 * ALARM
 
 
+@pytest.mark.study
 def test_a_fault_still_shows_in_ten_seconds(delta: DeltaRobot, record: Record) -> None:
     home = EffectEntry(effect="home_offset", component="motor2", parameters={"angle": 0.01})
     answer = diagnose_recordings(delta, [record(home, seconds=10.0)])

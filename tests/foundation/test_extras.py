@@ -24,6 +24,7 @@ inverse_kinematics: {kind: geometry}
 """
 
 
+@pytest.mark.study
 def test_diagnose_without_scipy_is_one_line() -> None:
     """In a process of its own: modules that are loaded anew here would be there twice."""
     without = "import sys; sys.modules['scipy'] = None; from deltactl.cli.main import main; main()"

@@ -66,6 +66,7 @@ def test_references_are_those_of_section_5() -> None:
     assert second.position_m(t_s) == pytest.approx(np.array(expected), abs=1e-12)
 
 
+@pytest.mark.study
 def test_tracking_error_is_at_most_half_of_the_paper_s(asked: References, result: Result) -> None:
     for tracking in (result.tracking, simulate(DRIVE, asked, OURS)):
         assert tracking.most_percent.max() <= 0.5 * asked.experiment.paper_percent

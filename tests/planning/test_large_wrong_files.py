@@ -81,6 +81,7 @@ def test_a_job_of_each_kind(name: str, tmp_path: Path) -> None:
     assert len(says.splitlines()) <= MOST_LINES
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("name", ["names near a key", "empty lists"])
 def test_one_of_four_megabytes(name: str, tmp_path: Path) -> None:
     path = tmp_path / "robot.yaml"

@@ -141,6 +141,7 @@ def test_the_robot_in_force_is_planned_for_not_the_one_on_the_disk(
     assert planning.prepare(job, in_force).plan.robot is ROBOT.robot
 
 
+@pytest.mark.study
 def test_what_takes_too_long_is_ended_and_the_next_job_is_planned(tmp_path: Path) -> None:
     long = tmp_path / "long.yaml"
     text = (CONFIG_FOLDER / "survey.yaml").read_text()
@@ -179,6 +180,7 @@ def test_a_robot_file_that_takes_too_long_is_refused_with_both_limits(
         planning.close()
 
 
+@pytest.mark.study
 def test_what_is_called_off_is_given_up_at_once(tmp_path: Path) -> None:
     """By whoever does not want it any more, before it begins and in the middle."""
     long = tmp_path / "long.yaml"

@@ -82,6 +82,7 @@ def test_a_sensor_slower_than_asked_is_remarked_on() -> None:
     assert bench.bank.measured_hz()["y"] == pytest.approx(40.0, rel=0.02)
 
 
+@pytest.mark.study
 @pytest.mark.realtime
 def test_a_poll_of_three_costs_well_under_a_millisecond() -> None:
     bench = RangingBench(noise=RangeNoise())

@@ -88,6 +88,7 @@ def test_all_places_have_one_version() -> None:
     assert PYTHONS[0] == PROJECT["requires-python"].removeprefix(">=")
 
 
+@pytest.mark.study
 def test_every_report_carries_the_version(tmp_path: Path) -> None:
     """Answers as JSON, every HTML page, the metadata of a recording, and `--version`."""
     version = metadata.version("deltactl")
@@ -109,6 +110,7 @@ def test_every_report_carries_the_version(tmp_path: Path) -> None:
     assert f"deltactl {version}" in (tmp_path / "why.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.study
 def test_a_recording_carries_the_version(tmp_path: Path) -> None:
     job = tmp_path / "short.yaml"
     job.write_text(

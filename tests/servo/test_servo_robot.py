@@ -149,6 +149,7 @@ def test_a_run_exports_to_the_contract_s_columns(make, submit, tmp_path: Path) -
     assert np.nanmax(apart) < 12 * COUNT_RAD  # truth is recorded 50 times a second
 
 
+@pytest.mark.study
 def test_the_same_run_twice_is_the_same(make, submit) -> None:
     runs = []
     for _ in range(2):

@@ -55,14 +55,8 @@ def run_job(controller: Controller, job: Path) -> Path:
     return Path(result.recording)
 
 
-IN_SHORT = "the home of motor 2 is off"
-"""The others are studies."""
-
-
-@pytest.mark.parametrize(
-    "defect",
-    [one if one == IN_SHORT else pytest.param(one, marks=pytest.mark.study) for one in defects()],
-)  # fmt: skip
+@pytest.mark.study
+@pytest.mark.parametrize("defect", defects())
 def test_a_heart_is_enough_to_name_what_is_hidden(defect: str, tmp_path: Path) -> None:
     """What the page starts with; neither recording nor robot file tells it.
 
