@@ -28,7 +28,7 @@ HOMONYMS = {
     "benchmarks/proofs/recording_variations.py": 2,
     "deltactl/cli/recordings/init.py": 3,
     "deltactl/diagnosis/plants/lone/force_shapes.py": 2,
-    "deltactl/diagnosis/plants/lone/forced_axis.py": 5,
+    "deltactl/diagnosis/plants/lone/forced_axis.py": 3,
     "models/rigid_chain.py": 1,
     "models/robot.py": 2,
     "deltactl/reference/words.py": 2,

@@ -133,8 +133,9 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     @cached_property
     def unsampled(self) -> FloatArray:
-        """A late axis shows where the command was between two samples, (n,)."""
-        return between_rows(self.commanded)
+        """A late axis shows where the command was between two samples, (n,): as late as usual."""
+        share = min(LONE.lag_spread_s / self.readings.period_s, 1.0) if not self.arrived else 0.0
+        return share * between_rows(self.commanded)
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes (n, j) that no spline term over this covariate may take the place of."""

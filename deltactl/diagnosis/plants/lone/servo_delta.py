@@ -93,16 +93,21 @@ class ServoDelta(LeftOver):
     # ---- what may be missing -------------------------------------------------------------------
 
     def _regressors(self) -> list[Regressor]:
-        above = {"effort_gain": LEAST_EFFORT_SHARE - 1.0, "inertia": -self.chain.rotor_kgm2}
         named = [
             Regressor(
                 f"{kind.name} {component}", kind.name, card_of(kind.name).log_odds["joint"],
-                component, alone=False, above=above.get(kind.name, -math.inf),
+                component, alone=False, above=self._above(kind),
             )
             for kind in SERVO_EFFECTS.values()
             for component in kind.components
         ]  # fmt: skip
         return [*named, *self.unknowns()]
+
+    def _above(self, kind: EffectKind) -> float:
+        """Size that no machine is at or below."""
+        if kind.nothing == 1.0:
+            return LEAST_EFFORT_SHARE - 1.0
+        return -self.chain.rotor_kgm2 if kind.main.unit == INERTIA else -math.inf
 
     @cached_property
     def size(self) -> float:
