@@ -31,12 +31,12 @@ IN_HEADLINE = 3
 """Findings that the headline names; of more it names two, and all have their own row below."""
 
 
-def opening(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
+def opening(diagnosis: Diagnosis, brief: bool = False, below: bool = True) -> list[str]:
     """The sentences an answer begins with: its verdict, or a doubt that goes before any verdict.
 
-    brief: without what a finding cannot be distinguished from.
+    brief: without what a finding cannot be distinguished from. below: all findings are named below.
     """
-    says = headline(diagnosis, brief)
+    says = headline(diagnosis, brief, below)
     if not diagnosis.doubts:
         return [says]
     first, *others = diagnosis.doubts
@@ -44,8 +44,8 @@ def opening(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
     return [say("headline.settle", doubt=first), *others, right]
 
 
-def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
-    """The verdict in one sentence. brief: as in `opening`."""
+def headline(diagnosis: Diagnosis, brief: bool = False, below: bool = True) -> str:
+    """The verdict in one sentence. brief, below: as in `opening`."""
     fit, case = diagnosis.fit, headline_case(diagnosis)
     nothing, doubtful = diagnosis.probability_nothing_missing, doubtful_floor(fit)
     nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
@@ -56,7 +56,7 @@ def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
         probably="" if surely_nothing(diagnosis) else say("headline.probably"),
         sure="" if nothing is None else say("headline.sure", sure=percent(nothing)),
         likely=percent(1.0 - (nothing or 0.0)),
-        what=_what(diagnosis.findings, brief),
+        what=_what(diagnosis.findings, brief, below),
         other=say("headline.other") if nameless else "",
         remains=say("headline.remains", left=left, before=before) if remains else "",
         check=say("headline.check") if mostly_left(diagnosis) else "",
@@ -66,12 +66,13 @@ def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
     return sentence(says)
 
 
-def _what(findings: Sequence[Finding], brief: bool) -> str:
+def _what(findings: Sequence[Finding], brief: bool, below: bool) -> str:
     """The findings with a name, as many as a headline takes."""
     shown = [finding for finding in findings if claimed(finding)]
     named = _named(shown, brief)
     if len(named) > IN_HEADLINE:
-        more = say("headline.more", number=len(named) - IN_HEADLINE + 1)
+        case = "headline.more" if below else "headline.more_there"
+        more = say(case, number=len(named) - IN_HEADLINE + 1)
         named = [*named[: IN_HEADLINE - 1], more]
     return listed(named)
 
