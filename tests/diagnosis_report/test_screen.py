@@ -250,3 +250,12 @@ def test_text_of_others_is_shown_as_it_is(make: Any, hostile: str) -> None:
 def test_a_number_stays_with_a_unit_of_two_words() -> None:
     text = "the friction is 3.00 N m before"
     assert wrapped(text, text.index(" m "))[1].startswith("3.00 N m")
+
+
+def test_an_interval_that_is_not_known_is_said(make: Any) -> None:
+    late = finding("following_lag", "axis", 0.93)
+    late.parameters.clear()
+    late.parameters["time"] = ParameterResult(value=0.06, ci95=[0.0, 0.07], unit="s")
+    late.parameters["dead_time"] = ParameterResult(value=0.06, ci95=[0.05, 0.13], unit="s")
+    (row,) = [line for line in shown(make("explained", findings=[late])) if line.startswith("1  ")]
+    assert re.search(r"120 ms +not known +93 %", row)

@@ -5,6 +5,7 @@ What does not fit is in the report, and the last line says so.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -37,7 +38,7 @@ from deltactl.diagnosis.report.names import (
 from deltactl.diagnosis.report.next_run import experiment_line, hint, saved_lines, tie_lines
 from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import main_of, remedies
-from deltactl.diagnosis.report.sizes import quantity
+from deltactl.diagnosis.report.sizes import Size, quantity
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
 from deltactl.foundation.one_screen import SHORT, Part, fitted, shortened, spaced, wrapped
 from deltactl.models.robot import RobotModel
@@ -219,9 +220,16 @@ def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     main = main_of(finding) if finding.parameters else ""
     sizes = sorted(shown_sizes(finding), key=lambda size: size[0] != main)
     first = sizes[0][1] if sizes else None
-    yield (f"{number}", name, where, *((first.shown, first.interval) if first else ("", "")), sure)
+    yield (f"{number}", name, where, *_cells(first), sure)
     for _, size in sizes[1:]:
-        yield "", f"  {size.name}", "", size.shown, size.interval, ""
+        yield "", f"  {size.name}", "", *_cells(size), ""
+
+
+def _cells(size: Size | None) -> tuple[str, str]:
+    """A size and its interval, which is not known of a sum of times and of a lone event."""
+    if size is None:
+        return "", ""
+    return size.shown, size.interval or say("size.not_known") * math.isfinite(size.value)
 
 
 def _laid_out(row: Sequence[str], widths: Sequence[int]) -> str:
