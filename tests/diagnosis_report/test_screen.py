@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import pytest
@@ -111,6 +111,7 @@ def fits(answer: Diagnosis, robot: RobotModel | None = None) -> None:
     whole = shown(answer, robot, most=10_000, width=10_000)
     cut = ("screen.more_findings", "headline.more_there", "screen.unseen", "do.if_confirmed_there")
     more = [say(key, number="", do="") for key in cut]
+    more.append(say("headline.or_another", name=""))
     more += [say("screen.all_unseen", findings="one finding findings"), ""]
     counted = words(more) | {"", *map(str, range(100))}
     assert words(lines) <= words(whole) | counted
@@ -157,7 +158,7 @@ REFERENCE = re.compile(
 )
 
 
-def rows_of(lines: list[str]) -> set[int]:
+def rows_of(lines: Sequence[str]) -> set[int]:
     return {int(found[1]) for line in lines if (found := re.match(r"(\d+) {2,3}\S.* {2}\S", line))}
 
 

@@ -34,7 +34,7 @@ IN_HEADLINE = 3
 def opening(diagnosis: Diagnosis, brief: bool = False, below: bool = True) -> list[str]:
     """The sentences an answer begins with: its verdict, or a doubt that goes before any verdict.
 
-    brief: without what a finding cannot be distinguished from. below: all findings are named below.
+    brief: without the names of what a finding may be instead. below: all findings are named below.
     """
     says = headline(diagnosis, brief, below)
     if not diagnosis.doubts:
@@ -91,15 +91,17 @@ def _named(findings: Sequence[Finding], brief: bool) -> list[str]:
 
 def _one_kind(same: Sequence[Finding], brief: bool) -> str:
     """Findings of one kind by name; one of them with the likeliest of what else it may be."""
-    if len(same) > 1:
-        return effect(same[0].effect, *dict.fromkeys(one.component for one in same))
-    (finding,) = same
-    if brief or certain(finding):
-        return called(finding)
+    finding, *others = same
+    places = dict.fromkeys(one.component for one in same)
+    name = effect(finding.effect, *places) if others else called(finding)
+    if brief and not all(map(certain, same)):
+        return say("headline.or_another", name=name)
+    if others or certain(finding):
+        return name
     first = likelier(finding) or finding.alternatives[0]
     return say(
         "headline.either" if likelier(finding) is None else "headline.likelier",
-        name=called(finding),
+        name=name,
         other=other_cause(finding.effect, first.effect, first.component),
     )
 
