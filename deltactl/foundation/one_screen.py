@@ -18,7 +18,11 @@ _LEAD = re.compile(r"\s*(?:- |\d+\. )?")
 """Goes before a sentence, and is as wide as the indent of the lines that follow."""
 _NUMBER_AND_UNIT = re.compile(r"((?<!\S)[(+\u2212-]?[\d.]+) (?=[^\W\d]|%)")
 _UNIT_OF_TWO = re.compile("(?<=\u00a0N) (?=m)")
-_ENDS = ((r"(?<=[.!?]) (?=[A-Z])", "."), (r"(?<=[;:]) ", "."), (r"(?<=,) ", " ..."))
+_ENDS = (
+    (r"(?<!^\d[.])(?<!^\d\d[.])(?<=[.!?]) (?=[A-Z])", "."),
+    (r"(?<=[;:]) ", "."),
+    (r"(?<=,) ", " ..."),
+)
 """Where an entry may be cut, and what then ends it."""
 
 
@@ -54,7 +58,7 @@ class Part:
         longest = min(longest, self.short) if longest < WHOLE else longest
         texts = [text for entry in self.entries[: self.shown] for text in entry.split("\n")]
         more = [self.more.format(number=self.left)] if self.more and self.left else []
-        body = [line for text in texts for line in _shortened(text, width, longest)]
+        body = [line for text in texts for line in shortened(text, width, longest)]
         return [*([self.head] if self.head else []), *body, *more]
 
 
@@ -134,7 +138,7 @@ def wrapped(text: str, width: int) -> list[str]:
     return [line.replace("\u00a0", " ") for line in lines]
 
 
-def _shortened(text: str, width: int, most: int) -> list[str]:
+def shortened(text: str, width: int, most: int) -> list[str]:
     """A text as lines; of one that is too long the first sentences, or clauses."""
     lines = wrapped(text, width)
     for between, end in _ENDS:

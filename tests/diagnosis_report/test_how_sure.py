@@ -124,3 +124,11 @@ def test_an_alternative_that_is_more_probable_is_named_as_such(make: Any) -> Non
     assert line.startswith("If finding 1 is confirmed, correct the home stop")
     likely = home.model_copy(update={"probability": 0.7})
     assert "more probably" not in headline(make("explained", findings=[likely]))
+
+
+@pytest.mark.parametrize(("other", "rest"), [(0.02, "none of these (48 %)"), (0.5, "")])
+def test_the_share_of_neither_cause_is_named(other: float, rest: str) -> None:
+    tied = _finding(1e-9, 0.5, _other("viscous_friction", other))
+    text = other_causes(tied)
+    assert ("none of these" in text) == bool(rest)
+    assert text.endswith(rest)

@@ -140,7 +140,7 @@ def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -
     tied = found("transmission_error", "motor1", 0.01, "rad", "sensor_offset")
     own = found("home_offset", "motor1", 0.01, "rad")
     first, *lines = remedies(make("explained", findings=[tied, own]), ROBOT)
-    assert "record the run proposed below" in first
+    assert "record the proposed run" in first
     assert ["home stop" in line for line in lines] == [True, False, False], "sure ones first"
     assert lines[-1].endswith("--save-robot NEW.yaml --all.")
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import pytest
 from rich.text import Text
 
+from deltactl.diagnosis.answer.corrected_robot import lasts, sure
 from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,
@@ -108,8 +109,11 @@ def fits(answer: Diagnosis, robot: RobotModel | None = None) -> None:
     assert len(lines) <= LINES, "\n".join(lines)
     assert max(map(len, lines)) <= WIDTH
     whole = shown(answer, robot, most=10_000, width=10_000)
-    more = [say("screen.more_findings", number=""), say("headline.more", number=""), ""]
-    counted = words(more) | {*map(str, range(100))}
+    cut = ("screen.more_findings", "headline.more_there", "screen.unseen", "do.if_confirmed_there")
+    more = [say(key, number="", do="") for key in cut]
+    more.append(say("headline.or_another", name=""))
+    more += [say("screen.all_unseen", findings="one finding findings"), ""]
+    counted = words(more) | {"", *map(str, range(100))}
     assert words(lines) <= words(whole) | counted
 
 
@@ -149,6 +153,67 @@ def test_the_parts_come_in_the_order_in_which_they_are_needed(make: Any) -> None
     assert places == sorted(places)
 
 
+REFERENCE = re.compile(
+    r"findings? (?!of )(\d+(?: \([^)]*\))?(?:(?:, | and )\d+(?: \([^)]*\))?)*)|^(\d+) could"
+)
+
+
+def rows_of(lines: Sequence[str]) -> set[int]:
+    return {int(found[1]) for line in lines if (found := re.match(r"(\d+) {2,3}\S.* {2}\S", line))}
+
+
+def numbers_in(text: str) -> list[int]:
+    plain = re.sub(r"\([^)]*\)|in the report \d+ more", "", text)
+    return [int(one) for one in re.findall(r"\b\d+\b", plain)]
+
+
+@pytest.mark.parametrize("most", [16, LINES])
+def test_no_line_refers_to_a_finding_without_a_row(make: Any, parts: Any, most: int) -> None:
+    cut = 0
+    for answer in answers(make, parts):
+        lines = shown(answer, SERVO, most=most)
+        rows, text = rows_of(lines), " ".join(line.strip() for line in lines)
+        assert rows == set(range(1, len(rows) + 1))
+        assert bool(rows) == bool(answer.findings), text
+        cut += len(rows) < len(answer.findings)
+        for line in [*re.split(r"(?<=[.:]) ", text), *lines]:
+            for found in REFERENCE.finditer(line):
+                assert {*numbers_in(found[1] or found[2])} <= rows, (line, rows)
+        named_below = "named below" in text
+        assert not named_below or len(rows) == len(answer.findings)
+    assert cut
+
+
+@pytest.mark.parametrize(("most", "all_of_them"), [(16, False), (LINES, True)])
+def test_what_is_in_the_robot_file_is_counted_right(
+    make: Any, parts: Any, most: int, all_of_them: bool
+) -> None:
+    seen = 0
+    for answer in answers(make, parts):
+        lines = screen_lines(answer, SERVO, most=most, saved=all_of_them)
+        assert len(lines) <= most, "\n".join(lines)
+        assert max(map(len, lines)) <= WIDTH
+        text = " ".join(line.strip() for line in lines)
+        for start, kept in file_groups(answer, all_of_them).items():
+            (said,) = re.findall(rf"{re.escape(start)}[^:]*: (.*?)(?= [A-Z]|$)", text)
+            more = re.search(r"in the report (\d+) more|(\d+|one) findings? in the report", said)
+            counted = (more[1] or more[2].replace("one", "1")) if more else "0"
+            named = [] if more and more[2] else numbers_in(said)
+            assert {*named} <= rows_of(lines) & {*kept}
+            assert len(named) + int(counted) == len(kept)
+            seen += 1
+    assert seen
+
+
+def file_groups(answer: Diagnosis, all_of_them: bool) -> dict[str, list[int]]:
+    """The numbers of findings that are written, and of those that are left out."""
+    lasting = {k: one for k, one in enumerate(answer.findings, 1) if lasts(one)}
+    written = [k for k, one in lasting.items() if all_of_them or sure(one, answer)]
+    left = [k for k in lasting if k not in written]
+    groups = {"In the robot file": written, "Left out, not certain": left}
+    return {start: kept for start, kept in groups.items() if kept}
+
+
 def test_findings_that_do_not_fit_are_counted(make: Any) -> None:
     many = [finding(name, "axis", 0.999) for name in EFFECTS]
     lines = shown(make("explained", findings=many))
@@ -186,3 +251,12 @@ def test_text_of_others_is_shown_as_it_is(make: Any, hostile: str) -> None:
 def test_a_number_stays_with_a_unit_of_two_words() -> None:
     text = "the friction is 3.00 N m before"
     assert wrapped(text, text.index(" m "))[1].startswith("3.00 N m")
+
+
+def test_an_interval_that_is_not_known_is_said(make: Any) -> None:
+    late = finding("following_lag", "axis", 0.93)
+    late.parameters.clear()
+    late.parameters["time"] = ParameterResult(value=0.06, ci95=[0.0, 0.07], unit="s")
+    late.parameters["dead_time"] = ParameterResult(value=0.06, ci95=[0.05, 0.13], unit="s")
+    (row,) = [line for line in shown(make("explained", findings=[late])) if line.startswith("1  ")]
+    assert re.search(r"120 ms +not known +93 %", row)

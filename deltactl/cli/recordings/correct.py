@@ -91,10 +91,9 @@ def _expected(job: str | None, limit: Limit | str) -> list[str]:
 def _say(found: Corrected, all_of_them: bool, expected: list[str]) -> None:
     """One screen: what was found, what is done about it, and the files. expected: of the job."""
     from deltactl.cli.recordings.diagnosing import Shown, print_answer
-    from deltactl.diagnosis.report.next_run import done_part, saved_part
+    from deltactl.diagnosis.report.next_run import done_part
 
     effects = [(one.says, one.how, one.why_not) for one in found.coverage.effects]
-    closing = [Part(expected, rank=1), saved_part(found.diagnosis, all_of_them)]
     after = [f"robot file: {found.robot_file}"]
     if not found.changed:
         after[0] += " (nothing to correct: it is as it was)"
@@ -104,7 +103,9 @@ def _say(found: Corrected, all_of_them: bool, expected: list[str]) -> None:
             f" jobs that name {found.instead_of}"
         )
     done = done_part(effects, found.held_back)
-    print_answer(Shown(found.diagnosis, found.robot, done=done, closing=closing), after)
+    closing = [Part(expected, rank=1)]
+    shown = Shown(found.diagnosis, found.robot, done=done, closing=closing, saved=all_of_them)
+    print_answer(shown, after)
 
 
 def _as_json(found: Corrected) -> dict[str, Any]:

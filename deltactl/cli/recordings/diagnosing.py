@@ -73,7 +73,6 @@ def diagnose_recordings(
         from deltactl.diagnosis.answer.corrected_robot import save_corrected
         from deltactl.diagnosis.api import diagnose
         from deltactl.diagnosis.experiment import write_job
-        from deltactl.diagnosis.report.next_run import saved_part
         from deltactl.diagnosis.report.next_run import written as what_is_written
         from deltactl.diagnosis.report.page import Origin, write_report
 
@@ -109,15 +108,17 @@ def diagnose_recordings(
         return
     files = {"report": report, "answer": json_file}
     after = [f"{name}: {path}" for name, path in files.items() if path is not None]
-    closing: list[Part] = []
     if next_job is not None:
         after.append(f"job: {_job(answer, described, next_job)}")
     if save_robot is not None:
         after.append(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
-        closing.append(saved_part(answer, save_all, ways))
         if save_robot.read_bytes() != robot_file.read_bytes():
             after += next_commands(recordings, save_robot, columns, described)
-    print_answer(Shown(answer, described, ways, closing=closing), after, remarks)
+    print_answer(
+        Shown(answer, described, ways, saved=None if save_robot is None else save_all),
+        after,
+        remarks,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +130,7 @@ class Shown:
     ways: Ways | None = None
     done: Part | None = None
     closing: Sequence[Part] = ()
+    saved: bool | None = None
 
 
 def print_answer(shown: Shown, after: Sequence[str], before: Sequence[str] = ()) -> None:
@@ -142,7 +144,9 @@ def print_answer(shown: Shown, after: Sequence[str], before: Sequence[str] = ())
     width = screen_width()
     most = max(LINES - lines_of((*before, *after), width), FEWEST_LINES)
     ways = shown.ways or TERMINAL
-    lines = screen_lines(shown.answer, shown.robot, ways, most, width, shown.done, shown.closing)
+    lines = screen_lines(
+        shown.answer, shown.robot, ways, most, width, shown.done, shown.closing, shown.saved
+    )
     print_wrapped(marked(lines))
     for line in after:
         say(line)

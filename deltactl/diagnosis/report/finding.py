@@ -93,11 +93,21 @@ def other_causes(
     named = finding.alternatives if shown is None else shown
     apart = exclusive(finding)
     names = [_other(finding, one, apart, in_full) for one in named]
-    text = listed(names, "or")
     if apart or not names:
-        return text
+        return listed([*names, *_none_of_them(finding, named)], "or")
+    text = listed(names, "or")
     left = percent(max(1.0 - (finding.probability or 0.0), 0.0))
     return f"{text} ({left if len(names) == 1 else say('other.one_or_several', share=left)})"
+
+
+def _none_of_them(finding: Finding, named: Sequence[Alternative]) -> list[str]:
+    """The share that neither the finding nor any other cause has; none where it is not known."""
+    given = [finding.probability, *(one.probability for one in named)]
+    known = [one for one in given if one is not None]
+    if not named or len(known) < len(given) or len(named) < len(finding.alternatives):
+        return []
+    left = percent(max(1.0 - sum(known), 0.0))
+    return [say("other.none_of_them", share=left)] if left != percent(0.0) else []
 
 
 def _other(finding: Finding, other: Alternative, apart: bool, in_full: bool) -> str:

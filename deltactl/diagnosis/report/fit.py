@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from deltactl.diagnosis.answer.records import Diagnosis, Fit
-from deltactl.diagnosis.answer.verdict import goes_on, too_little
+from deltactl.diagnosis.answer.verdict import goes_on, seen, too_little
 from deltactl.diagnosis.answer.what_is_left import (
     doubtful_floor,
     gone,
@@ -77,7 +77,7 @@ def unexplained(answer: Diagnosis) -> str:
         size=_shown(fit, fit.rms_after_m, 2),
         follows=all_followed(rest.depends_on),
         at=say("left.at", part=part(rest.component)) if rest.component else "",
-        p="" if rest.p is None else say("left.p", p=by_noise(rest.p)),
+        p=say("left.p", p=by_noise(rest.p)) if rest.p is not None and seen(rest.p) else "",
         little=say("left.little") if little else "",
         figures="" if case == "noise" else say_all(figures(fit)),
     )

@@ -31,12 +31,12 @@ IN_HEADLINE = 3
 """Findings that the headline names; of more it names two, and all have their own row below."""
 
 
-def opening(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
+def opening(diagnosis: Diagnosis, brief: bool = False, below: bool = True) -> list[str]:
     """The sentences an answer begins with: its verdict, or a doubt that goes before any verdict.
 
-    brief: without what a finding cannot be distinguished from.
+    brief: without the names of what a finding may be instead. below: all findings are named below.
     """
-    says = headline(diagnosis, brief)
+    says = headline(diagnosis, brief, below)
     if not diagnosis.doubts:
         return [says]
     first, *others = diagnosis.doubts
@@ -44,8 +44,8 @@ def opening(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
     return [say("headline.settle", doubt=first), *others, right]
 
 
-def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
-    """The verdict in one sentence. brief: as in `opening`."""
+def headline(diagnosis: Diagnosis, brief: bool = False, below: bool = True) -> str:
+    """The verdict in one sentence. brief, below: as in `opening`."""
     fit, case = diagnosis.fit, headline_case(diagnosis)
     nothing, doubtful = diagnosis.probability_nothing_missing, doubtful_floor(fit)
     nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
@@ -56,7 +56,7 @@ def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
         probably="" if surely_nothing(diagnosis) else say("headline.probably"),
         sure="" if nothing is None else say("headline.sure", sure=percent(nothing)),
         likely=percent(1.0 - (nothing or 0.0)),
-        what=_what(diagnosis.findings, brief),
+        what=_what(diagnosis.findings, brief, below),
         other=say("headline.other") if nameless else "",
         remains=say("headline.remains", left=left, before=before) if remains else "",
         check=say("headline.check") if mostly_left(diagnosis) else "",
@@ -66,12 +66,13 @@ def headline(diagnosis: Diagnosis, brief: bool = False) -> str:
     return sentence(says)
 
 
-def _what(findings: Sequence[Finding], brief: bool) -> str:
+def _what(findings: Sequence[Finding], brief: bool, below: bool) -> str:
     """The findings with a name, as many as a headline takes."""
     shown = [finding for finding in findings if claimed(finding)]
     named = _named(shown, brief)
     if len(named) > IN_HEADLINE:
-        more = say("headline.more", number=len(named) - IN_HEADLINE + 1)
+        case = "headline.more" if below else "headline.more_there"
+        more = say(case, number=len(named) - IN_HEADLINE + 1)
         named = [*named[: IN_HEADLINE - 1], more]
     return listed(named)
 
@@ -90,15 +91,17 @@ def _named(findings: Sequence[Finding], brief: bool) -> list[str]:
 
 def _one_kind(same: Sequence[Finding], brief: bool) -> str:
     """Findings of one kind by name; one of them with the likeliest of what else it may be."""
-    if len(same) > 1:
-        return effect(same[0].effect, *dict.fromkeys(one.component for one in same))
-    (finding,) = same
-    if brief or certain(finding):
-        return called(finding)
+    finding, *others = same
+    places = dict.fromkeys(one.component for one in same)
+    name = effect(finding.effect, *places) if others else called(finding)
+    if brief and not all(map(certain, same)):
+        return say("headline.or_another", name=name)
+    if others or certain(finding):
+        return name
     first = likelier(finding) or finding.alternatives[0]
     return say(
         "headline.either" if likelier(finding) is None else "headline.likelier",
-        name=called(finding),
+        name=name,
         other=other_cause(finding.effect, first.effect, first.component),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from deltactl.diagnosis.answer.how_sure import after_its_effort
 from deltactl.diagnosis.answer.picture import bare
@@ -119,6 +119,16 @@ def listed(items: Sequence[str], word: str = "and") -> str:
     if len(items) < 2:
         return "".join(items)
     return f"{', '.join(items[:-1])} {word} {items[-1]}"
+
+
+def numbers(named: Mapping[int, str], rows: float, noun: str = "") -> str:
+    """Findings by number, as each is called; those without a row are counted. noun: goes before."""
+    seen = [name for number, name in named.items() if number <= rows]
+    unseen = len(named) - len(seen)
+    if not seen:
+        return say("screen.all_unseen", findings=count(unseen, "finding"))
+    last = [say("screen.unseen", number=unseen)] * bool(unseen)
+    return f"{noun}{'s' * (bool(noun) and len(named) > 1)} {listed([*seen, *last])}".lstrip()
 
 
 def sentence(text: str) -> str:

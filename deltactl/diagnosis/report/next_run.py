@@ -22,6 +22,7 @@ from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.report.names import (
     effect,
     listed,
+    numbers,
     percent,
     sentence,
     spelled,
@@ -134,20 +135,20 @@ def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
     return say("saved.some" if kept else "saved.unchanged", kept=kept, of=of)
 
 
-def saved_part(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> Part:
-    """Which findings a corrected robot file holds, which it leaves out and why."""
-    lines, more = saved_lines(diagnosis, all_of_them, ways), say("saved.more", number="{number}")
-    return Part(lines, more=more, short=2, rank=2)
+def saved_lines(
+    diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL, brief: bool = False
+) -> list[str]:
+    """Which findings a corrected robot file holds, which it leaves out and why, by their numbers.
 
-
-def saved_lines(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:
-    """The same as sentences, by the numbers of the findings."""
-    kept, groups = _kept(diagnosis, all_of_them), dict[str, list[str]]()
+    brief: without how sure each is.
+    """
+    kept, groups = _kept(diagnosis, all_of_them), dict[str, dict[int, str]]()
     for number, finding in enumerate(diagnosis.findings, 1):
-        groups.setdefault(_case(finding, kept), []).append(f"{number}{_how_sure(finding)}")
+        name = f"{number}{'' if brief else _how_sure(finding)}"
+        groups.setdefault(_case(finding, kept), {})[number] = name
     too = say("saved.too", way=ways.save_all) if ways.save_all else ""
     cases = ("written", "left_out", "once", "no_name", "no_entry")
-    return [say(f"saved.{case}", which=listed(groups[case]), too=too)
+    return [say(f"saved.{case}", which=numbers(groups[case], ways.rows), too=too)
             for case in cases if case in groups]  # fmt: skip
 
 

@@ -31,6 +31,7 @@ from deltactl.diagnosis.answer.what_is_left import moves_at_rest
 from deltactl.diagnosis.report.names import (
     all_followed,
     listed,
+    numbers,
     part_of,
     parts,
     sentence,
@@ -83,7 +84,7 @@ def remedies(
         return [say("do.change_nothing")]
     unconfirmed = [one for one in named if act_on(one, sure(one, diagnosis)) == "if_confirmed"]
     lines = [
-        *_named(named, unconfirmed, diagnosis, robot),
+        *_named(named, unconfirmed, diagnosis, robot, ways),
         *_kept(named, diagnosis, ways),
         *_unnamed(named, diagnosis, robot, ways),
     ]
@@ -93,8 +94,8 @@ def remedies(
     if lines and diagnosis.next_experiment is not None and any(map(tied, named)):
         lines.insert(0, say("do.run_first", job=ways.job))
     elif lines and unconfirmed:
-        which = listed([f"{diagnosis.findings.index(one) + 1}" for one in unconfirmed])
-        lines.insert(0, say("do.tell_apart", which=which, s="s" * (len(unconfirmed) > 1)))
+        open_ = {k: f"{k}" for k, one in enumerate(diagnosis.findings, 1) if one in unconfirmed}
+        lines.insert(0, say("do.tell_apart", which=numbers(open_, ways.rows, "finding")))
     if diagnosis.doubts:
         lines.insert(0, say("do.give_the_unit"))
     return list(dict.fromkeys(filter(None, lines)))
@@ -105,6 +106,7 @@ def _named(
     unconfirmed: Sequence[Finding],
     diagnosis: Diagnosis,
     robot: RobotModel | None,
+    ways: Ways,
 ) -> Iterator[str]:
     """A line for each of those with a name, and one for all drives that follow late."""
     if late := late_drives(named):
@@ -115,7 +117,8 @@ def _named(
         line = remedy(finding, robot, sure(finding, diagnosis), beside)
         if line and finding in unconfirmed:
             number = diagnosis.findings.index(finding) + 1
-            line = say("do.if_confirmed", number=number, do=f"{line[:1].lower()}{line[1:]}")
+            case = "do.if_confirmed" if number <= ways.rows else "do.if_confirmed_there"
+            line = say(case, number=number, do=f"{line[:1].lower()}{line[1:]}")
         yield line
 
 

@@ -5,7 +5,10 @@ What does not fit is in the report, and the last line says so.
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from rich.markup import escape
 
@@ -27,17 +30,17 @@ from deltactl.diagnosis.report.limits import above_nothing, in_file, limit_alone
 from deltactl.diagnosis.report.names import (
     all_followed,
     count,
-    listed,
+    numbers,
     part_of,
     percent,
     sentence,
 )
-from deltactl.diagnosis.report.next_run import experiment_line, hint, tie_lines
+from deltactl.diagnosis.report.next_run import experiment_line, hint, saved_lines, tie_lines
 from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import main_of, remedies
-from deltactl.diagnosis.report.sizes import quantity
+from deltactl.diagnosis.report.sizes import Size, quantity
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
-from deltactl.foundation.one_screen import Part, fitted, spaced, wrapped
+from deltactl.foundation.one_screen import SHORT, Part, fitted, shortened, spaced, wrapped
 from deltactl.models.robot import RobotModel
 
 LINES, WIDTH = 25, 80
@@ -66,6 +69,7 @@ def screen_lines(
     width: int = WIDTH,
     done: Part | None = None,
     closing: Sequence[Part] = (),
+    saved: bool | None = None,
 ) -> list[Line]:
     """The answer as lines of plain text.
 
@@ -80,25 +84,48 @@ def screen_lines(
     done : Part, optional
         What has been done already, instead of the steps to take.
     closing : sequence of Part
-        Goes before the last line, which says where everything else is.
+        What else goes before the last line, which says where the rest is.
+    saved : bool, optional
+        A corrected robot file was written: whether with what is not certain.
     """
-    parts = [
-        _verdict(diagnosis, width),
-        _steps(diagnosis, robot, ways) if done is None else done,
-        _table(diagnosis.findings, width),
-        Part(_helps(diagnosis), turns=0, rank=1),
-        Part(_or_else(diagnosis, ways), say("screen.or_else"), turns=0, rank=2),
-        Part([*_on_top(diagnosis, robot), *remarks(diagnosis, ways)], short=2, rank=3),
-        *closing,
-        Part(_not_shown(diagnosis, width), gap=False, rank=4),
-    ]
-    parts, longest = fitted(parts, width, most - len(wrapped(_rest(ways, 0), width)))
+    room = most - len(wrapped(_rest(ways, 0), width))
+
+    def laid(rows: int, brief: bool = True) -> tuple[list[Part], int, bool]:
+        """Parts, lines of an entry, and whether there is room; not brief: for a part of each."""
+        named = replace(ways, rows=rows)
+        above = [
+            _verdict(diagnosis, width, brief, below=rows == len(diagnosis.findings)),
+            _steps(diagnosis, robot, named) if done is None else done,
+            _table(diagnosis.findings, rows, width, brief),
+            _saved(diagnosis, saved, named, width),
+        ]
+        parts = [*above, *_below_the_table(diagnosis, robot, named, width), *closing]
+        fit, longest = fitted(parts, width, room)
+        whole = all(now.entries or not was.entries for now, was in zip(fit, parts, strict=True))
+        return fit, longest, longest > 1 and (brief or whole)
+
+    parts, longest, fits = laid(len(diagnosis.findings), brief=False)
+    if not fits and diagnosis.findings:
+        rows = range(min(len(diagnosis.findings), most), 0, -1)
+        first = bisect_left(rows, True, key=lambda number: laid(number)[2])
+        parts, longest, _ = laid(rows[min(first, len(rows) - 1)])
     heads = {*parts[0].lines(width, longest), *(part.head for part in parts)}
     last = Part([_rest(ways, parts[1].left)], gap=False)
     lines = [Line(one) for one in spaced([*parts, last], width, longest, most)]
     for line in lines:
         line.head = line in heads
     return lines
+
+
+def _below_the_table(
+    diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways, width: int
+) -> list[Part]:
+    return [
+        Part(_helps(diagnosis), turns=0, rank=1),
+        Part(_or_else(diagnosis, ways), say("screen.or_else"), turns=0, rank=2),
+        Part([*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways)], short=2, rank=3),
+        Part(_not_shown(diagnosis, width), gap=False, rank=4),
+    ]
 
 
 def sentences_by_topic(
@@ -109,14 +136,14 @@ def sentences_by_topic(
         " ".join([f"{number}. {finding_title(one)}", *_in_full(one, diagnosis)])
         for number, one in enumerate(diagnosis.findings, 1)
     ]
-    more = (_on_top(diagnosis, robot), remarks(diagnosis, ways), _not_shown(diagnosis, SENTENCE))
+    more = [*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways)]
     return {
         "verdict": opening(diagnosis),
         "steps": list(_steps(diagnosis, robot, ways).entries),
         "findings": findings,
         "helps": _helps(diagnosis),
         "or_else": _or_else(diagnosis, ways),
-        "remarks": [line for lines in more for line in lines],
+        "remarks": [*more, *_not_shown(diagnosis, SENTENCE)],
     }
 
 
@@ -141,11 +168,11 @@ def _escaped(line: str) -> str:
     return f"{text}\\" if text.endswith("\\") else text  # it would escape the closing tag
 
 
-def _verdict(diagnosis: Diagnosis, width: int) -> Part:
-    lines = opening(diagnosis)
-    if sum(len(wrapped(line, width)) for line in lines) > LONG_HEADLINE:
-        lines = opening(diagnosis, brief=True)
-    return Part(lines, short=LONG_HEADLINE + 1)
+def _verdict(diagnosis: Diagnosis, width: int, brief: bool, below: bool) -> Part:
+    lines = opening(diagnosis, below=below)
+    if sum(len(wrapped(line, width)) for line in lines) > LONG_HEADLINE - brief:
+        lines = opening(diagnosis, brief=True, below=below)
+    return Part(["\n".join(shortened(line, width, LONG_HEADLINE + 1)) for line in lines])
 
 
 def _steps(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> Part:
@@ -154,19 +181,32 @@ def _steps(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> Part:
     return Part(numbered, say("summary.do_this"))
 
 
-def _table(findings: Sequence[Finding], width: int) -> Part:
-    """A finding in each row, with its further sizes below it."""
+def _table(findings: Sequence[Finding], shown: int, width: int, brief: bool) -> Part:
+    """A finding in each row, with its further sizes below it; brief: without them."""
     if not findings:
         return Part([])
     head = tuple(say("screen.columns").split("|"))
-    rows = [list(table_rows(number, finding)) for number, finding in enumerate(findings, 1)]
+    rows = [list(table_rows(number, one)) for number, one in enumerate(findings[:shown], 1)]
+    rows = [row[:1] if brief else row for row in rows]
     cells = [head, *(row for several in rows for row in several)]
     widths = [max(len(row[k]) for row in cells) for k in range(len(head))]
     others = sum(widths) - widths[1] + 2 * (len(head) - 1)
     widths[1] = max(min(widths[1], width - others), NARROWEST_NAME)
     first = _laid_out(head, widths)
-    entries = ["\n".join(_laid_out(row, widths) for row in several) for several in rows]
-    return Part(entries, first, say("screen.more_findings", number="{number}"), turns=2)
+    lines = [_laid_out(row, widths) for several in rows for row in several]
+    left = len(findings) - shown
+    more = [say("screen.more_findings", number=left)] * bool(left)
+    return Part(["\n".join([*lines, *more])], first)
+
+
+def _saved(diagnosis: Diagnosis, all_of_them: bool | None, ways: Ways, width: int) -> Part:
+    """Which findings the corrected robot file holds, if there is one."""
+    if all_of_them is None:
+        return Part([])
+    lines = saved_lines(diagnosis, all_of_them, ways)
+    if any(len(wrapped(line, width)) >= SHORT for line in lines):
+        lines = saved_lines(diagnosis, all_of_them, ways, brief=True)
+    return Part(["\n".join(lines)] * bool(lines))
 
 
 def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
@@ -180,9 +220,16 @@ def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     main = main_of(finding) if finding.parameters else ""
     sizes = sorted(shown_sizes(finding), key=lambda size: size[0] != main)
     first = sizes[0][1] if sizes else None
-    yield (f"{number}", name, where, *((first.shown, first.interval) if first else ("", "")), sure)
+    yield (f"{number}", name, where, *_cells(first), sure)
     for _, size in sizes[1:]:
-        yield "", f"  {size.name}", "", size.shown, size.interval, ""
+        yield "", f"  {size.name}", "", *_cells(size), ""
+
+
+def _cells(size: Size | None) -> tuple[str, str]:
+    """A size and its interval, which is not known of a sum of times and of a lone event."""
+    if size is None:
+        return "", ""
+    return size.shown, size.interval or say("size.not_known") * math.isfinite(size.value)
 
 
 def _laid_out(row: Sequence[str], widths: Sequence[int]) -> str:
@@ -204,24 +251,26 @@ def _or_else(diagnosis: Diagnosis, ways: Ways) -> list[str]:
     """What else the findings could be, and the run or the measurement that would distinguish."""
     following = experiment_line(diagnosis)
     entries = [f"{following}{say('run.get', job=ways.job)}"] if following else []
-    for number, finding in enumerate(diagnosis.findings, 1):
-        if shown := open_causes(finding):
+    unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if open_causes(one)}
+    for number, finding in unsure.items():
+        if number <= ways.rows:
+            shown = open_causes(finding)
             way = hint(finding, ways, diagnosis.pull_said)
             way = "" if following or diagnosis.open_ties else way
             names = other_causes(finding, shown)
             entries.append(say("screen.other", number=number, names=names, way=way).strip())
     entries += tie_lines(diagnosis)
-    return entries or [say("other.none")] * bool(diagnosis.findings)
+    return entries or [say("other.none")] * (bool(diagnosis.findings) and not unsure)
 
 
-def _on_top(diagnosis: Diagnosis, robot: RobotModel | None) -> list[str]:
+def _on_top(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> list[str]:
     """Which findings are further sizes of what the robot file has already."""
-    which = [
-        f"{number}"
+    which = {
+        number: f"{number}"
         for number, one in enumerate(diagnosis.findings, 1)
         if in_file(robot, one.effect, one.component)
-    ]
-    return [say("screen.on_top", which=listed(which))] if which else []
+    }
+    return [say("screen.on_top", which=numbers(which, ways.rows))] if which else []
 
 
 def remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:

@@ -5,6 +5,7 @@ A module of the report picks a template by a field, or by a case, of the answer 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -77,6 +78,8 @@ class Ways:
     """What has the numbers of a table."""
     rest: str
     """Where all is that one screen has no room for; {more} is a number of further steps."""
+    rows: float = math.inf
+    """Findings, from the first on, that have a row where this is read."""
 
 
 def _ways(kind: str) -> Ways:

@@ -68,7 +68,6 @@ def diagnose(folder: Path, robot_file: Path, *recordings: Path) -> dict[str, Any
     from deltactl.diagnosis.answer.corrected_robot import save_corrected
     from deltactl.diagnosis.api import diagnose as answer_of
     from deltactl.diagnosis.experiment import write_job
-    from deltactl.diagnosis.report.next_run import saved_part
     from deltactl.diagnosis.report.page import write_report
     from deltactl.diagnosis.report.screen import screen_lines
     from deltactl.diagnosis.report.templates import PAGE
@@ -90,15 +89,13 @@ def diagnose(folder: Path, robot_file: Path, *recordings: Path) -> dict[str, Any
     answer = answer.model_copy(update={"recordings": [name_beside(path) for path in recordings]})
     model = load_with_effects(robot)
     write_report(answer, model, folder / "report.html")
-    closing = []
     if answer.findings:
         save_corrected(robot, answer, folder / "corrected.yaml")
         if (folder / "corrected.yaml").read_text(encoding="utf-8") == carried.robot_text:
             (folder / "corrected.yaml").unlink()  # nothing is sure enough to be corrected
-        closing.append(saved_part(answer, False, PAGE))
     if answer.next_experiment is not None:
         write_job(answer.next_experiment, folder / "next.yaml", robot, CONFIG_FOLDER)
-    lines = screen_lines(answer, model, PAGE, closing=closing)
+    lines = screen_lines(answer, model, PAGE, saved=False if answer.findings else None)
     return {
         "verdict": answer.verdict,
         "lines": lines,
