@@ -167,7 +167,7 @@ def numbers_in(text: str) -> list[int]:
     return [int(one) for one in re.findall(r"\b\d+\b", plain)]
 
 
-@pytest.mark.parametrize("most", [16, LINES])
+@pytest.mark.parametrize("most", [pytest.param(16, marks=pytest.mark.study), LINES])
 def test_no_line_refers_to_a_finding_without_a_row(make: Any, parts: Any, most: int) -> None:
     cut = 0
     for answer in answers(make, parts):
@@ -184,6 +184,7 @@ def test_no_line_refers_to_a_finding_without_a_row(make: Any, parts: Any, most: 
     assert cut
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(("most", "all_of_them"), [(16, False), (LINES, True)])
 def test_what_is_in_the_robot_file_is_counted_right(
     make: Any, parts: Any, most: int, all_of_them: bool
