@@ -24,7 +24,7 @@ from deltactl.cli.recordings.tables import as_calibration, mapping_of, read_plai
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.extras import needs
-from deltactl.foundation.one_screen import Part
+from deltactl.foundation.one_screen import LINES, Part
 from deltactl.models.robot import ChainRobot, DeltaRobot, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_with_effects
 
@@ -136,7 +136,7 @@ def print_answer(shown: Shown, after: Sequence[str], before: Sequence[str] = ())
 
     after: lines that are not broken, so that a file or a command in them can be copied.
     """
-    from deltactl.diagnosis.report.screen import LINES, marked, screen_lines
+    from deltactl.diagnosis.report.screen import marked, screen_lines
     from deltactl.diagnosis.report.templates import TERMINAL
 
     width = screen_width()

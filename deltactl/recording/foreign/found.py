@@ -154,6 +154,7 @@ class Inspection:
             "columns": {
                 name: asdict(guess) | {"name": guess.name} for name, guess in self.guesses.items()
             },
+            "unused": {name: self.unused(name) for name in self.table if name not in self.guesses},
             "options": self.options,
             "warnings": self.warnings,
         }

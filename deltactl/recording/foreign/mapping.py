@@ -38,6 +38,8 @@ from deltactl.recording.tables.table_format import IN_OPTIONS, WIDE
 OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
 """What `--set` takes beside columns; separators also by name: tab, space, spaces, comma,
 semicolon."""
+BARE = ("rad", "m", "rad/s", "m/s")
+"""Units of the contract that are written all the same, as others may be meant; s and N are not."""
 _OPTION = re.compile(
     r"(?P<name>\w+)=(?:\"(?P<quoted>[^\"]+)\"|(?P<from>[^*+]+?))"
     r"(\[(?P<unit>(?!\d+\])\w+|(rad|deg|turn|m|mm)/s)\])?"
@@ -158,8 +160,7 @@ def _source(option: str) -> Source:
 
 def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
     """What `--set` takes for a column; scale: None where no factor was given."""
-    # s and N are never confused; rad and m are distinguished from deg and mm.
-    told = IN_SI[unit] != 1.0 or (scale in (None, 1.0) and unit in ("rad", "m"))
+    told = IN_SI[unit] != 1.0 or (scale in (None, 1.0) and unit in BARE)
     unit = f"[{unit}]" if told else ""
     factor = "" if scale is None else f"*{scale:.12g}"
     further = f"{unit}{factor}{f'{offset:+.12g}' if offset else ''}"
