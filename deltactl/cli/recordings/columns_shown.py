@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from deltactl.recording.foreign.found import Inspection
     from deltactl.recording.foreign.names import Guess
 
-MOST_COLUMNS, FEWEST_COLUMNS = 12, 6
+MOST_COLUMNS, MOST_USED, FEWEST_COLUMNS = 12, 8, 3
 NARROW = 100
 """In a window of fewer letters the reasons are below the table, not in a column of it."""
 ENDLESS = 10_000
@@ -38,22 +38,22 @@ def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[s
     """
     kind = f"{seen.kind or 'unknown'} ({seen.kind_why})"
     head = facts(str(seen.path), [*seen.facts, ("machine", kind)])
-    narrow, used = console.width < NARROW, [name for name in seen.table if name in seen.guesses]
-    empty = _empty(seen, used)
-    below = [line for part in (empty, warnings, closing) if part for line in ["", *part]]
-    below = below[bool(empty) :]
-    room = LINES - _height(head) - len(below) - len(["", "heading", "more"])
-    shown = _in_order(seen)[: max(min(room, MOST_COLUMNS), FEWEST_COLUMNS)]
-    why: list[str] = []
-    if narrow:
-        why = _why(seen, shown)
-        shown = shown[: max(room - len(why), min(len(used), len(shown)), FEWEST_COLUMNS)]
-        why = _why(seen, shown)[: max(room - len(shown), 0)]
+    narrow, order = console.width < NARROW, _in_order(seen)
+    fewest = min(len(seen.guesses), MOST_USED) or FEWEST_COLUMNS
+    taken = _height(head) + len(warnings) + len(closing) + len(["", "heading", "more"])
+    room = LINES - taken - fewest
+    apart = room >= sum(map(bool, (warnings, closing)))
+    room -= sum(map(bool, (warnings, closing))) if apart else 0
+    why = _why(seen, order[:MOST_COLUMNS], narrow)[: max(room, 0)]
+    shown = order[: min(fewest + max(room - len(why), 0), max(MOST_COLUMNS, fewest))]
     console.print(head)
     console.print()
     console.print(_table(seen, shown, narrow))
-    for line in (*why, *below):
-        say(line)
+    for part in (why, warnings, closing):
+        if apart and part and part is not why:
+            console.print()
+        for line in part:
+            say(line)
 
 
 def _height(what: RenderableType) -> int:
@@ -70,26 +70,23 @@ def _in_order(seen: Inspection) -> list[str]:
     return sorted(seen.table, key=rank)
 
 
-def _why(seen: Inspection, shown: Sequence[str]) -> list[str]:
-    """Lines with the reasons that are neither the column's name nor that it is merely kept."""
+def _why(seen: Inspection, names: Sequence[str], narrow: bool) -> list[str]:
+    """Lines with empty cells and, in a narrow window, the reasons that are neither the column's
+    name nor that it is merely kept.
+    """
     from deltactl.recording.foreign.found import KEPT
     from deltactl.recording.foreign.names import BY_NAME
 
-    lines: list[str] = []
-    for name in shown:
+    number = {name: int(np.isnan(seen.table[name]).sum()) for name in names}
+    few = [f"{n} of {name}" for name, n in number.items() if 0 < n < len(seen.table[name])]
+    lines = broken(f"empty cells: {', '.join(few)}") if few else []
+    for name in names if narrow else ():
         if name in seen.guesses and seen.guesses[name].why != BY_NAME:
             lines += broken(f"why {name}: {seen.guesses[name].why}")
-    for name in shown:
+    for name in names if narrow else ():
         if name not in seen.guesses and (why := seen.unused(name)) != KEPT:
             lines += broken(f"why not {name}: {why}")
     return lines
-
-
-def _empty(seen: Inspection, used: Sequence[str]) -> list[str]:
-    """Lines that say how many cells of which columns hold no number, of those that are used."""
-    number = {name: int(np.isnan(seen.table[name]).sum()) for name in used}
-    few = [f"{n} of {name}" for name, n in number.items() if 0 < n < len(seen.table[name])]
-    return broken(f"empty cells: {', '.join(few)}") if few else []
 
 
 def _table(seen: Inspection, shown: Sequence[str], narrow: bool) -> Table:

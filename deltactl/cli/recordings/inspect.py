@@ -84,7 +84,7 @@ def _measured(seen: Inspection) -> Inspection:
     rows = len(next(iter(seen.table.values())))
     if rows >= fewest:
         return seen
-    short = f"{rows} rows are too few: a diagnosis needs {fewest} at least; record a longer run"
+    short = f"{rows} rows are too few: a diagnosis needs {fewest} at least"
     return replace(seen, warnings=[*seen.warnings, short])
 
 
@@ -160,15 +160,15 @@ def _for_the_effort(seen: Inspection) -> str:
     from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
-    says = "  to use the effort too, add to that --inertia and --effort-gain"
+    says = "  to use the effort too, add --inertia and --effort-gain to that"
     if option := effort_option(seen):
-        says += f", and to the command --set {shlex.quote(option)}"
+        says += f", below --set {shlex.quote(option)}"
     outside = [
         one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"
     ]
     if outside and option:
         load = shlex.quote(option.replace("effort=", "load=", 1))
-        says += f"; if it pulls from outside (a weight, a spring), only --set {load}"
+        says += f" (of a weight or a spring only --set {load})"
     return says
 
 

@@ -207,7 +207,7 @@ def ask_unit(
     per_second = ""
     if any(one.name == "velocity" and _is_open(one) for one in guesses.values()):
         asked["velocity"] = f"{unit}/s"
-        per_second = f" and [{short}/s] in place of [{unit}/s]"
+        per_second = f" ([{short}/s] of [{unit}/s])"
     known = motion is not None or turns_by_name(open_)
     also = "; if turns, [turn]" if unit == "rad" else ""
     also += "" if known else f"; if it slides, [m] or [mm], {SLIDES}"
