@@ -30,8 +30,8 @@ FORCED_SAYS = (
 )
 MEASURED_SAYS = (
     "  inertia {inertia:.3g} for an effort_gain of 1, as the effort goes with the acceleration:"
-    " sizes are then in the unit of the effort; where one of the two is known, add --inertia or"
-    " --effort-gain, and the other follows; where a weight pulls at it, also {{weight}}"
+    " sizes are in its unit; if you know one of the two, add --inertia or --effort-gain; where a"
+    " weight pulls at it, also {{weight}}"
 )
 STEPPED = ["--microsteps-per-rev", "STEPS", "--gear-ratio", "GEAR"]
 STEPPED_SAYS = (

@@ -94,7 +94,8 @@ def _of_own_run(path: Path) -> Inspection:
 
 def _said_of_the_table(said: Mapping | None) -> Mapping:
     """What somebody says of the whole table. What is found by looking needs no saying."""
-    kept = {} if said is None else said.model_dump(include={"separator", "decimal", "rate_hz"})
+    known = {"separator", "decimal", "rate_hz", "leave_out"}
+    kept = {} if said is None else said.model_dump(include=known)
     return Mapping.model_validate(kept)
 
 
@@ -136,6 +137,7 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     if not table or not len(next(iter(table.values()))):
         raise RecordingError(f"{path}: has no rows")
     known = {name: one for name, one in table.items() if np.isfinite(one).any()}
+    known = {name: one for name, one in known.items() if name not in base.leave_out}
     chosen = [named_column(path, table, name, one) for name, one in said.items() if one.from_]
     if not said and (whole := _measured_chain(read, known)) is not None:
         return whole
@@ -143,7 +145,7 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     guesses = {
         name: guess
         for name, guess in guess_columns(known, units, named).items()
-        if guess.name in UNITS
+        if guess.name in UNITS and guess.name not in base.leave_out
     }
     guesses = _as_said(path, table, guesses, said)
     guesses, noted = unit_noted(guesses, read.before)
@@ -296,7 +298,7 @@ def _headed(base: Mapping, columns: dict[str, Source]) -> tuple[Mapping, dict[st
 
 
 def _facts(form: TableFormat) -> list[tuple[str, str]]:
-    heading = "with a heading" if form.named else "no heading: columns are called by their place"
+    heading = "with a heading" if form.named else "no heading: columns are numbered"
     facts = [("written", f"{form.mark}, {marks_said(form.separator, form.decimal)}, {heading}")]
     if form.before:
         facts.append(

@@ -13,7 +13,8 @@ A mapping says for each contract column where it comes from:
     decimal: ","
 
 On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
-`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`). A column
+`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`; `effort=`
+leaves a column out). A column
 whose name holds a star, or ends like an offset, is put in quotes: `--set 'position="axis-1"'`.
 """
 
@@ -87,12 +88,15 @@ class Mapping(StrictModel):
     makes the cells numbers."""
     decimal: Literal[".", ","] | None = None
     """The decimal mark."""
+    leave_out: tuple[str, ...] = ()
+    """Columns that are not read, by the names of the program."""
 
     @model_validator(mode="after")
     def _known(self) -> Mapping:
-        for name in self.columns:
+        for name in (*self.columns, *self.leave_out):
             if name not in UNITS:
-                raise ValueError(f"columns: '{name}' must be one of {', '.join(UNITS)}")
+                where = "columns" if name in self.columns else "leave_out"
+                raise ValueError(f"{where}: '{name}' must be one of {', '.join(UNITS)}")
         if self.separator is not None and len(self.separator) > 1 and self.separator != WIDE:
             raise ValueError("separator: must be one character, or two spaces")
         return self
@@ -106,6 +110,9 @@ def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:
         name, _, rest = option.partition("=")
         if name in OF_THE_TABLE:
             changes[name] = _of_the_table(name, rest, option)
+        elif name in UNITS and not rest:
+            changes["leave_out"] = (*changes.get("leave_out", mapping.leave_out), name)
+            columns.pop(name, None)
         else:
             columns[name] = _source(option)
     try:
