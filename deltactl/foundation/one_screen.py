@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 LINES = 25
-"""Of an answer on one screen."""
+"""The most lines of an answer."""
 SHORT, WHOLE = 3, 99
 """Lines of an entry where room is short, and where it is not."""
 _LEAD = re.compile(r"\s*(?:- |\d+\. )?")

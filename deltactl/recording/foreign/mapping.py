@@ -57,9 +57,9 @@ class Source(StrictModel):
     scale: float = 1.0
     """What its numbers are multiplied by, beside their unit."""
     offset: float = 0.0
-    """What is added to them then, in the unit of the column that it becomes."""
+    """What is added then, in the unit of the new column."""
     unit: str = "1"
-    """The unit of its numbers; 1: that of the column that it becomes."""
+    """The unit of its numbers; 1: that of the new column."""
     value: float | None = None
     """The same in all rows, in place of a column."""
 
@@ -76,7 +76,7 @@ class Mapping(StrictModel):
     """How a table of someone else becomes a recording."""
 
     columns: dict[str, Source] = Field(default_factory=dict)
-    """Each column that the program knows, by name, and where it comes from."""
+    """Each column by its name, and where it comes from."""
     rate_hz: Annotated[float, Field(gt=0.0)] | None = None
     """Rows a second, of a table without times."""
     skip_lines: Annotated[int, Field(ge=0)] = 0
@@ -84,12 +84,11 @@ class Mapping(StrictModel):
     heading: tuple[str, ...] = ()
     """Names of the columns, of a table that has no line of them."""
     separator: Annotated[str, Field(min_length=1, max_length=2)] | None = None
-    """A space means any run of spaces and tabs, two for two spaces or more; without it, what
-    makes the cells numbers."""
+    """A space means any run of spaces and tabs, two spaces two or more."""
     decimal: Literal[".", ","] | None = None
     """The decimal mark."""
     leave_out: tuple[str, ...] = ()
-    """Columns that are not read, by the names of the program."""
+    """Columns that are not read."""
 
     @model_validator(mode="after")
     def _known(self) -> Mapping:
