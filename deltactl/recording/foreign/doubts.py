@@ -270,7 +270,8 @@ def other_motion(units: Mapping[str, str], motion: str) -> str:
 
     units: of the columns of the contract, as they were said.
     """
-    wrong, does = (*ROTARY, *ROTARY_SPEEDS), "slides"
+    wrong: tuple[str, ...] = (*ROTARY, *ROTARY_SPEEDS)
+    does = "slides"
     if motion == "rotary":
         wrong, does = (*LINEAR, *LINEAR_SPEEDS), "turns"
     other = "linear" if motion == "rotary" else "rotary"
