@@ -177,6 +177,13 @@ def print_wrapped(lines: Iterable[str]) -> None:
             console.print(part, soft_wrap=True)
 
 
+def broken(text: str) -> list[str]:
+    """A sentence: in a window lines broken between words, elsewhere one line."""
+    if not console.is_terminal:
+        return [text]
+    return [part.plain for part in wrapped(Text(text), console.width)]
+
+
 def lines_of(texts: Iterable[str], width: int) -> int:
     """Lines in a window of what `say` prints, unbroken so that it can be copied."""
     return sum(max(-(-len(text) // width), 1) for text in texts)

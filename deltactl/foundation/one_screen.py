@@ -12,6 +12,8 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+LINES = 25
+"""The most lines of an answer."""
 SHORT, WHOLE = 3, 99
 """Lines of an entry where room is short, and where it is not."""
 _LEAD = re.compile(r"\s*(?:- |\d+\. )?")

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from deltactl.foundation.one_screen import LINES
 from tests.inspection.logs_of_makers import T_S, asked, current, seen
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
@@ -53,7 +54,8 @@ def test_nothing_is_broken_at_the_edge_of_a_window(tmp_path: Path) -> None:
     command = shlex.split(shown[shown.index("deltactl diagnose") :])
     assert command[:5] == ["deltactl", "diagnose", "log.csv", "--robot", "my-robot.yaml"]
     assert "command=axis_of_the_gantry_goal[deg]" in command
-    assert "look here: torque_Nm: taken for what the drive itself gives; if it" in shown
+    assert "of a weight or a spring only --set load=torque_Nm" in " ".join(shown.split())
+    assert len(shown.splitlines()) <= LINES
 
 
 def test_elsewhere_every_sentence_and_command_is_one_line(
@@ -63,8 +65,8 @@ def test_elsewhere_every_sentence_and_command_is_one_line(
     done = deltactl("inspect", "log.csv")
     assert done.stderr == ""
     lines = done.stdout.splitlines()
-    (load,) = [line for line in lines if line.startswith("look here: torque_Nm")]
-    assert load.endswith("put load in place of effort in the printed command")
+    (load,) = [line for line in lines if "to use the effort too" in line]
+    assert load.endswith("only --set load=torque_Nm)")
     (command,) = [line for line in lines if line.startswith("diagnose it:")]
     assert command.endswith("'velocity=axis_of_the_gantry_speed[deg/s]'")
 

@@ -37,7 +37,7 @@ def write(path: Path, heading: str, *columns: np.ndarray) -> Path:
     ("heading", "angle", "speed", "option"),
     [
         ("t_ms,q6_deg,dq6,I6_A", 180 / math.pi, 180 / math.pi, "velocity=dq6[deg/s]"),
-        ("t_ms,q6_deg,dq6,I6_A", 180 / math.pi, 1.0, "velocity=dq6"),
+        ("t_ms,q6_deg,dq6,I6_A", 180 / math.pi, 1.0, "velocity=dq6[rad/s]"),
         ("t_ms,q6_deg,velocity,I6_A", 180 / math.pi, 30 / math.pi, "velocity=velocity[rpm]"),
         ("t_ms,x_mm,speed,I6_A", 1000.0, 1000.0, "velocity=speed[mm/s]"),
     ],

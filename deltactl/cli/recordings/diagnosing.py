@@ -24,7 +24,8 @@ from deltactl.cli.recordings.tables import as_calibration, mapping_of, read_plai
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.extras import needs
-from deltactl.foundation.one_screen import Part
+from deltactl.foundation.one_screen import LINES, Part
+from deltactl.foundation.printable import count
 from deltactl.models.robot import ChainRobot, DeltaRobot, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_with_effects
 
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 
 FEWEST_LINES = 12
 """Lines of an answer beside what else was asked for."""
+OF_ONE_AXIS = ("position", "command", "velocity", "effort")
+"""Columns that several joints have each, with a number."""
 MOST_REMARKS = 2
 """Remarks on what was read that are shown beside an answer."""
 
@@ -81,6 +84,8 @@ def diagnose_recordings(
     described = load_with_effects(robot_file)
     if columns and isinstance(described, ServoAxis):
         _refuse_other_motion(columns, described)
+    if columns and isinstance(described, ChainRobot):
+        _refuse_of_one_axis(columns, described)
     notes = Notes(described, columns)
     read = notes.around(read_with(columns, described, notes.warn))
     with waiting("reading", quiet) as show:
@@ -138,7 +143,7 @@ def print_answer(shown: Shown, after: Sequence[str], before: Sequence[str] = ())
 
     after: lines that are not broken, so that a file or a command in them can be copied.
     """
-    from deltactl.diagnosis.report.screen import LINES, marked, screen_lines
+    from deltactl.diagnosis.report.screen import marked, screen_lines
     from deltactl.diagnosis.report.templates import TERMINAL
 
     width = screen_width()
@@ -168,6 +173,18 @@ def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
     units = {name: column.unit for name, column in mapping_of(columns).columns.items()}
     if why := other_motion(units, robot.motion):
         raise ConfigError(f"--set: {why}")
+
+
+def _refuse_of_one_axis(columns: list[str], robot: ChainRobot) -> None:
+    """Raise ConfigError where a column was said that only a single axis has."""
+    named = [name for name in mapping_of(columns).columns if name in OF_ONE_AXIS]
+    if named:
+        raise ConfigError(
+            f"--set {named[0]}: the robot file describes {count(len(robot.joints), 'joint')},"
+            f" whose columns are theta_1, effort_1 and so on, or called by the joint"
+            f" (theta_{robot.joints[0]}), in rad and m; leave out --set {named[0]}, and rename the"
+            " columns where the table has other names"
+        )
 
 
 def read_with(

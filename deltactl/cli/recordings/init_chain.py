@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from deltactl.cli.file_arguments import ForceOption, written_if_right
-from deltactl.cli.output import say
+from deltactl.cli.output import say, tell
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.plain_file import write_whole
 
@@ -23,7 +23,8 @@ JointsOption = Annotated[
     str | None, typer.Option(help="Joints in the order of the columns, as a,b,c (all).")
 ]
 GainOption = Annotated[
-    str, typer.Option(help="N m or N at the joint for one unit of effort: one, or one a joint.")
+    str | None,
+    typer.Option(help="N m or N at the joint for one unit of effort: one, or one a joint (1)."),
 ]
 PosesOption = Annotated[
     int | None,
@@ -38,7 +39,7 @@ def chain(
     file: FileArgument,
     model: ModelOption,
     joints: JointsOption = None,
-    effort_gain: GainOption = "1",
+    effort_gain: GainOption = None,
     name: Annotated[str | None, typer.Option(help="What reports call it.")] = None,
     poses: PosesOption = None,
     motion: MotionOption = False,
@@ -63,7 +64,7 @@ def chain(
             raise ConfigError(f"{there}: exists already; name another file, or add --force")
     chosen = joints.split(",") if joints else moving_joints(model)
     described = RigidChain(model, chosen)
-    gains = _gains(effort_gain, chosen)
+    gains = _gains(effort_gain or "1", chosen)
     text = (
         f"kind: chain\nname: {name or file.stem}\n"
         f"model: {Path(os.path.relpath(model, file.parent)).as_posix()}\n"
@@ -73,6 +74,8 @@ def chain(
     )
     with written_if_right(file, text):
         robot = load_with_effects(file)
+    if effort_gain is None:
+        tell("assumed:         --effort-gain 1 (the efforts are in N m, those of a slide in N)")
     say(f"robot file: {file}")
     if poses is not None:
         _write_poses(measured, robot, described, poses)

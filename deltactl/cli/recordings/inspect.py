@@ -2,43 +2,27 @@
 
 from __future__ import annotations
 
+import itertools
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-import numpy as np
-from rich.markup import escape
-from rich.table import Table
+from typing import TYPE_CHECKING, TypeVar
 
 from deltactl.cli.file_arguments import refuse_missing
-from deltactl.cli.output import console, facts, print_json, print_wrapped, say, warn
+from deltactl.cli.output import broken, console, print_json, say, warn
+from deltactl.cli.recordings.columns_shown import print_columns
 from deltactl.cli.recordings.tables import mapping_of
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
-    from deltactl.diagnosis.observations.readings import FloatArray
     from deltactl.recording.foreign.found import Inspection
-    from deltactl.recording.foreign.names import Guess
 
+Seen = TypeVar("Seen")
 ROBOT = "my-robot.yaml"
-SHOWN_COLUMNS = 12
-NARROW = 100
-"""In a window of fewer letters the reasons are below the table, not in a column of it."""
-UNSAID = {
-    "command": "rad?",
-    "position": "rad?",
-    "theta": "rad",
-    "velocity": "rad/s or m/s",
-}
-"""In what a column is read of which nothing says the unit."""
 OF_THE_RUN = "ROBOT is the robot file that it was made with"
-LONG, TOO_LONG = 1e4, 1e7
-"""Between these, four figures would be written with a power of ten, and are read less easily."""
-BY_NAME = "by its name"
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
     "  INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is known",
@@ -46,8 +30,8 @@ FORCED_SAYS = (
 )
 MEASURED_SAYS = (
     "  inertia {inertia:.3g} for an effort_gain of 1, as the effort goes with the acceleration:"
-    " sizes are then in the unit of the effort; where one of the two is known, add --inertia or"
-    " --effort-gain, and the other follows; where a weight pulls at it, also {{weight}}"
+    " sizes are in its unit; if you know one of the two, add --inertia or --effort-gain; where a"
+    " weight pulls at it, also {{weight}}"
 )
 STEPPED = ["--microsteps-per-rev", "STEPS", "--gear-ratio", "GEAR"]
 STEPPED_SAYS = (
@@ -70,17 +54,18 @@ def inspect_recordings(
     columns: what is known already, as --columns and --set say it.
     """
     with needs("diagnosis", "inspect"):
-        from deltactl.recording.foreign.inspection import inspect
+        from deltactl.cli.recordings.fitting import described, looked_at
     refuse_missing(recordings)
-    known = mapping_of(columns)
-    seen = _readable(recordings, lambda path: _measured(inspect(path, known)))
+    known, machine = mapping_of(columns), described(robot)
+    found = _readable(recordings, lambda path: looked_at(path, known, machine))
+    seen = [(_measured(table), why_not) for table, why_not in found]
     if as_json:
-        print_json([table.to_json() for table in seen])
+        print_json([table.to_json() for table, _ in seen])
     else:
-        for table in seen:
-            _show(table, robot, save)
+        for table, why_not in seen:
+            _show(table, why_not, robot, machine is None, save)
     if save is not None:
-        write_whole(save, seen[0].mapping_text())
+        write_whole(save, seen[0][0].mapping_text())
         if not as_json:
             say(f"mapping: {save}")
 
@@ -99,11 +84,11 @@ def _measured(seen: Inspection) -> Inspection:
     rows = len(next(iter(seen.table.values())))
     if rows >= fewest:
         return seen
-    short = f"{rows} rows are too few: a diagnosis needs {fewest} at least; record a longer run"
+    short = f"{rows} rows are too few: a diagnosis needs {fewest} at least"
     return replace(seen, warnings=[*seen.warnings, short])
 
 
-def _readable(paths: list[Path], inspect: Callable[[Path], Inspection]) -> list[Inspection]:
+def _readable(paths: list[Path], inspect: Callable[[Path], Seen]) -> list[Seen]:
     """What is seen in those that can be read; one that cannot is named, and the others shown."""
     seen, damaged = [], []
     for path in paths:
@@ -118,50 +103,73 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Inspection]) -> list[
     return seen
 
 
-def _show(seen: Inspection, robot: str | None, save: Path | None) -> None:
+def _show(seen: Inspection, why_not: str, robot: str | None, new: bool, save: Path | None) -> None:
+    """Print one table on one screen. why_not: why it is none of the robot file's machine.
+
+    new: whether a robot file is still to be written.
+    """
+    from deltactl.recording.foreign.fitted import without_effort
+
+    if why_not:
+        says = f"not of {robot}: {why_not}; the commands below describe a machine of its own"
+        seen = replace(seen, warnings=[says, *seen.warnings])
+        robot, new = None, True
+    read = seen
+    if new and save is None and _has_unused_effort(seen):
+        read = without_effort(seen)
+    warnings = [line for one in read.warnings for line in broken(f"look here: {one}")]
+    closing = _commands(seen, read, robot, new, save) if seen.kind is not None else []
+    print_columns(seen, warnings, closing)
+
+
+def _commands(
+    seen: Inspection, read: Inspection, robot: str | None, new: bool, save: Path | None
+) -> list[str]:
+    """Lines with what is to be typed next. read: the table as it is read by that."""
+    lines: list[str] = []
+    if seen.own_run:
+        lines += broken(f"this is a recording of deltactl and is read as it is; {OF_THE_RUN}")
+        robot, new = robot or "ROBOT", False
+    file = robot or _new(seen)
+    if new:
+        lines += _describing(seen, file)
+    options = ["--columns", str(save)] if save is not None else read.options
+    if read is not seen:
+        lines += broken(_for_the_effort(seen))
+    return lines + _command("diagnose it:           ", seen.command(file, options))
+
+
+def _describing(seen: Inspection, file: str) -> list[str]:
+    """Lines with the command that writes a robot file."""
     from deltactl.recording.foreign.found import init_words
 
-    kind = f"{seen.kind or 'unknown'} ({seen.kind_why})"
-    console.print(facts(str(seen.path), [*seen.facts, ("machine", kind)]))
-    console.print()
-    narrow = console.width < NARROW
-    console.print(_preview(seen, narrow))
-    if narrow:
-        _say_why(seen)
-    if empty := _empty(seen):
-        _say_broken(f"empty cells: {empty}")
-    if seen.warnings:
-        console.print()
-    for warning in seen.warnings:
-        _say_broken(f"look here: {warning}")
-    if seen.kind is None:
-        return
-    console.print()
-    if seen.own_run:
-        _say_broken(f"this is a recording of deltactl and is read as it is; {OF_THE_RUN}")
-        robot = robot or "ROBOT"
-    if robot is None:
-        motion = ["--motion", seen.motion or "rotary"] if seen.kind == "servo_axis" else []
-        zero = ["--zero", "arbitrary"] if seen.zero == "arbitrary" else []
-        weight = WEIGHT[seen.motion or "rotary"]
-        forced, says = _forced(seen) if seen.needs_inertia else ([], ())
-        if seen.kind == "stepper_axis":
-            forced, says = STEPPED, STEPPED_SAYS
-        init = ["deltactl", *init_words(seen.kind, _new(seen)), *motion, *forced, *zero]
-        _say_command("describe the machine:  ", init)
-        for line in says:
-            _say_broken(line.format(weight=weight))
-    read = ["--columns", str(save)] if save is not None else seen.options
-    if robot is None and save is None and _has_unused_effort(seen):
-        also = "  to use the effort too, add to that --inertia and --effort-gain"
-        if (
-            effort := next((word for word in read if word.startswith("effort=")), None)
-        ) is not None:
-            at = read.index(effort)
-            read = [*read[: at - 1], *read[at + 1 :]]
-            also += f", and to the command --set {shlex.quote(effort)}"
-        _say_broken(also)
-    _say_command("diagnose it:           ", seen.command(robot or _new(seen), read))
+    assert seen.kind is not None
+    motion = ["--motion", seen.motion or "rotary"] if seen.kind == "servo_axis" else []
+    zero = ["--zero", "arbitrary"] if seen.zero == "arbitrary" else []
+    weight = WEIGHT[seen.motion or "rotary"]
+    forced, says = _forced(seen) if seen.needs_inertia else ([], ())
+    if seen.kind == "stepper_axis":
+        forced, says = STEPPED, STEPPED_SAYS
+    init = ["deltactl", *init_words(seen.kind, file), *motion, *forced, *zero]
+    lines = _command("describe the machine:  ", init)
+    return lines + [part for one in says for part in broken(one.format(weight=weight))]
+
+
+def _for_the_effort(seen: Inspection) -> str:
+    """What is to be added to the commands for an effort that they leave out."""
+    from deltactl.recording.foreign.fitted import effort_option
+    from deltactl.recording.foreign.names import Hint
+
+    says = "  to use the effort too, add --inertia and --effort-gain to that"
+    if option := effort_option(seen):
+        says += f", below --set {shlex.quote(option)}"
+    outside = [
+        one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"
+    ]
+    if outside and option:
+        load = shlex.quote(option.replace("effort=", "load=", 1))
+        says += f" (of a weight or a spring only --set {load})"
+    return says
 
 
 def _has_unused_effort(seen: Inspection) -> bool:
@@ -187,28 +195,18 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
     return ["--measure", str(seen.path), *seen.options], (MEASURED_SAYS.format(inertia=one),)
 
 
-def _say_broken(text: str) -> None:
-    """A sentence: in a window broken between words, elsewhere one line."""
-    if console.is_terminal:
-        print_wrapped([escape(text)])
-    else:
-        say(text)
-
-
-def _say_command(label: str, words: list[str]) -> None:
+def _command(label: str, words: list[str]) -> list[str]:
     """A command to be copied; in a window too narrow for it, over lines that the shell joins."""
     whole = f"{label}{shlex.join(words)}"
     if not console.is_terminal or len(whole) <= console.width:
-        say(whole)
-        return
-    say(label.rstrip())
-    line = ""
+        return [whole]
+    lines, line = [label.rstrip()], ""
     for part in _options(words):
         if line and len(line) + len(part) + 3 > console.width:
-            say(f"{line} \\")
+            lines.append(f"{line} \\")
             line = "   "
         line = f"{line} {part}" if line else part
-    say(line)
+    return [*lines, line]
 
 
 def _options(words: list[str]) -> Iterator[str]:
@@ -224,70 +222,6 @@ def _options(words: list[str]) -> Iterator[str]:
 
 def _new(seen: Inspection) -> str:
     """A robot file name that is still free: a second machine gets its own file."""
-    return f"{seen.path.stem}-robot.yaml" if Path(ROBOT).exists() else ROBOT
-
-
-def _figure(value: float) -> str:
-    """Four figures, and up to seven before the point rather than a power of ten."""
-    plain = value + 0.0  # no -0
-    return f"{plain:.0f}" if LONG <= abs(plain) < TOO_LONG else f"{plain:.4g}"
-
-
-def _values(values: FloatArray, guess: Guess | None) -> str:
-    """The first three; of times the first, and what comes after it."""
-    first = values[:3]
-    if guess is None or guess.role != "t" or abs(float(first[0])) < 1e4:
-        return " ".join(map(_figure, first))
-    later = (f"+{_figure(value - first[0])}" for value in first[1:])
-    return " ".join([f"{first[0]:.10g}", *later])
-
-
-def _unit(guess: Guess) -> str:
-    if guess.scale == 1.0:
-        return guess.unit or UNSAID.get(guess.role, "as it is")
-    return f"{guess.scale:.4g} {guess.unit or ''}".rstrip()
-
-
-def _say_why(seen: Inspection) -> None:
-    """The reasons that are neither the column's name nor that it is merely kept."""
-    from deltactl.recording.foreign.found import KEPT
-
-    shown = list(seen.table)[:SHOWN_COLUMNS]
-    for name in shown:
-        if name in seen.guesses and seen.guesses[name].why != BY_NAME:
-            _say_broken(f"why {name}: {seen.guesses[name].why}")
-    for name in shown:
-        if name not in seen.guesses and (why := seen.unused(name)) != KEPT:
-            _say_broken(f"why not {name}: {why}")
-
-
-def _empty(seen: Inspection) -> str:
-    """How many cells of which columns hold no number, of those that are shown."""
-    shown = list(seen.table.items())[:SHOWN_COLUMNS]
-    empty = {name: int(np.isnan(values).sum()) for name, values in shown}
-    few = {name: number for name, number in empty.items() if number < len(seen.table[name])}
-    return ", ".join(f"{number} of {name}" for name, number in few.items() if number)
-
-
-def _preview(seen: Inspection, narrow: bool) -> Table:
-    """One line per column: its name, what it is read as, why, and its first values."""
-    table = Table(box=None, pad_edge=False, title_justify="left")
-    headings = ["column", "taken for", "unit", "first values", "from", "to", "why"]
-    for heading in headings[:-1] if narrow else headings:
-        table.add_column(heading, overflow="fold")
-    for name, values in list(seen.table.items())[:SHOWN_COLUMNS]:
-        guess = seen.guesses.get(name)
-        known = values[np.isfinite(values)]
-        ends = (known.min(), known.max()) if len(known) else ()
-        cells = [
-            name,
-            guess.name if guess else "-",
-            _unit(guess) if guess else "",
-            _values(values, guess) if len(known) else "",
-            *(list(map(_figure, ends)) or ["", ""]),
-            guess.why if guess else seen.unused(name),
-        ]
-        table.add_row(*cells[: len(table.columns)])
-    if len(seen.table) > SHOWN_COLUMNS:
-        table.caption = f"and {len(seen.table) - SHOWN_COLUMNS} more"
-    return table
+    own = f"{seen.path.stem}-robot"
+    names = itertools.chain([ROBOT, f"{own}.yaml"], (f"{own}-{n}.yaml" for n in itertools.count(2)))
+    return next(name for name in names if not Path(name).exists())

@@ -198,11 +198,11 @@ def command_unused(recording: FlatRecording, columns: tuple[str | None, str | No
         return ""
     command, effort = columns
     told = f" ({command})" if command else ""
-    leave_out = f"--set effort={effort}" if effort else "the column `effort`"
+    leave_out = f"leave out --set effort={effort}" if effort else "add --set effort="
     return (
         f"the command{told} is not used: with `inertia` in the robot file and an effort, forces are"
         " compared (friction, mass). To compare the position with its command instead (delay,"
-        f" play, backlash), leave out {leave_out}"
+        f" play, backlash), {leave_out}"
     )
 
 

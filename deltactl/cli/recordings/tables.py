@@ -88,23 +88,20 @@ def _as_inspected(
     """A table with names of its own, read as `--inspect` shows it; None where that leaves a number
     to be said, or is not of the robot file's kind.
     """
-    from deltactl.recording.foreign.doubts import other_motion
-    from deltactl.recording.foreign.inspection import inspect
+    from deltactl.cli.recordings.fitting import looked_at
     from deltactl.recording.foreign.reading import read_mapped
 
     try:
-        seen = inspect(path)
+        seen, why_not = looked_at(path, None, robot)
     except RecordingError:
         return None
-    units = {name: source.unit for name, source in seen.mapping.columns.items()}
-    wrong = isinstance(robot, ServoAxis) and other_motion(units, robot.motion)
-    if (
-        not seen.options
-        or robot is None
-        or seen.kind != robot.kind
-        or seen.mapping.rate_hz is not None
-        or wrong
-    ):
+    if not seen.options or robot is None or seen.mapping.rate_hz is not None:
+        return None
+    if why_not and seen.kind == robot.kind:
+        raise RecordingError(f"{path}: {why_not}").with_typed(
+            f"; how it can be read: deltactl inspect {shlex.quote(str(path))}"
+        )
+    if why_not or seen.kind != robot.kind:
         return None
     recording = read_mapped(path, seen.mapping)
     tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")

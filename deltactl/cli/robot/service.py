@@ -249,9 +249,8 @@ def check_runs(
 
     with needs("diagnosis", "service check-runs"):
         import deltactl.diagnosis.api  # noqa: F401
-        from deltactl.diagnosis.report.screen import LINES
         from deltactl.fleet.checks import RunChecks, outcome, shown
-        from deltactl.foundation.one_screen import laid_out
+        from deltactl.foundation.one_screen import LINES, laid_out
     os.nice(15)
     checks = RunChecks(recordings)
     rows = []

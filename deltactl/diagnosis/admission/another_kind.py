@@ -20,11 +20,10 @@ from deltactl.recording.foreign.guess import MOTIONS, guess_columns, kind_of
 from deltactl.recording.foreign.guessed_units import with_units
 from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import as_option
+from deltactl.recording.foreign.missing import listed
 from deltactl.recording.foreign.names import Guess, without_unit
 from deltactl.recording.tables.flat import UNITS, FlatRecording
 
-MOST_LISTED = 200
-"""Letters of names."""
 OF_MOTORS = ("command", "theta", "steps")
 """What several motors have each, with their number."""
 
@@ -131,13 +130,13 @@ MOVED = MOTIONS | {"theta", "pos", "effort"}
 
 def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RefusedRecording:
     """What is said of columns with names of their own, and of the machine that they are of."""
-    source, listed = str(seen.path), ", ".join(seen.table)[:MOST_LISTED]
+    source, names = str(seen.path), listed(seen.table)
     if robot is None or seen.kind is None or seen.kind == robot.kind:
         known = {one.role for one in seen.guesses.values()}
         case = "own_names" if seen.named else "no_names"
         if seen.kind is None and known and not MOVED & known:
             case = "no_motion_by_names"
-        return refusal(case, source, listed=listed).error()
-    also = f"Its columns: {listed}" if seen.named else ""
+        return refusal(case, source, listed=names).error()
+    also = f"Its columns: {names}" if seen.named else ""
     looks = _looks_like(seen.kind, seen.kind_why, robot, source)
     return refusal("another_kind_listed", source, also=also, **looks).error()

@@ -40,10 +40,10 @@ from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import main_of, remedies
 from deltactl.diagnosis.report.sizes import Size, quantity
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
-from deltactl.foundation.one_screen import SHORT, Part, fitted, shortened, spaced, wrapped
+from deltactl.foundation.one_screen import LINES, SHORT, Part, fitted, shortened, spaced, wrapped
 from deltactl.models.robot import RobotModel
 
-LINES, WIDTH = 25, 80
+WIDTH = 80
 LONG_HEADLINE = 3
 SENTENCE = 100_000
 """Columns of a line that is not broken."""

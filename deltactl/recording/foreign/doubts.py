@@ -12,7 +12,7 @@ import numpy as np
 from deltactl.recording.column_measures import spacing
 from deltactl.recording.foreign.names import read_name, unit_said, without_unit
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY
+from deltactl.recording.foreign.units import IN_SI, LINEAR, LINEAR_SPEEDS, ROTARY, ROTARY_SPEEDS
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.flat import GAP_PERIODS
 
@@ -270,10 +270,13 @@ def other_motion(units: Mapping[str, str], motion: str) -> str:
 
     units: of the columns of the contract, as they were said.
     """
-    wrong, does = (LINEAR, "turns") if motion == "rotary" else (ROTARY, "slides")
+    wrong: tuple[str, ...] = (*ROTARY, *ROTARY_SPEEDS)
+    does = "slides"
+    if motion == "rotary":
+        wrong, does = (*LINEAR, *LINEAR_SPEEDS), "turns"
     other = "linear" if motion == "rotary" else "rotary"
     for name, unit in units.items():
-        if name.split("_")[0] in ANGULAR and unit in wrong:
+        if name.split("_")[0] in MOVES and unit in wrong:
             return (
                 f"{name} is in {unit}, and this axis {does} (motion: {motion} in the robot file);"
                 f" give its unit, or say motion: {other}"

@@ -95,10 +95,10 @@ class Inspection:
     @property
     def options(self) -> list[str]:
         """The mapping as `--set` options, empty where the file is as the contract has it."""
-        said = []
+        said = [f"{name}=" for name in self.mapping.leave_out]
         for name, default in Mapping().model_dump().items():
             value = getattr(self.mapping, name)
-            if name != "columns" and value != default:
+            if name not in ("columns", "leave_out") and value != default:
                 text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
                 said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
         for name, source in self.mapping.columns.items():
@@ -154,6 +154,7 @@ class Inspection:
             "columns": {
                 name: asdict(guess) | {"name": guess.name} for name, guess in self.guesses.items()
             },
+            "unused": {name: self.unused(name) for name in self.table if name not in self.guesses},
             "options": self.options,
             "warnings": self.warnings,
         }

@@ -15,6 +15,7 @@ from deltactl.recording.foreign.by_values import by_values, partners, scored
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
     ALONE,
+    BY_NAME,
     Guess,
     Hint,
     Named,
@@ -350,7 +351,6 @@ OF_A_LOAD = (
     "taken for what pulls at the axis from outside (a weight, a spring), as it is 0 while the"
     " axis moves fastest; if the drive itself gives it"
 )
-BY_NAME = "by its name"
 ASKED = frozenset({"command", "command_1", "steps_1"})
 MAY_BE_ASKED = (
     "{}: taken for an effort by its name; it goes where {} goes, over as much, and may be its"

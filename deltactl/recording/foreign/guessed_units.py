@@ -89,12 +89,16 @@ def unit_noted(
 
 
 def with_units(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray], motion: str | None = None
 ) -> tuple[dict[str, Guess], list[str]]:
-    """Guesses with a unit where the values tell one, and what to be warned of."""
+    """Guesses with a unit where the values tell one, and what to be warned of.
+
+    motion: of a single axis, where it is known.
+    """
     guesses = _shared({name: _per_second(guess) for name, guess in guesses.items()}, table)
     out, warnings = dict(guesses), list[str]()
-    turning = any(one.unit in ROTARY for one in guesses.values())
+    turning = motion == "rotary" or any(one.unit in ROTARY for one in guesses.values())
+    slides = motion == "linear"
     for name, guess in guesses.items():
         if guess.role == "t" and guess.unit is None:
             unit, why = time_unit(
@@ -104,7 +108,7 @@ def with_units(
             if unit != "s":
                 warnings.append(f"{name}: taken for {unit} ({why}); the file gives no unit")
     for group in of_one_unit(guesses, table):
-        known, warning = unit_of_motion(group, table, turning)
+        known, warning = unit_of_motion(group, table, turning, slides)
         out |= {guess.source: guess for guess in known}
         warnings += [warning] if warning else []
     warnings += _pairs(out, table)

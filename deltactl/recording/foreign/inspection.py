@@ -6,6 +6,7 @@ remains unknown is said too.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -16,7 +17,7 @@ import numpy as np
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.by_values import EARLIER
-from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.found import Inspection, init_words
 from deltactl.recording.foreign.guess import (
     from_outside,
     guess_columns,
@@ -31,9 +32,9 @@ from deltactl.recording.foreign.guessed_units import (
     with_units,
 )
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
-from deltactl.recording.foreign.mapping import Mapping, Source
+from deltactl.recording.foreign.mapping import BARE, Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
-from deltactl.recording.foreign.names import Guess, of_contract, read_name
+from deltactl.recording.foreign.names import BY_NAME, Guess, of_contract, read_name
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import rising
@@ -55,16 +56,17 @@ from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_tab
 from deltactl.recording.tables.table_format import TableFormat, guess_format, marks_said, rate_said
 
 
-def inspect(path: Path, said: Mapping | None = None) -> Inspection:
+def inspect(path: Path, said: Mapping | None = None, motion: str | None = None) -> Inspection:
     """Look at a table; `said`: columns that are known already, the others are guessed.
 
+    motion: linear or rotary, of a single axis whose robot file says it.
     Raises RecordingError when it holds no columns of numbers, or not those that are said.
     """
     known = {} if said is None else said.columns
     if is_own_run(path) and not known:
         return _of_own_run(path)
     if is_log(path) or is_parquet(path):
-        return _of_columns(path, known, _said_of_the_table(said))
+        return _of_columns(path, known, _said_of_the_table(said), motion)
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
     remarks, lines, dated = list[str](), list[int](), set[str]()
     heading = () if form.heading_line is not None else form.names
@@ -79,7 +81,7 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
     facts = _facts(form) + [("remarks", words) for words in remarks]
     read = _Read(path, table, base, facts, units, form.named, form.before, lines)
-    return _inspected(read, known)
+    return _inspected(read, known, motion)
 
 
 def _of_own_run(path: Path) -> Inspection:
@@ -92,11 +94,14 @@ def _of_own_run(path: Path) -> Inspection:
 
 def _said_of_the_table(said: Mapping | None) -> Mapping:
     """What somebody says of the whole table. What is found by looking needs no saying."""
-    kept = {} if said is None else said.model_dump(include={"separator", "decimal", "rate_hz"})
+    known = {"separator", "decimal", "rate_hz", "leave_out"}
+    kept = {} if said is None else said.model_dump(include=known)
     return Mapping.model_validate(kept)
 
 
-def _of_columns(path: Path, known: AnyMapping[str, Source], base: Mapping) -> Inspection:
+def _of_columns(
+    path: Path, known: AnyMapping[str, Source], base: Mapping, motion: str | None
+) -> Inspection:
     """A log or a Parquet file: its columns have names already."""
     table = read_log(path) if is_log(path) else read_parquet_table(path)
     topics = sorted({topic for name in table if (topic := topic_of(name))})
@@ -106,7 +111,7 @@ def _of_columns(path: Path, known: AnyMapping[str, Source], base: Mapping) -> In
     if joints := names_of(path).get(JOINTS[0]):
         facts.append(("joints", ", ".join(joints)))
     units, of_units = of_data_set(table)
-    found = _inspected(_Read(path, table, base, facts, units), known)
+    found = _inspected(_Read(path, table, base, facts, units), known, motion)
     return replace(found, warnings=[*of_units, *found.warnings])
 
 
@@ -126,12 +131,13 @@ class _Read:
     """The lines of its rows, where it has such."""
 
 
-def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
-    """What columns that are not said seem to be."""
+def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = None) -> Inspection:
+    """What columns that are not said seem to be. moves: linear or rotary, where that is known."""
     path, table, base, units, named = read.path, read.table, read.base, read.units, read.named
     if not table or not len(next(iter(table.values()))):
         raise RecordingError(f"{path}: has no rows")
     known = {name: one for name, one in table.items() if np.isfinite(one).any()}
+    known = {name: one for name, one in known.items() if name not in base.leave_out}
     chosen = [named_column(path, table, name, one) for name, one in said.items() if one.from_]
     if not said and (whole := _measured_chain(read, known)) is not None:
         return whole
@@ -139,11 +145,11 @@ def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
     guesses = {
         name: guess
         for name, guess in guess_columns(known, units, named).items()
-        if guess.name in UNITS
+        if guess.name in UNITS and guess.name not in base.leave_out
     }
     guesses = _as_said(path, table, guesses, said)
     guesses, noted = unit_noted(guesses, read.before)
-    guesses, warnings = with_units(guesses, known)
+    guesses, warnings = with_units(guesses, known, moves)
     warnings += noted
     guesses, of_steps = steps_of_a_slide(guesses, known)
     warnings += of_steps
@@ -161,9 +167,9 @@ def _inspected(read: _Read, said: AnyMapping[str, Source]) -> Inspection:
     kind, motion, why = kind_of(guesses, left)
     asked: dict[str, str] = {}
     if kind == "servo_axis" and motion is None:
-        asked, question = ask_unit(guesses, known)
+        asked, question = ask_unit(guesses, known, moves)
         warnings += [question] if question else []
-        motion = "rotary" if turns_by_name(guesses.values()) else None
+        motion = moves or ("rotary" if turns_by_name(guesses.values()) else None)
     if kind == "servo_axis":
         warnings += [*of_load, *may_be_asked(guesses, known)]
     timeless = base.rate_hz is not None and "t" not in said
@@ -230,8 +236,10 @@ def _split(name: str) -> tuple[str, str]:
     return role, index
 
 
-BY_NAME = "by its name"
-OF_AN_ARM = "; all joints of an arm together, with its URDF: deltactl init chain"
+OF_AN_ARM = (
+    "; all joints of an arm together, with its URDF:"
+    f" {shlex.join(['deltactl', *init_words('chain', 'my-robot.yaml')])}"
+)
 
 
 def _are_of_an_arm(others: Sequence[str]) -> bool:
@@ -284,13 +292,13 @@ def _headed(base: Mapping, columns: dict[str, Source]) -> tuple[Mapping, dict[st
     left = {
         name: source.model_copy(update={"from_": name})
         for name, source in columns.items()
-        if IN_SI[source.unit] != 1.0 or source.unit == "rad"
+        if IN_SI[source.unit] != 1.0 or source.unit in BARE
     }
     return base.model_copy(update={"heading": heading}), left
 
 
 def _facts(form: TableFormat) -> list[tuple[str, str]]:
-    heading = "with a heading" if form.named else "no heading: columns are called by their place"
+    heading = "with a heading" if form.named else "no heading: columns are numbered"
     facts = [("written", f"{form.mark}, {marks_said(form.separator, form.decimal)}, {heading}")]
     if form.before:
         facts.append(

@@ -13,7 +13,8 @@ A mapping says for each contract column where it comes from:
     decimal: ","
 
 On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
-`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`). A column
+`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`; `effort=`
+leaves a column out). A column
 whose name holds a star, or ends like an offset, is put in quotes: `--set 'position="axis-1"'`.
 """
 
@@ -38,6 +39,8 @@ from deltactl.recording.tables.table_format import IN_OPTIONS, WIDE
 OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
 """What `--set` takes beside columns; separators also by name: tab, space, spaces, comma,
 semicolon."""
+BARE = ("rad", "m", "rad/s", "m/s")
+"""Units of the contract that are written all the same, as others may be meant; s and N are not."""
 _OPTION = re.compile(
     r"(?P<name>\w+)=(?:\"(?P<quoted>[^\"]+)\"|(?P<from>[^*+]+?))"
     r"(\[(?P<unit>(?!\d+\])\w+|(rad|deg|turn|m|mm)/s)\])?"
@@ -54,9 +57,9 @@ class Source(StrictModel):
     scale: float = 1.0
     """What its numbers are multiplied by, beside their unit."""
     offset: float = 0.0
-    """What is added to them then, in the unit of the column that it becomes."""
+    """What is added then, in the unit of the new column."""
     unit: str = "1"
-    """The unit of its numbers; 1: that of the column that it becomes."""
+    """The unit of its numbers; 1: that of the new column."""
     value: float | None = None
     """The same in all rows, in place of a column."""
 
@@ -73,7 +76,7 @@ class Mapping(StrictModel):
     """How a table of someone else becomes a recording."""
 
     columns: dict[str, Source] = Field(default_factory=dict)
-    """Each column that the program knows, by name, and where it comes from."""
+    """Each column by its name, and where it comes from."""
     rate_hz: Annotated[float, Field(gt=0.0)] | None = None
     """Rows a second, of a table without times."""
     skip_lines: Annotated[int, Field(ge=0)] = 0
@@ -81,16 +84,18 @@ class Mapping(StrictModel):
     heading: tuple[str, ...] = ()
     """Names of the columns, of a table that has no line of them."""
     separator: Annotated[str, Field(min_length=1, max_length=2)] | None = None
-    """A space means any run of spaces and tabs, two for two spaces or more; without it, what
-    makes the cells numbers."""
+    """A space means any run of spaces and tabs, two spaces two or more."""
     decimal: Literal[".", ","] | None = None
     """The decimal mark."""
+    leave_out: tuple[str, ...] = ()
+    """Columns that are not read."""
 
     @model_validator(mode="after")
     def _known(self) -> Mapping:
-        for name in self.columns:
+        for name in (*self.columns, *self.leave_out):
             if name not in UNITS:
-                raise ValueError(f"columns: '{name}' must be one of {', '.join(UNITS)}")
+                where = "columns" if name in self.columns else "leave_out"
+                raise ValueError(f"{where}: '{name}' must be one of {', '.join(UNITS)}")
         if self.separator is not None and len(self.separator) > 1 and self.separator != WIDE:
             raise ValueError("separator: must be one character, or two spaces")
         return self
@@ -104,6 +109,9 @@ def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:
         name, _, rest = option.partition("=")
         if name in OF_THE_TABLE:
             changes[name] = _of_the_table(name, rest, option)
+        elif name in UNITS and not rest:
+            changes["leave_out"] = (*changes.get("leave_out", mapping.leave_out), name)
+            columns.pop(name, None)
         else:
             columns[name] = _source(option)
     try:
@@ -158,8 +166,7 @@ def _source(option: str) -> Source:
 
 def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
     """What `--set` takes for a column; scale: None where no factor was given."""
-    # s and N are never confused; rad and m are distinguished from deg and mm.
-    told = IN_SI[unit] != 1.0 or (scale in (None, 1.0) and unit in ("rad", "m"))
+    told = IN_SI[unit] != 1.0 or (scale in (None, 1.0) and unit in BARE)
     unit = f"[{unit}]" if told else ""
     factor = "" if scale is None else f"*{scale:.12g}"
     further = f"{unit}{factor}{f'{offset:+.12g}' if offset else ''}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 from collections.abc import Collection
 from pathlib import Path
 
@@ -26,6 +27,8 @@ NO_TIME = (
 )
 MOST_MEANT = 2
 """Columns that are proposed in place of one that is not there."""
+MOST_LISTED = 200
+"""Letters of names."""
 FEW_LETTERS = 3
 """Shorter words occur in many names."""
 
@@ -42,7 +45,7 @@ def no_column(path: Path, name: str, wanted: str, there: list[str]) -> Recording
     of = f" (for {name})" if wanted != name else ""
     return RecordingError(
         f"{path}: column '{wanted}'{of} is missing{_way(name, wanted, there)}; the table has"
-        f" {_listed(there)}"
+        f" {listed(there)}"
     )
 
 
@@ -50,7 +53,7 @@ def no_time(path: Path, there: list[str]) -> RecordingError:
     """What is said where nobody says which column holds the times."""
     times = [one for one in there if _may_be("t", one)]
     meant = f"'{without_unit(times[0])}' looks like one: " if times else ""
-    return RecordingError(f"{path}: {meant}{NO_TIME}; the table has {_listed(there)}")
+    return RecordingError(f"{path}: {meant}{NO_TIME}; the table has {listed(there)}")
 
 
 def other_separator(path: Path, said: str | None) -> str:
@@ -106,5 +109,9 @@ def _of_further_motor(column: str) -> bool:
     return named.index in ("2", "3") and named.role in ("command", "position", "steps")
 
 
-def _listed(names: Collection[str]) -> str:
-    return ", ".join(names)[:200]
+def listed(names: Collection[str]) -> str:
+    """As many names as a message has room for, and how many more there are."""
+    long = itertools.accumulate(len(name) + 2 for name in names)
+    shown = list(names)[: max(sum(end <= MOST_LISTED for end in long), 1)]
+    more = len(names) - len(shown)
+    return ", ".join(shown) + (f" and {more} more" if more else "")

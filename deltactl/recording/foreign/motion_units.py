@@ -40,6 +40,8 @@ LONE = frozenset({"command", "position"})
 STRAIGHT = ("pos", "range", "distance")
 COUNTS = frozenset({"count", "counts", "cnt", "tick", "ticks", "steps", "raw", "inkremente"})
 """What headings call the counts of an encoder."""
+ASKED = {"rotary": ("rad", "radians", "degrees", "deg"), "linear": ("m", "metres", "mm", "mm")}
+"""By the motion of an axis, the unit that is taken where none is said, and the one it may be."""
 PUT = "into the printed command"
 SLIDES = "and linear in place of rotary there"
 NO_UNIT = "nothing says the unit"
@@ -81,9 +83,15 @@ def _is_open(guess: Guess) -> bool:
 
 
 def unit_of_motion(
-    group: Sequence[Guess], table: Mapping[str, FloatArray], turning: bool
+    group: Sequence[Guess],
+    table: Mapping[str, FloatArray],
+    turning: bool,
+    slides: bool = False,
 ) -> tuple[list[Guess], str]:
-    """The columns of a group with their unit, and what to be warned of; empty where of nothing."""
+    """The columns of a group with their unit, and what to be warned of; empty where of nothing.
+
+    turning, slides: what is known of the axis.
+    """
     guess, values = group[0], np.concatenate([table[one.source] for one in group])
     if guess.scale != 1.0:  # somebody knows
         return list(group), ""
@@ -94,6 +102,11 @@ def unit_of_motion(
         if largest <= GUESSES.longest_m:
             return list(group), ""
         return _all(group, "mm"), f"{names}: up to {largest:g}, taken for mm"
+    if slides and largest <= GUESSES.longest_m:
+        return list(group), ""
+    if slides:
+        says = f"up to {largest:g}, taken for mm, as the axis slides"
+        return _all(group, "mm"), _rather(says, "metres", names, "m", f"[mm] {PUT}")
     if (stepped := _of_steps(group, table)) is not None:
         return stepped, ""
     lone = all(one.index is None for one in group)  # of one axis, which may slide as well
@@ -178,20 +191,29 @@ def turns_by_name(group: Iterable[Guess]) -> bool:
 
 
 def ask_unit(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray], motion: str | None = None
 ) -> tuple[dict[str, str], str]:
     """The unit to be written for columns of an axis of which nothing tells one, by their name in
     the contract, and what to be asked of them; both empty where there are none.
+
+    motion: linear or rotary, where that is known.
     """
     open_ = [guess for guess in guesses.values() if guess.name in LONE and _is_open(guess)]
     if not open_:
         return {}, ""
     largest = max(float(np.nanmax(np.abs(table[one.source]))) for one in open_)
-    slide = f"if it slides, [m] or [mm], {SLIDES}"
-    also = "" if turns_by_name(open_) else f"; {slide}"
-    says = f"up to {largest:.4g}, and {NO_UNIT}; taken for radians"
-    hint = _rather(says, "degrees", _names(open_), "deg", f"[rad] {PUT}{also}")
-    return dict.fromkeys((one.name for one in open_), "rad"), hint
+    unit, taken, other, short = ASKED[motion or "rotary"]
+    asked = dict.fromkeys((one.name for one in open_), unit)
+    per_second = ""
+    if any(one.name == "velocity" and _is_open(one) for one in guesses.values()):
+        asked["velocity"] = f"{unit}/s"
+        per_second = f" ([{short}/s] of [{unit}/s])"
+    known = motion is not None or turns_by_name(open_)
+    also = "; if turns, [turn]" if unit == "rad" else ""
+    also += "" if known else f"; if it slides, [m] or [mm], {SLIDES}"
+    says = f"up to {largest:.4g}, and {NO_UNIT}; taken for {taken}"
+    instead = f"[{unit}]{per_second} {PUT}{also}"
+    return asked, _rather(says, other, _names(open_), short, instead)
 
 
 def _doubt(guess: Guess, values: FloatArray) -> str:

@@ -153,6 +153,7 @@ class Named:
     """False of an acceleration, an error and the like, whatever its numbers look like."""
 
 
+BY_NAME = "by its name"
 ALONE = "it alone increases all the way"
 
 

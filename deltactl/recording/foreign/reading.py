@@ -69,7 +69,8 @@ def read_mapped(
         named[name] = table[column] * factor + source.offset
     timed = "t" in named or mapping.rate_hz is None
     for name, values in table.items():
-        if name not in used and name not in named and (timed or name != "t"):
+        kept = name not in used and name not in mapping.leave_out
+        if kept and name not in named and (timed or name != "t"):
             named[name] = values
     counted = "t" not in named and mapping.rate_hz is None
     if "t" not in named:

@@ -1,0 +1,73 @@
+"""Whether a table is one of the machine that a robot file describes, and how it is read for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from deltactl.firmware_py.named_files import find
+from deltactl.foundation.errors import MissingFile
+from deltactl.models.robot import ChainRobot, RobotModel, ServoAxis
+from deltactl.models.robot_files import load_with_effects
+
+if TYPE_CHECKING:
+    from deltactl.recording.foreign.found import Inspection
+    from deltactl.recording.foreign.mapping import Mapping
+
+
+def described(robot: str | None) -> RobotModel | None:
+    """The machine of a robot file; None without one, and where its file is still to be written.
+
+    Raises ConfigError for a file that describes none.
+    """
+    if robot is None:
+        return None
+    try:
+        file = find(robot)
+    except MissingFile:
+        return None
+    return load_with_effects(file) if file.exists() else None
+
+
+def looked_at(
+    path: Path, known: Mapping | None, robot: RobotModel | None
+) -> tuple[Inspection, str]:
+    """What a table is to a machine, and why it is none of that machine's, empty where it is one.
+
+    Raises RecordingError for a table that cannot be read.
+    """
+    from deltactl.recording.foreign.fitted import as_chain, without_effort
+    from deltactl.recording.foreign.inspection import inspect
+
+    seen = inspect(path, known, robot.motion if isinstance(robot, ServoAxis) else None)
+    if robot is None or seen.own_run or seen.kind is None:
+        return seen, ""
+    if isinstance(robot, ChainRobot) and (whole := as_chain(seen, robot.joints)) is not None:
+        return whole, ""
+    if why := _of_another(seen, robot):
+        return seen, why
+    if isinstance(robot, ServoAxis) and robot.inertia is None:
+        return without_effort(seen), ""
+    return seen, ""
+
+
+def _of_another(seen: Inspection, robot: RobotModel) -> str:
+    """Why a table is not one of a machine; empty where it may be."""
+    from deltactl.recording.foreign.doubts import other_motion
+
+    if seen.kind != robot.kind and not _steps_followed(seen, robot):
+        return (
+            f"it looks like a table of a {seen.kind}, and the robot file describes a {robot.kind}"
+        )
+    if not isinstance(robot, ServoAxis):
+        return ""
+    if seen.needs_inertia and robot.inertia is None:
+        return "it has an effort and no command, and the robot file has no `inertia`"
+    units = {one.name: one.unit or "1" for one in seen.guesses.values()}
+    return other_motion(units, robot.motion)
+
+
+def _steps_followed(seen: Inspection, robot: RobotModel) -> bool:
+    """Whether it is a command and a reading of an axis that turns, as of one with a stepper."""
+    both = {"command", "position"} <= {one.name for one in seen.guesses.values()}
+    return robot.kind == "stepper_axis" and seen.motion != "linear" and both

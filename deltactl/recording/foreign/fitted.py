@@ -1,0 +1,67 @@
+"""A table that was looked at, read for a machine that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from deltactl.foundation.printable import count
+from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.names import BY_NAME, Guess
+from deltactl.recording.tables.chain_tables import columns_of
+from deltactl.recording.tables.flat import TARGET
+
+EFFORT = "effort"
+
+
+def without_effort(seen: Inspection) -> Inspection:
+    """The same table, of which no column is read as an effort."""
+    place = {name: f"column_{number}" for number, name in enumerate(seen.mapping.heading, 1)}
+    heading = tuple(place[one] if one == EFFORT else one for one in seen.mapping.heading)
+    columns = {name: one for name, one in seen.mapping.columns.items() if name != EFFORT}
+    mapping = seen.mapping.model_copy(update={"heading": heading, "columns": columns})
+    warnings = [one for one in seen.warnings if not one.startswith(tuple(_efforts(seen)))]
+    return replace(seen, mapping=mapping, warnings=warnings)
+
+
+def effort_option(seen: Inspection) -> str:
+    """What `--set` takes to read the effort as well; empty where the table calls it so itself."""
+    if EFFORT in seen.mapping.heading:
+        return f"{EFFORT}=column_{seen.mapping.heading.index(EFFORT) + 1}"
+    return next((one for one in seen.options if one.startswith(f"{EFFORT}=")), "")
+
+
+def _efforts(seen: Inspection) -> list[str]:
+    return [f"{name}: " for name, guess in seen.guesses.items() if guess.name == EFFORT]
+
+
+def as_chain(seen: Inspection, joints: Sequence[str]) -> Inspection | None:
+    """The table as that of a chain with these joints; None where it lacks one of their columns.
+
+    A chain reads its columns by their own names: by the place of the joint, or its name.
+    """
+    guesses = {
+        name: Guess(name, stem, str(number), None, BY_NAME)
+        for stem in ("theta", "command", "velocity", EFFORT)
+        for number, (_, others) in enumerate(columns_of(joints, stem), 1)
+        if (name := next((one for one in others if one in seen.table), None)) is not None
+    }
+    whole = {role: [one.role for one in guesses.values()].count(role) == len(joints)
+             for role in ("theta", "command", EFFORT)}  # fmt: skip
+    placed = any(map(TARGET.fullmatch, seen.table))
+    if not (whole["theta"] and whole[EFFORT]) and not (
+        placed and (whole["theta"] or whole["command"])
+    ):
+        return None
+    times = {name: one for name, one in seen.guesses.items() if one.role == "t"}
+    columns = {name: one for name, one in seen.mapping.columns.items() if name == "t"}
+    asked = f"{'efforts' if whole[EFFORT] else 'places of a target'} and angles"
+    return replace(
+        seen,
+        guesses=times | guesses,
+        kind="chain",
+        motion=None,
+        kind_why=f"{asked} of {count(len(joints), 'joint')}",
+        mapping=seen.mapping.model_copy(update={"columns": columns}),
+        warnings=[],
+    )
