@@ -33,8 +33,9 @@ from benchmarks.proofs.frozen_answers import answer_file, write
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.estimation.side_by_side import alone
-from deltactl.diagnosis.report.screen import LINES, WIDTH, marked, screen_lines
+from deltactl.diagnosis.report.screen import WIDTH, marked, screen_lines
 from deltactl.diagnosis.report.templates import TERMINAL
+from deltactl.foundation.one_screen import LINES
 from deltactl.models.robot import RobotModel
 from deltactl.models.robot_files import load_with_effects
 from deltactl.proof import cases

@@ -85,7 +85,7 @@ class Ways:
 def _ways(kind: str) -> Ways:
     head = f"ways.{kind}."
     own = {key.removeprefix(head): text for key, text in templates().items() if head in key}
-    return Ways(**own)
+    return Ways(**own, rows=math.inf)
 
 
 TERMINAL, PAGE, PYTHON = _ways("terminal"), _ways("page"), _ways("python")
