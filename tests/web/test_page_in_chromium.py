@@ -126,6 +126,7 @@ def test_what_follows_a_diagnosis_is_a_click_away(
     browser: Browser, simulated: WebPage, tmp_path: Path
 ) -> None:
     """The answer is laid beside a recording as the page's own worker leaves it there."""
+    at_home(simulated)
     its = simulated.recordings / "web" / "made" / "asked"
     its.mkdir(parents=True, exist_ok=True)
     lines = ["Play.", "Do this", "- Mend it.", *(f"{n}  play" for n in range(20)), "", "More."]

@@ -34,7 +34,7 @@ from deltactl.diagnosis.plants.lone.axis_starts import starts
 from deltactl.diagnosis.plants.lone.drive_chain import DriveChain
 from deltactl.diagnosis.plants.lone.odds import ODDS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
-from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
+from deltactl.diagnosis.plants.lone.recorded_axis import SETTLED_S, RecordedAxis
 from deltactl.diagnosis.plants.regression import Columns, Shown, Sizes
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
@@ -133,8 +133,13 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     @cached_property
     def unsampled(self) -> FloatArray:
-        """A late axis shows where the command was between two samples, (n,): as late as usual."""
-        share = min(LONE.lag_spread_s / self.readings.period_s, 1.0) if not self.arrived else 0.0
+        """A late axis shows where the command was between two samples, (n,): as late as usual.
+
+        Rows that are read long after each move show where it ends.
+        """
+        if self.readings.period_s > SETTLED_S:
+            return np.zeros_like(self.commanded)
+        share = min(LONE.lag_spread_s / self.readings.period_s, 1.0)
         return share * between_rows(self.commanded)
 
     def spanned(self, name: str) -> FloatArray:
