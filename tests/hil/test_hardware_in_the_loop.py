@@ -26,7 +26,7 @@ from tests.rigs.hil.modelled_pi import ModelledPi
 from .conftest import SHIPPED_T_PWM_S, T_PWM_S, Site, refused, wait_for
 
 pytestmark = pytest.mark.hil
-TURNS_WHILE_PLANNED = 6
+TURNS_WHILE_PLANNED = 10
 SHIPPED_S = 600.0
 """At most, for a heart of 16 s: on an emulated processor the models are slow."""
 
