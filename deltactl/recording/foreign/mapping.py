@@ -106,10 +106,10 @@ def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:
     mapping = Mapping() if path is None else Document.read(path).check(Mapping)
     columns, changes = dict(mapping.columns), dict[str, Any]()
     for option in options:
-        name, _, rest = option.partition("=")
+        name, said, rest = option.partition("=")
         if name in OF_THE_TABLE:
             changes[name] = _of_the_table(name, rest, option)
-        elif name in UNITS and not rest:
+        elif said and not rest and name in UNITS and name != "t":
             changes["leave_out"] = (*changes.get("leave_out", mapping.leave_out), name)
             columns.pop(name, None)
         else:
