@@ -94,7 +94,7 @@ def tempered(
     sigma = np.empty(len(rows))
     for kind in np.unique(kinds[rows]):
         own = kinds[rows] == kind
-        sigma[own] = max(_apart_from(extra[own], weight[own] * left[own], weight[own]), least)
+        sigma[own] = max(_apart_from(extra[own], left[own], weight[own] ** 2), least)
     for noise in np.unique(noises[rows]):
         own = noises[rows] == noise
         sigma[own] = float(sigma[own].max())
@@ -121,17 +121,12 @@ def tempered(
     return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count, sampled)
 
 
-def _apart_from(extra: FloatArray, left: FloatArray, weight: FloatArray) -> float:
+def _apart_from(extra: FloatArray, left: FloatArray, weights: FloatArray) -> float:
     """Standard deviation of weighted readings (m,) beside the part of each that is known."""
-    sigma = _root_mean_square(left, weight)
-    for _ in range(EVIDENCE.unsampled_rounds if np.any(extra) else 0):
-        share = sigma / np.maximum(np.hypot(sigma, extra), 1e-300)
-        sigma = _root_mean_square(share * left, share * weight)
+    sigma = root_mean_square(left, weights)
+    for _ in range(EVIDENCE.unsampled_rounds if np.any(extra) and sigma > 0.0 else 0):
+        sigma = root_mean_square(left, weights * sigma**2 / (sigma**2 + extra**2))
     return sigma
-
-
-def _root_mean_square(values: FloatArray, weight: FloatArray) -> float:
-    return float(np.sqrt(np.sum(values**2) / max(float(np.sum(weight**2)), 1.0)))
 
 
 def runs_of_one_value(

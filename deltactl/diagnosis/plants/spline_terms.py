@@ -44,8 +44,8 @@ def less_spanned(basis: FloatArray, spanned: FloatArray, rows: IntArray) -> Floa
     """Shapes (n, k) less their projection on others (n, j) over some rows, of unit variance.
 
     So a spline term cannot take the place of a named one (Plumlee 2017, J. Am. Stat. Assoc. 112,
-    1274-1285). Directions that vanish are left out, and those that are mostly the others': the rest
-    of one would be the noise of a measured acceleration made large.
+    1274-1285). Directions that vanish are left out, and those that are mostly the others':
+    scaled up, the rest of one is the noise of a measured acceleration.
     """
     if not basis.shape[1]:
         return basis

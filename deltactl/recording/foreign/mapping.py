@@ -106,10 +106,10 @@ def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:
     mapping = Mapping() if path is None else Document.read(path).check(Mapping)
     columns, changes = dict(mapping.columns), dict[str, Any]()
     for option in options:
-        name, said, rest = option.partition("=")
+        name, equals, rest = option.partition("=")
         if name in OF_THE_TABLE:
             changes[name] = _of_the_table(name, rest, option)
-        elif said and not rest and name in UNITS and name != "t":
+        elif equals and not rest and name in UNITS and name != "t":
             changes["leave_out"] = (*changes.get("leave_out", mapping.leave_out), name)
             columns.pop(name, None)
         else:
@@ -166,8 +166,8 @@ def _source(option: str) -> Source:
 
 def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
     """What `--set` takes for a column; scale: None where no factor was given."""
-    told = IN_SI[unit] != 1.0 or (scale in (None, 1.0) and unit in BARE)
-    unit = f"[{unit}]" if told else ""
+    stated = IN_SI[unit] != 1.0 or (scale in (None, 1.0) and unit in BARE)
+    unit = f"[{unit}]" if stated else ""
     factor = "" if scale is None else f"*{scale:.12g}"
     further = f"{unit}{factor}{f'{offset:+.12g}' if offset else ''}"
     bare = f"{name}={column}{further}"

@@ -20,7 +20,7 @@ from deltactl.recording.column_measures import TRAVEL
 
 
 def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-    """Where to start the nonlinear sizes of a regressor by what is left without it, (n,)."""
+    """Starts of the nonlinear sizes of a regressor, from the residual (n,) without it."""
     if key in ("play", "friction", "rubbing"):
         apart = float(np.ptp(np.quantile(residual[axis.rows], TRAVEL)))
         widest = COMMANDED_AXIS.widest_start * axis.span
