@@ -45,11 +45,10 @@ test: export PYTHONDONTWRITEBYTECODE =
 ifeq ($(LANES),3)
 test: export BESIDE := $(IDLE)
 test: style
-	$(MAKE) --no-print-directory -k -j 4 types test-beside test-clock test-page
+	$(MAKE) --no-print-directory -k -j 3 test-beside test-clock test-page
 else
 test: style
-	@# mypy has one process: the tests begin on the other core.
-	$(MAKE) --no-print-directory -k -j 2 types test-beside
+	$(MAKE) --no-print-directory test-beside
 	$(MAKE) --no-print-directory -k -j $(LANES) test-clock test-page
 endif
 

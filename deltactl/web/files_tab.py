@@ -77,6 +77,7 @@ class FilesTab:
                 self._preview = (
                     ui.element("div").classes("w-full overflow-hidden").props("data-testid=preview")
                 )
+                self._chart: ui.echart | None = None
                 self._mine = OwnJobsList(visit, lambda: (self._name, self._text_now()), self._open)
             with ui.card().classes("grow basis-96 min-w-0 p-3"):
                 text = files[self._name].read_text(encoding="utf-8")
@@ -226,13 +227,20 @@ class FilesTab:
         self._verdict.set_text(text)
         self._verdict.classes(replace=SAID[good])
         self._facts.clear()
-        self._preview.clear()
+        self._preview.set_visibility(False)
 
     def _draw(self, paths_m: list[list[list[float]]]) -> None:
         """Where the job goes, from above and from the side."""
-        if any(paths_m):
+        if not any(paths_m):
+            return
+        # A chart that is removed before the browser has its library fails there, so it is kept.
+        if self._chart is None:
             with self._preview:
-                ui.echart(preview_options(paths_m)).classes("w-full preview")
+                self._chart = ui.echart({}).classes("w-full preview")
+        self._chart.options.clear()
+        self._chart.options.update(preview_options(paths_m))
+        self._chart.update()
+        self._preview.set_visibility(True)
 
     def _list(self, facts: dict[str, Any]) -> None:
         with self._facts:

@@ -110,8 +110,8 @@ CARD = EffectCard(
                 "loaded/ratio": StandIn(0.0),
             },
             axis=(
-                "measure how far it moves between two places, with its load and without: a wrong "
-                "ratio stays, what yields does not{say_what_pulls}"
+                "{say_what_pulls}measure how far it moves between two places, with its load and "
+                "without: a wrong ratio stays, what yields does not"
             ),
         ),
         Confusion(

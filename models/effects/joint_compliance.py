@@ -104,8 +104,8 @@ CARD = EffectCard(
                 "loaded/offset": StandIn(-0.7),
             },
             axis=(
-                "repeat the motion with a known weight on the axis: a yielding joint sags "
-                "further{say_what_pulls}"
+                "{say_what_pulls}repeat the motion with a known weight on the axis: a yielding "
+                "joint sags further"
             ),
         ),
         Confusion(

@@ -213,6 +213,7 @@ def test_a_range_sensor_s_error_is_named(
     check_size(answer, effect, parameter, truth)
 
 
+@pytest.mark.study
 def test_the_same_recording_gives_the_same_answer(rigs: ModuleType) -> None:
     recording = rigs.RangingRig(scale=1.03).record(17)
     first, second = (diagnose_recordings(RANGES, [recording]).to_json() for _ in range(2))

@@ -56,6 +56,7 @@ def test_moves_shorter_than_seven_readings_show_a_late_drive(answer: Diagnosis) 
     assert 0.2 < total_s < 0.45
 
 
+@pytest.mark.study
 def test_what_is_named_as_a_candidate_is_not_said_to_be_beyond_the_recording(
     answer: Diagnosis,
 ) -> None:

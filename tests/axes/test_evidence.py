@@ -63,6 +63,7 @@ class Line:
         return 0.0
 
 
+@pytest.mark.study
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10_000), st.integers(20, 60), st.floats(0.01, 3.0))
 def test_laplace_is_exact_where_all_is_linear(seed: int, count: int, spread: float) -> None:

@@ -68,6 +68,7 @@ def test_an_effort_that_only_holds_a_weight_says_nothing_of_a_lag() -> None:
     assert diagnose_recordings(held, [rows]).findings == []
 
 
+@pytest.mark.study
 def test_less_than_half_a_period_is_no_finding() -> None:
     assert diagnose_recordings(SLIDE, [pushed(late_s=0.3 * PERIOD_S)]).findings == []
 

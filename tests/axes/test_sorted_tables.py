@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.report.page import report_html
@@ -68,6 +69,7 @@ def test_the_report_of_a_table_without_times_is_drawn_over_the_distance() -> Non
     assert "time [s]" not in str(chart)
 
 
+@pytest.mark.study
 def test_a_target_that_only_goes_away_cannot_tell_a_latency_from_an_offset() -> None:
     """At one speed both are one constant; a recording with times is no table."""
     t_s = np.arange(1200) / 20.0

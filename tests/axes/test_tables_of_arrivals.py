@@ -90,6 +90,7 @@ def test_a_spring_is_no_alternative_where_no_load_is_known() -> None:
     assert "load" in _untold(answer)["joint_compliance"]
 
 
+@pytest.mark.study
 def test_a_slip_of_a_servo_is_no_ratio() -> None:
     """It counts no steps that could be lost, but what stands elsewhere from one moment on does."""
     t_s = 0.5 * np.arange(300)

@@ -41,6 +41,7 @@ def one_way(behind_rad: float, back: bool = False) -> FlatRecording:
     return from_columns({"t": t_s, "command": command, "position": seen}, "one way")
 
 
+@pytest.mark.study
 def test_a_one_way_run_leaves_home_offset_and_play_or_friction_open() -> None:
     answer = diagnose_recordings(FOLLOWS, [one_way(2e-3)])
     chances = offered(answer)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from deltactl.diagnosis.observations.inverse_dynamics import motion_of
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 10_000), jitter=st.sampled_from([0.0, 0.1, 0.25]))
 def test_uneven_samples_do_not_bend_time(seed: int, jitter: float) -> None:
     rng = np.random.default_rng(seed)

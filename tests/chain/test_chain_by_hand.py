@@ -21,6 +21,7 @@ def _run(robot: DeltaRobot, t_s: np.ndarray, angles: np.ndarray, **effect: objec
     return Chain(robot).simulate(Commands.of_angles(t_s, angles), [entry]).theta
 
 
+@pytest.mark.study
 @given(st.lists(st.floats(-1, 1), min_size=1, max_size=60), st.floats(0, 0.99))
 def test_linear_recursion_is_the_loop(values: list[float], gain: float) -> None:
     x, expected = 0.3, []

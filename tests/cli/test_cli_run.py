@@ -89,6 +89,7 @@ def test_check_says_what_a_job_would_do(deltactl) -> None:
     assert max(summary["peak_step_rate_hz"]) <= 1.0 / 0.006 + 1.0
 
 
+@pytest.mark.study
 def test_report_draws_a_recording(deltactl, circle: Path, tmp_path: Path) -> None:
     done = deltactl("report", str(circle), "-o", "c.html")
     assert "measured" in done.stdout

@@ -110,6 +110,7 @@ def test_what_is_refused_does_not_move(
     assert json.loads(deltactl("status", "--json").output)["counts"] == before
 
 
+@pytest.mark.study
 def test_run_says_what_the_daemon_compensates(
     robot: Served, deltactl: Deltactl, tmp_path: Path
 ) -> None:

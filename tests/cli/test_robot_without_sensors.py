@@ -41,6 +41,7 @@ def test_its_run_its_table_and_its_report_know_no_sensor(deltactl, tmp_path: Pat
     assert "Events" in page
 
 
+@pytest.mark.study
 @pytest.mark.usefixtures("printed")
 def test_its_table_has_what_was_commanded_and_on_request_the_truth(
     deltactl, tmp_path: Path

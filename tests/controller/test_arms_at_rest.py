@@ -53,6 +53,7 @@ def test_all_alarms_at_once_are_called_lost_power(homed: Controller) -> None:
         homed.acknowledge()
 
 
+@pytest.mark.study
 def test_an_arm_pushed_while_paused_ends_the_job(homed: Controller, write_job) -> None:
     number = homed.submit(write_job())
     sleep_s(homed.clock, 5.0)

@@ -65,6 +65,7 @@ def test_pausing_stays_on_the_path(homed: Controller, write_job, finish) -> None
     assert _unique_rows(path)[-500:].tolist() == _unique_rows(same)[-500:].tolist()
 
 
+@pytest.mark.study
 def test_the_newest_target_is_told_while_a_path_is_drawn(
     homed: Controller, write_job, finish
 ) -> None:
@@ -209,6 +210,7 @@ def test_a_recording_is_never_written_over(homed: Controller, write_job, tmp_pat
     assert there.read_bytes() == b"precious"
 
 
+@pytest.mark.study
 def test_cancelling_one_job_leaves_the_others(homed: Controller, write_job, finish) -> None:
     first, second, third = (homed.submit(write_job(name)) for name in ("one", "two", "three"))
     sleep_s(homed.clock, 1.0)

@@ -123,6 +123,7 @@ def test_homed_after_a_stop_the_simulated_robot_really_is_at_home(
     assert homed.status().counts == (1333, 1333, 1333)
 
 
+@pytest.mark.study
 def test_homing_again_drives_back_to_the_home_angles(homed: Controller, write_job, finish) -> None:
     assert finish(homed, homed.submit(write_job())).outcome == "done"
     assert homed.status().counts != (1333, 1333, 1333)
@@ -171,6 +172,7 @@ def test_switching_off_releases_the_drives_but_not_the_latch(homed: Controller) 
     assert homed.status().state == "ready"
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("stopped_meanwhile", [True, False])
 def test_an_error_while_feeding_can_be_acknowledged(
     homed: Controller, write_job, finish, monkeypatch, stopped_meanwhile: bool

@@ -85,6 +85,7 @@ def test_no_false_alarm_in_a_minute() -> None:
     assert swing(60.0) == (None, 0.0)
 
 
+@pytest.mark.study
 @settings(max_examples=6, deadline=None)
 @given(
     st.integers(120, 500),
@@ -158,11 +159,13 @@ def test_it_says_which_motor_and_how_far() -> None:
     assert "ahead of its counts" in StepLoss(2, -120, 0.0118).says()
 
 
+@pytest.mark.study
 def test_noise_is_no_loss_where_the_arms_lie_level() -> None:
     """There the sensors hardly see an arm turn: a healthy survey ended with "67 steps lost"."""
     assert swing(40.0, middle=(-133, 400, 800), swing_steps=20)[0] is None
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("on_step_loss", ["stop", "warn"])
 def test_the_job_says_what_happens(homed: Controller, write_job, finish, on_step_loss) -> None:
     job = write_job("long", radius_m=0.06, t_pwm_s=0.004)

@@ -72,6 +72,7 @@ def test_a_stop_acknowledged_during_homing_still_ends_it(
     assert controller.status().state == "ready"
 
 
+@pytest.mark.study
 def test_a_homing_that_was_stopped_moves_nothing_any_more(
     homed: Controller, write_job, finish, monkeypatch
 ) -> None:

@@ -49,6 +49,7 @@ def test_home_is_right_or_refused_with_the_culprit_named(name: str, tmp_path: Pa
     assert outcome.problems == [], drawn
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("number", TWO_AT_ONCE)
 def test_two_troubles_are_no_worse(number: int, tmp_path: Path) -> None:
     drawn, outcome = draw(number, tmp_path)

@@ -52,6 +52,7 @@ def run(folder: Path, late: str, lost: int = 0) -> JobResult:
     return result
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("late", sorted(LATE))
 def test_a_delay_in_the_robot_file_is_no_loss(tmp_path: Path, late: str) -> None:
     result = run(tmp_path, late)

@@ -111,6 +111,7 @@ def test_what_calls_a_job_off_reaches_who_waits_for_it(robot: ServedRobot, how: 
     _does_not_move(robot)
 
 
+@pytest.mark.study
 def test_a_pause_holds_a_job_that_is_planned_until_it_is_resumed(robot: ServedRobot) -> None:
     run = robot.clients[0].send("run", job=str(robot.jobs["there"]))
     until(lambda: bool(robot.gates), "the job is planned")
@@ -190,6 +191,7 @@ def test_a_pause_outlives_the_client_whose_job_it_holds(robot: ServedRobot) -> N
     assert robot.clients[1].ask("result", job_id=waits)["result"]["outcome"] == "done"
 
 
+@pytest.mark.study
 def test_a_detached_job_goes_on_alone_and_can_be_followed(robot: ServedRobot) -> None:
     client = _in_a_process(robot, "run", str(robot.jobs["there"]), "--detach", "--json")
     robot.let_check_end()
@@ -253,6 +255,7 @@ def test_a_client_that_only_ended_its_requests_is_there_until_its_job_ends(
     assert robot.clients[1].ask("result", job_id=job)["result"]["outcome"] == "done"
 
 
+@pytest.mark.study
 def test_a_client_of_the_library_takes_its_jobs_along(robot: ServedRobot) -> None:
     with Client(robot.path) as client, robot.quick_checks():
         mine = client.submit(robot.jobs["round"])

@@ -211,6 +211,7 @@ def test_an_installation_writes_what_it_says(robot, tmp_path):
     assert commands[-1] == "systemctl enable deltactl.service"
 
 
+@pytest.mark.study
 def test_off_the_pi_it_says_so_and_changes_nothing(tmp_path):
     said: list[str] = []
     install(ROBOT_FILE, apply=False, say=said.append, root=tmp_path)

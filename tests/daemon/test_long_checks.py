@@ -72,6 +72,7 @@ def test_a_late_refusal_is_raised_where_the_job_was_sent(
     assert found["error"]["kind"] == kind.__name__
 
 
+@pytest.mark.study
 def test_one_that_is_called_off_behind_another_is_refused_before_its_turn(
     robot: ServedRobot,
 ) -> None:

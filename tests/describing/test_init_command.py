@@ -58,6 +58,7 @@ def test_with_its_wiring_nothing_is_left_open(deltactl: Deltactl, tmp_path: Path
     assert robot.limits.arm_deg == (-10.0, 90.0)
 
 
+@pytest.mark.study
 def test_without_sensors_nothing_is_asked_of_their_pins(deltactl: Deltactl, tmp_path: Path) -> None:
     """Nor are pins kept for them: the drives may have those that sensors usually take."""
     said = {key: text for key, text in (DELTA | WIRED).items() if key != "xshut_pins"}
@@ -158,6 +159,7 @@ def test_the_first_job_of_any_delta_may_run(
         assert check_job(job).duration_s > 0.0
 
 
+@pytest.mark.study
 def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:

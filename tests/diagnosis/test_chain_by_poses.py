@@ -145,6 +145,7 @@ def _refused(robot: Path, rows: np.ndarray) -> str:
     return text
 
 
+@pytest.mark.study
 def test_places_in_mm_are_refused_with_the_name_to_give(robot: Path) -> None:
     rows = measured(Hidden(), 40)
     rows[:, 6:] *= 1e3
@@ -176,6 +177,7 @@ def test_a_missing_angle_is_refused_by_joint(robot: Path) -> None:
         diagnose([recorded], robot)
 
 
+@pytest.mark.study
 def test_poses_at_rest_are_read_beside_efforts(robot: Path) -> None:
     hidden = Hidden()
     hidden.home_rad[1] = 0.01

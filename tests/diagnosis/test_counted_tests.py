@@ -35,6 +35,7 @@ def test_a_scan_that_did_not_run_is_no_test(prepared: Prepared) -> None:
     assert angles.p(-20.0) < steps.p(-20.0)
 
 
+@pytest.mark.study
 def test_the_smallest_size_grows_with_what_makes_a_score_scatter(prepared: Prepared) -> None:
     """Four times the variance needs twice the size, as four times the noise would."""
     search = Search(prepared, 0.0)

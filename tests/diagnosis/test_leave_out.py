@@ -92,6 +92,7 @@ def more(search: Search, found: Solution) -> Solution:
     return search.fitter.solve((*found.terms, Term(idle, np.zeros(len(idle.coordinates)))))
 
 
+@pytest.mark.study
 def test_what_does_nothing_is_dropped(search: Search, found: Solution, more: Solution) -> None:
     assert not clearly_needed(search, more, 2, begun_without(search, more, 2))
     kept = {term.candidate.key for term in drop(search, more).terms}

@@ -70,6 +70,7 @@ def quiet(delta: DeltaRobot, record: Record) -> Search:
     return Search(prepare(model, model.readings.valid.copy()), 0.0)
 
 
+@pytest.mark.study
 def test_what_is_taken_is_in_no_pair(quiet: Search) -> None:
     scorer, taken = quiet.prepared.scorer, {("base_radius", "frame")}
     entries = [

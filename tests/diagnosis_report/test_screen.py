@@ -117,11 +117,13 @@ def fits(answer: Diagnosis, robot: RobotModel | None = None) -> None:
     assert words(lines) <= words(whole) | counted
 
 
+@pytest.mark.study
 def test_every_answer_fits_on_a_screen_and_breaks_no_word(make: Any, parts: Any) -> None:
     for answer in answers(make, parts):
         fits(answer, SERVO)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("ways", [TERMINAL, PAGE, PYTHON])
 def test_plain_lines_fit_and_name_the_ways_of_their_reader(
     make: Any, parts: Any, ways: Ways

@@ -125,6 +125,7 @@ def test_any_text(text: str) -> None:
     outcome(text)
 
 
+@pytest.mark.study
 @settings(max_examples=80, deadline=None)
 @given(files)
 def test_anything_that_looks_like_a_file(text: str) -> None:

@@ -97,6 +97,7 @@ def test_a_folder_says_what_comes_in_and_goes_out(top: Path) -> None:
         assert said, room
 
 
+@pytest.mark.study
 def test_every_number_in_a_table_has_its_reason() -> None:
     """Below the field, or below the next where two belong together."""
     bare = []

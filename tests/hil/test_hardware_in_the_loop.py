@@ -160,6 +160,7 @@ def test_a_bus_held_low_stops_the_robot(running: Client, pi: ModelledPi) -> None
     assert pi.bench.counts() == counts
 
 
+@pytest.mark.study
 def test_sensors_are_read_without_a_daemon(site: Site, tmp_path: Path) -> None:
     """Last: the daemon has to give the lines back first."""
     site.process.terminate()

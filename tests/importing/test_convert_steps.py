@@ -49,6 +49,7 @@ def test_the_job_that_is_checked_is_the_one_that_is_written(
     assert load_job(path) == checked_job(source, drawn, *how)
 
 
+@pytest.mark.study
 def test_from_stops_and_outputs_to_a_run(deltactl: Deltactl, tmp_path: Path) -> None:
     (tmp_path / "part.nc").write_text(PART)
     said = deltactl("convert", "part.nc", "part.yaml", *OPTIONS, *CODES)

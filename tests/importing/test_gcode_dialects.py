@@ -124,6 +124,7 @@ def programs(draw: st.DrawFn) -> str:
     return text.lower() if lower else text
 
 
+@pytest.mark.study
 @given(programs())
 @settings(max_examples=60, deadline=None)
 def test_programs_of_many_spellings_end_where_another_reader_ends_them(

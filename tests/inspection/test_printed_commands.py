@@ -35,6 +35,7 @@ def refused(done: subprocess.CompletedProcess[str]) -> Sequence[str]:
     return [one for one in done.stderr.splitlines() if one.startswith("deltactl:")]
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(("motion", "unit"), [("linear", "m"), ("rotary", "rad")])
 @pytest.mark.parametrize("heading", [UNSAID, ""])
 def test_units_are_those_of_the_motion_in_the_robot_file(
@@ -67,6 +68,7 @@ def test_an_effort_is_read_where_the_robot_file_has_an_inertia(
     assert not [word for word in without if word.startswith("effort")]
 
 
+@pytest.mark.study
 def test_a_table_of_another_machine_gets_a_robot_file_of_its_own(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:
@@ -80,6 +82,7 @@ def test_a_table_of_another_machine_gets_a_robot_file_of_its_own(
     assert "this axis slides (motion: linear in the robot file)" in why
 
 
+@pytest.mark.study
 def test_a_column_is_left_out_by_an_empty_name(deltactl: Deltactl, tmp_path: Path) -> None:
     write(tmp_path / "log.csv", "t,command,position,velocity,effort")
     deltactl("init", "axis", "axis.yaml", "--motion", "rotary")
@@ -95,6 +98,7 @@ def arm(path: Path) -> None:
     np.savetxt(path, np.stack([T_S, *columns], axis=1), "%.5f", ",", header=heading, comments="")
 
 
+@pytest.mark.study
 def test_a_chain_is_read_by_its_own_columns(deltactl: Deltactl, tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
     from tests.diagnosis.test_chain_by_poses import urdf_text
@@ -110,6 +114,7 @@ def test_a_chain_is_read_by_its_own_columns(deltactl: Deltactl, tmp_path: Path) 
     assert "leave out --set position" in why
 
 
+@pytest.mark.study
 def test_columns_that_are_used_are_shown_first_on_one_screen(tmp_path: Path) -> None:
     others = [
         f"flag_{name}" for name in ("on", "off", "ready", "fault", "warm", "cold", "open", "shut")
@@ -125,6 +130,7 @@ def test_columns_that_are_used_are_shown_first_on_one_screen(tmp_path: Path) -> 
     assert first == ["time", "goal", "place", "torque_Nm"]
 
 
+@pytest.mark.study
 def test_names_in_a_message_are_whole(deltactl: Deltactl, tmp_path: Path) -> None:
     names = [f"{axis}_ActualMeasurement" for axis in "ABCDEFGHIJKLMNO"]
     parts = [np.sin(T_S + n) for n in range(len(names))]

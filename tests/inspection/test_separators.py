@@ -81,6 +81,7 @@ def test_what_a_heading_calls_them_is_what_is_spoken_of(deltactl: Deltactl, tmp_
     assert "command=stage_setpoint_um" in done.stderr
 
 
+@pytest.mark.study
 def test_a_table_without_a_heading_has_no_names_to_be_spoken_of(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:

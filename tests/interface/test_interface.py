@@ -42,6 +42,7 @@ PARTS = [
 ]
 
 
+@pytest.mark.study
 def test_beside_files_of_the_same_names_as_ours_nothing_is_disturbed(tmp_path: Path) -> None:
     """And the package is light: the pulse process imports it too, without numpy."""
     for name in ("models", "config", "drivers", "recording", "charts", "interface", "inspect_"):

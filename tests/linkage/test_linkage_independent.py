@@ -8,6 +8,7 @@ solved numerically: roots of one arm's loop on the circle (inverse), Newton's me
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.optimize import brentq
 
 from deltactl.models.linkage import Linkage, Status, forward, inverse, serial_margin
@@ -118,6 +119,7 @@ def test_inverse_agrees_with_the_roots_of_the_loop(geometry: Geometry, linkage: 
     assert 60 < reached < 340
 
 
+@pytest.mark.study
 def test_forward_agrees_with_newton(geometry: Geometry, linkage: Linkage) -> None:
     loop = LoopClosure(geometry)
     rng = np.random.default_rng(12)

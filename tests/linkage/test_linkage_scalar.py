@@ -49,6 +49,7 @@ def one_by_one(linkage: Linkage, point_m: list[float]) -> tuple[float, ...]:
 coordinate = st.floats(allow_nan=True, allow_infinity=True) | st.floats(-0.7, 0.7)
 
 
+@pytest.mark.study
 @settings(max_examples=100, deadline=None)
 @given(coordinate, coordinate, coordinate)
 def test_any_numbers_give_angles_or_unreachable_point(x_m: float, y_m: float, z_m: float) -> None:

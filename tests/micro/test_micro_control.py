@@ -73,6 +73,7 @@ def test_tracking_error_is_at_most_half_of_the_paper_s(asked: References, result
         assert tracking.overshoot_percent.max() < 2.0
 
 
+@pytest.mark.study
 def test_arms_stand_until_control_is_on(result: Result) -> None:
     ran = result.tracking.run
     assert ran.t_s[ran.on] == pytest.approx(CONTROL_ON_S)

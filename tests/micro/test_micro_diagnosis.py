@@ -107,6 +107,7 @@ def test_a_known_payload_is_no_finding() -> None:
     assert answer.findings == []
 
 
+@pytest.mark.study
 def test_ranges_are_judged_by_measured_angles() -> None:
     """Each sensor's readings stand in rows of their own, as a servo's recording has them."""
     given = recording(0)
@@ -134,6 +135,7 @@ def test_nothing_from_outside_leaves_the_torques() -> None:
     assert sensor_rounds(recording(0)) is None
 
 
+@pytest.mark.study
 def test_both_parts_are_one_answer() -> None:
     named, silent = answered(5), answered(0)
     both = joined(named, silent)

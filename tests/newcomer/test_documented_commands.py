@@ -102,6 +102,7 @@ def headings(page: Path) -> set[str]:
     return {re.sub(r"[^\w -]", "", line.lower()).strip().replace(" ", "-") for line in lines}
 
 
+@pytest.mark.study
 def test_the_whole_jobs_on_the_page_of_jobs_may_run(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "jobs.md").read_text(encoding="utf-8")
     whole = re.findall(r"```yaml\n(name: .*?)```", text, re.DOTALL)

@@ -56,6 +56,7 @@ def plan_for(job, robot):
     return make_plan(job, robot, GeometricInverse(robot.geometry))
 
 
+@pytest.mark.study
 @settings(max_examples=60, deadline=None)
 @given(path=paths, timing=timings, repeats=st.integers(1, 3))
 def test_ticks_lead_through_every_target_in_order(zhao, job_of, path, timing, repeats):

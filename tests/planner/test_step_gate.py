@@ -25,7 +25,7 @@ def times(start: int, gaps: list[int]) -> np.ndarray:
     return start + np.cumsum(np.array(gaps, dtype=np.int64))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     begin=starts,
     gaps=st.tuples(spaced, spaced, spaced) | st.tuples(fast, fast, fast),
@@ -48,7 +48,7 @@ def test_steps_that_keep_their_gap_move_by_less_than_a_window(begin, gaps, seed)
         assert (moved < WINDOW_NS).all()
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     gaps=st.tuples(*[st.lists(st.integers(0, 2 * GAP_NS), max_size=30)] * 3),
     cut=st.integers(0, 10_000_000),
@@ -88,7 +88,7 @@ def test_the_third_of_three_in_a_row_may_begin_a_tick_of_its_own():
     assert ticks.steps.tolist() == [[1, 1, 0], [0, 0, 1]]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(begin=starts, gaps=st.tuples(spaced, spaced, spaced), cut=st.integers(0, 20_000_000))
 def test_cutting_a_motion_into_calls_changes_nothing(begin, gaps, cut):
     due = [times(start, gap) for start, gap in zip(begin, gaps, strict=True)]

@@ -28,6 +28,7 @@ def test_every_pose_and_every_way_between_keeps_the_margin(linkage):
     assert (path.dwell_s == 0.1).all()
 
 
+@pytest.mark.study
 def test_machines_off_the_file_are_held_all_along(linkage):
     for seed in (1, 2):
         angles = survey(held(linkage, 0.05), 200, RANGE_DEG, 0.0, seed).targets

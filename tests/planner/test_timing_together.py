@@ -21,7 +21,7 @@ def played(schedule: TogetherSchedule, count: int, start_ns: int = 0):
     return due, steps.astype(int)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(way=ways, t_pwm_us=st.integers(50, 20_000), dwells=st.lists(st.floats(0, 0.1)))
 def test_counts_are_exact_at_each_target_and_ticks_lie_on_the_grid(way, t_pwm_us, dwells):
     counts = np.cumsum(np.array(way), axis=0)
@@ -42,7 +42,7 @@ def test_counts_are_exact_at_each_target_and_ticks_lie_on_the_grid(way, t_pwm_us
     assert schedule.rest_ns * 1e-9 <= dwell_s.sum() + len(way) * t_pwm_us * 1e-6
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(delta=st.tuples(*[st.integers(-3000, 3000)] * 3))
 def test_steps_keep_within_half_a_step_of_the_straight_line(delta):
     schedule = TogetherSchedule(np.array([[0, 0, 0], delta]), np.zeros(2), 0.001)
@@ -61,7 +61,7 @@ def test_an_even_motion_is_as_often_ahead_of_its_line_as_behind():
     assert abs(float(np.mean(there - 40.0 * t_ns / schedule.duration_ns))) < 0.01
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(way=ways)
 @example(way=[(0, 0, 0), (0, 1, 0), (0, 1, 5)])
 @example(way=[(0, 0, 0), (1, 20, 0), (1, 0, 0), (1, 0, 0)])

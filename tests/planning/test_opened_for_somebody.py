@@ -59,6 +59,7 @@ def place(tmp_path: Path) -> Place:
     return Place(tmp_path / "jobs", tmp_path / "own")
 
 
+@pytest.mark.study
 def test_a_job_file_shows_its_line_and_no_more_and_a_sent_text_all(place: Place) -> None:
     """Through the planner's own process, as the daemon asks it."""
     planning = PlanningProcess(most_s=60.0, sent=place.sent)

@@ -110,6 +110,7 @@ def test_a_robot_with_play_that_is_compensated(tmp_path: Path) -> None:
     assert motion(there) == motion(here)
 
 
+@pytest.mark.study
 def test_through_the_process(planning: PlanningProcess, tmp_path: Path) -> None:
     job = tmp_path / "fast.yaml"
     job.write_text(ACCELERATED)
@@ -130,6 +131,7 @@ def test_refusals_are_those_of_here(planning: PlanningProcess, tmp_path: Path) -
     assert str(there.value) == str(here.value)
 
 
+@pytest.mark.study
 def test_the_robot_in_force_is_planned_for_not_the_one_on_the_disk(
     planning: PlanningProcess, tmp_path: Path
 ) -> None:
@@ -156,6 +158,7 @@ def test_what_takes_too_long_is_ended_and_the_next_job_is_planned(tmp_path: Path
         planning.close()
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("blocks", [True, False])
 def test_a_robot_file_that_takes_too_long_is_refused_with_both_limits(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, blocks: bool
@@ -205,6 +208,7 @@ def _counted(line: str) -> str:
     return f"{key}count: 1000000{rest[rest.index(',') :] if ',' in rest else ''}" if colon else line
 
 
+@pytest.mark.study
 def test_a_text_that_is_too_long_is_refused(tmp_path: Path) -> None:
     planning = PlanningProcess(most_s=60.0, most_bytes=1000)
     job = tmp_path / "long.yaml"

@@ -57,6 +57,7 @@ def test_an_input_that_does_not_come_cancels_the_job(write: Write, controller: C
     assert bench.outputs() == {"gripper": False}
 
 
+@pytest.mark.study
 def test_it_goes_on_as_soon_as_the_input_comes(write: Write, controller: Controller) -> None:
     bench = controller.machine.bench
     assert bench is not None

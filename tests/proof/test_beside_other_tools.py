@@ -129,6 +129,7 @@ def _judged(machine: Path, expected: dict[str, Any]) -> Scored:
     return judged(known, read_answers(machine.parents[1] / "said.json"))[0]
 
 
+@pytest.mark.study
 def test_a_real_recording_is_right_by_its_names_and_the_ranges_of_its_sizes(
     given: tuple[Path, float],
 ) -> None:
@@ -142,6 +143,7 @@ def test_a_real_recording_is_right_by_its_names_and_the_ranges_of_its_sizes(
     assert (missed.right, missed.sizes) == (False, [])
 
 
+@pytest.mark.study
 def test_what_must_not_be_claimed_of_a_real_machine_is_a_false_claim(
     given: tuple[Path, float],
 ) -> None:

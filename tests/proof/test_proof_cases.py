@@ -39,6 +39,7 @@ def test_two_rounds_hold_every_group_and_each_its_number_of_effects():
         assert len({a["effect"] for a in answers}) == len(answers)
 
 
+@pytest.mark.study
 def test_kinds_take_turns():
     singles = [number for number in range(120) if ROUND[number % len(ROUND)] == "single"]
     drawn = [draw(5, number).answers[0].effect for number in singles]

@@ -41,6 +41,7 @@ def test_a_sensor_that_keeps_dying_is_a_fault_in_the_end(bench: RangingBench) ->
         bench.run(1.0)
 
 
+@pytest.mark.study
 def test_one_that_dies_now_and_then_has_its_attempts_back(bench: RangingBench) -> None:
     for _ in range(8):
         bench.run(6.0)

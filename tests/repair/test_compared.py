@@ -59,6 +59,7 @@ def drawn(correct: bool, blind: int, seed: int) -> tuple[Seen, FloatArray]:
     return seen, np.nanmean(np.sum((position_m - target_m) ** 2, axis=1))
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("blind", [False, True])
 def test_the_gain_is_measured_though_a_sensor_reads_long(blind: bool) -> None:
     """0.24 mm are shown by sensors that scatter by 1.5 mm, in two drawings."""
@@ -83,6 +84,7 @@ def test_the_same_drawing_twice_is_neither_better_nor_worse() -> None:
     assert gain([one], [two], robot).sign == 0
 
 
+@pytest.mark.study
 def test_an_error_of_a_sensor_shows_what_expecting_it_is_worth() -> None:
     """A table over the position, and an offset: each by itself, in the readings of a drawing."""
     corrected = NOMINAL.model_copy(update={"effects": (FAULT, BLIND, BENT)})

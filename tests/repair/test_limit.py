@@ -48,6 +48,7 @@ def test_a_sound_robot_is_limited_by_a_microstep() -> None:
     assert (found.sizes_m, found.left_m) == (0.0, 0.0)
 
 
+@pytest.mark.study
 def test_a_size_half_as_well_known_opens_twice_as_much() -> None:
     once, twice = limit(home(2e-4)), limit(home(4e-4))
     assert once is not None
@@ -59,6 +60,7 @@ def test_a_size_half_as_well_known_opens_twice_as_much() -> None:
     assert once.rms_m == pytest.approx(np.hypot(once.steps_m, once.sizes_m))
 
 
+@pytest.mark.study
 def test_a_size_at_its_bound_is_moved_away_from_it() -> None:
     ends = (np.pi - 0.2, np.pi + 0.1)
     wave = EffectEntry(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 import yaml
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
@@ -22,6 +23,7 @@ def robot_file(folder: Path, angle_rad: float) -> Path:
     return path
 
 
+@pytest.mark.study
 def test_equal_robots_are_planned_once_and_others_as_without_memory(tmp_path: Path) -> None:
     first, other = robot_file(tmp_path, 0.01), robot_file(tmp_path, 0.02)
     paths = Paths(JOB)
@@ -32,6 +34,7 @@ def test_equal_robots_are_planned_once_and_others_as_without_memory(tmp_path: Pa
     assert moved.is_same_as(played(plan_of(JOB, load_robot(other))))
 
 
+@pytest.mark.study
 def test_only_the_last_that_were_asked_for_are_kept(tmp_path: Path) -> None:
     first, second, third = (load_robot(robot_file(tmp_path, size)) for size in (0.01, 0.02, 0.03))
     paths = Paths(JOB, 2)

@@ -47,18 +47,21 @@ def corrected(folder: Path, half_rad: float) -> Path:
     return path
 
 
+@pytest.mark.study
 def test_wide_intervals_ask_for_more_and_narrow_ones_for_nothing(tmp_path: Path) -> None:
     some = more_s(JOB, Paths(JOB), corrected(tmp_path, 0.0010), SURVEYED_S, SURVEYED_S)
     assert 0.0 < some < MOST_ROBOT_S - SURVEYED_S
     assert more_s(JOB, Paths(JOB), corrected(tmp_path, 0.00005), SURVEYED_S, SURVEYED_S) == 0.0
 
 
+@pytest.mark.study
 def test_the_robot_moves_no_longer_than_ten_minutes(tmp_path: Path) -> None:
     wide = corrected(tmp_path, 0.01)
     assert 0.0 < more_s(JOB, Paths(JOB), wide, SURVEYED_S, 300.0) < MOST_ROBOT_S - 300.0
     assert more_s(JOB, Paths(JOB), wide, SURVEYED_S, MOST_ROBOT_S - 60.0) == 0.0
 
 
+@pytest.mark.study
 def test_noise_makes_the_first_survey_longer_within_bounds(tmp_path: Path) -> None:
     robot = corrected(tmp_path, 0.0001)
     quiet, usual, loud = (first_s(JOB, robot, noise_m) for noise_m in (1e-5, 1.5e-3, 1e-2))

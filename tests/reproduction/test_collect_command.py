@@ -15,6 +15,7 @@ from tests.rigs.started import started
 pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
 
 
+@pytest.mark.study
 def test_a_survey_of_the_as_built_robot(here, surveyed: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
     done = here("network", "collect", "--samples", "60", "--as-built", "zhao-2023", "--out", out)
@@ -60,6 +61,7 @@ def test_killed_in_the_middle_and_gone_on_with(here, surveyed: Path, tmp_path: P
     assert data.first(110).digest == whole.first(110).digest
 
 
+@pytest.mark.study
 def test_going_on_gives_what_one_go_gives(here, surveyed: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
     for samples in ("70", "120"):

@@ -29,6 +29,7 @@ def network(surveyed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.study
 def test_only_what_it_did_not_see_judges_it(surveyed: Path, network: Path) -> None:
     data = load_dataset(surveyed)
     held = held_out(data, NetworkFile.load(network).metadata)

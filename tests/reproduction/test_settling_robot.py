@@ -65,6 +65,7 @@ def test_a_restored_robot_goes_on_exactly(machine: Machine) -> None:
     assert np.array_equal([other.move(counts) for counts in targets[3:]], wanted_m)
 
 
+@pytest.mark.study
 def test_it_never_folds_through(machine: Machine) -> None:
     """Every pose is the one below the elbows, near where shifted rigid arms would put it."""
     targets = survey_counts(ROBOT, 150, seed=1)

@@ -83,6 +83,7 @@ def test_the_network_beats_the_mathematical_model_as_in_table_1(part: Kinematics
     assert (found.mae_deg("network") < network).all()
 
 
+@pytest.mark.study
 def test_a_calibration_with_gears_beats_the_network_with_fewer_numbers(
     part: KinematicsPart,
 ) -> None:

@@ -54,6 +54,7 @@ def test_a_run_without_faults_errs_by_a_microstep(
     assert arrivals(run).sum() == result["tracking"]["commanded"]["x"]["samples"]
 
 
+@pytest.mark.study
 def test_the_last_target_counts_though_its_last_step_comes_before(deltactl, tmp_path: Path) -> None:
     deltactl("init", "delta", "printed.yaml", *SIZES, "--sensors", "none")
     result = json.loads(deltactl("run", "printed-circle.yaml", "--simulate", "--json").stdout)

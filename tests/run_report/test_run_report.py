@@ -44,6 +44,7 @@ def test_it_shows_what_the_papers_figures_show(recorded_run: MakeRun) -> None:
     np.testing.assert_allclose(unpack(truth["y"]), 1.0, atol=1e-5)
 
 
+@pytest.mark.study
 def test_it_says_what_ran_and_how_well(recorded_run: MakeRun) -> None:
     html = report_of(recorded_run(truth_error_m=(0.001, 0.0, 0.0)))
     for text in ("arc on zhao-2023", "0.006 s", "2023-11-14", "drawn.mcap", "name: arc"):
@@ -112,6 +113,7 @@ def test_it_replaces_an_earlier_report_whole(recorded_run: MakeRun, tmp_path: Pa
     assert sorted(path.name for path in tmp_path.iterdir()) == ["drawn.mcap", "report.html"]
 
 
+@pytest.mark.study
 def test_a_place_that_cannot_be_written(recorded_run: MakeRun, tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"no/report\.html: cannot be written"):
         write_report(recorded_run().path, tmp_path / "no" / "report.html")

@@ -80,6 +80,7 @@ def test_the_diagnosis_reads_the_file_too() -> None:
     assert robot.drive.kind == "servo"
 
 
+@pytest.mark.study
 def test_there_is_no_driver_for_real_drives_and_that_is_said(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="no driver for real servo drives"):
         build_controller(MICRO, simulated=False, realtime=True, recordings=tmp_path)

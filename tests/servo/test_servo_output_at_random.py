@@ -42,7 +42,7 @@ ACTS: dict[str, Callable[[Machine], object]] = {
 
 
 @given(st.lists(st.sampled_from(sorted(ACTS)), min_size=5, max_size=25))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_current_flows_only_where_the_state_says_so(micro, acts: list[str]) -> None:
     clock = VirtualClock()
     machine = servo_machine(micro, clock)

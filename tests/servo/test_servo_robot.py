@@ -159,6 +159,7 @@ def test_the_same_run_twice_is_the_same(make, submit) -> None:
     assert np.array_equal(runs[0].current_a, runs[1].current_a)
 
 
+@pytest.mark.study
 def test_pause_and_resume_keep_to_the_path(make, submit) -> None:
     controller = make()
     number = submit(controller)
@@ -213,6 +214,7 @@ def test_the_e_stop_takes_the_current_away(make, submit) -> None:
         submit(controller, "unhomed")
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("joint", [1, 2, 3])
 def test_a_lost_encoder_is_a_safe_stop_that_names_the_joint(make, submit, joint: int) -> None:
     controller = make()

@@ -208,6 +208,7 @@ def test_after_a_stop_there_is_no_edge(schedule, delays, stop_ns, how, ahead_ns)
     assert rig.board.words[b.REASON] == expected[how]
 
 
+@pytest.mark.study
 @given(SCHEDULE, SCHEDULE, DELAYS, AHEAD)
 def test_a_second_run_is_on_time_whatever_slipped_in_the_first(
     first, second, delays, ahead_ns
@@ -225,6 +226,7 @@ def test_a_second_run_is_on_time_whatever_slipped_in_the_first(
     assert rig.board.words[b.SLIP] == slip_ns
 
 
+@pytest.mark.study
 @given(SCHEDULE, SCHEDULE, DELAYS, AHEAD, st.integers(-3_000_000, 3_000_000))
 def test_a_second_run_that_is_due_at_once_begins_no_faster_than_the_first_ended(
     first, second, delays, ahead_ns, pause_ns

@@ -59,6 +59,7 @@ def used(revision: int, labels: dict[int, str], named: int | None, backend: str 
     return said
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("revision", "labels", "expected"),
     [
@@ -76,10 +77,12 @@ def test_gpiozero_steps_on_it_too() -> None:
     assert used(PI_5, {0: OTHER, 3: RP1}, None, "gpiozero") == "3"
 
 
+@pytest.mark.study
 def test_a_chip_that_the_robot_file_names_is_the_one() -> None:
     assert used(PI_5, {0: RP1, 4: RP1}, 4) == "4"
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("labels", "named", "device"),
     [

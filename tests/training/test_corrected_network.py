@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.models.calibrated_inverse import CalibratedInverse
@@ -17,6 +18,7 @@ from deltactl.models.training.corrected import EFFORT, train_corrected
 from deltactl.models.training.recipe import Task
 
 
+@pytest.mark.study
 def test_it_learns_what_the_file_knows_and_says_so(tmp_path: Path) -> None:
     home = EffectEntry(effect="home_offset", component="motor1", parameters={"angle": 0.02})
     late = EffectEntry(effect="following_lag", component="motor1", parameters={"time": 0.02})

@@ -104,6 +104,7 @@ def test_several_are_listed_as_long_as_each_is_there(tmp_path: Path) -> None:
     assert [one.title for one in shelf.newest_first()] == ["a"]
 
 
+@pytest.mark.study
 def test_two_are_ticked_and_have_one_answer(browser: Browser, simulated: WebPage) -> None:
     both = [simulated.recordings / f"{name}.mcap" for name in ("motion-one", "motion-two")]
     for one in both:

@@ -51,13 +51,21 @@ def hint(finding: Finding, ways: Ways = TERMINAL, pull_said: bool = False) -> st
 
     pull_said: as in the answer; what the robot file has need not be entered.
     """
-    known = _confusions(finding)
     if finding.component != COMPONENT:
-        return next((one.delta for one in known if one.delta), "")
-    pulls = "" if pull_said else say("apart.say_what_pulls")
-    texts = (one.axis.format(or_effort=ways.or_effort, say_what_pulls=pulls) for one in known)
-    way = next(filter(None, texts), "")
+        return next((one.delta for one in _confusions(finding) if one.delta), "")
+    way = measured(finding, ways, pull_said)
     return say("apart.hint", way=way) if way else ""
+
+
+def measured(finding: Finding, ways: Ways, pull_said: bool) -> str:
+    """Motion or measurement of an axis that distinguishes its causes, as part of a sentence."""
+    pulls = "" if pull_said else say("apart.say_what_pulls")
+    texts = (
+        one.axis.format(or_effort=ways.or_effort, say_what_pulls=pulls)
+        for one in _confusions(finding)
+        if finding.component == COMPONENT
+    )
+    return next(filter(None, texts), "")
 
 
 def measurement(effects: frozenset[str]) -> str:

@@ -36,6 +36,7 @@ from deltactl.diagnosis.report.names import (
     parts,
     sentence,
 )
+from deltactl.diagnosis.report.next_run import measured
 from deltactl.diagnosis.report.pairs import (
     late_drives,
     other_remedy,
@@ -93,9 +94,8 @@ def remedies(
     lines += together(diagnosis.findings)
     if lines and diagnosis.next_experiment is not None and any(map(tied, named)):
         lines.insert(0, say("do.run_first", job=ways.job))
-    elif lines and unconfirmed:
-        open_ = {k: f"{k}" for k, one in enumerate(diagnosis.findings, 1) if one in unconfirmed}
-        lines.insert(0, say("do.tell_apart", which=numbers(open_, ways.rows, "finding")))
+    elif lines:
+        lines[:0] = _distinguished(unconfirmed, diagnosis, ways)
     if diagnosis.doubts:
         lines.insert(0, say("do.give_the_unit"))
     return list(dict.fromkeys(filter(None, lines)))
@@ -120,6 +120,19 @@ def _named(
             case = "do.if_confirmed" if number <= ways.rows else "do.if_confirmed_there"
             line = say(case, number=number, do=f"{line[:1].lower()}{line[1:]}")
         yield line
+
+
+def _distinguished(
+    unconfirmed: Sequence[Finding], diagnosis: Diagnosis, ways: Ways
+) -> Iterator[str]:
+    """A line for each measurement that distinguishes causes of findings to confirm."""
+    by_way: dict[str, dict[int, str]] = {}
+    for k, finding in enumerate(diagnosis.findings, 1):
+        if finding in unconfirmed:
+            way = measured(finding, ways, diagnosis.pull_said) or say("do.see_causes")
+            by_way.setdefault(way, {})[k] = f"{k}"
+    for way, named in by_way.items():
+        yield say("do.tell_apart", which=numbers(named, ways.rows, "finding"), way=way)
 
 
 def _kept(named: Sequence[Finding], diagnosis: Diagnosis, ways: Ways) -> Iterator[str]:

@@ -35,7 +35,13 @@ from deltactl.diagnosis.report.names import (
     percent,
     sentence,
 )
-from deltactl.diagnosis.report.next_run import experiment_line, hint, saved_lines, tie_lines
+from deltactl.diagnosis.report.next_run import (
+    experiment_line,
+    hint,
+    measured,
+    saved_lines,
+    tie_lines,
+)
 from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import main_of, remedies
 from deltactl.diagnosis.report.sizes import Size, quantity
@@ -99,7 +105,8 @@ def screen_lines(
             _table(diagnosis.findings, rows, width, brief),
             _saved(diagnosis, saved, named, width),
         ]
-        parts = [*above, *_below_the_table(diagnosis, robot, named, width), *closing]
+        below = _below_the_table(diagnosis, robot, named, width, above[1].entries)
+        parts = [*above, *below, *closing]
         fit, longest = fitted(parts, width, room)
         whole = all(now.entries or not was.entries for now, was in zip(fit, parts, strict=True))
         return fit, longest, longest > 1 and (brief or whole)
@@ -118,11 +125,11 @@ def screen_lines(
 
 
 def _below_the_table(
-    diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways, width: int
+    diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways, width: int, steps: Sequence[str]
 ) -> list[Part]:
     return [
         Part(_helps(diagnosis), turns=0, rank=1),
-        Part(_or_else(diagnosis, ways), say("screen.or_else"), turns=0, rank=2),
+        Part(_or_else(diagnosis, ways, steps), say("screen.or_else"), turns=0, rank=2),
         Part([*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways)], short=2, rank=3),
         Part(_not_shown(diagnosis, width), gap=False, rank=4),
     ]
@@ -137,12 +144,13 @@ def sentences_by_topic(
         for number, one in enumerate(diagnosis.findings, 1)
     ]
     more = [*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways)]
+    steps = list(_steps(diagnosis, robot, ways).entries)
     return {
         "verdict": opening(diagnosis),
-        "steps": list(_steps(diagnosis, robot, ways).entries),
+        "steps": steps,
         "findings": findings,
         "helps": _helps(diagnosis),
-        "or_else": _or_else(diagnosis, ways),
+        "or_else": _or_else(diagnosis, ways, steps),
         "remarks": [*more, *_not_shown(diagnosis, SENTENCE)],
     }
 
@@ -247,16 +255,20 @@ def _helps(diagnosis: Diagnosis) -> list[str]:
     return [f"{title}{fit_line(diagnosis)}", sentence(left)]
 
 
-def _or_else(diagnosis: Diagnosis, ways: Ways) -> list[str]:
-    """What else the findings could be, and the run or the measurement that would distinguish."""
+def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str]) -> list[str]:
+    """What else the findings could be, and the run or the measurement that would distinguish, where
+    the steps do not say it.
+    """
     following = experiment_line(diagnosis)
     entries = [f"{following}{say('run.get', job=ways.job)}"] if following else []
     unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if open_causes(one)}
     for number, finding in unsure.items():
         if number <= ways.rows:
             shown = open_causes(finding)
-            way = hint(finding, ways, diagnosis.pull_said)
-            way = "" if following or diagnosis.open_ties else way
+            way = measured(finding, ways, diagnosis.pull_said)
+            in_steps = way and any(way in step for step in steps)
+            settled = following or diagnosis.open_ties or in_steps
+            way = "" if settled else hint(finding, ways, diagnosis.pull_said)
             names = other_causes(finding, shown)
             entries.append(say("screen.other", number=number, names=names, way=way).strip())
     entries += tie_lines(diagnosis)
