@@ -31,30 +31,25 @@ demo: $(VENV)/.test
 # program to the clock of a machine that others use too. Each name there is a defect to look into.
 AGAIN := --reruns 1 --reruns-delay 2 -r R
 # A file of tests stays with one process: what its tests share is made once.
-WORKERS ?= 2
-TWO := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+WORKERS ?= 3
+MANY = -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 # Two processes on two cores: more threads of the arithmetic libraries only wait for each other.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
-# Tests against the clock, in lanes. They wait most of the time, and the robot of the page bears pauses:
-# both lanes run at once, and the other tests beside them, in the time that the lanes leave idle. On a
-# machine that does something else, `make test LANES=1` runs the three one after the other.
-LANES ?= 3
+# Tests against the clock wait most of the time: the others run beside them, in the time that they
+# leave idle. On a machine that does something else, `make test LANES=1` runs one after the other.
+LANES ?= 2
 IDLE  := $(shell chrt --idle 0 true 2>/dev/null && echo chrt --idle 0 || echo nice -n 19)
 # Without it every process that a test starts compiles all its modules again.
-test: export PYTHONDONTWRITEBYTECODE =
-ifeq ($(LANES),3)
+test test-page: export PYTHONDONTWRITEBYTECODE =
+ifeq ($(LANES),2)
 test: export BESIDE := $(IDLE)
-test: style
-	$(MAKE) --no-print-directory -k -j 3 test-beside test-clock test-page
-else
-test: style
-	$(MAKE) --no-print-directory test-beside
-	$(MAKE) --no-print-directory -k -j $(LANES) test-clock test-page
 endif
+test: style
+	$(MAKE) --no-print-directory -k -j $(LANES) test-beside test-clock
 
-# As many processes as cores: a job is planned at a low priority, and waits where all cores are taken.
+# A process more than two cores: tests wait for the processes that they start.
 test-beside: $(VENV)/.test
-	$(ONE_THREAD) $(BESIDE) $(BIN)/python -m pytest $(TWO) -m "not realtime" $(AGAIN)
+	$(ONE_THREAD) $(BESIDE) $(BIN)/python -m pytest $(MANY) -m "not realtime" $(AGAIN)
 
 test-clock: $(VENV)/.test
 	$(BIN)/python -m pytest -m realtime --ignore tests/web $(AGAIN)
@@ -118,8 +113,10 @@ newcomer: $(VENV)/.test
 	$(BIN)/python -m pytest -m newcomer --timeout 3600 $(AGAIN)
 
 # Studies of the papers and diagnoses of many drawn machines, which take minutes.
+# As many processes as cores: a job is planned at a low priority, and waits where all are taken.
+studies: WORKERS = 2
 studies: $(VENV)/.test
-	$(ONE_THREAD) $(BIN)/python -m pytest $(TWO) -m study --timeout 3600 $(AGAIN)
+	$(ONE_THREAD) $(BIN)/python -m pytest $(MANY) -m study --timeout 3600 $(AGAIN)
 
 # A twentieth of the comparison with other tools; without its second environment, what runs in ours.
 rivals-ci: $(VENV)/.test

@@ -187,6 +187,7 @@ def test_a_stepper_that_lost_steps_is_told_when(rigs: ModuleType) -> None:
     )
 
 
+@pytest.mark.study
 def test_a_stepper_s_gear_error_and_offset_come_out_together(rigs: ModuleType) -> None:
     rig = rigs.FollowingRig(wave=0.002, period=0.0628, offset=0.01)
     answer = diagnose_recordings(STEPS, [rig.record(15, **STEPPER)])

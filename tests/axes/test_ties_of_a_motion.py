@@ -50,6 +50,7 @@ def test_a_one_way_run_leaves_home_offset_and_play_or_friction_open() -> None:
     assert max(chances.values()) < SURE
 
 
+@pytest.mark.study
 def test_the_way_back_settles_it() -> None:
     answer = diagnose_recordings(FOLLOWS, [one_way(2e-3, back=True)])
     assert answer.findings[0].effect in ("gear_backlash", "joint_friction")

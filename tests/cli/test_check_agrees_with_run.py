@@ -54,6 +54,7 @@ effects:
 """
 
 
+@pytest.mark.study
 def test_a_row_of_a_corrected_robot_is_what_check_promises(
     deltactl: Deltactl, tmp_path: Path
 ) -> None:

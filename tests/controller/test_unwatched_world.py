@@ -61,6 +61,7 @@ def test_nobody_looking_changes_nothing(robot: RobotFile) -> None:
     assert unwatched.world.truth(before_ns) == watched.world.truth(before_ns)
 
 
+@pytest.mark.study
 def test_nobody_looking_costs_no_memory(robot: RobotFile) -> None:
     swinging = Swinging(robot)
     swinging.look(FEW_SECONDS_NS)

@@ -48,6 +48,7 @@ def diagnosis() -> dc.Diagnosis:
     return dc.diagnose([first, second], slide, holdout=third, progress=HEARD.append)
 
 
+@pytest.mark.study
 def test_findings_are_a_table(diagnosis: dc.Diagnosis) -> None:
     (row,) = diagnosis.findings.to_dict("records")
     assert (row["name"], row["component"]) == ("gear_ratio", "axis")

@@ -32,7 +32,7 @@ UNTYPED: dict[str, tuple[str, ...]] = {
     ),
     "builds and installs a release, which .ci/run does": ("make release-check", "make site"),
     "runs the tests, of which this is one": ("make test", "make newcomer", "make studies"),
-    "checks style and types of all code, which .ci/run does": ("make check",),
+    "checks style and types of all code, which .ci/run does": ("make check", "make test-page"),
     "runs until it is stopped; started and used in tests/web": (
         "deltactl web --simulate",
         "deltactl web --host 0.0.0.0 --users users.yaml --certificate page.pem --key page.key",

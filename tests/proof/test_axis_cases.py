@@ -45,6 +45,7 @@ def watched(style: str, machine: str, **more) -> Observer:
     return Observer(forced, ROWS_S, Noise(0.02), forced.informative(ROWS_S), every=5)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("seed", [0, 5, 13, 28])
 def test_a_seed_is_one_case_and_its_files_are_those_of_the_contract(seed: int, tmp_path) -> None:
     case, again = draw(seed), draw(seed)

@@ -42,6 +42,7 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[dict[str, Any]]
     return truths, folder / "textbook.json"
 
 
+@pytest.mark.study
 def test_the_textbook_names_and_sizes_viscous_friction(
     said: tuple[list[dict[str, Any]], Path],
 ) -> None:

@@ -75,6 +75,7 @@ def test_a_model_corrected_by_poses_has_zeros_and_lengths_in_it(
     assert np.ptp(apart, axis=0).max() < 2e-4
 
 
+@pytest.mark.study
 def test_the_corrected_urdf_explains_the_recording(robot: Path) -> None:
     run = recorded(robot.parent, FRICTION_NM, LOAD_KG)
     corrected = robot.with_name("found.yaml")
@@ -150,6 +151,7 @@ def test_a_wrong_name_is_refused_and_nothing_is_written(robot: Path, out: str, s
     assert not robot.with_name(out).exists()
 
 
+@pytest.mark.study
 def test_a_corrected_robot_file_in_another_folder_still_finds_its_model(robot: Path) -> None:
     run = recorded(robot.parent, FRICTION_NM)
     elsewhere = robot.parent / "found" / "arm.yaml"

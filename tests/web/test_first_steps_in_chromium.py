@@ -31,7 +31,6 @@ def test_three_quick_presses_are_three_steps(browser: Browser, simulated: WebPag
     assert platform_z_mm(browser) == pytest.approx(start - 3.0, abs=0.1)
 
 
-@pytest.mark.study
 def test_a_file_of_ones_own_keeps_its_name(browser: Browser, tmp_path: Path) -> None:
     """In the list of files, and in what is said about it; the list leads back to it."""
     mine = tmp_path / "little circle.yaml"
@@ -45,7 +44,6 @@ def test_a_file_of_ones_own_keeps_its_name(browser: Browser, tmp_path: Path) -> 
     browser.says("verdict", "little circle.yaml:3: path.turns")
 
 
-@pytest.mark.study
 def test_a_report_that_the_browser_does_not_open_is_a_link(
     browser: Browser, simulated: WebPage
 ) -> None:
@@ -73,7 +71,6 @@ def test_a_report_that_the_browser_does_not_open_is_a_link(
         recording.unlink()
 
 
-@pytest.mark.study
 def test_a_tab_begins_at_its_top_and_a_stop_stays_in_sight(
     simulated: WebPage, chromium: Open
 ) -> None:

@@ -28,7 +28,6 @@ def state(page: WebPage) -> str:
         return client.status().state
 
 
-@pytest.mark.study
 def test_heal_asks_first_and_a_stop_leaves_the_old_file(
     simulated: WebPage, browser: Browser
 ) -> None:

@@ -50,7 +50,6 @@ def test_a_job_for_another_robot_says_which_and_what_to_do(
     browser.says("verdict", f"start deltactl web --simulate --robot {robot}")
 
 
-@pytest.mark.study
 def test_a_job_for_this_robot_says_what_its_margin_means(
     browser: Browser, simulated: WebPage, tmp_path: Path
 ) -> None:
@@ -61,7 +60,6 @@ def test_a_job_for_this_robot_says_what_its_margin_means(
     assert "cannot hold or steer" in browser.driver.page_source
 
 
-@pytest.mark.study
 def test_keys_are_offered_only_where_there_are_keys(
     browser: Browser, simulated: WebPage, chromium: Open
 ) -> None:

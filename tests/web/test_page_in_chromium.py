@@ -91,7 +91,6 @@ def test_keys_jog_while_the_cross_has_them(browser: Browser, simulated: WebPage)
     assert platform_mm(browser)[2] == pytest.approx(start[2] - 1.0, abs=0.1)
 
 
-@pytest.mark.study
 def test_going_to_a_point_and_a_job_of_ones_own_with_a_pause(
     browser: Browser, simulated: WebPage, tmp_path: Path
 ) -> None:
@@ -213,7 +212,6 @@ def test_playback_moves_slider_cursor_and_platform_together(
     browser.wait(lambda: not browser.find("playback").is_displayed(), "it stays open")
 
 
-@pytest.mark.study
 def test_the_drawing_follows_the_window_although_it_was_out_of_sight(browser: Browser) -> None:
     browser.tab("Recordings")
     browser.find("own-recording")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
 from selenium.webdriver.common.by import By
 
 from deltactl.firmware_py.daemon.client import Client
@@ -35,7 +34,6 @@ def seconds_left(browser: Browser) -> float:
     return float(browser.text("left").split(",")[1].split()[0])
 
 
-@pytest.mark.study
 def test_jobs_wait_in_order_and_one_can_be_left_out(
     browser: Browser, simulated: WebPage, tmp_path: Path
 ) -> None:
@@ -110,7 +108,6 @@ def test_what_cannot_be_pressed_looks_so_and_says_why(browser: Browser, simulate
     assert not browser.find("home").get_attribute("title")
 
 
-@pytest.mark.study
 def test_run_is_larger_than_what_opens_a_file(
     browser: Browser, simulated: WebPage, chromium: Open
 ) -> None:

@@ -47,6 +47,7 @@ def a_table(path: Path, hertz: float) -> Path:
     return path
 
 
+@pytest.mark.study
 def test_the_worker_diagnoses_several_as_one(tmp_path: Path) -> None:
     robot_file, made = tmp_path / "axis.yaml", tmp_path / "made"
     robot_file.write_text(AXIS)
@@ -104,7 +105,6 @@ def test_several_are_listed_as_long_as_each_is_there(tmp_path: Path) -> None:
     assert [one.title for one in shelf.newest_first()] == ["a"]
 
 
-@pytest.mark.study
 def test_two_are_ticked_and_have_one_answer(browser: Browser, simulated: WebPage) -> None:
     both = [simulated.recordings / f"{name}.mcap" for name in ("motion-one", "motion-two")]
     for one in both:

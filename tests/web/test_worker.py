@@ -34,6 +34,7 @@ def torn(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("kind", ["diagnose", "run_report"])
 def test_a_recording_cut_off_is_one_line_or_a_report_that_says_so(
     kind: str, torn: Path, tmp_path: Path
