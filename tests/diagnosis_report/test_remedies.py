@@ -133,7 +133,7 @@ def test_a_correction_that_is_right_for_either_cause_is_made_at_once() -> None:
 def test_nobody_is_asked_to_rule_out_what_is_in_no_list(make: Any) -> None:
     tied = found("gear_backlash", "axis", 0.01, "rad", "unknown")
     lines = remedies(make("explained", findings=[tied], next_experiment=None), SERVO)
-    assert not any("First distinguish" in line or "is confirmed" in line for line in lines)
+    assert not any("Distinguish the causes" in line or "is confirmed" in line for line in lines)
 
 
 def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -> None:
