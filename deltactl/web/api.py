@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from typing import Annotated, Any, Final, TypeVar
 
 from fastapi import FastAPI, Query, Request, WebSocket
@@ -77,6 +78,7 @@ def make_api(site: Site) -> FastAPI:
     api.add_exception_handler(HTTPException, _not_so)
     api.add_exception_handler(RequestValidationError, _no_request)
     _robot(api, site)
+    _queue(api, site)
     _jobs(api, site)
     _recordings(api, site)
     return api
@@ -108,14 +110,19 @@ def _operating(call: Callable[..., AnswerT], *arguments: Any) -> AnswerT:
     return call(*arguments)
 
 
-def _robot(api: FastAPI, site: Site) -> None:
-    def ask(name: str, *arguments: Any) -> dict[str, Any]:
-        def call() -> dict[str, Any]:
-            with site.link.client() as client:
-                answer = getattr(client, name)(*arguments)
-            return {} if answer is None else asdict(answer)
+def _ask(site: Site, name: str, *arguments: Any) -> dict[str, Any]:
+    """The daemon's answer to a request of an operator."""
 
-        return _operating(call)
+    def call() -> dict[str, Any]:
+        with site.link.client() as client:
+            answer = getattr(client, name)(*arguments)
+        return {} if answer is None else asdict(answer)
+
+    return _operating(call)
+
+
+def _robot(api: FastAPI, site: Site) -> None:
+    ask = partial(_ask, site)
 
     @api.get("/status", tags=["robot"])
     def status() -> dict[str, Any]:
@@ -186,6 +193,10 @@ def _robot(api: FastAPI, site: Site) -> None:
     def log(after: Annotated[int, Query(ge=0)] = 0) -> list[dict[str, Any]]:
         """Lines of the daemon's log behind a number."""
         return site.log(after)
+
+
+def _queue(api: FastAPI, site: Site) -> None:
+    ask = partial(_ask, site)
 
     @api.get("/queue", tags=["queue"])
     def queue() -> list[dict[str, Any]]:

@@ -11,7 +11,12 @@ from hypothesis import strategies as st
 
 from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.evidence.effective_size import TemperedNoise, runs_of_one_value, tempered
+from deltactl.diagnosis.evidence.effective_size import (
+    Rows,
+    TemperedNoise,
+    runs_of_one_value,
+    tempered,
+)
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -71,8 +76,8 @@ def test_laplace_is_exact_where_all_is_linear(seed: int, count: int, spread: flo
     plant = Line(np.random.default_rng(seed), count, spread)
     noise = tempered(
         np.random.default_rng(seed + 1).standard_normal(count),
-        plant.rows, plant.groups, plant.kinds, plant.kinds, 1e-9, 0,
-    )  # fmt: skip
+        Rows(plant.rows, plant.groups, plant.kinds, plant.kinds, 1e-9),
+    )
     evidence = Laplace(plant, noise)  # type: ignore[arg-type]
     gained = evidence("ab").log_evidence - evidence("").log_evidence
     white, shapes = noise.whiten(plant.observed), noise.whiten(plant.shapes)

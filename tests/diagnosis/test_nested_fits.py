@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.evidence.effective_size import tempered
+from deltactl.diagnosis.evidence.effective_size import Rows, tempered
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import Columns, Regressor, Size
@@ -63,8 +63,8 @@ def test_a_smaller_set_starts_where_a_larger_one_ended(known: bool) -> None:
     plant = Wave()
     noise = tempered(
         0.05 * np.random.default_rng(1).standard_normal(300),
-        plant.rows, plant.groups, plant.kinds, plant.noises, 1e-9,
-    )  # fmt: skip
+        Rows(plant.rows, plant.groups, plant.kinds, plant.noises, 1e-9),
+    )
     evidence = Laplace(plant, noise)  # type: ignore[arg-type]
     both = replace(evidence({"wave", "constant"}), sizes={"wave.hz": TRUE_HZ + 0.02})
     if known:

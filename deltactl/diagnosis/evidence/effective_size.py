@@ -70,47 +70,50 @@ def spare(effective: float, fitted: int) -> float:
     return max(effective - min(fitted, EVIDENCE.most_taken * effective), 1.0)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """The rows of a residual (n,) that count, and how each was read."""
+
+    rows: IntArray
+    groups: IntArray
+    """(m,) recordings."""
+    kinds: IntArray
+    """(n,) among which single readings are outliers."""
+    noises: IntArray
+    """(n,) which have the noise of the noisiest kind among them."""
+    least: float
+    """Standard deviation of rounding, below which no noise is accepted."""
+    once: IntArray | None = None
+    """(m,) number of the run of equal values that each row lies in."""
+    usual: FloatArray | None = None
+    """(n,) how large readings like a row's are, where these differ: joints of a chain."""
+    unsampled: FloatArray | None = None
+    """(n,) standard deviation of what a row owes to the course of the command between samples."""
+
+
 def tempered(
-    residual: FloatArray, rows: IntArray, groups: IntArray, kinds: IntArray, noises: IntArray,
-    least: float, fitted: int = 0, once: IntArray | None = None, took: FloatArray | None = None,
-    usual: FloatArray | None = None, unsampled: FloatArray | None = None,
-) -> TemperedNoise:  # fmt: skip
+    residual: FloatArray, read: Rows, fitted: int = 0, took: FloatArray | None = None
+) -> TemperedNoise:
     """Noise of a saturated residual (n,).
 
-    kinds: (n,) among which single readings are outliers. noises: (n,) which have the noise of the
-    noisiest kind among them. least: standard deviation of rounding, below which no noise is
-    accepted. fitted: numbers the saturated model took. once: (m,) number of the run of equal values
-    each row lies in. took: (m, p) the model's shapes in standard deviations of the noise and of
-    their sizes, where what they took of noise with a memory is to be given back. usual: (n,) how
-    large readings like a row's are, where these differ: joints of a chain. unsampled: (n,) standard
-    deviation of what a row owes to the course of the command between samples.
+    fitted: numbers the saturated model took. took: (m, p) its shapes in standard deviations of the
+    noise and of their sizes, where what they took of noise with a memory is to be given back.
     """
+    rows = read.rows
     left = residual[rows]
-    extra = np.zeros(len(rows)) if unsampled is None else unsampled[rows]
-    if once is None:
-        once = np.arange(len(rows))
+    extra = np.zeros(len(rows)) if read.unsampled is None else read.unsampled[rows]
+    once = np.arange(len(rows)) if read.once is None else read.once
     single = 1.0 / np.sqrt(np.bincount(once)[once])
-    weight = spike_weights(left, kinds[rows]) * single
-    sigma = np.empty(len(rows))
-    for kind in np.unique(kinds[rows]):
-        own = kinds[rows] == kind
-        sigma[own] = max(_apart_from(extra[own], left[own], weight[own] ** 2), least)
-    for noise in np.unique(noises[rows]):
-        own = noises[rows] == noise
-        sigma[own] = float(sigma[own].max())
-    largest = np.full(len(rows), float(sigma.max()))
-    if usual is not None:  # traces are no larger than what leaves them, nor than their own share
-        own = usual[rows]
-        largest = np.minimum(largest, float((sigma / own).max()) * own)
-    sigma = np.maximum(sigma, EVIDENCE.least_of_largest * largest)
+    weight = spike_weights(left, read.kinds[rows]) * single
+    sigma = _by_kind(read, left, weight, extra)
     sampled = sigma**2 / (sigma**2 + extra**2)
     sigma = np.hypot(sigma, extra)
-    standard = left / sigma
     count = float(once[-1]) + 1.0
     new = np.concatenate([[True], np.diff(once) > 0])
-    apart = groups[rows][new]
+    apart = read.groups[rows][new]
     most = EVIDENCE.clipped_at
-    tau = float(autocorrelation_times(np.clip(standard[new], -most, most)[:, None], apart)[0])
+    standard = np.clip((left / sigma)[new], -most, most)
+    tau = float(autocorrelation_times(standard[:, None], apart)[0])
     if took is not None and took.shape[1]:
         back = given_back(took[new] / single[new, None], apart, tau)
         sigma = sigma * np.sqrt(min(back.variance, EVIDENCE.most_given_back))
@@ -119,6 +122,23 @@ def tempered(
     if took is None:
         sigma = sigma * np.sqrt(count / tau / spare(count / tau, fitted))
     return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count, sampled)
+
+
+def _by_kind(read: Rows, left: FloatArray, weight: FloatArray, extra: FloatArray) -> FloatArray:
+    """Standard deviation (m,) of each kind, that of the noisiest where several share it."""
+    kinds, noises = read.kinds[read.rows], read.noises[read.rows]
+    sigma = np.empty(len(left))
+    for kind in np.unique(kinds):
+        own = kinds == kind
+        sigma[own] = max(_apart_from(extra[own], left[own], weight[own] ** 2), read.least)
+    for noise in np.unique(noises):
+        own = noises == noise
+        sigma[own] = float(sigma[own].max())
+    largest = np.full(len(left), float(sigma.max()))
+    if read.usual is not None:  # traces are no larger than what leaves them, nor than their share
+        usual = read.usual[read.rows]
+        largest = np.minimum(largest, float((sigma / usual).max()) * usual)
+    return np.maximum(sigma, EVIDENCE.least_of_largest * largest)
 
 
 def _apart_from(extra: FloatArray, left: FloatArray, weights: FloatArray) -> float:

@@ -8,7 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.diagnosis.evidence.effective_size import TemperedNoise, runs_of_one_value, tempered
+from deltactl.diagnosis.evidence.effective_size import (
+    Rows,
+    TemperedNoise,
+    runs_of_one_value,
+    tempered,
+)
 from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray
@@ -68,6 +73,5 @@ def _of_residual(
     least = max(EVIDENCE.least_noise_share * float(np.std(mismatch)), plant.rounding, digits, 1e-15)
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
-    kinds, noises = plant.kinds, plant.noises
-    own = plant.usual, plant.unsampled
-    return tempered(residual, rows, groups, kinds, noises, least, fitted, once, took, *own)
+    kinds, noises, own = plant.kinds, plant.noises, (plant.usual, plant.unsampled)
+    return tempered(residual, Rows(rows, groups, kinds, noises, least, once, *own), fitted, took)
