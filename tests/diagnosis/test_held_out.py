@@ -10,7 +10,6 @@ import pytest
 from deltactl.diagnosis.assessment.holdout import on_another_run, on_blocks
 from deltactl.diagnosis.assessment.intervals import NORMAL_95, covariance, parameters
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.estimation.blocks import blocks_of
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import ChannelNoise, Whitener
@@ -150,7 +149,7 @@ def test_noise_that_comes_in_blocks_widens_an_interval(model: DeltaModel) -> Non
     """The sandwich: whitened residuals with a common part in each block, by the textbook factor."""
     fitter, _, solution = fitted(model)
     rng = np.random.default_rng(0)
-    blocks = blocks_of(fitter)
+    blocks = fitter.blocks
     plain = rng.standard_normal(fitter.rows)
     common = rng.standard_normal(blocks.max() + 1)[blocks]
     rest = solution.residual[fitter.rows :]

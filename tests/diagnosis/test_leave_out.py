@@ -11,10 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from deltactl.diagnosis.estimation.change_point_timing import shown_later
-from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.estimation.estimate import Solution, orthonormal
 from deltactl.diagnosis.estimation.levenberg_marquardt import Slopes
 from deltactl.diagnosis.estimation.options import ESTIMATION
-from deltactl.diagnosis.estimation.orthonormal import orthonormal
 from deltactl.diagnosis.evidence.noise_estimation import prepare
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.candidates import lost_steps

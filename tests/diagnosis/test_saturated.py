@@ -9,9 +9,9 @@ import pytest
 
 from deltactl.diagnosis.answer.verdict import ALARM
 from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.estimation.estimate import orthonormal
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import Whitener, estimate
-from deltactl.diagnosis.estimation.orthonormal import orthonormal
 from deltactl.diagnosis.evidence.detection import Detection
 from deltactl.diagnosis.evidence.noise_estimation import prepare
 from deltactl.diagnosis.evidence.options import EVIDENCE

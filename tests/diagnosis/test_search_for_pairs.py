@@ -14,7 +14,7 @@ from deltactl.diagnosis.priors.penalties import Trial, penalty
 from deltactl.diagnosis.score_tests.pair_scores import best_pairs, leading
 from deltactl.diagnosis.search.addition import likely
 from deltactl.diagnosis.search.search import Search
-from deltactl.diagnosis.selection.equivalents import equivalents_of
+from deltactl.diagnosis.selection.ambiguity import equivalents_of
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.diagnosis.plants.delta.sensor_clock import OwnTimes
+from deltactl.diagnosis.plants.delta.model import OwnTimes
 from deltactl.recording.tables.flat import FlatRecording
 
 

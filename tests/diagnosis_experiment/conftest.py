@@ -16,7 +16,7 @@ from deltactl.diagnosis.experiment.ties import Tie
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.motions import Motion
-from deltactl.diagnosis.plants.delta.timeline import commanded
+from deltactl.diagnosis.plants.delta.next_runs import commanded
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.linkage import Linkage, inverse
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray

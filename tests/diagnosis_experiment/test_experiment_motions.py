@@ -12,9 +12,8 @@ import yaml
 from deltactl.diagnosis.answer.records import NextExperiment
 from deltactl.diagnosis.experiment import write_job
 from deltactl.diagnosis.plants.delta.motions import motions
-from deltactl.diagnosis.plants.delta.next_runs import job_of
+from deltactl.diagnosis.plants.delta.next_runs import duration_s, job_of
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits, is_safe
-from deltactl.diagnosis.plants.delta.timeline import duration_s
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
 from deltactl.firmware_py.program.totals import check_job
 from deltactl.firmware_py.robot_file import load_robot

@@ -9,7 +9,6 @@ import numpy as np
 
 from deltactl.diagnosis.answer.records import ParameterResult
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.estimation.blocks import blocks_of
 from deltactl.diagnosis.estimation.estimate import Solution, scaled_covariance
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.observations.readings import FloatArray
@@ -33,7 +32,7 @@ def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
         return np.zeros((0, 0))
     bread, scale = scaled_covariance(tangent)
     scaled = tangent / scale
-    blocks = blocks_of(fitter)
+    blocks = fitter.blocks
     product = scaled[:rows] * residual[:rows, None]
     sums = np.stack([np.bincount(blocks, weights=column) for column in product.T], axis=1)
     count = max(len(sums) - 1, 1)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from deltactl.diagnosis.estimation.change_point_timing import aligned, seen_s, shown_later
-from deltactl.diagnosis.estimation.iterate import Point
+from deltactl.diagnosis.estimation.estimate import Point
 from deltactl.diagnosis.estimation.options import ESTIMATION
 from deltactl.diagnosis.observations.readings import FloatArray, Readings
 from deltactl.diagnosis.plants.candidate import Term

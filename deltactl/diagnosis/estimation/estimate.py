@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from deltactl.diagnosis.estimation.options import ESTIMATION
-from deltactl.diagnosis.estimation.orthonormal import orthonormal
 from deltactl.diagnosis.estimation.splines import SplineTerm
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Term
@@ -102,3 +101,39 @@ def scaled_covariance(tangent: FloatArray) -> tuple[FloatArray, FloatArray]:
     scale = np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
     scaled = tangent / scale
     return np.linalg.pinv(scaled.T @ scaled, rcond=ESTIMATION.collinear, hermitian=True), scale
+
+
+def orthonormal(tangent: FloatArray) -> FloatArray:
+    """Orthonormal basis of the columns (those that count).
+
+    From their Gram matrix, twice: the second time mends what rounding left of the first.
+    """
+    basis: FloatArray = tangent / np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
+    for least in (ESTIMATION.standing_out**2, 0.0):
+        if not basis.shape[1]:
+            break
+        values, vectors = np.linalg.eigh(basis.T @ basis)
+        kept = values > least * values[-1]
+        basis = basis @ (vectors[:, kept] / np.sqrt(values[kept]))
+    return basis
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """Terms, what they predict, and what spline terms leave of the rest."""
+
+    nuisances: tuple[Term, ...]
+    terms: tuple[Term, ...]
+    predicted: FloatArray
+    """Channels (n, channels)."""
+    residual: FloatArray
+    """Whitened, (m,)."""
+    taken: FloatArray
+    """What an orthonormal basis of the spline terms has of the residual, (q,)."""
+    cost: float
+    """Chi-square of the rest."""
+
+    @property
+    def everything(self) -> list[Term]:
+        """Nuisances, then terms."""
+        return [*self.nuisances, *self.terms]

@@ -12,14 +12,12 @@ from scipy.sparse import csr_array
 from deltactl.diagnosis.estimation.budget import Budget
 from deltactl.diagnosis.estimation.change_point_search import better_moment
 from deltactl.diagnosis.estimation.change_point_timing import aligned
-from deltactl.diagnosis.estimation.estimate import Solution, without
-from deltactl.diagnosis.estimation.iterate import Point
+from deltactl.diagnosis.estimation.estimate import Point, Solution, orthonormal, without
 from deltactl.diagnosis.estimation.levenberg_marquardt import Slopes, moved_by
 from deltactl.diagnosis.estimation.noise import Whitener
 from deltactl.diagnosis.estimation.options import ESTIMATION
-from deltactl.diagnosis.estimation.orthonormal import orthonormal
 from deltactl.diagnosis.estimation.splines import SplineTerm
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.nuisance import Nuisance, given_back
@@ -53,6 +51,15 @@ class Fitter:
     def rows(self) -> int:
         """Whitened readings; the rows of the priors come after them."""
         return len(self.whiten.weight)
+
+    @property
+    def blocks(self) -> IntArray:
+        """Number (m,) of the block of time that each whitened reading lies in; sums over one are
+        independent of the next, whatever the noise.
+        """
+        t_s, period_s = self.model.readings.t_s[self.whiten.rows], self.model.readings.period_s
+        length_s = max(ESTIMATION.block_s, ESTIMATION.fewest_in_block * period_s)
+        return np.asarray((t_s - t_s.min()) / length_s, dtype=np.intp)
 
     @property
     def _priors(self) -> int:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.blocks import blocks_of
 from deltactl.diagnosis.estimation.budget import Budget
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import estimate
@@ -100,7 +99,7 @@ def _prepared(
 
 def _variance_inflation(library: Library, fitter: Fitter, floor: FloatArray) -> FloatArray:
     """How much more the score of each entry scatters from block to block than white noise would."""
-    blocks = blocks_of(fitter)
+    blocks = fitter.blocks
     variance_inflation = np.ones(len(library.entries))
     for number, entry in enumerate(library.entries):
         column = library.white[:, entry.columns.start]

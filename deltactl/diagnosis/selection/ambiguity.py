@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
+
+import numpy as np
 
 from deltactl.diagnosis.answer.records import Alternative
 from deltactl.diagnosis.estimation.budget import Until
@@ -16,7 +19,8 @@ from deltactl.diagnosis.score_tests.chi2_tail import log_sf
 from deltactl.diagnosis.search.begun_fits import followed, promising, tried
 from deltactl.diagnosis.search.removal import each_left_out
 from deltactl.diagnosis.search.search import Search
-from deltactl.diagnosis.selection.equivalents import equivalents_of
+from deltactl.models.effects import card_of
+from deltactl.models.effects.card import Equal, Sizes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -204,3 +208,40 @@ def _unique(alternatives: Sequence[Alternative]) -> list[Alternative]:
     for one in sorted(alternatives, key=lambda a: a.delta_chi2):
         best.setdefault((one.effect, one.component), one)
     return list(best.values())
+
+
+def equivalents_of(terms: Sequence[Term], candidates: Sequence[Candidate]) -> list[Term]:
+    """The candidates where they do what the terms do together, as their card has it (`equals`)."""
+    effects = {term.candidate.effect for term in terms}
+    if len(effects) != 1:
+        return []
+    equals = {one.other: one for one in card_of(effects.pop()).equals}
+    return [
+        Term(other, at)
+        for other in candidates
+        if (equal := equals.get(other.effect)) and _in_place(equal, terms, other)
+        for at in _sizes(equal, terms, other)
+    ]
+
+
+def _in_place(equal: Equal, terms: Sequence[Term], other: Candidate) -> bool:
+    if equal.common:
+        return bool(other.members) or len(terms) > 1
+    return len(terms) == 1 and other.component == terms[0].candidate.component
+
+
+def _sizes(equal: Equal, terms: Sequence[Term], other: Candidate) -> list[np.ndarray[Any, Any]]:
+    """Coordinates of the other; of several terms the mean. None where it has others, or no size."""
+    every = [
+        equal.sizes(_numbers(term.candidate.values(term.at)), _numbers(other.fixed))
+        for term in terms
+    ]
+    names = [coordinate.parameter for coordinate in other.coordinates]
+    if any(set(sizes) != {*names} for sizes in every[0]):
+        return []
+    at = np.mean([[[sizes[name] for name in names] for sizes in sets] for sets in every], axis=0)
+    return list(at) if np.any(at) else []
+
+
+def _numbers(values: Mapping[str, Any]) -> Sizes:
+    return {name: float(x) for name, x in values.items() if np.ndim(x) == 0}

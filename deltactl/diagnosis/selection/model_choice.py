@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from deltactl.diagnosis.estimation.budget import Until
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import Whitener, estimate
-from deltactl.diagnosis.evidence.as_the_file_says import as_the_file_says
 from deltactl.diagnosis.evidence.detection import Progress
+from deltactl.diagnosis.evidence.left_by_measured import held_to
 from deltactl.diagnosis.evidence.noise_estimation import Prepared, once_more
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.priors.options import OPTIONS
@@ -144,3 +144,19 @@ def final_fit(explained: Explained, valid: BoolArray) -> tuple[Fitter, Solution]
         if not calmer:
             break
     return fitter, solution
+
+
+def as_the_file_says(fitter: Fitter, empty: Solution) -> Solution:
+    """The fit of nothing, with measured effects and small errors as the file has them.
+
+    Both are fitted in every solution; how far a machine is from its file must not hide in that.
+    """
+    fixed = {nuisance.term.candidate.key: nuisance.term for nuisance in held_to(fitter)}
+    if not fixed:
+        return empty
+    nuisances = tuple(fixed.get(term.candidate.key, term) for term in empty.nuisances)
+    predicted = fitter.model.predict(nuisances)
+    left = fitter.vector(fitter.observed - predicted)
+    return replace(
+        empty, nuisances=nuisances, predicted=predicted, residual=left, cost=float(left @ left)
+    )

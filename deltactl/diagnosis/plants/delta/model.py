@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.outliers import begun_in_motion
 from deltactl.diagnosis.observations.readings import FloatArray, bridged, gather
 from deltactl.diagnosis.plants.candidate import Candidate, Term
@@ -19,7 +20,6 @@ from deltactl.diagnosis.plants.delta.candidates import (
 )
 from deltactl.diagnosis.plants.delta.measured_before import beside, changes, joined, measured_before
 from deltactl.diagnosis.plants.delta.safe_poses import fragile
-from deltactl.diagnosis.plants.delta.sensor_clock import OwnTimes
 from deltactl.diagnosis.plants.delta.traits import delta_traits
 from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.diagnosis.plants.shared_parameters import groups_of
@@ -37,6 +37,32 @@ MOTORS = (1, 2, 3)
 ANGLES = tuple(f"theta_{motor}" for motor in MOTORS)
 UNITS = {**dict.fromkeys((*RANGES, *POSITIONS), "m"), **dict.fromkeys(ANGLES, "rad")}
 STATUS = {name: name.replace("range_", "status_") for name in RANGES}
+
+
+class OwnTimes:
+    """When each range of one recording was measured, from the time of its row.
+
+    Sensors are read one after another, which would look like latencies of some milliseconds.
+    """
+
+    def __init__(self, recording: FlatRecording):
+        self._t_s = recording.t_s
+        self._late_s: dict[str, FloatArray] = {}
+        for axis in AXES:
+            own = recording.extra.get(f"t_{axis}")
+            if own is None or own.dtype.kind not in "fiu":
+                continue
+            late_s = np.nan_to_num(own.astype(np.float64) - self._t_s)
+            if np.any(late_s) and np.abs(late_s).max() < OBSERVATIONS.furthest_own_s:
+                self._late_s[f"range_{axis}"] = late_s
+
+    def shift(self, names: Sequence[str], predicted: FloatArray) -> FloatArray:
+        """Predictions (n, channels) for the times of the rows, carried to each range's own time."""
+        for column, name in enumerate(names):
+            if name in self._late_s:
+                own_s = self._t_s + self._late_s[name]
+                predicted[:, column] = np.interp(own_s, self._t_s, predicted[:, column])
+        return predicted
 
 
 class DeltaModel:
