@@ -67,6 +67,22 @@ def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> Non
     assert "couplings of motors 1, 2 and 3" in headline(make("explained", findings=many[:3]))
 
 
+@pytest.mark.parametrize(
+    ("joints", "called"),
+    [
+        ([2, 1, 3, 5, 4, 6], "in joint 1 to joint 6"),
+        ([1, 2, 4], "in joint 1, joint 2 and joint 4"),
+        ([1, 2], "in joint 1 and joint 2"),
+    ],
+)
+def test_joints_whose_numbers_follow_one_another_are_a_span(
+    make: Any, parts: Any, joints: list[int], called: str
+) -> None:
+    one = parts["backlash"]
+    many = [one(effect="joint_friction", component=f"joint_{k}", alternatives=[]) for k in joints]
+    assert called in headline(make("explained", findings=many))
+
+
 def test_both_frictions_of_an_axis_are_one_phrase(make: Any, parts: Any) -> None:
     dry, viscous = (
         parts["backlash"](effect=effect, component="axis", probability=0.999, alternatives=[])

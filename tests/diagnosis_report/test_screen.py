@@ -186,6 +186,15 @@ def test_no_line_refers_to_a_finding_without_a_row(make: Any, parts: Any, most: 
     assert cut
 
 
+def test_of_very_many_findings_rows_go_before_what_comes_of_them(make: Any) -> None:
+    many = [finding("joint_friction", f"joint_{k}", 0.999) for k in range(1, 19)]
+    answer = make("explained", findings=many)
+    lines = shown(answer)
+    assert len(lines) <= LINES
+    assert any(line.startswith("Does it help?") for line in lines)
+    assert len(rows_of(lines)) >= 8
+
+
 @pytest.mark.study
 @pytest.mark.parametrize(("most", "all_of_them"), [(16, False), (LINES, True)])
 def test_what_is_in_the_robot_file_is_counted_right(

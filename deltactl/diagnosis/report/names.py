@@ -41,7 +41,18 @@ def parts(components: Sequence[str]) -> str:
     lasts = listed([name[-1] for name in components])
     stems = {name[:-1] if name[-1:] in "123xyz" else name for name in components}
     together = templates().get(f"parts.{stems.pop()}") if len(stems) == 1 else None
-    return together.format(lasts) if together else listed([part(one) for one in components])
+    return together.format(lasts) if together else listed(_counting_on(components))
+
+
+def _counting_on(components: Sequence[str]) -> list[str]:
+    """Their names; of three and more with consecutive numbers the first and the last."""
+    stems = {name: name.rstrip("0123456789") for name in components}
+    digits = {name: name[len(stem) :] for name, stem in stems.items()}
+    if len(set(stems.values())) == 1 and all(digits.values()) and len(digits) > 2:
+        ordered = sorted(digits, key=lambda name: int(digits[name]))
+        if int(digits[ordered[-1]]) - int(digits[ordered[0]]) == len(ordered) - 1:
+            return [say("parts.from_to", first=part(ordered[0]), last=part(ordered[-1]))]
+    return [part(one) for one in components]
 
 
 def effect(name: str, *components: str) -> str:

@@ -9,6 +9,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 from rich.markup import escape
 
@@ -54,6 +55,8 @@ LONG_HEADLINE = 3
 SENTENCE = 100_000
 """Columns of a line that is not broken."""
 NARROWEST_NAME = 12
+MANY_ROWS = 8
+"""As many rows of the table go before the parts below it, further ones after them."""
 
 
 class Line(str):
@@ -96,8 +99,8 @@ def screen_lines(
     """
     room = most - len(wrapped(_rest(ways, 0), width))
 
-    def laid(rows: int, brief: bool = True) -> tuple[list[Part], int, bool]:
-        """Parts, lines of an entry, and whether there is room; not brief: for a part of each."""
+    def laid(rows: int, brief: bool, all_parts: bool) -> tuple[list[Part], int, bool]:
+        """Parts, lines of an entry, and whether there is room."""
         named = replace(ways, rows=rows)
         above = [
             _verdict(diagnosis, width, brief, below=rows == len(diagnosis.findings)),
@@ -109,13 +112,16 @@ def screen_lines(
         parts = [*above, *below, *closing]
         fit, longest = fitted(parts, width, room)
         whole = all(now.entries or not was.entries for now, was in zip(fit, parts, strict=True))
-        return fit, longest, longest > 1 and (brief or whole)
+        return fit, longest, longest > 1 and (whole or not all_parts)
 
-    parts, longest, fits = laid(len(diagnosis.findings), brief=False)
-    if not fits and diagnosis.findings:
-        rows = range(min(len(diagnosis.findings), most), 0, -1)
-        first = bisect_left(rows, True, key=lambda number: laid(number)[2])
-        parts, longest, _ = laid(rows[min(first, len(rows) - 1)])
+    found = len(diagnosis.findings)
+    parts, longest, fits = laid(found, brief=False, all_parts=True)
+    for all_parts, fewest in ((True, MANY_ROWS), (False, 1)):
+        rows = range(min(found, most), min(found, fewest) - 1, -1)
+        if rows and found and not fits:
+            with_parts = partial(laid, brief=True, all_parts=all_parts)
+            first = bisect_left(rows, True, key=lambda number: with_parts(number)[2])
+            parts, longest, fits = with_parts(rows[min(first, len(rows) - 1)])
     heads = {*parts[0].lines(width, longest), *(part.head for part in parts)}
     last = Part([_rest(ways, parts[1].left)], gap=False)
     lines = [Line(one) for one in spaced([*parts, last], width, longest, most)]
