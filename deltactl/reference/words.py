@@ -83,7 +83,7 @@ COLUMN_WORDS: dict[str, tuple[float, str]] = {
     "position": (0.523, "measured position of the axis"),
     "effort": (1.2, "torque, force or current of the drive"),
     "velocity": (0.8, "speed of the axis; by default derived from its position"),
-    "load": (4.9, "external load on the axis"),
+    "load": (4.9, "external load on the axis; above 0 it pushes to larger positions"),
     "distance": (0.4, "true distance"),
     "segment": (0, "number of the run; a new number starts a new run"),
 }

@@ -104,6 +104,8 @@ class Trait(Enum):
     """A spring and a mass that swing after moves."""
     WHOLE_STEPS = auto()
     """Its size is a whole number of steps."""
+    SCALES_FORCES = auto()
+    """All forces that are found beside it are in proportion to it: it is corrected first."""
     WARMS = auto()
     """Comes and goes with the temperature, too, or as the machine warms up."""
 

@@ -42,10 +42,10 @@ CARD = EffectCard(
     ),
     remedies={
         "": (
-            "set the scale between effort and force of {part}: its effort gives {size} "
-            "{sign:more|less} than the robot file says"
+            "set the scale between effort and force of {part}, if its effort is in the unit of the "
+            "robot file: it gives {size} {sign:more|less} than the file says"
         ),
     },
     drawing=Drawing(axis=("motor",)),
-    traits=frozenset({Trait.SIGNED}),
+    traits=frozenset({Trait.SIGNED, Trait.SCALES_FORCES}),
 )

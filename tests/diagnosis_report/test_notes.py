@@ -86,5 +86,5 @@ def test_a_drift_among_the_alternatives_is_to_be_ruled_out_as_well(make: Any) ->
     ratio = found("gear_ratio", unit="1", scale=1.0007)
     ratio = ratio.model_copy(update={"probability": 0.33, "alternatives": others})
     first, second, *_ = remedies(make("explained", findings=[ratio], next_experiment=None))
-    assert "causes of finding 1" in first
+    assert "cause of finding 1" in first
     assert second.startswith("If finding 1 is confirmed")

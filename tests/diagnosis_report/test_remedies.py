@@ -115,7 +115,7 @@ def test_what_tells_causes_apart_is_a_step_before_the_repair(make: Any) -> None:
     own = found("home_offset", "axis", 0.01, "rad")
     answer = make("explained", findings=[own, tied], next_experiment=None)
     first, *lines = remedies(answer, SERVO)
-    assert "causes of finding 2" in first
+    assert "cause of finding 2" in first
     (conditional,) = [line for line in lines if line.startswith("If finding 2 is confirmed")]
     assert "dead zone" in conditional
     assert not any("rule out" in line or "sure" in line for line in (first, *lines))
@@ -133,7 +133,7 @@ def test_a_correction_that_is_right_for_either_cause_is_made_at_once() -> None:
 def test_nobody_is_asked_to_rule_out_what_is_in_no_list(make: Any) -> None:
     tied = found("gear_backlash", "axis", 0.01, "rad", "unknown")
     lines = remedies(make("explained", findings=[tied], next_experiment=None), SERVO)
-    assert not any("Distinguish the causes" in line or "is confirmed" in line for line in lines)
+    assert not any("To find the cause" in line or "is confirmed" in line for line in lines)
 
 
 def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -> None:

@@ -54,6 +54,8 @@ def _gain(diagnosis: Diagnosis) -> str:
     if fit.holdout == "run" and once(diagnosis):
         return say("gain.once")
     at_floor = _shown(fit, fit.holdout_rms_before_m) == _shown(fit, fit.noise_floor_m)
+    if fit.holdout_rms_after_m > fit.holdout_rms_before_m:
+        return say("gain.none")
     if math.isnan(share) or at_floor:
         return ""
     of = say("gain.all" if doubtful_floor(fit) else "gain.above_noise")

@@ -46,20 +46,21 @@ def asks_for_effort(findings: Sequence[Finding]) -> bool:
     return any("{or_effort}" in known.axis for one in of_axes for known in _confusions(one))
 
 
-def hint(finding: Finding, ways: Ways = TERMINAL, pull_said: bool = False) -> str:
-    """What would distinguish a finding from its alternatives; empty where no card knows.
-
-    pull_said: as in the answer; what the robot file has need not be entered.
-    """
+def hint(finding: Finding, answer: Diagnosis, ways: Ways = TERMINAL) -> str:
+    """What would distinguish a finding from its alternatives; empty where no card knows."""
     if finding.component != COMPONENT:
         return next((one.delta for one in _confusions(finding) if one.delta), "")
-    way = measured(finding, ways, pull_said)
+    way = measured(finding, answer, ways)
     return say("apart.hint", way=way) if way else ""
 
 
-def measured(finding: Finding, ways: Ways, pull_said: bool) -> str:
-    """Motion or measurement of an axis that distinguishes its causes, as part of a sentence."""
-    pulls = "" if pull_said else say("apart.say_what_pulls")
+def measured(finding: Finding, answer: Diagnosis, ways: Ways) -> str:
+    """Motion or measurement of an axis that distinguishes its causes, as part of a sentence.
+
+    What the robot file has need not be entered.
+    """
+    slides = "_slides" * (answer.fit.unit in ("m", "N"))
+    pulls = "" if answer.pull_said else say(f"apart.say_what_pulls{slides}")
     texts = (
         one.axis.format(or_effort=ways.or_effort, say_what_pulls=pulls)
         for one in _confusions(finding)

@@ -168,7 +168,7 @@ def _beside_sizes(finding: Finding, diagnosis: Diagnosis, span: Span, ways: Ways
     if open_causes(finding):
         way = say("run.made_for_it")
         if not made_to_distinguish(finding, diagnosis):
-            way = hint(finding, ways, diagnosis.pull_said)
+            way = hint(finding, diagnosis, ways)
     yield say("other.line", names=other_causes(finding, in_full=True), way=way).strip()
 
 

@@ -85,13 +85,13 @@ def remedies(
         return [say("do.change_nothing")]
     unconfirmed = [one for one in named if act_on(one, sure(one, diagnosis)) == "if_confirmed"]
     lines = [
+        *together(diagnosis.findings),
         *_named(named, unconfirmed, diagnosis, robot, ways),
         *_kept(named, diagnosis, ways),
         *_unnamed(named, diagnosis, robot, ways),
     ]
     if moves_at_rest(diagnosis.fit) and all(one.component == COMPONENT for one in named):
         lines.append(say("do.record_the_load"))
-    lines += together(diagnosis.findings)
     if lines and diagnosis.next_experiment is not None and any(map(tied, named)):
         lines.insert(0, say("do.run_first", job=ways.job))
     elif lines:
@@ -128,8 +128,7 @@ def _distinguished(
     """A line for each measurement that distinguishes causes of findings to confirm."""
     by_way: dict[str, dict[int, str]] = {}
     for k, finding in enumerate(diagnosis.findings, 1):
-        if finding in unconfirmed:
-            way = measured(finding, ways, diagnosis.pull_said) or say("do.see_causes")
+        if finding in unconfirmed and (way := measured(finding, diagnosis, ways)):
             by_way.setdefault(way, {})[k] = f"{k}"
     for way, named in by_way.items():
         yield say("do.tell_apart", which=numbers(named, ways.rows, "finding"), way=way)
@@ -162,8 +161,15 @@ def _unnamed(
 
 
 def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
-    """What hardly matters last, before it what is unsure; a zero behind the play that moved it."""
-    ordered = sorted(named, key=lambda one: (minor(one), tied(one) and not sure(one, diagnosis)))
+    """What hardly matters last, before it what is unsure, first what the sizes of others go with; a
+    zero behind the play that moved it.
+    """
+
+    def last(one: Finding) -> tuple[bool, ...]:
+        unsure = tied(one) and not sure(one, diagnosis)
+        return minor(one), unsure, not has(one.effect, Trait.SCALES_FORCES)
+
+    ordered = sorted(named, key=last)
     for zero in tuple(ordered):
         play = play_that_moved(zero, ordered)
         if play is not None and ordered.index(zero) < ordered.index(play):

@@ -271,10 +271,10 @@ def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str]) -> list[str
     for number, finding in unsure.items():
         if number <= ways.rows:
             shown = open_causes(finding)
-            way = measured(finding, ways, diagnosis.pull_said)
+            way = measured(finding, diagnosis, ways)
             in_steps = way and any(way in step for step in steps)
             settled = following or diagnosis.open_ties or in_steps
-            way = "" if settled else hint(finding, ways, diagnosis.pull_said)
+            way = "" if settled else hint(finding, diagnosis, ways)
             names = other_causes(finding, shown)
             entries.append(say("screen.other", number=number, names=names, way=way).strip())
     entries += tie_lines(diagnosis)

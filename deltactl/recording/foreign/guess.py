@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -274,10 +274,13 @@ COMMANDED = ("command", "position")
 
 
 def kind_of(
-    guesses: Mapping[str, Guess], left: Sequence[str]
+    guesses: Mapping[str, Guess], left: Sequence[str], constant: Iterable[str] = ()
 ) -> tuple[str | None, str | None, str]:
-    """Kind of machine, linear or rotary, and why; `left`: columns that nothing is known of."""
-    there = {guess.name for guess in guesses.values()}
+    """Kind of machine, linear or rotary, and why.
+
+    left: columns that nothing is known of. constant: what has one value in all rows.
+    """
+    there = {guess.name for guess in guesses.values()} | {*constant}
     units = {
         guess.unit for guess in guesses.values() if guess.role in ("command", "position", "theta")
     }
@@ -289,7 +292,7 @@ def kind_of(
         return "delta", None, "commands of three motors"
     if "steps_1" in there and {"theta_1", "position"} & there:
         return "stepper_axis", None, "a count of steps, and the angle that came of it"
-    if "range" in there and not {"command", "effort"} & there:
+    if {"range", "distance"} <= there and not {"command", "effort"} & there:
         return "range_sensor", None, "distances, true and reported"
     if {"position", "theta_1"} & there and {"command", "effort"} & there:
         asked = " and ".join(sorted({"command", "effort"} & there))
@@ -305,11 +308,21 @@ def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
             "places of a platform were found, and no angles or steps of its three motors beside"
             f" them; say which columns these are, {here} --set command_1=COLUMN, or steps_1, to 3"
         )
-    position = next((guess.source for guess in guesses.values() if guess.name == "position"), None)
+    named = {guess.name: guess.source for guess in guesses.values()}
+    position = named.get("position")
+    if position is None and "range" in named:
+        return (
+            "the true distance was not found; say which column it is, or the distance in m where it"
+            f" is one for all rows, {here} --set distance=0.5"
+        )
     if position is None:
         likely = next((one for one in left if read_name(one).used and not pulls(one)), None)
-        example = shlex.join(["--set", f"position={without_unit(likely or 'COLUMN')}"])
-        return f"a position or a reading was not found; say which column it is, {here} {example}"
+        name = without_unit(likely or "COLUMN")
+        asked, read = (shlex.join(["--set", f"{role}={name}"]) for role in ("position", "range"))
+        return (
+            f"a position or a reading was not found; say which column it is, {here} {asked}, or of"
+            f" a distance sensor {read}"
+        )
     twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)
     if twin is not None:
         names = [without_unit(one) for one in (position, twin)]

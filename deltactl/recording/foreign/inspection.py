@@ -164,7 +164,8 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         )
     guesses, of_load = from_outside(guesses, known)
     left = [name for name, one in known.items() if name not in guesses and not rising(one)]
-    kind, motion, why = kind_of(guesses, left)
+    constant = (name for name, one in said.items() if one.value is not None)
+    kind, motion, why = kind_of(guesses, left, constant)
     asked: dict[str, str] = {}
     if kind == "servo_axis" and motion is None:
         asked, question = ask_unit(guesses, known, moves)

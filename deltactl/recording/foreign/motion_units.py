@@ -160,10 +160,11 @@ def _taken_for_degrees(group: Sequence[Guess], largest: float, turning: bool) ->
         )
         return _rather(says, "seconds of arc", names, "arcsec", f"[deg] {PUT}; {of_counts}")
     turns = turning or turns_by_name(group)
-    if largest <= GUESSES.widest_rad:
+    if largest <= GUESSES.widest_rad or turns:
         also = "" if turns else f"; if it is mm, put [mm] in place of [deg] {SLIDES}"
         return _rather(says, "radians", names, "rad", f"[deg] {PUT}{also}")
-    return f"{names}: {says}" if turns else _rather(says, "mm", names, "mm", f"[deg] {SLIDES}")
+    also = "; if it is radians or turns, [rad] or [turn]"
+    return _rather(says, "mm", names, "mm", f"[deg] {SLIDES}{also}")
 
 
 def _names(group: Sequence[Guess]) -> str:
