@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -15,17 +16,18 @@ from deltactl.diagnosis.plants.delta.candidates import (
     candidates_of,
     contact,
     late_readings,
+    lost_steps,
     runout,
     tolerances,
 )
 from deltactl.diagnosis.plants.delta.measured_before import beside, changes, joined, measured_before
 from deltactl.diagnosis.plants.delta.safe_poses import fragile
-from deltactl.diagnosis.plants.delta.traits import delta_traits
 from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.diagnosis.plants.shared_parameters import groups_of
+from deltactl.diagnosis.plants.traits import Traits
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.chain.delta import Course, standing
-from deltactl.models.effects import VOCABULARY, Port, Trait, has
+from deltactl.models.effects import CARDS, VOCABULARY, Port, Trait, has
 from deltactl.models.effects.card import Coordinate
 from deltactl.models.linkage import forward, jacobian
 from deltactl.models.robot import AXES, DeltaRobot
@@ -224,3 +226,49 @@ def _somewhere(recordings: Sequence[FlatRecording], name: str) -> bool:
         name in recording.columns and bool(np.isfinite(recording.columns[name]).any())
         for recording in recordings
     )
+
+
+MOTOR, SENSOR = "motor", "range_"
+
+
+def delta_traits(inputs: Iterable[str], channels: Iterable[str]) -> Traits:
+    """Traits of a delta with these input locations and channels."""
+    inputs = list(inputs)
+    motors = [location for location in inputs if location.startswith(MOTOR)]
+    return Traits(
+        events={location: partial(lost_steps, location) for location in motors},
+        repeating=tuple(name for name in channels if name.startswith(SENSOR)),
+        own_place={location: location.replace(MOTOR, "theta_") for location in inputs},
+        sensible=sensible,
+        units={location: "rad" if location in motors else "m" for location in inputs},
+        build_effects=frozenset(
+            name for name, card in CARDS.items() if card.build_spread is not None
+        ),
+        exactly={
+            name: one.other
+            for name, card in CARDS.items()
+            for one in card.confusions
+            if one.exactly
+        },
+        exactly_together={
+            name: (len(motors), one.other, one.exactly_together_at)
+            for name, card in CARDS.items()
+            for one in card.confusions
+            if one.exactly_together_at
+        },
+    )
+
+
+def sensible(location: str, covariate: str, coarse: bool) -> bool:
+    """A joint's own motion, a sensor's all: what else is tried with few knots only, or never."""
+    elsewhere = covariate[-1] != location[-1]
+    if location.startswith(MOTOR):
+        if covariate.startswith("speed_range") or "," in covariate:
+            return False
+        neighbour = covariate.startswith("theta") and coarse
+        return neighbour or not (covariate[-1] in "123" and elsewhere)
+    if location.startswith(SENSOR):
+        if covariate.startswith("speed_range"):
+            return coarse and not elsewhere
+        return not covariate.startswith(("speed", "torque")) and (coarse or "," not in covariate)
+    return True
