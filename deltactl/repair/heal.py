@@ -16,7 +16,7 @@ from typing import Any
 import yaml
 
 from deltactl.diagnosis.answer.corrected_robot import corrected_text, sure
-from deltactl.diagnosis.answer.records import Diagnosis, Finding
+from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.answer.tables import Tables
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.experiment.propose import write_job
@@ -25,7 +25,7 @@ from deltactl.firmware_py.job_file import NetworkIk, load_job
 from deltactl.firmware_py.job_targets import network_file
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import home_counts, plan_of
-from deltactl.firmware_py.program.coverage import Coverage, coverage_of
+from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.program.totals import program_of, summarise_program
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, MotionError
@@ -33,8 +33,17 @@ from deltactl.foundation.plain_file import check_place, said_of_output, write_wh
 from deltactl.models.network.file import NetworkFile
 from deltactl.models.robot_files import load_with_effects
 from deltactl.repair.compared import Distance, Gain, Seen, distance, gain
-from deltactl.repair.correct import held_back, trained, with_network
+from deltactl.repair.correct import as_found, moves_nothing, trained, with_network, work_list
 from deltactl.repair.drawing import heart_for, refuse_other_machine
+from deltactl.repair.heal_answer import (
+    BY_HAND,
+    HEALED,
+    IMPROVED,
+    NOTHING,
+    REFUSED,
+    ROLLED_BACK,
+    misses,
+)
 from deltactl.repair.healing_state import (
     BEFORE,
     EXPERIMENT,
@@ -48,10 +57,11 @@ from deltactl.repair.healing_state import (
     read_healing,
     write_healing,
 )
+from deltactl.repair.limit import goal_of
 from deltactl.repair.patients import Patient
 from deltactl.repair.played import Paths
 from deltactl.repair.surveys import POSE_S, first_s, more_s, survey_job
-from deltactl.repair.worth import Worth, in_readings, ranked
+from deltactl.repair.worth import Worth, in_readings, left_over, ranked, worded
 
 Say = Callable[[str], None]
 CANDIDATE = "corrected.yaml"
@@ -59,7 +69,6 @@ MOST_EXPERIMENTS, MOST_SURVEYS = 2, 2
 MOST_DRAWINGS = 5
 """So often is the job drawn before and after, while noise hides which is better."""
 
-HEALED, NOTHING, ROLLED_BACK, REFUSED = "healed", "nothing_to_heal", "rolled_back", "refused"
 OLD_IN_FORCE = "the old robot file is in force"
 GO_ON = "it goes on from there with --continue, or with Heal on the page"
 
@@ -68,7 +77,8 @@ GO_ON = "it goes on from there with --continue, or with Heal on the page"
 class Order:
     """What is to be healed. minutes: of the survey, instead of what accuracy and noise ask for.
 
-    job: of this machine; None for the heart, which any robot draws that can reach it.
+    job: of this machine; None for the heart, which any robot draws that can reach it. goal_m: what
+    is near enough to its path, RMS; None for what a robot without any effect can do.
     """
 
     robot_file: Path
@@ -76,6 +86,7 @@ class Order:
     out: Path
     minutes: float | None = None
     go_on: bool = False
+    goal_m: float | None = None
 
 
 class Healer:
@@ -265,17 +276,18 @@ class Healer:
             old, new = self._paths.path(robot), self._paths.path(corrected)
             self._check_job(self._job, corrected)
         except (ConfigError, MotionError) as error:
-            by_hand = self._by_hand(answer, robot)
+            by_hand = work_list(answer, robot, coverage_of(self._job, path))
             why = f"a machine cannot have or follow the correction: {error}"
             return found | {"outcome": REFUSED, "why": why, "by_hand": by_hand}
+        left = left_over(self._paths, corrected, as_found(path, corrected, answer))
+        found["goal_m"] = self._order.goal_m or goal_of(self._paths, robot)
+        found |= {"expected_m": left.rms_m, "expected_ci95_m": left.ci95_m}
         if new.is_same_as(old):
-            by_hand = self._by_hand(answer, robot)
-            listed = {one["says"] for one in by_hand}
-            moves_nothing = [one for one in answer.findings if sure(one, answer)]
-            by_hand += [_in_sensors(one) for one in moves_nothing if one.says not in listed]
-            return found | {"outcome": NOTHING, "by_hand": by_hand}
+            by_hand = work_list(answer, robot, coverage_of(self._job, path))
+            by_hand += moves_nothing(answer, by_hand)
+            return found | {"outcome": BY_HAND if misses(found) else NOTHING, "by_hand": by_hand}
         covered = coverage_of(self._job, candidate)
-        found["worth"] = _worded(self._ranked(robot, corrected), covered)
+        found["worth"] = worded(self._ranked(robot, corrected), covered)
         before, after, better = self._drawn(candidate, corrected)
         measured = {
             "before_rms_m": before.rms_m,
@@ -285,14 +297,15 @@ class Healer:
             "gain_m2": better.square_m2,
             "gain_ci95_m2": better.ci95_m2,
             "drawings": len(self._state.of(OLD)),
-            "readings": _worded(in_readings(self._seen(NEW), robot, corrected), covered),
-            "by_hand": self._by_hand(answer, corrected, candidate),
+            "readings": worded(in_readings(self._seen(NEW), robot, corrected), covered),
+            "by_hand": work_list(answer, corrected, covered),
             "corrected": [effect.says for effect in covered.compensated],
         }
         if better.sign != 1:
             return found | measured | {"outcome": ROLLED_BACK}
         self._do("keeping the correction, and homing by it")
-        kept = found | measured | {"outcome": HEALED}
+        kept = found | measured
+        kept["outcome"] = IMPROVED if misses(kept) else HEALED
         self._write("a correction that is to be kept", kept=kept)
         self._state = exchange(self._order.out, self._state, candidate.read_text(encoding="utf-8"))
         return self._kept(kept)
@@ -345,23 +358,6 @@ class Healer:
         file = self._order.robot_file if kind == OLD else self._candidate
         return [self._patient.seen(one.file, self._job, file) for one in self._state.of(kind)]
 
-    def _by_hand(
-        self, answer: Diagnosis, robot: RobotFile, file: Path | None = None
-    ) -> list[dict[str, str]]:
-        """What no compensation takes away, each with why."""
-        work = [
-            _item(finding.effect, finding.component, finding.says, why.partition(" (--all")[0])
-            for finding, why in held_back(answer, robot, False, Tables.JOINTS)
-        ]
-        named = {(one["effect"], one["component"]) for one in work}
-        covered = coverage_of(self._job, file or self._order.robot_file)
-        work += [
-            _item(one.effect, one.component, one.says, one.why_not or "not compensated")
-            for one in covered.left
-            if (one.effect, one.component) not in named
-        ]
-        return work
-
     def _ended(self, answer: dict[str, Any]) -> dict[str, Any]:
         report = self._order.out / "report.html"
         old = self._order.out / BEFORE if self._state.is_exchanged else self._order.robot_file
@@ -382,19 +378,3 @@ class Healer:
         }
         self._write("the end", answer=answer)
         return answer
-
-
-def _worded(found: list[Worth], covered: Coverage) -> list[dict[str, Any]]:
-    says = {(one.effect, one.component): one.says for one in covered.effects}
-    return [
-        one.as_json() | {"says": says.get((one.effect, one.component), one.effect)} for one in found
-    ]
-
-
-def _item(effect: str, component: str, says: str, why: str) -> dict[str, str]:
-    return {"effect": effect, "component": component, "says": says, "why": why}
-
-
-def _in_sensors(finding: Finding) -> dict[str, str]:
-    why = "it does not change what is drawn: mend it, or accept it with 'deltactl correct'"
-    return _item(finding.effect, finding.component, finding.says, why)

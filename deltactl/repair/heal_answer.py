@@ -2,17 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 MOST_NAMED = 4
+HEALED, IMPROVED, NOTHING = "healed", "improved", "nothing_to_heal"
+BY_HAND, ROLLED_BACK, REFUSED = "needs_a_hand", "rolled_back", "refused"
+KEPT = (HEALED, IMPROVED)
+"""Outcomes with the corrected robot file in force."""
 VERDICTS = {
-    "healed": "Healed: the corrected robot file is in force.",
-    "nothing_to_heal": "Nothing to heal: no correction would change what the robot draws.",
-    "rolled_back": "Not healed: the sensors do not show that the correction helps; the old robot"
+    HEALED: "Healed: the corrected robot file is in force.",
+    IMPROVED: "Better, but not healed: the corrected robot file is in force.",
+    NOTHING: "Nothing to heal: no correction would change what the robot draws.",
+    BY_HAND: "Not healed: nothing that was found can be corrected in the robot file.",
+    ROLLED_BACK: "Not healed: the sensors do not show that the correction helps; the old robot"
     " file is in force.",
-    "refused": "Not healed: the correction is refused; the old robot file is in force.",
+    REFUSED: "Not healed: the correction is refused; the old robot file is in force.",
 }
+
+
+def misses(answer: dict[str, Any]) -> bool:
+    """Whether the job is farther from its path than the goal: by the sensors where they tell, else
+    by what was found.
+    """
+    goal_m = answer["goal_m"]
+    low_m, high_m = answer.get("after_ci95_m", (0.0, math.inf))
+    return bool(low_m > goal_m or (high_m > goal_m and answer["expected_m"] > goal_m))
 
 
 def lines_of(answer: dict[str, Any], go_on: str, undo: str) -> list[str]:
@@ -20,6 +36,7 @@ def lines_of(answer: dict[str, Any], go_on: str, undo: str) -> list[str]:
     lines = [VERDICTS[answer["outcome"]]]
     if "why" in answer:
         lines.append(f"  {answer['why']}")
+    lines += _goal(answer, go_on)
     lines += _drawn(answer)
     lines += _named("found:", answer["found"])
     lines += _named("corrected:", answer.get("corrected", []))
@@ -33,9 +50,28 @@ def lines_of(answer: dict[str, Any], go_on: str, undo: str) -> list[str]:
     work = [f"{one['says']}: {one['why']}" for one in answer["by_hand"]]
     lines += _named(f"needs a hand; then {go_on}:", work)
     lines.append(f"robot time {_minutes(answer['robot_s'])}, in all {_minutes(answer['took_s'])}")
-    if answer["outcome"] == "healed":
+    if answer["outcome"] in KEPT:
         lines.append(f"back to the file before: {undo}")
     return lines
+
+
+def _goal(answer: dict[str, Any], go_on: str) -> list[str]:
+    """What is left, beside what would be near enough, and what to do where that is missed."""
+    if "goal_m" not in answer:
+        return []
+    low, high = (_mm(end) for end in answer["expected_ci95_m"])
+    found = f"by what was found {_mm(answer['expected_m'])} mm [{low}, {high}] are left"
+    seen = f", by the sensors {_size(answer, 'after')}" if "after_rms_m" in answer else ""
+    lines = [f"  goal {_mm(answer['goal_m'])} mm: {found}{seen}"]
+    if answer["outcome"] in (IMPROVED, BY_HAND):
+        lines.append(f"  next: {_next(answer, go_on)}")
+    return lines
+
+
+def _next(answer: dict[str, Any], go_on: str) -> str:
+    if answer["by_hand"]:
+        return "the work that needs a hand, below"
+    return f"the cause of the rest was not found; {go_on} surveys again"
 
 
 def _drawn(answer: dict[str, Any]) -> list[str]:
