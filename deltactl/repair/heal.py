@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -35,15 +35,7 @@ from deltactl.models.robot_files import load_with_effects
 from deltactl.repair.compared import Distance, Gain, Seen, distance, gain
 from deltactl.repair.correct import as_found, moves_nothing, trained, with_network, work_list
 from deltactl.repair.drawing import heart_for, refuse_other_machine
-from deltactl.repair.heal_answer import (
-    BY_HAND,
-    HEALED,
-    IMPROVED,
-    NOTHING,
-    REFUSED,
-    ROLLED_BACK,
-    misses,
-)
+from deltactl.repair.heal_answer import REFUSED, ROLLED_BACK, if_kept, if_nothing
 from deltactl.repair.healing_state import (
     BEFORE,
     EXPERIMENT,
@@ -60,7 +52,16 @@ from deltactl.repair.healing_state import (
 from deltactl.repair.limit import goal_of
 from deltactl.repair.patients import Patient
 from deltactl.repair.played import Paths
-from deltactl.repair.surveys import POSE_S, first_s, more_s, survey_job
+from deltactl.repair.surveys import (
+    EXPLAINED,
+    POSE_S,
+    above_s,
+    first_s,
+    heights_in_the_way,
+    more_s,
+    of_the_later,
+    survey_job,
+)
 from deltactl.repair.worth import Worth, in_readings, left_over, ranked, worded
 
 Say = Callable[[str], None]
@@ -129,7 +130,7 @@ class Healer:
             self._record_experiment(answer)
             answer = self._diagnosed()
         while (more_s := self._more_s(answer)) > 0.0:
-            self._record_survey(robot, more_s)
+            self._record_survey(robot, more_s, heights_in_the_way(answer))
             answer = self._diagnosed()
         return self._ended(self._treated(robot, answer))
 
@@ -194,10 +195,13 @@ class Healer:
         seconds = first_s(self._job, path, noise_m) if given is None else 60.0 * given
         self._record_survey(robot, seconds)
 
-    def _record_survey(self, robot: RobotFile, seconds: float) -> None:
+    def _record_survey(
+        self, robot: RobotFile, seconds: float, above_m: Sequence[float] = ()
+    ) -> None:
+        """above_m: heights that it keeps above."""
         number, poses = len(self._state.of(SURVEY)) + 1, max(4, round(seconds / POSE_S))
         job = self._order.out / ("survey.yaml" if number == 1 else f"survey-{number}.yaml")
-        survey = survey_job(robot, self._order.robot_file, poses, number)
+        survey = survey_job(robot, self._order.robot_file, poses, number, above_m)
         write_whole(job, yaml.safe_dump(survey))
         self._check_job(job, robot)
         again = "" if number == 1 else "another "
@@ -211,6 +215,8 @@ class Healer:
         text = corrected_text(self._order.robot_file, answer, tables=Tables.SENSORS)
         write_whole(self._candidate, text)
         surveyed_s = sum(one.seconds for one in surveys)
+        if again_s := above_s(answer, surveyed_s, self._state.robot_s):
+            return again_s
         return more_s(self._job, self._paths, self._candidate, surveyed_s, self._state.robot_s)
 
     @property
@@ -250,10 +256,17 @@ class Healer:
         write_healing(self._order.out, self._state)
 
     def _diagnosed(self) -> Diagnosis:
-        """All recordings, by the file in force; worked out once for each number of them."""
+        """All recordings, by the file in force, or without the first survey, if that says more."""
         files = [one.file for one in self._state.of(SURVEY, EXPERIMENT)]
-        kept = self._order.out / f"diagnosis-{len(files)}.json"
-        step = f"diagnosis of {len(files)} recording{'s' if len(files) > 1 else ''}"
+        answer = self._diagnosis_of(files, "")
+        if answer.verdict in EXPLAINED or len(self._state.of(SURVEY)) < MOST_SURVEYS:
+            return answer
+        return of_the_later(answer, self._diagnosis_of(files[1:], "later "))
+
+    def _diagnosis_of(self, files: list[Path], which: str) -> Diagnosis:
+        """Worked out once for each number of recordings, all or the `which` ones."""
+        kept = self._order.out / f"diagnosis-{which.replace(' ', '-')}{len(files)}.json"
+        step = f"diagnosis of {len(files)} {which}recording{'s' if len(files) > 1 else ''}"
         if kept.exists():
             answer = Diagnosis.model_validate_json(kept.read_text(encoding="utf-8"))
             if answer.recordings == [str(file) for file in files]:
@@ -285,7 +298,7 @@ class Healer:
         if new.is_same_as(old):
             by_hand = work_list(answer, robot, coverage_of(self._job, path))
             by_hand += moves_nothing(answer, by_hand)
-            return found | {"outcome": BY_HAND if misses(found) else NOTHING, "by_hand": by_hand}
+            return found | {"outcome": if_nothing(found), "by_hand": by_hand}
         covered = coverage_of(self._job, candidate)
         found["worth"] = worded(self._ranked(robot, corrected), covered)
         before, after, better = self._drawn(candidate, corrected)
@@ -305,7 +318,7 @@ class Healer:
             return found | measured | {"outcome": ROLLED_BACK}
         self._do("keeping the correction, and homing by it")
         kept = found | measured
-        kept["outcome"] = IMPROVED if misses(kept) else HEALED
+        kept["outcome"] = if_kept(kept)
         self._write("a correction that is to be kept", kept=kept)
         self._state = exchange(self._order.out, self._state, candidate.read_text(encoding="utf-8"))
         return self._kept(kept)

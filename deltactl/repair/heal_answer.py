@@ -22,6 +22,16 @@ VERDICTS = {
 }
 
 
+def if_kept(answer: dict[str, Any]) -> str:
+    """The outcome where a correction helps for sure."""
+    return IMPROVED if misses(answer) else HEALED
+
+
+def if_nothing(answer: dict[str, Any]) -> str:
+    """The outcome where no correction would change what is drawn."""
+    return BY_HAND if misses(answer) else NOTHING
+
+
 def misses(answer: dict[str, Any]) -> bool:
     """Whether the job is farther from its path than the goal: by the sensors where they tell, else
     by what was found.
@@ -61,8 +71,7 @@ def _goal(answer: dict[str, Any], go_on: str) -> list[str]:
         return []
     low, high = (_mm(end) for end in answer["expected_ci95_m"])
     found = f"by what was found {_mm(answer['expected_m'])} mm [{low}, {high}] are left"
-    seen = f", by the sensors {_size(answer, 'after')}" if "after_rms_m" in answer else ""
-    lines = [f"  goal {_mm(answer['goal_m'])} mm: {found}{seen}"]
+    lines = [f"  goal {_mm(answer['goal_m'])} mm: {found}"]
     if answer["outcome"] in (IMPROVED, BY_HAND):
         lines.append(f"  next: {_next(answer, go_on)}")
     return lines
@@ -71,7 +80,10 @@ def _goal(answer: dict[str, Any], go_on: str) -> list[str]:
 def _next(answer: dict[str, Any], go_on: str) -> str:
     if answer["by_hand"]:
         return "the work that needs a hand, below"
-    return f"the cause of the rest was not found; {go_on} surveys again"
+    ends_m = [answer[name][0] for name in ("after_ci95_m", "expected_ci95_m") if name in answer]
+    shown = max(ends_m) > answer["goal_m"]
+    why = "the cause of the rest was not found" if shown else "sizes are not known well enough"
+    return f"{why}; {go_on} surveys again"
 
 
 def _drawn(answer: dict[str, Any]) -> list[str]:

@@ -104,6 +104,8 @@ class Trait(Enum):
     """A spring and a mass that swing after moves."""
     WHOLE_STEPS = auto()
     """Its size is a whole number of steps."""
+    IN_THE_WAY = auto()
+    """Stops the platform at a height, its main parameter."""
     WARMS = auto()
     """Comes and goes with the temperature, too, or as the machine warms up."""
 
