@@ -202,21 +202,22 @@ def as_found(robot_file: Path, corrected: RobotFile, answer: Diagnosis) -> tuple
     except ConfigError:  # what is not sure is more than a machine can have
         robot = corrected
     assert isinstance(robot, DeltaRobot)
-    nameless = [
-        one
-        for one in answer.findings
-        if one.effect == "unknown"
-        and one.component in MOTORS
-        and isinstance(table_of(one, corrected, Tables.SENSORS), str)
-    ]
-    return (*acting(robot), *(_turned(one) for one in nameless))
+    unknown = [one for one in answer.findings if one.effect == "unknown"]
+    left = [one for one in unknown if isinstance(table_of(one, robot, Tables.SENSORS), str)]
+    turned = [_turned(one) for one in left if one.component in MOTORS]
+    return (*acting(robot), *(one for one in turned if one is not None))
 
 
-def _turned(finding: Finding) -> EffectEntry:
-    (size,) = finding.parameters.values()
+def _turned(finding: Finding) -> EffectEntry | None:
+    """None where no size was found."""
+    sizes = [one.value for one in finding.parameters.values() if isinstance(one.value, float)]
+    if not sizes:
+        return None
     ends: Values = {"lowest": -math.pi, "highest": math.pi, "follows": 1.0}
-    turned: Values = {"error": (size.value, size.value), **ends}
-    return EffectEntry(effect=JOINT_TABLE.name, component=finding.component, parameters=turned)
+    error = (sizes[0], sizes[0])
+    return EffectEntry(
+        effect=JOINT_TABLE.name, component=finding.component, parameters=ends | {"error": error}
+    )
 
 
 def _write(out: Path, text: str) -> None:
