@@ -35,7 +35,7 @@ POSE_S = 6.6
 """Mean time to a random pose and at it, at the speed of a survey."""
 SURVEY_RADPS, DWELL_S = 0.2, 0.4
 STEP_DEG, PLACES = 1.0, 5
-"""Of the search for how low arms may go: its steps, and angles of each arm that are looked at."""
+"""How low arms may go is searched in such steps, at so many angles of each arm."""
 EXPLAINED = ("explained", "nothing_missing")
 """Verdicts that leave nothing to look for."""
 MOST_ROBOT_S, WORTH_S = 600.0, 60.0
