@@ -21,6 +21,9 @@ VERDICTS = {
     REFUSED: "Not healed: the correction is refused; the old robot file is in force.",
 }
 
+UNSURE = "Better, but not sure to be healed: the corrected robot file is in force."
+"""The first line where a size misses the goal and its interval does not."""
+
 
 def if_kept(answer: dict[str, Any]) -> str:
     """The outcome where a correction helps for sure."""
@@ -43,7 +46,8 @@ def misses(answer: dict[str, Any]) -> bool:
 
 def lines_of(answer: dict[str, Any], go_on: str, undo: str) -> list[str]:
     """The answer of a `Healer`; go_on and undo: what to do for that, a command or a button."""
-    lines = [VERDICTS[answer["outcome"]]]
+    unsure = answer["outcome"] == IMPROVED and not _shown(answer)
+    lines = [UNSURE if unsure else VERDICTS[answer["outcome"]]]
     if "why" in answer:
         lines.append(f"  {answer['why']}")
     lines += _goal(answer, go_on)
@@ -78,12 +82,17 @@ def _goal(answer: dict[str, Any], go_on: str) -> list[str]:
 
 
 def _next(answer: dict[str, Any], go_on: str) -> str:
+    if not _shown(answer):
+        return f"sizes are not known well enough; {go_on} surveys again"
     if answer["by_hand"]:
         return "the work that needs a hand, below"
+    return f"the cause of the rest was not found; {go_on} surveys again"
+
+
+def _shown(answer: dict[str, Any]) -> bool:
+    """Whether an interval, and not only a size, is beyond the goal."""
     ends_m = [answer[name][0] for name in ("after_ci95_m", "expected_ci95_m") if name in answer]
-    shown = max(ends_m) > answer["goal_m"]
-    why = "the cause of the rest was not found" if shown else "sizes are not known well enough"
-    return f"{why}; {go_on} surveys again"
+    return bool(max(ends_m) > answer["goal_m"])
 
 
 def _drawn(answer: dict[str, Any]) -> list[str]:
