@@ -49,7 +49,6 @@ from deltactl.repair.healing_state import (
     read_healing,
     write_healing,
 )
-from deltactl.repair.limit import goal_of
 from deltactl.repair.patients import Patient
 from deltactl.repair.played import Paths
 from deltactl.repair.surveys import (
@@ -62,7 +61,7 @@ from deltactl.repair.surveys import (
     of_the_later,
     survey_job,
 )
-from deltactl.repair.worth import Worth, in_readings, left_over, ranked, worded
+from deltactl.repair.worth import Worth, beside_goal, in_readings, ranked, worded
 
 Say = Callable[[str], None]
 CANDIDATE = "corrected.yaml"
@@ -292,9 +291,8 @@ class Healer:
             by_hand = work_list(answer, robot, coverage_of(self._job, path))
             why = f"a machine cannot have or follow the correction: {error}"
             return found | {"outcome": REFUSED, "why": why, "by_hand": by_hand}
-        left = left_over(self._paths, corrected, as_found(path, corrected, answer))
-        found["goal_m"] = self._order.goal_m or goal_of(self._paths, robot)
-        found |= {"expected_m": left.rms_m, "expected_ci95_m": left.ci95_m}
+        real = as_found(path, corrected, answer)
+        found |= beside_goal(self._paths, robot, corrected, real, self._order.goal_m)
         if new.is_same_as(old):
             by_hand = work_list(answer, robot, coverage_of(self._job, path))
             by_hand += moves_nothing(answer, by_hand)

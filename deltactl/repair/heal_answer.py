@@ -39,6 +39,8 @@ def misses(answer: dict[str, Any]) -> bool:
     """Whether the job is farther from its path than the goal: by the sensors where they tell, else
     by what was found.
     """
+    if "goal_m" not in answer:  # a path in arm angles, which are commanded as they are
+        return False
     goal_m = answer["goal_m"]
     low_m, high_m = answer.get("after_ci95_m", (0.0, math.inf))
     return bool(low_m > goal_m or (high_m > goal_m and answer["expected_m"] > goal_m))

@@ -88,12 +88,15 @@ def limit_of(
     )
 
 
-def goal_of(paths: Paths, robot: RobotFile) -> float:
+def goal_of(paths: Paths, robot: RobotFile) -> float | None:
     """As good as can be asked of a job, RMS [m]: by the limit of the robot without any effect.
 
-    A network counts as it was shipped. Raises MotionError where the job cannot be planned so.
+    A network counts as it was shipped; None for a path in arm angles. Raises MotionError where the
+    job cannot be planned so.
     """
     plan, path = paths.of(robot.model_copy(update={"effects": (), "networks": {}}))
+    if plan.first.lap.space is Space.JOINT:
+        return None
     limit_m = rms_m(reached_on(plan.robot, (), path) - path.target_m)
     return max(ENOUGH * limit_m, ENOUGH_M)
 

@@ -20,7 +20,7 @@ from deltactl.models.effects import Compensated, card_of, effect_kind
 from deltactl.models.effects.kind import EXACT
 from deltactl.models.robot import EffectEntry, FloatArray
 from deltactl.repair.compared import Seen, distance
-from deltactl.repair.limit import moved_by_sigma, reached_on
+from deltactl.repair.limit import goal_of, moved_by_sigma, reached_on
 from deltactl.repair.played import Paths, Played
 
 ENDS = (0.025, 0.975)
@@ -98,6 +98,21 @@ def left_over(paths: Paths, corrected: RobotFile, real: Effects) -> Left:
     squares_m2 = _squares_m2(corrected, real, path, floor_m2)
     low_m, high_m = np.sqrt(np.quantile(squares_m2, ENDS)).tolist()
     return Left(_root_mean(squares_m2), (low_m, high_m))
+
+
+def beside_goal(
+    paths: Paths, robot: RobotFile, corrected: RobotFile, real: Effects, goal_m: float | None
+) -> dict[str, Any]:
+    """What is left, and what would be near enough, as plain types; nothing for a path in angles.
+
+    goal_m: None for as good as can be asked.
+    """
+    best_m = goal_of(paths, robot)
+    if best_m is None:
+        return {}
+    left = left_over(paths, corrected, real)
+    expected = {"expected_m": left.rms_m, "expected_ci95_m": left.ci95_m}
+    return {"goal_m": best_m if goal_m is None else goal_m, **expected}
 
 
 def in_readings(runs: Sequence[Seen], robot: RobotFile, corrected: RobotFile) -> list[Worth]:

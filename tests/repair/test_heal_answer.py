@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from deltactl.cli.recordings.heal import screen
 from deltactl.diagnosis.answer.records import (
@@ -25,8 +27,8 @@ from deltactl.repair.correct import as_found
 from deltactl.repair.heal_answer import HEALED, IMPROVED, NOTHING, if_kept, if_nothing
 from deltactl.repair.limit import ENOUGH_M, goal_of
 from deltactl.repair.played import Paths
-from deltactl.repair.surveys import heights_in_the_way, highest_deg, of_the_later
-from deltactl.repair.worth import left_over
+from deltactl.repair.surveys import heights_in_the_way, highest_deg, of_the_later, survey_job
+from deltactl.repair.worth import beside_goal, left_over
 
 ROBOT, JOB = CONFIG_FOLDER / "zhao-2023.yaml", CONFIG_FOLDER / "demo-heart.yaml"
 LOST = {"effect": "lost_steps", "component": "motor2", "says": "motor 2 lost 114 microsteps"}
@@ -182,4 +184,16 @@ def test_a_goal_is_that_of_a_robot_without_any_effect() -> None:
     assert goal_of(Paths(JOB), known) == goal_of(Paths(JOB), robot)
     drive = robot.drive.model_copy(update={"microsteps_per_rev": 200})
     coarse = robot.model_copy(update={"drive": drive})
-    assert goal_of(Paths(JOB), coarse) > 2.0 * ENOUGH_M
+    coarse_m = goal_of(Paths(JOB), coarse)
+    assert coarse_m is not None
+    assert coarse_m > 2.0 * ENOUGH_M
+
+
+def test_a_path_in_arm_angles_has_no_goal(tmp_path: Path) -> None:
+    """Its angles are commanded as they are, whatever was found."""
+    job = tmp_path / "survey.yaml"
+    robot = load_robot(ROBOT)
+    job.write_text(yaml.safe_dump(survey_job(robot, ROBOT, 4, 1)))
+    answer = beside_goal(Paths(job), robot, robot, (), None)
+    assert answer == {}
+    assert if_nothing(answer) == NOTHING
