@@ -255,11 +255,16 @@ class Healer:
         write_healing(self._order.out, self._state)
 
     def _diagnosed(self) -> Diagnosis:
-        """All recordings, by the file in force, or without the first survey, if that says more."""
+        """All recordings, by the file in force; where that leaves something open, those before the
+        second survey, or those after the first, if they do not.
+        """
         files = [one.file for one in self._state.of(SURVEY, EXPERIMENT)]
         answer = self._diagnosis_of(files, "")
         if answer.verdict in EXPLAINED or len(self._state.of(SURVEY)) < MOST_SURVEYS:
             return answer
+        earlier = self._diagnosis_of(files[:-1], "")
+        if earlier.verdict in EXPLAINED:
+            return earlier
         return of_the_later(answer, self._diagnosis_of(files[1:], "later "))
 
     def _diagnosis_of(self, files: list[Path], which: str) -> Diagnosis:
