@@ -35,7 +35,7 @@ from deltactl.proof.hidden.vocabulary import SINGLES
 from deltactl.proof.prove.resumable import Means, workers
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.correct import trained
-from deltactl.repair.limit import limit_of
+from deltactl.repair.limit import ENOUGH, ENOUGH_M, limit_of
 from deltactl.repair.machine import FaultyRobot, faulty_robot
 from deltactl.repair.played import Drawn, Played, played
 
@@ -146,8 +146,6 @@ def _again(machine: FaultyRobot, plan: Plan, path: Played, before: Drawn) -> Dra
     return before if new.is_same_as(path) else machine.draw(new)
 
 
-ENOUGH, ENOUGH_M = 1.3, 0.15e-3
-"""As good as can be asked: within this factor of the possible, or below this."""
 WORSE, WORSE_M = 1.05, 0.02e-3
 """Beyond both, correcting made a job worse."""
 EXTRA = ("pair", "pair", "pair", "unknown", "nothing")

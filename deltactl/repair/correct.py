@@ -1,7 +1,8 @@
-"""The network that belongs to a corrected robot file."""
+"""From a diagnosis to a corrected robot file, its network, and what is left as work to do."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,15 +12,21 @@ import yaml
 
 from deltactl.diagnosis.answer.corrected_robot import corrected_text, lasts, sure
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
-from deltactl.diagnosis.answer.tables import Tables, table_of
+from deltactl.diagnosis.answer.tables import Tables, Values, table_of
 from deltactl.diagnosis.api import diagnose
 from deltactl.firmware_py.named_files import TRAINED_FOLDER
 from deltactl.firmware_py.program.coverage import Coverage, robot_coverage
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
+from deltactl.firmware_py.run_report.tracking import acting
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.plain_file import check_fresh, said_of_output, write_whole
+from deltactl.foundation.strict_yaml import Document
 from deltactl.models.calibrated_inverse import corrections_of
+from deltactl.models.effects.kind import MOTORS
+from deltactl.models.effects.tables import JOINT_TABLE
 from deltactl.models.network.file import NetworkFile
+from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.models.robot_files import with_effects_in
 from deltactl.recording.tables.flat import FlatRecording
 
 Progress = Callable[[str], None]
@@ -152,6 +159,65 @@ def held_back(
             )
             held.append((finding, f"{why} (--all writes it all the same)"))
     return held
+
+
+def work_list(answer: Diagnosis, robot: RobotFile, covered: Coverage) -> list[dict[str, str]]:
+    """What no compensation takes away, each with why."""
+    work = [
+        _item(finding.effect, finding.component, finding.says, why.partition(" (--all")[0])
+        for finding, why in held_back(answer, robot, False, Tables.JOINTS)
+    ]
+    named = {(one["effect"], one["component"]) for one in work}
+    work += [
+        _item(one.effect, one.component, one.says, one.why_not or "not compensated")
+        for one in covered.left
+        if (one.effect, one.component) not in named
+    ]
+    return work
+
+
+def moves_nothing(answer: Diagnosis, listed: list[dict[str, str]]) -> list[dict[str, str]]:
+    """What is sure and does not change what is drawn, unless it is listed."""
+    why = "it does not change what is drawn: mend it, or accept it with 'deltactl correct'"
+    says = {one["says"] for one in listed}
+    return [
+        _item(one.effect, one.component, one.says, why)
+        for one in answer.findings
+        if sure(one, answer) and one.says not in says
+    ]
+
+
+def _item(effect: str, component: str, says: str, why: str) -> dict[str, str]:
+    return {"effect": effect, "component": component, "says": says, "why": why}
+
+
+def as_found(robot_file: Path, corrected: RobotFile, answer: Diagnosis) -> tuple[EffectEntry, ...]:
+    """All that is known to move the robot: also what is not sure, or has no name.
+
+    What enters at a joint without a name turns it by the size that was found, one way.
+    """
+    text = corrected_text(robot_file, answer, all_of_them=True, tables=Tables.SENSORS)
+    try:
+        robot = with_effects_in(Document(robot_file, text))
+    except ConfigError:  # what is not sure is more than a machine can have
+        robot = corrected
+    assert isinstance(robot, DeltaRobot)
+    unknown = [one for one in answer.findings if one.effect == "unknown"]
+    left = [one for one in unknown if isinstance(table_of(one, robot, Tables.SENSORS), str)]
+    turned = [_turned(one) for one in left if one.component in MOTORS]
+    return (*acting(robot), *(one for one in turned if one is not None))
+
+
+def _turned(finding: Finding) -> EffectEntry | None:
+    """None where no size was found."""
+    sizes = [one.value for one in finding.parameters.values() if isinstance(one.value, float)]
+    if not sizes:
+        return None
+    ends: Values = {"lowest": -math.pi, "highest": math.pi, "follows": 1.0}
+    error = (sizes[0], sizes[0])
+    return EffectEntry(
+        effect=JOINT_TABLE.name, component=finding.component, parameters=ends | {"error": error}
+    )
 
 
 def _write(out: Path, text: str) -> None:

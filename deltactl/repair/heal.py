@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from typing import Any
 import yaml
 
 from deltactl.diagnosis.answer.corrected_robot import corrected_text, sure
-from deltactl.diagnosis.answer.records import Diagnosis, Finding
+from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.answer.tables import Tables
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.experiment.propose import write_job
@@ -25,7 +25,7 @@ from deltactl.firmware_py.job_file import NetworkIk, load_job
 from deltactl.firmware_py.job_targets import network_file
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.planner.plan import home_counts, plan_of
-from deltactl.firmware_py.program.coverage import Coverage, coverage_of
+from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.program.totals import program_of, summarise_program
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, DeltactlError, MotionError
@@ -33,8 +33,9 @@ from deltactl.foundation.plain_file import check_place, said_of_output, write_wh
 from deltactl.models.network.file import NetworkFile
 from deltactl.models.robot_files import load_with_effects
 from deltactl.repair.compared import Distance, Gain, Seen, distance, gain
-from deltactl.repair.correct import held_back, trained, with_network
+from deltactl.repair.correct import as_found, moves_nothing, trained, with_network, work_list
 from deltactl.repair.drawing import heart_for, refuse_other_machine
+from deltactl.repair.heal_answer import REFUSED, ROLLED_BACK, if_kept, if_nothing
 from deltactl.repair.healing_state import (
     BEFORE,
     EXPERIMENT,
@@ -50,8 +51,17 @@ from deltactl.repair.healing_state import (
 )
 from deltactl.repair.patients import Patient
 from deltactl.repair.played import Paths
-from deltactl.repair.surveys import POSE_S, first_s, more_s, survey_job
-from deltactl.repair.worth import Worth, in_readings, ranked
+from deltactl.repair.surveys import (
+    EXPLAINED,
+    POSE_S,
+    above_s,
+    first_s,
+    heights_in_the_way,
+    more_s,
+    of_the_later,
+    survey_job,
+)
+from deltactl.repair.worth import Worth, beside_goal, in_readings, ranked, worded
 
 Say = Callable[[str], None]
 CANDIDATE = "corrected.yaml"
@@ -59,7 +69,6 @@ MOST_EXPERIMENTS, MOST_SURVEYS = 2, 2
 MOST_DRAWINGS = 5
 """So often is the job drawn before and after, while noise hides which is better."""
 
-HEALED, NOTHING, ROLLED_BACK, REFUSED = "healed", "nothing_to_heal", "rolled_back", "refused"
 OLD_IN_FORCE = "the old robot file is in force"
 GO_ON = "it goes on from there with --continue, or with Heal on the page"
 
@@ -68,7 +77,8 @@ GO_ON = "it goes on from there with --continue, or with Heal on the page"
 class Order:
     """What is to be healed. minutes: of the survey, instead of what accuracy and noise ask for.
 
-    job: of this machine; None for the heart, which any robot draws that can reach it.
+    job: of this machine; None for the heart, which any robot draws that can reach it. goal_m: what
+    is near enough to its path, RMS; None for what a robot without any effect can do.
     """
 
     robot_file: Path
@@ -76,6 +86,7 @@ class Order:
     out: Path
     minutes: float | None = None
     go_on: bool = False
+    goal_m: float | None = None
 
 
 class Healer:
@@ -118,7 +129,7 @@ class Healer:
             self._record_experiment(answer)
             answer = self._diagnosed()
         while (more_s := self._more_s(answer)) > 0.0:
-            self._record_survey(robot, more_s)
+            self._record_survey(robot, more_s, heights_in_the_way(answer))
             answer = self._diagnosed()
         return self._ended(self._treated(robot, answer))
 
@@ -183,10 +194,13 @@ class Healer:
         seconds = first_s(self._job, path, noise_m) if given is None else 60.0 * given
         self._record_survey(robot, seconds)
 
-    def _record_survey(self, robot: RobotFile, seconds: float) -> None:
+    def _record_survey(
+        self, robot: RobotFile, seconds: float, above_m: Sequence[float] = ()
+    ) -> None:
+        """above_m: heights that it keeps above."""
         number, poses = len(self._state.of(SURVEY)) + 1, max(4, round(seconds / POSE_S))
         job = self._order.out / ("survey.yaml" if number == 1 else f"survey-{number}.yaml")
-        survey = survey_job(robot, self._order.robot_file, poses, number)
+        survey = survey_job(robot, self._order.robot_file, poses, number, above_m)
         write_whole(job, yaml.safe_dump(survey))
         self._check_job(job, robot)
         again = "" if number == 1 else "another "
@@ -200,6 +214,8 @@ class Healer:
         text = corrected_text(self._order.robot_file, answer, tables=Tables.SENSORS)
         write_whole(self._candidate, text)
         surveyed_s = sum(one.seconds for one in surveys)
+        if again_s := above_s(answer, surveyed_s, self._state.robot_s):
+            return again_s
         return more_s(self._job, self._paths, self._candidate, surveyed_s, self._state.robot_s)
 
     @property
@@ -239,10 +255,22 @@ class Healer:
         write_healing(self._order.out, self._state)
 
     def _diagnosed(self) -> Diagnosis:
-        """All recordings, by the file in force; worked out once for each number of them."""
+        """All recordings, by the file in force; where that leaves something open, those before the
+        second survey, or those after the first, if they do not.
+        """
         files = [one.file for one in self._state.of(SURVEY, EXPERIMENT)]
-        kept = self._order.out / f"diagnosis-{len(files)}.json"
-        step = f"diagnosis of {len(files)} recording{'s' if len(files) > 1 else ''}"
+        answer = self._diagnosis_of(files, "")
+        if answer.verdict in EXPLAINED or len(self._state.of(SURVEY)) < MOST_SURVEYS:
+            return answer
+        earlier = self._diagnosis_of(files[:-1], "")
+        if earlier.verdict in EXPLAINED:
+            return earlier
+        return of_the_later(answer, self._diagnosis_of(files[1:], "later "))
+
+    def _diagnosis_of(self, files: list[Path], which: str) -> Diagnosis:
+        """Worked out once for each number of recordings, all or the `which` ones."""
+        kept = self._order.out / f"diagnosis-{which.replace(' ', '-')}{len(files)}.json"
+        step = f"diagnosis of {len(files)} {which}recording{'s' if len(files) > 1 else ''}"
         if kept.exists():
             answer = Diagnosis.model_validate_json(kept.read_text(encoding="utf-8"))
             if answer.recordings == [str(file) for file in files]:
@@ -265,17 +293,17 @@ class Healer:
             old, new = self._paths.path(robot), self._paths.path(corrected)
             self._check_job(self._job, corrected)
         except (ConfigError, MotionError) as error:
-            by_hand = self._by_hand(answer, robot)
+            by_hand = work_list(answer, robot, coverage_of(self._job, path))
             why = f"a machine cannot have or follow the correction: {error}"
             return found | {"outcome": REFUSED, "why": why, "by_hand": by_hand}
+        real = as_found(path, corrected, answer)
+        found |= beside_goal(self._paths, robot, corrected, real, self._order.goal_m)
         if new.is_same_as(old):
-            by_hand = self._by_hand(answer, robot)
-            listed = {one["says"] for one in by_hand}
-            moves_nothing = [one for one in answer.findings if sure(one, answer)]
-            by_hand += [_in_sensors(one) for one in moves_nothing if one.says not in listed]
-            return found | {"outcome": NOTHING, "by_hand": by_hand}
+            by_hand = work_list(answer, robot, coverage_of(self._job, path))
+            by_hand += moves_nothing(answer, by_hand)
+            return found | {"outcome": if_nothing(found), "by_hand": by_hand}
         covered = coverage_of(self._job, candidate)
-        found["worth"] = _worded(self._ranked(robot, corrected), covered)
+        found["worth"] = worded(self._ranked(robot, corrected), covered)
         before, after, better = self._drawn(candidate, corrected)
         measured = {
             "before_rms_m": before.rms_m,
@@ -285,14 +313,15 @@ class Healer:
             "gain_m2": better.square_m2,
             "gain_ci95_m2": better.ci95_m2,
             "drawings": len(self._state.of(OLD)),
-            "readings": _worded(in_readings(self._seen(NEW), robot, corrected), covered),
-            "by_hand": self._by_hand(answer, corrected, candidate),
+            "readings": worded(in_readings(self._seen(NEW), robot, corrected), covered),
+            "by_hand": work_list(answer, corrected, covered),
             "corrected": [effect.says for effect in covered.compensated],
         }
         if better.sign != 1:
             return found | measured | {"outcome": ROLLED_BACK}
         self._do("keeping the correction, and homing by it")
-        kept = found | measured | {"outcome": HEALED}
+        kept = found | measured
+        kept["outcome"] = if_kept(kept)
         self._write("a correction that is to be kept", kept=kept)
         self._state = exchange(self._order.out, self._state, candidate.read_text(encoding="utf-8"))
         return self._kept(kept)
@@ -345,23 +374,6 @@ class Healer:
         file = self._order.robot_file if kind == OLD else self._candidate
         return [self._patient.seen(one.file, self._job, file) for one in self._state.of(kind)]
 
-    def _by_hand(
-        self, answer: Diagnosis, robot: RobotFile, file: Path | None = None
-    ) -> list[dict[str, str]]:
-        """What no compensation takes away, each with why."""
-        work = [
-            _item(finding.effect, finding.component, finding.says, why.partition(" (--all")[0])
-            for finding, why in held_back(answer, robot, False, Tables.JOINTS)
-        ]
-        named = {(one["effect"], one["component"]) for one in work}
-        covered = coverage_of(self._job, file or self._order.robot_file)
-        work += [
-            _item(one.effect, one.component, one.says, one.why_not or "not compensated")
-            for one in covered.left
-            if (one.effect, one.component) not in named
-        ]
-        return work
-
     def _ended(self, answer: dict[str, Any]) -> dict[str, Any]:
         report = self._order.out / "report.html"
         old = self._order.out / BEFORE if self._state.is_exchanged else self._order.robot_file
@@ -382,19 +394,3 @@ class Healer:
         }
         self._write("the end", answer=answer)
         return answer
-
-
-def _worded(found: list[Worth], covered: Coverage) -> list[dict[str, Any]]:
-    says = {(one.effect, one.component): one.says for one in covered.effects}
-    return [
-        one.as_json() | {"says": says.get((one.effect, one.component), one.effect)} for one in found
-    ]
-
-
-def _item(effect: str, component: str, says: str, why: str) -> dict[str, str]:
-    return {"effect": effect, "component": component, "says": says, "why": why}
-
-
-def _in_sensors(finding: Finding) -> dict[str, str]:
-    why = "it does not change what is drawn: mend it, or accept it with 'deltactl correct'"
-    return _item(finding.effect, finding.component, finding.says, why)

@@ -26,9 +26,10 @@ from deltactl.proof.prove.resumable import Means, workers
 from deltactl.proof.recorded import record as recorded
 from deltactl.proof.robot.as_built import StepTrain
 from deltactl.recording.tables.flat_files import write_flat
-from deltactl.repair.campaign import ENOUGH, ENOUGH_M, JOB, ROBOT, WORSE, WORSE_M
+from deltactl.repair.campaign import JOB, ROBOT, WORSE, WORSE_M
 from deltactl.repair.compared import Seen
 from deltactl.repair.heal import CANDIDATE, Healer, Order
+from deltactl.repair.limit import ENOUGH, ENOUGH_M
 from deltactl.repair.machine import FaultyRobot, faulty_robot
 from deltactl.repair.patients import Homed, Ran
 from deltactl.repair.played import Drawn, Paths, played
@@ -37,6 +38,10 @@ from deltactl.repair.worth import ranked
 HEALTHY_EVERY = 6
 """Every sixth robot has no hidden cause."""
 MOST_CAUSES = 3
+KEPT_OF_ANSWER = (
+    *("outcome", "found", "corrected", "by_hand", "robot_s", "drawings", "why"),
+    *("goal_m", "expected_m", "expected_ci95_m", "after_ci95_m"),
+)
 PLANS = 12
 """So many are remembered: before, after, and with each repair alone."""
 AS_GOOD = 1.02
@@ -100,7 +105,17 @@ def heal_case(seed: int, number: int, folder: Path) -> dict[str, Any]:
             order = Order(robot_file, JOB, work / "healing")
             patient = ProofPatient(machine, JOB, paths)
             answer = Healer(order, patient, lambda _: None, paths).heal()
-            kept = ("outcome", "found", "corrected", "by_hand", "robot_s", "drawings", "why")
+            kept = (
+                "outcome",
+                "found",
+                "corrected",
+                "by_hand",
+                "robot_s",
+                "drawings",
+                "why",
+                "goal_m",
+                "expected_m",
+            )
             result |= {name: answer[name] for name in kept if name in answer}
         except DeltactlError as error:
             result |= {"outcome": "failed", "why": str(error)}

@@ -20,15 +20,18 @@ from deltactl.firmware_py.planner.plan import Plan, home_counts
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.program.coverage import Coverage, coverage
 from deltactl.firmware_py.program.instructions import Leaf, Move, Program, visit
+from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.run_report.tracking import SAMPLE_S, acting, reached_m
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.effects import effect_kind
 from deltactl.models.linkage import Linkage, jacobian
 from deltactl.models.robot import AXES, DeltaRobot, EffectEntry, FloatArray
-from deltactl.repair.played import Played, played
+from deltactl.repair.played import Paths, Played, played
 
 MOST_S = 60.0
 """Part of a job that represents the whole of it."""
+ENOUGH, ENOUGH_M = 1.3, 0.15e-3
+"""As good as can be asked: within this factor of the possible, or below this."""
 INTERVAL = 2.0 * 1.96
 """Width of a 95 % interval in standard deviations."""
 
@@ -83,6 +86,19 @@ def limit_of(
         left_m=rms_m(reached_m - at_best_m),
         counted_m=known_m if accepted else whole_m,
     )
+
+
+def goal_of(paths: Paths, robot: RobotFile) -> float | None:
+    """As good as can be asked of a job, RMS [m]: by the limit of the robot without any effect.
+
+    A network counts as it was shipped; None for a path in arm angles. Raises MotionError where the
+    job cannot be planned so.
+    """
+    plan, path = paths.of(robot.model_copy(update={"effects": (), "networks": {}}))
+    if plan.first.lap.space is Space.JOINT:
+        return None
+    limit_m = rms_m(reached_on(plan.robot, (), path) - path.target_m)
+    return max(ENOUGH * limit_m, ENOUGH_M)
 
 
 def reached_on(

@@ -6,13 +6,20 @@ has intervals: where these, moved through the job, leave more than is wanted, an
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.errors import ConfigError, MotionError
+from deltactl.models.effects import VOCABULARY, Trait, effect_kind, with_trait
+from deltactl.models.linkage import Linkage, forward, neighbours
+from deltactl.models.robot import AXES
 from deltactl.repair.limit import limit_of
 from deltactl.repair.played import Paths
 
@@ -27,6 +34,10 @@ job is 0.15 mm from its path."""
 POSE_S = 6.6
 """Mean time to a random pose and at it, at the speed of a survey."""
 SURVEY_RADPS, DWELL_S = 0.2, 0.4
+STEP_DEG, PLACES = 1.0, 5
+"""How low arms may go is searched in such steps, at so many angles of each arm."""
+EXPLAINED = ("explained", "nothing_missing")
+"""Verdicts that leave nothing to look for."""
 MOST_ROBOT_S, WORTH_S = 600.0, 60.0
 """A healing moves the robot no longer; less than the second of another survey changes nothing."""
 
@@ -59,9 +70,68 @@ def more_s(job: Path, paths: Paths, corrected: Path, surveyed_s: float, robot_s:
     return min(wanted_s, left_s) if min(wanted_s, left_s) > WORTH_S else 0.0
 
 
-def survey_job(robot: RobotFile, robot_file: Path, poses: int, seed: int) -> dict[str, Any]:
-    """Random poses within the limits of the robot file, slowly, as a job."""
+def heights_in_the_way(answer: Diagnosis) -> list[float]:
+    """Where something stopped the platform while it was surveyed [m]."""
+    found = [one for one in answer.findings if one.effect in with_trait(Trait.IN_THE_WAY)]
+    sizes = [one.parameters[effect_kind(one.effect).main.name].value for one in found]
+    return [size for size in sizes if isinstance(size, float)]
+
+
+def of_one_run(finding: Finding) -> bool:
+    """Whether it happened once or was in the way: another run need not meet it."""
+    kind = VOCABULARY.get(finding.effect)
+    return kind is not None and (kind.event or finding.effect in with_trait(Trait.IN_THE_WAY))
+
+
+def of_the_later(answer: Diagnosis, later: Diagnosis) -> Diagnosis:
+    """The answer of later recordings, where it leaves less open than that of all of them.
+
+    What happened in the first, or was in the way, is still to be looked at.
+    """
+    if later.verdict not in EXPLAINED:
+        return answer
+    found = {(one.effect, one.component) for one in later.findings}
+    met = [one for one in answer.findings if of_one_run(one)]
+    more = [one for one in met if (one.effect, one.component) not in found]
+    return later.model_copy(update={"findings": [*later.findings, *more]})
+
+
+def above_s(answer: Diagnosis, surveyed_s: float, robot_s: float) -> float:
+    """How long another survey has to be that keeps above what is in the way [s]; 0 for none.
+
+    As long as the first: pressed arms yield in ways that hide what else is wrong.
+    """
+    if not heights_in_the_way(answer) or answer.verdict in EXPLAINED:
+        return 0.0
+    return min(surveyed_s, MOST_ROBOT_S - robot_s)
+
+
+def highest_deg(robot: RobotFile, above_m: float) -> float:
+    """Arms that go no lower than this keep the platform above a height.
+
+    Also those of machines as far off as faulty ones may be. Raises MotionError where none do.
+    """
     low, high = robot.limits.arm_deg
+    linkage = Linkage.of(robot.geometry)
+    machines = [linkage, *neighbours(linkage)]
+    for end in np.arange(high, low, -STEP_DEG):
+        places = np.deg2rad(np.linspace(low, end, PLACES))
+        angles_rad = np.stack(np.meshgrid(places, places, places), axis=-1).reshape(-1, len(AXES))
+        lowest_m = min(np.nanmin(forward(one, angles_rad).position_m[:, 2]) for one in machines)
+        if lowest_m > above_m:
+            return float(end)
+    raise MotionError(f"no survey keeps above {above_m * 1e3:.0f} mm, where something stops it")
+
+
+def survey_job(
+    robot: RobotFile, robot_file: Path, poses: int, seed: int, above_m: Sequence[float] = ()
+) -> dict[str, Any]:
+    """Random poses within the limits of the robot file, slowly, as a job.
+
+    above_m: heights of what is in the way. Raises MotionError where that leaves no room.
+    """
+    low, high = robot.limits.arm_deg
+    high = min([high, *(highest_deg(robot, one) for one in above_m)])
     return {
         "name": "survey",
         "robot": str(robot_file.resolve()),

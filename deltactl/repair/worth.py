@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from deltactl.firmware_py.program.coverage import Coverage
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.firmware_py.run_report.tracking import acting
 from deltactl.models.effects import Compensated, card_of, effect_kind
 from deltactl.models.effects.kind import EXACT
 from deltactl.models.robot import EffectEntry, FloatArray
 from deltactl.repair.compared import Seen, distance
-from deltactl.repair.limit import moved_by_sigma, reached_on
+from deltactl.repair.limit import goal_of, moved_by_sigma, reached_on
 from deltactl.repair.played import Paths, Played
 
 ENDS = (0.025, 0.975)
@@ -51,6 +52,14 @@ class Worth:
         return asdict(self)
 
 
+@dataclass(frozen=True, slots=True)
+class Left:
+    """RMS distance of a job from its path by what was found, and its 95 % interval [m]."""
+
+    rms_m: float
+    ci95_m: tuple[float, float]
+
+
 def ranked(paths: Paths, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
     """Every effect that `corrected` has and `robot` has not, the most useful repair first.
 
@@ -78,6 +87,34 @@ def ranked(paths: Paths, robot: RobotFile, corrected: RobotFile) -> list[Worth]:
     return sorted(found, key=lambda one: one.alone_m)
 
 
+def left_over(paths: Paths, corrected: RobotFile, real: Effects) -> Left:
+    """What a corrected robot file leaves of a job, if the robot is so: with what it has not, too.
+
+    Raises MotionError where the job cannot be planned so.
+    """
+    path = paths.path(corrected)
+    best_m = reached_on(corrected, acting(corrected), path) - path.target_m
+    floor_m2 = float(np.nanmean(np.sum(best_m**2, axis=1)))
+    squares_m2 = _squares_m2(corrected, real, path, floor_m2)
+    low_m, high_m = np.sqrt(np.quantile(squares_m2, ENDS)).tolist()
+    return Left(_root_mean(squares_m2), (low_m, high_m))
+
+
+def beside_goal(
+    paths: Paths, robot: RobotFile, corrected: RobotFile, real: Effects, goal_m: float | None
+) -> dict[str, Any]:
+    """What is left, and what would be near enough, as plain types; nothing for a path in angles.
+
+    goal_m: None for as good as can be asked.
+    """
+    best_m = goal_of(paths, robot)
+    if best_m is None:
+        return {}
+    left = left_over(paths, corrected, real)
+    expected = {"expected_m": left.rms_m, "expected_ci95_m": left.ci95_m}
+    return {"goal_m": best_m if goal_m is None else goal_m, **expected}
+
+
 def in_readings(runs: Sequence[Seen], robot: RobotFile, corrected: RobotFile) -> list[Worth]:
     """The same for effects that are in the readings alone: they move nothing, and are expected.
 
@@ -93,6 +130,14 @@ def in_readings(runs: Sequence[Seen], robot: RobotFile, corrected: RobotFile) ->
         share = (now_m - alone.rms_m) / now_m
         found.append(Worth(*_name(entry), now_m, alone.rms_m, alone.ci95_m, share))
     return sorted(found, key=lambda one: one.alone_m)
+
+
+def worded(found: Sequence[Worth], covered: Coverage) -> list[dict[str, Any]]:
+    """As plain types, each with its sentence."""
+    says = {(one.effect, one.component): one.says for one in covered.effects}
+    return [
+        one.as_json() | {"says": says.get((one.effect, one.component), one.effect)} for one in found
+    ]
 
 
 def _only_read(entry: EffectEntry) -> bool:

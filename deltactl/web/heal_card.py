@@ -9,6 +9,7 @@ from nicegui import ui
 from deltactl.firmware_py.controller.contract import Status
 from deltactl.firmware_py.controller.states import State
 from deltactl.foundation.errors import DeltactlError, NotReady
+from deltactl.repair.heal_answer import KEPT
 from deltactl.web.style import marked, tell_problem
 from deltactl.web.visit import Visit, offer, why_not
 
@@ -73,7 +74,7 @@ class HealCard:
         busy = "Heal: a healing is under way" if progress else ""
         offer(self._begin, busy or why_not("Heal", FITTING, status.state))
         self._report.set_visibility(answer is not None and healings.report(status).is_file())
-        healed = answer is not None and answer["outcome"] == "healed"
+        healed = answer is not None and answer["outcome"] in KEPT
         self._undo.set_visibility(healed)
         offer(self._undo, why_not("Undo", (State.UNHOMED, State.READY), status.state))
         self._lines.clear()

@@ -106,6 +106,8 @@ class Trait(Enum):
     """Its size is a whole number of steps."""
     SCALES_FORCES = auto()
     """All forces that are found beside it are in proportion to it: it is corrected first."""
+    IN_THE_WAY = auto()
+    """Stops the platform at a height, its main parameter."""
     WARMS = auto()
     """Comes and goes with the temperature, too, or as the machine warms up."""
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.models.effects.card import Coordinate, EffectCard, Fit, Search, Shape, Words
+from deltactl.models.effects.card import Coordinate, EffectCard, Fit, Search, Shape, Trait, Words
 from deltactl.models.effects.flow import BoolArray, Flow
 from deltactl.models.effects.kind import (
     Discrepancy,
@@ -122,6 +122,7 @@ CARD = EffectCard(
     remedies={
         "": "clear away what stops the platform at {size}",
     },
+    traits=frozenset({Trait.IN_THE_WAY}),
     left="something is in the way: look at the table, or raise the path",
     fit=Fit(
         coordinates=(

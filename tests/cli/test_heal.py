@@ -112,6 +112,19 @@ def test_a_robot_with_nothing_missing_in_its_file_is_not_changed(deltactl, folde
 
 
 @pytest.mark.study
+def test_a_healing_that_misses_its_goal_says_so(deltactl, folder: Path) -> None:
+    """The correction helps and is kept, and is not called healed; it can be undone."""
+    old = put_robot(folder, FAULT)
+    call = tuple(word for word in CALL if word != "--json")
+    shown = deltactl(*call, "--goal", "0.01", status=1).stdout
+    assert shown.startswith("Better, but not healed")
+    assert "goal 0.01 mm" in shown
+    assert (folder / "mine.yaml").read_text() != old
+    deltactl("heal", "mine.yaml", "--undo")
+    assert (folder / "mine.yaml").read_text() == old
+
+
+@pytest.mark.study
 def test_a_correction_that_the_limits_forbid_is_refused(deltactl, folder: Path) -> None:
     """The corrected arms would have to go beyond the limits of the file in force."""
     put_robot(folder)

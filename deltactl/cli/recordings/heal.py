@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 MOST_LINES = 25
 NOT_HEALED = 1
-"""Exit status where a correction was found and is not in force."""
+"""Exit status where the goal is missed, or a correction was found and is not in force."""
 
 
 def heal(
@@ -62,6 +62,12 @@ def heal(
             min=0.2, max=60.0, help="Length of the survey; else chosen by noise and accuracy."
         ),
     ] = None,
+    goal: Annotated[
+        float | None,
+        typer.Option(
+            min=0.001, help="mm RMS, near enough; else 1.3 times what is possible, or 0.15."
+        ),
+    ] = None,
     json_out: JsonOption = False,
     socket: Annotated[
         Path | None, typer.Option(help="Socket of the daemon.", rich_help_panel=MORE)
@@ -70,7 +76,8 @@ def heal(
     """Survey, diagnose and correct a robot; keep the correction only if it draws better.
 
     The robot file is replaced at the end, after a job that took no part was drawn nearer to its
-    path by more than the sensors' noise. Exit status 1: a correction was found and not kept.
+    path by more than the sensors' noise. Exit status 1: the goal was missed, or a correction was
+    found and not kept.
 
     ```
     deltactl heal mine.yaml
@@ -80,7 +87,8 @@ def heal(
     ```
     """
     with waiting("loading", json_out), needs("diagnosis,training", "heal"):
-        from deltactl.repair.heal import HEALED, NOTHING, Healer, Order
+        from deltactl.repair.heal import Healer, Order
+        from deltactl.repair.heal_answer import HEALED, NOTHING
         from deltactl.repair.healing_state import undo as put_back
     from deltactl.firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 
@@ -94,7 +102,7 @@ def heal(
         say(f"{path}: {'as before the correction again' if changed else 'nothing to undo'}")
         return
     drawn = None if job is None else find(job, key=JOB_KEY)
-    order = Order(path, drawn, folder, minutes, go_on)
+    order = Order(path, drawn, folder, minutes, go_on, None if goal is None else 1e-3 * goal)
     with _patient(order.robot_file, folder, simulate, socket) as patient:
         answer = Healer(order, patient, _progress(json_out)).heal()
     if json_out:

@@ -82,7 +82,16 @@ class HealStand:
 
     def heal(self) -> Started:
         """Begin to heal, or go on."""
-        words = ["heal", "mine.yaml", "--job", "small.yaml", "--minutes", str(self._minutes)]
+        words = [
+            "heal",
+            "mine.yaml",
+            "--job",
+            "small.yaml",
+            "--minutes",
+            str(self._minutes),
+            "--goal",
+            "1",
+        ]
         words += ["--json", "--socket", str(self.socket)]
         words += ["--continue"] if (self.out / "healing.json").exists() else []
         return self._called(*words)
