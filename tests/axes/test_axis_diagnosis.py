@@ -227,9 +227,10 @@ def test_at_one_speed_a_ratio_looks_like_a_drift() -> None:
     command = 7.3e-5 * t_s
     seen = 1.001 * command + 1e-6 * rng.standard_normal(200)
     recording = from_columns({"t": t_s, "command": command, "position": seen}, "rig")
-    (ratio,) = diagnose_recordings(FOLLOWS, [recording]).findings
+    answer = diagnose_recordings(FOLLOWS, [recording])
+    (ratio,) = answer.findings
     assert ratio.effect == "gear_ratio"
     assert ratio.probability is not None
     assert ratio.probability < 0.5
     assert "unknown" in [one.effect for one in ratio.alternatives]
-    assert "at another speed" in hint(ratio)
+    assert "at another speed" in hint(ratio, answer)
