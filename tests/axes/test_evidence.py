@@ -230,8 +230,8 @@ def test_where_no_weight_is_given_a_servo_s_ratio_may_as_well_be_a_droop() -> No
     (ratio,) = [f for f in answer.findings if f.effect == "gear_ratio"]
     (droop,) = [one for one in ratio.alternatives if one.effect == "joint_compliance"]
     assert ratio.probability == pytest.approx(droop.probability)
-    assert "what pulls at it, as `gravity`" in " ".join(answer.says)
-    assert "what pulls at it, as `gravity`" in hint(ratio)
+    assert "enter `gravity` in the robot file" in " ".join(answer.says)
+    assert "enter `gravity` in the robot file" in hint(ratio, answer)
 
 
 def rise_and_fall(seed: int) -> FlatRecording:
