@@ -1,4 +1,4 @@
-"""From a diagnosis to a corrected robot file, its network, and what is left as work to do."""
+"""From a diagnosis to a corrected robot file, its network, and the work that needs a hand."""
 
 from __future__ import annotations
 

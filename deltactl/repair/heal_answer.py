@@ -72,11 +72,11 @@ def lines_of(answer: dict[str, Any], go_on: str, undo: str) -> list[str]:
 
 
 def _goal(answer: dict[str, Any], go_on: str) -> list[str]:
-    """What is left, beside what would be near enough, and what to do where that is missed."""
+    """The remaining error beside the goal, and the next step where the goal is missed."""
     if "goal_m" not in answer:
         return []
     low, high = (_mm(end) for end in answer["expected_ci95_m"])
-    found = f"by what was found {_mm(answer['expected_m'])} mm [{low}, {high}] are left"
+    found = f"the findings leave {_mm(answer['expected_m'])} mm [{low}, {high}]"
     lines = [f"  goal {_mm(answer['goal_m'])} mm: {found}"]
     if answer["outcome"] in (IMPROVED, BY_HAND):
         lines.append(f"  next: {_next(answer, go_on)}")

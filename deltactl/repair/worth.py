@@ -103,7 +103,7 @@ def left_over(paths: Paths, corrected: RobotFile, real: Effects) -> Left:
 def beside_goal(
     paths: Paths, robot: RobotFile, corrected: RobotFile, real: Effects, goal_m: float | None
 ) -> dict[str, Any]:
-    """What is left, and what would be near enough, as plain types; nothing for a path in angles.
+    """The remaining error and the goal, as plain types; nothing for a path in angles.
 
     goal_m: None for as good as can be asked.
     """
