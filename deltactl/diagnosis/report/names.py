@@ -46,12 +46,12 @@ def parts(components: Sequence[str]) -> str:
 
 def _counting_on(components: Sequence[str]) -> list[str]:
     """Their names; of three and more with consecutive numbers the first and the last."""
-    stems = {name: name.rstrip("0123456789") for name in components}
-    digits = {name: name[len(stem) :] for name, stem in stems.items()}
-    if len(set(stems.values())) == 1 and all(digits.values()) and len(digits) > 2:
-        ordered = sorted(digits, key=lambda name: int(digits[name]))
-        if int(digits[ordered[-1]]) - int(digits[ordered[0]]) == len(ordered) - 1:
-            return [say("parts.from_to", first=part(ordered[0]), last=part(ordered[-1]))]
+    stem = components[0].rstrip("0123456789")
+    ends = [name.removeprefix(stem) for name in components]
+    if len(ends) > 2 and all(map(str.isdecimal, ends)):
+        first, last = min(ends, key=int), max(ends, key=int)
+        if int(last) - int(first) == len(ends) - 1:
+            return [say("parts.from_to", first=part(stem + first), last=part(stem + last))]
     return [part(one) for one in components]
 
 

@@ -161,9 +161,7 @@ def _unnamed(
 
 
 def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
-    """What hardly matters last, before it what is unsure, first what the sizes of others go with; a
-    zero behind the play that moved it.
-    """
+    """What scales others first, what hardly matters last; a zero behind the play that moved it."""
 
     def last(one: Finding) -> tuple[bool, ...]:
         unsure = tied(one) and not sure(one, diagnosis)

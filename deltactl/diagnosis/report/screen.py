@@ -133,6 +133,7 @@ def screen_lines(
 def _below_the_table(
     diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways, width: int, steps: Sequence[str]
 ) -> list[Part]:
+    """The parts after the findings."""
     return [
         Part(_helps(diagnosis), turns=0, rank=1),
         Part(_or_else(diagnosis, ways, steps), say("screen.or_else"), turns=0, rank=2),
@@ -262,9 +263,7 @@ def _helps(diagnosis: Diagnosis) -> list[str]:
 
 
 def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str]) -> list[str]:
-    """What else the findings could be, and the run or the measurement that would distinguish, where
-    the steps do not say it.
-    """
+    """What else the findings could be, and how to find out where the steps do not say it."""
     following = experiment_line(diagnosis)
     entries = [f"{following}{say('run.get', job=ways.job)}"] if following else []
     unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if open_causes(one)}
