@@ -37,7 +37,7 @@ def if_nothing(answer: dict[str, Any]) -> str:
 
 def misses(answer: dict[str, Any]) -> bool:
     """Whether the job is farther from its path than the goal: by the sensors where they tell, else
-    by what was found.
+    by the findings.
     """
     if "goal_m" not in answer:  # a path in arm angles, which are commanded as they are
         return False

@@ -40,7 +40,7 @@ HEALTHY_EVERY = 6
 MOST_CAUSES = 3
 KEPT_OF_ANSWER = (
     *("outcome", "found", "corrected", "by_hand", "robot_s", "drawings", "why"),
-    *("goal_m", "expected_m", "expected_ci95_m", "after_ci95_m"),
+    *("goal_m", "expected_m"),
 )
 PLANS = 12
 """So many are remembered: before, after, and with each repair alone."""
@@ -105,18 +105,7 @@ def heal_case(seed: int, number: int, folder: Path) -> dict[str, Any]:
             order = Order(robot_file, JOB, work / "healing")
             patient = ProofPatient(machine, JOB, paths)
             answer = Healer(order, patient, lambda _: None, paths).heal()
-            kept = (
-                "outcome",
-                "found",
-                "corrected",
-                "by_hand",
-                "robot_s",
-                "drawings",
-                "why",
-                "goal_m",
-                "expected_m",
-            )
-            result |= {name: answer[name] for name in kept if name in answer}
+            result |= {name: answer[name] for name in KEPT_OF_ANSWER if name in answer}
         except DeltactlError as error:
             result |= {"outcome": "failed", "why": str(error)}
         corrected = work / "healing" / CANDIDATE

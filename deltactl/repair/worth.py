@@ -54,7 +54,7 @@ class Worth:
 
 @dataclass(frozen=True, slots=True)
 class Left:
-    """RMS distance of a job from its path by what was found, and its 95 % interval [m]."""
+    """RMS distance of a job from its path that the findings leave, and its 95 % interval [m]."""
 
     rms_m: float
     ci95_m: tuple[float, float]

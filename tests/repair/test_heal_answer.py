@@ -1,4 +1,4 @@
-"""What a healing is called: by its goal, by the sensors, and by what was found."""
+"""What a healing is called: by its goal, by the sensors, and by the findings."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_what_misses_its_goal_is_not_called_healed(
     outcome: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """By the sensors where they tell, else by what was found."""
+    """By the sensors where they tell, else by the findings."""
     answer = came_of(after_mm, expected_mm)
     assert answer["outcome"] == outcome
     lines = shown(answer, monkeypatch)

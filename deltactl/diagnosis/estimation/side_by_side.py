@@ -155,7 +155,7 @@ class _Work(Generic[Made]):
             made = self._worked_off(self._call_helpers)
             self.seats.leave()
             for _, answers in self.helpers:
-                made.update(receive(answers, self.known) or {})
+                made.update(_receive(answers, self.known) or {})
             self.seats.come_back()
             return [made[k] if k in made else task() for k, task in enumerate(self.tasks)]
         finally:
@@ -206,7 +206,7 @@ class _Work(Generic[Made]):
             finally:
                 self.seats.leave()
             with open(say, "wb") as out:
-                send(made, out, self.known)
+                _send(made, out, self.known)
         finally:
             os._exit(0)
 
@@ -215,12 +215,12 @@ def _quiet(*_: object, **__: object) -> None:
     """Show no warning; one that is an error still ends the process."""
 
 
-def send(made: Any, out: BinaryIO, known: Mapping[int, object]) -> None:
+def _send(made: Any, out: BinaryIO, known: Mapping[int, object]) -> None:
     """Write what was made; `known` objects, by their number in memory, as that number."""
     _Sender(out, known).dump(made)
 
 
-def receive(source: BinaryIO, known: Mapping[int, object]) -> Any:
+def _receive(source: BinaryIO, known: Mapping[int, object]) -> Any:
     """What was sent; None when it did not come to its end."""
     try:
         return _Receiver(source, known).load()

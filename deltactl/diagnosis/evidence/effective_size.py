@@ -97,7 +97,7 @@ def tempered(
     """Noise of a saturated residual (n,).
 
     fitted: numbers the saturated model took. took: (m, p) its shapes in standard deviations of the
-    noise and of their sizes, where what they took of noise with a memory is to be given back.
+    noise and of their sizes, where the noise with a memory that they absorbed is to be restored.
     """
     rows = read.rows
     left = residual[rows]
