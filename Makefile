@@ -116,7 +116,8 @@ newcomer: $(VENV)/.test
 # As many processes as cores: a job is planned at a low priority, and waits where all are taken.
 studies: WORKERS = 2
 studies: $(VENV)/.test
-	$(ONE_THREAD) $(BIN)/python -m pytest $(MANY) -m study --timeout 3600 $(AGAIN)
+	$(ONE_THREAD) $(BIN)/python -m pytest $(MANY) -m "study and not realtime" --timeout 3600 $(AGAIN)
+	$(BIN)/python -m pytest -m "study and realtime" --timeout 3600 $(AGAIN)
 
 # A twentieth of the comparison with other tools; without its second environment, what runs in ours.
 rivals-ci: $(VENV)/.test

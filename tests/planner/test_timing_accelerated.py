@@ -160,14 +160,18 @@ def test_a_fast_line_takes_hardly_longer_than_its_fastest_arm_alone(zhao):
 
 @pytest.mark.study
 @pytest.mark.realtime
-def test_looking_ahead_over_50_000_targets_takes_less_than_a_second(zhao):
+def test_looking_ahead_takes_time_in_proportion_to_the_targets(zhao):
+    """A factor, because processor time in seconds depends on what else the machine does."""
     limits = MotorLimits(8.0, 20.0, 20_000.0, STEP_RAD)
-    path = heart((0, 0, -0.45), 0.2, 20, 0.000255)
-    assert 50_000 <= len(path) < 51_000
-    angles = inverse(Linkage.of(zhao.geometry), path.targets).angles_rad
-    took_s = []
-    for _ in range(3):
+
+    def took_s(path):
+        angles = inverse(Linkage.of(zhao.geometry), path.targets).angles_rad
         begin_s = time.process_time()
         CurveSchedule(angles, path.targets, path.rest, path.dwell_s, 0.5, limits)
-        took_s.append(time.process_time() - begin_s)
-    assert min(took_s) < 1.0
+        return time.process_time() - begin_s
+
+    short, long = heart((0, 0, -0.45), 0.2, 2, 0.000255), heart((0, 0, -0.45), 0.2, 20, 0.000255)
+    assert len(short) < 5_100
+    assert len(long) >= 50_000
+    tries = [(took_s(short), took_s(long)) for _ in range(3)]  # in turns: a load meets both
+    assert min(long_s / short_s for short_s, long_s in tries) < 20.0
