@@ -201,7 +201,8 @@ class StepperAxis(StrictModel):
 
 
 class AxisGravity(StrictModel):
-    """What holds the weight on an axis = force_n + torque_nm * sin(position - zero_rad)."""
+    """What holds the weight on an axis = force_n, or constant_nm + torque_nm * sin(position -
+    zero_rad)."""
 
     torque_nm: Annotated[
         float, Field(ge=-1e6, le=1e6, description="no motor holds a hundred tonnes on a metre")
@@ -209,6 +210,10 @@ class AxisGravity(StrictModel):
     """What holds the weight of a turning axis level."""
     zero_rad: float = 0.0
     """Where that weight hangs straight down; the same any number of turns further."""
+    constant_nm: Annotated[
+        float, Field(ge=-1e6, le=1e6, description="no drum of a metre holds a hundred tonnes")
+    ] = 0.0
+    """What holds a load that is the same at every angle: a weight on a rope over a drum."""
     force_n: Annotated[
         float, Field(ge=-1e6, le=1e6, description="no slide holds a hundred tonnes")
     ] = 0.0
@@ -242,8 +247,17 @@ class ServoAxis(RuledModel):
 
     @rule("motion", "gravity")
     def _slides(self) -> None:
-        if self.motion == "rotary" and self.gravity is not None and self.gravity.force_n != 0.0:
-            raise ValueError("gravity.force_n is of a slide; of an axis that turns say torque_nm")
+        if self.gravity is None:
+            return
+        if self.motion == "rotary" and self.gravity.force_n != 0.0:
+            raise ValueError(
+                "gravity.force_n is for a slide; for an axis that turns, enter torque_nm or"
+                " constant_nm"
+            )
+        if self.motion == "linear" and self.gravity.constant_nm != 0.0:
+            raise ValueError(
+                "gravity.constant_nm is for an axis that turns; for a slide, enter force_n"
+            )
 
 
 class RangeSensor(StrictModel):

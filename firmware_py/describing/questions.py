@@ -163,6 +163,14 @@ SERVO_AXIS: tuple[Question, ...] = (
         only=TURNS,
     ),
     Question(
+        "constant_nm",
+        "Torque that holds a load of one size at every angle, N m (a weight on a rope over a drum:"
+        " kg * 9.81 * its radius), negative if it holds towards lower positions; 0: there is none",
+        "0",
+        unless=(*NO_EFFORT, ("motion", "linear")),
+        only=TURNS,
+    ),
+    Question(
         "slope_n",
         "Force that holds the slide on its slope, N (kg * 9.81 * sine of the slope), negative"
         " if it holds towards lower positions; 0: it is level, or balanced; unknown: if you do not"

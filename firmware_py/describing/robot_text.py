@@ -137,11 +137,15 @@ def _slope(answers: Answers) -> str:
 
 def _hanging(answers: Answers) -> str:
     """What weight does to an axis that turns; an example behind a # where nobody knows."""
-    torque_nm = _known(answers, "hanging_nm")
+    torque_nm, constant_nm = _known(answers, "hanging_nm"), numbers(answers, "constant_nm")[0]
+    constant = f"constant_nm: {_number(constant_nm)}"
+    if constant_nm and not torque_nm:
+        return f"gravity: {{{constant}}}   # the load: N m that hold it at every angle"
     if torque_nm == 0.0:
         return f"gravity: {{torque_nm: 0}}   {NOTHING}"
     zero = _number(math.radians(numbers(answers, "hanging_deg")[0]))
-    said = f"gravity: {{torque_nm: {_number(torque_nm or 1.5)}, zero_rad: {zero}}}   #"
+    weight = f"torque_nm: {_number(torque_nm or 1.5)}, zero_rad: {zero}"
+    said = f"gravity: {{{weight}{f', {constant}' if constant_nm else ''}}}   #"
     means = "N m that hold it level; the angle in rad at which it hangs straight down"
     if not torque_nm:
         return f"# {said} only where a weight hangs on the axis: {means}"

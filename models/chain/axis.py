@@ -36,7 +36,8 @@ def gravity_pull(gravity: AxisGravity | None, position: FloatArray) -> FloatArra
     """Torque (force) of gravity on the axis: against the torque that holds it; shape as given."""
     if gravity is None:
         return np.zeros_like(position)
-    held = gravity.force_n + gravity.torque_nm * np.sin(position - gravity.zero_rad)
+    constant = gravity.force_n + gravity.constant_nm
+    held = constant + gravity.torque_nm * np.sin(position - gravity.zero_rad)
     pull: FloatArray = -held
     return pull
 

@@ -165,5 +165,14 @@ def test_a_slope_pulls_a_slide_the_same_everywhere() -> None:
     assert gravity_pull(AxisGravity(force_n=12.0), at_m) == pytest.approx(-12.0)
     slope = {"kind": "servo_axis", "name": "s", "gravity": {"force_n": 12.0}}
     assert ServoAxis.model_validate(slope | {"motion": "linear"}).gravity is not None
-    with pytest.raises(ValueError, match="say torque_nm"):
+    with pytest.raises(ValueError, match="enter torque_nm"):
         ServoAxis.model_validate(slope | {"motion": "rotary"})
+
+
+def test_a_weight_on_a_rope_pulls_a_drum_the_same_at_every_angle() -> None:
+    at_rad = np.linspace(-7.0, 40.0, 9)
+    assert gravity_pull(AxisGravity(constant_nm=0.9), at_rad) == pytest.approx(-0.9)
+    drum = {"kind": "servo_axis", "name": "s", "gravity": {"constant_nm": 0.9}}
+    assert ServoAxis.model_validate(drum | {"motion": "rotary"}).gravity is not None
+    with pytest.raises(ValueError, match="enter force_n"):
+        ServoAxis.model_validate(drum | {"motion": "linear"})

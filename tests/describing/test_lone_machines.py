@@ -42,6 +42,20 @@ def test_a_weight_on_an_axis_is_asked_for_where_there_is_an_effort(
     assert "only where a weight hangs on the axis: N m that hold it level; the angle in rad" in says
 
 
+def test_a_weight_on_a_rope_may_hang_beside_one_on_an_arm(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    path = str(tmp_path / "drum.yaml")
+    rope = _weight(deltactl, path, "--constant-nm", "9.5*9.81*0.01").gravity
+    assert rope is not None
+    assert (rope.torque_nm, rope.constant_nm) == (0.0, pytest.approx(0.931950))
+    both = _weight(
+        deltactl, str(tmp_path / "both.yaml"), "--constant-nm", "-2", "--hanging-nm", "3"
+    ).gravity
+    assert both is not None
+    assert (both.torque_nm, both.constant_nm) == (3.0, -2.0)
+
+
 def test_a_weight_that_was_given_is_written(deltactl: Deltactl, tmp_path: Path) -> None:
     """Beside commands alone it was left out without a word."""
     deltactl("init", "axis", "a.yaml", "--motion", "rotary", "--hanging-nm", "1.72")

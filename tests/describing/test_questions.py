@@ -139,8 +139,8 @@ def test_what_would_be_guessed_is_said_with_what_is_missing() -> None:
     ("recorded", "asked"),
     [
         ("command", {"zero", "hanging_nm"}),
-        ("effort", {"inertia", "effort_gain", "hanging_nm"}),
-        ("both", {"zero", "inertia", "effort_gain", "hanging_nm"}),
+        ("effort", {"inertia", "effort_gain", "hanging_nm", "constant_nm"}),
+        ("both", {"zero", "inertia", "effort_gain", "hanging_nm", "constant_nm"}),
     ],
 )
 def test_nothing_is_asked_about_what_is_not_recorded(recorded: str, asked: set[str]) -> None:

@@ -123,6 +123,7 @@ def axis(
     effort_gain: Annotated[str | None, _asked("effort_gain", FORCED)] = None,
     hanging_nm: Annotated[str | None, _asked("hanging_nm", FORCED)] = None,
     hanging_deg: Annotated[str | None, _asked("hanging_deg", FORCED)] = None,
+    constant_nm: Annotated[str | None, _asked("constant_nm", FORCED)] = None,
     slope_n: Annotated[str | None, _asked("slope_n", FORCED)] = None,
     microsteps_per_rev: Annotated[str | None, _asked("microsteps_per_rev", STEPPED)] = None,
     gear_ratio: Annotated[str | None, _asked(GEAR, STEPPED)] = None,

@@ -38,7 +38,7 @@ STEPPED_SAYS = (
     "  STEPS: step pulses for one turn of the motor, as set at the drive: 1600, or 200x8",
     "  GEAR: turns of the motor for one turn of the axis: 5 for a gear of 5:1, 1 without a gear",
 )
-WEIGHT = {"rotary": "--hanging-nm", "linear": "--slope-n"}
+WEIGHT = {"rotary": "--hanging-nm or --constant-nm", "linear": "--slope-n"}
 """The option that says what a weight does, by what the axis does."""
 
 

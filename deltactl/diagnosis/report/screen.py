@@ -13,7 +13,7 @@ from functools import partial
 
 from rich.markup import escape
 
-from deltactl.diagnosis.answer.how_sure import is_about
+from deltactl.diagnosis.answer.how_sure import is_about, settled
 from deltactl.diagnosis.answer.records import Diagnosis, Finding, SmallestDetectable
 from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.answer.what_is_left import apart
@@ -235,16 +235,21 @@ def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     main = main_of(finding) if finding.parameters else ""
     sizes = sorted(shown_sizes(finding), key=lambda size: size[0] != main)
     first = sizes[0][1] if sizes else None
-    yield (f"{number}", name, where, *_cells(first), sure)
+    there = settled(finding)
+    yield (f"{number}", name, where, *_cells(first, there), sure)
     for _, size in sizes[1:]:
-        yield "", f"  {size.name}", "", *_cells(size), ""
+        yield "", f"  {size.name}", "", *_cells(size, there), ""
 
 
-def _cells(size: Size | None) -> tuple[str, str]:
-    """A size and its interval, which is not known of a sum of times and of a lone event."""
+def _cells(size: Size | None, there: bool) -> tuple[str, str]:
+    """A size and its interval, which is not known of a sum of times and of a lone event.
+
+    there: the finding is settled; where its interval holds nothing, its size is not known.
+    """
     if size is None:
         return "", ""
-    return size.shown, size.interval or say("size.not_known") * math.isfinite(size.value)
+    shown = say("size.not_known") if there and size.low < 0.0 < size.high else size.shown
+    return shown, size.interval or say("size.not_known") * math.isfinite(size.value)
 
 
 def _laid_out(row: Sequence[str], widths: Sequence[int]) -> str:
