@@ -33,6 +33,7 @@ WAVE = np.sin(T_S)
         (FOLLOWS, {"command": WAVE, "position": -WAVE}, "moves against"),
         (FOLLOWS, {"position": WAVE}, "column command missing"),
         (FOLLOWS, {"command": WAVE}, "position missing"),
+        (FOLLOWS, {"effort": WAVE, "position": WAVE}, "no `inertia`"),
         (FORCED, {"effort": 1e3 * WAVE, "position": WAVE}, "units"),
         (
             FOLLOWS,

@@ -168,6 +168,8 @@ def _check_command(robot: StepperAxis | ServoAxis, recording: FlatRecording) -> 
         name = "steps_1"
         if robot.drive is None:
             refuse("step_without_drive", recording.source, name)
+    if name is None and isinstance(robot, ServoAxis) and first_of(recording, ["effort"]):
+        refuse("effort_without_inertia", recording.source, robot=robot.name)
     refuse_mostly_empty(recording, name or _need(recording, (), order[0]))
 
 

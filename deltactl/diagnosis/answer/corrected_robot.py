@@ -8,6 +8,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables, table_of
@@ -86,7 +87,7 @@ def save_corrected(
 
 def lasts(finding: Finding) -> bool:
     """Whether a robot file can describe it, and it will last until the next run."""
-    names, known = set(finding.parameters), VOCABULARY.get(finding.effect)
+    names, known = finding.parameters.keys() - {IN_ALL}, VOCABULARY.get(finding.effect)
     forms = [known] if known is not None else []
     if finding.component == COMPONENT:
         forms = forms_of(finding.effect)
@@ -177,7 +178,8 @@ def _moves(effect: str) -> bool:
 
 
 def _entry(finding: Finding, diagnosis: Diagnosis) -> EffectEntry:
-    sizes = {n: one for n, one in finding.parameters.items() if one.value is not None}
+    given = finding.parameters.items()
+    sizes = {n: one for n, one in given if one.value is not None and n != IN_ALL}
     values: dict[str, Any] = {n: _fixed(one.value) for n, one in sizes.items()}
     intervals: dict[str, Any] = {
         n: _fixed(one.ci95)

@@ -8,6 +8,9 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+IN_ALL = "total"
+"""Dead time and time constant together, beside them where their interval is known: no parameter of
+a robot file."""
 HUGE = 1e100
 """No machine has a size beyond this: it represents one that does not exist."""
 

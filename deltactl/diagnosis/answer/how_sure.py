@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from deltactl.diagnosis.answer.finding import HUGE
+from deltactl.diagnosis.answer.finding import HUGE, IN_ALL, ParameterResult
 from deltactl.diagnosis.answer.options import SAYING, VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, PriorSensitivity
 from deltactl.diagnosis.answer.verdict import NAMELESS
@@ -64,7 +64,7 @@ def is_about(sensitivity: PriorSensitivity, finding: Finding) -> bool:
     return (sensitivity.effect, sensitivity.component) == (finding.effect, finding.component)
 
 
-def late_in_all_s(finding: Finding) -> float | None:
+def late_in_all(finding: Finding) -> ParameterResult | None:
     """Dead time and time constant together, where how they divide is not known.
 
     At low frequencies they act alike: a recording of slow motion shows their sum well, while the
@@ -82,26 +82,27 @@ def late_in_all_s(finding: Finding) -> float | None:
     sum_s = sum(part[0][0] for part in parts)
     value, low, _ = max(part[0] for part in parts)
     longest_s = max(high - low for ((_, low, high),) in parts)
-    if value < SAYING.by_the_loop * (sum_s - value):
-        return sum_s
-    vague = value > SAYING.by_the_loop * low or sum_s < SAYING.by_the_loop * longest_s < HUGE
-    return sum_s if vague else None
+    vague = value < SAYING.by_the_loop * (sum_s - value) or value > SAYING.by_the_loop * low
+    vague |= sum_s < SAYING.by_the_loop * longest_s < HUGE
+    known = finding.parameters.get(IN_ALL)
+    return (known or ParameterResult(value=sum_s, ci95=[], unit="s")) if vague else None
 
 
 def after_its_effort(finding: Finding) -> bool:
     """Whether a delay is that of a motion behind the effort that makes it: a dead time alone."""
     alone = has(finding.effect, Trait.DRIVE_DELAY) and finding.component == COMPONENT
-    return alone and set(finding.parameters) == {"dead_time"}
+    return alone and set(times_s(finding)) == {"dead_time"}
 
 
 def times_s(finding: Finding) -> dict[str, float]:
     """Its times [s], by parameter."""
-    return {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
+    given = finding.parameters.items()
+    return {n: p.components[0][0] for n, p in given if p.unit == "s" and n != IN_ALL}
 
 
 def mostly_dead(finding: Finding) -> bool:
     """Whether most of a delay is a dead time, which no gain shortens, and both are known."""
-    if not has(finding.effect, Trait.DRIVE_DELAY) or late_in_all_s(finding) is not None:
+    if not has(finding.effect, Trait.DRIVE_DELAY) or late_in_all(finding) is not None:
         return False
     times = times_s(finding)
     return times.get("dead_time", 0.0) > times.get("time", 0.0)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from deltactl.diagnosis.answer.how_sure import exclusive, is_about, late_in_all_s, tied
+from deltactl.diagnosis.answer.how_sure import exclusive, is_about, late_in_all, tied
 from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,
     Finding,
-    ParameterResult,
     PriorSensitivity,
     Where,
 )
@@ -50,8 +49,7 @@ def span_s(diagnosis: Diagnosis) -> Span:
 
 def shown_sizes(finding: Finding) -> Iterator[tuple[str, Size]]:
     """Its parameters by name, as shown; the sum alone of a delay of which no part is known."""
-    if (late_s := late_in_all_s(finding)) is not None:
-        late = ParameterResult(value=late_s, ci95=[], unit="s")
+    if (late := late_in_all(finding)) is not None:
         yield from (("time", size) for size in sizes(finding.effect, "late_in_all", late))
         return
     for name, result in reported(finding.parameters).items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from deltactl.diagnosis.answer.how_sure import late_in_all_s
+from deltactl.diagnosis.answer.how_sure import late_in_all
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.report import pairs
@@ -80,8 +80,8 @@ def _sentence(
     if finding.effect == found_by(Search.REPEATS).name and finding.where.times_s:
         begin, end = finding.where.times_s[0]
         return say("words.repeats", part=where, begin=begin, end=end)
-    if (late_s := late_in_all_s(finding)) is not None:
-        return say("words.late", part=where, size=quantity(late_s, "s", digits=3))
+    if (late := late_in_all(finding)) is not None:
+        return say("words.late", part=where, size=quantity(late.components[0][0], "s", digits=3))
     kind = kinds.get(finding.effect)
     if kind is None:
         return effect(finding.effect, finding.component)

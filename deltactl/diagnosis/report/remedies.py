@@ -17,7 +17,7 @@ from deltactl.diagnosis.answer.corrected_robot import sure
 from deltactl.diagnosis.answer.how_sure import (
     act_on,
     after_its_effort,
-    late_in_all_s,
+    late_in_all,
     minor,
     mostly_dead,
     tied,
@@ -260,8 +260,8 @@ def _late(finding: Finding) -> str:
     """
     if not has(finding.effect, Trait.DRIVE_DELAY):
         return ""
-    if (late_s := late_in_all_s(finding)) is not None:
-        return say("late.in_all", size=quantity(late_s, "s", digits=3))
+    if (late := late_in_all(finding)) is not None:
+        return say("late.in_all", size=quantity(late.components[0][0], "s", digits=3))
     times = times_s(finding)
     return " and ".join(
         say(f"late.{name}", size=quantity(times[name], "s", name, 3))

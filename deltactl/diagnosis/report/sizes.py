@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.picture import unit_of
 from deltactl.diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from deltactl.diagnosis.report.templates import numbered, say, templates
@@ -14,7 +15,7 @@ from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis
 
 DEG = math.degrees(1.0)
 NOT_REPORTED = frozenset(
-    {"phase", "amplitude_2", "phase_2", "start", "drag", "friction", "stiffness"}
+    {"phase", "amplitude_2", "phase_2", "start", "drag", "friction", "stiffness", IN_ALL}
 )
 """Second parameters that mean nothing to a mechanic; the table of all numbers has them."""
 FINEST_S = 2

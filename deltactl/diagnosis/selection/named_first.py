@@ -179,6 +179,10 @@ def _beside(
 ) -> Selected:
     """Choose among what was open, or is needless beside the unknown, beside what is sure."""
     sure = frozenset(key for key in named.best.keys if chances[key] > SELECTION.sure)
+    if sure < named.best.keys:  # an unknown gives way to what is sure, not to what may be
+        sizes = {k: v for k, v in named.best.sizes.items() if k.rpartition(".")[0] in sure}
+        plant.keep_beside(shapes_of(plant, sure, sizes))
+        free = Laplace(plant, free.noise)
     kept = _pruned(free, sure | unknown, unknown)
     opened = [
         key

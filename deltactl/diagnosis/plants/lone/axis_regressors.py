@@ -60,7 +60,6 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
         named(
             "command/lag", sizes=lag, equivalents=instead("command/lag"), starts=LONE.lag_starts_s
         ),
-        _fastest(axis),
     ]
     if axis.robot.zero == "absolute":
         zero = column_of("command/offset")[0]
@@ -78,7 +77,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     else:
         either = instead(f"{drive}/play")
         found.append(named(f"{drive}/play", sizes=(width, *starts), equivalents=either))
-    places = (*(_waves(axis, key) for key in WAVES), _jump(axis), _ringing(axis))
+    places = (_fastest(axis), *(_waves(axis, key) for key in WAVES), _jump(axis), _ringing(axis))
     found += [one for one in places if one is not None]
     found.append(named("command/drift", follows=("time",), alone=False))
     same = _constants(axis)
@@ -113,8 +112,11 @@ def why_none_yields(axis: RecordedAxis) -> str:
     return LOAD_UNKNOWN.format(GRAVITY_OR if isinstance(axis.robot, ServoAxis) else "")
 
 
-def _fastest(axis: RecordedAxis) -> Regressor:
+def _fastest(axis: RecordedAxis) -> Regressor | None:
+    """A limit between the speed that the axis reaches and the one commanded."""
     usual, fastest = axis.speeds
+    if usual >= fastest:
+        return None
     limit = Size("limit", "flat", fastest, usual, fastest, 2e-3 * fastest)
     starts = tuple((usual + x * (fastest - usual),) for x in LONE.limit_starts)
     return named("command/speed", sizes=(limit,), alone=False, starts=starts)

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.repeats import Repeats, repeats
@@ -98,6 +99,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         found = {"position": self.commanded, "time": self.t_s}
         if not self.arrived:
             found["velocity"] = np.gradient(self.commanded, self.t_s)
+            found["acceleration"] = np.gradient(found["velocity"], self.t_s)
         if self.steady:
             del found["time"]
         if np.ptp(self.pull[self.rows]) > 0.0:
@@ -123,13 +125,18 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     @cached_property
     def _named(self) -> FloatArray:
-        """A constant, the travel, a small lag (the command's own speed) and the load, (n, j)."""
+        """A constant, the travel, the load and a small lag (the command's own speed), (n, j).
+
+        A lag is not negative: nothing named explains a reading that is ahead of its command.
+        """
         named = [np.ones_like(self.t_s), self.commanded]
-        if not self.arrived:
-            named.append(-np.gradient(self.commanded, self.t_s))
         if np.ptp(self.pull[self.rows]) > 0.0:
             named.append(self.pull)
-        return np.stack(named, axis=1)
+        late = -np.gradient(self.commanded, self.t_s)
+        shapes: FloatArray = np.stack([*named, late], axis=1)
+        off = (self.observed - self.nominal)[self.rows]
+        is_late = float(np.linalg.lstsq(shapes[self.rows], off, rcond=1e-10)[0][-1]) > 0.0
+        return shapes if is_late and not self.arrived else shapes[:, :-1]
 
     @cached_property
     def unsampled(self) -> FloatArray:
@@ -143,8 +150,12 @@ class CommandedAxis(RecordedAxis, LeftOver):
         return share * between_rows(self.commanded)
 
     def spanned(self, name: str) -> FloatArray:
-        """Named shapes (n, j) that no spline term over this covariate may take the place of."""
-        return self._named[:, :2] if name == "time" else self._named
+        """Named shapes (n, j) that no spline term over this covariate may take the place of.
+
+        A motion back and forth accelerates against its place: there it may be a ratio as well.
+        """
+        kept = {"time": [0, 1], "acceleration": [0, *range(2, self._named.shape[1])]}
+        return self._named[:, kept[name]] if name in kept else self._named
 
     def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
         """The same detail over the places that the axis comes to by another set."""
@@ -203,6 +214,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
             "lag": [
                 Shown("time", "s", lambda v: v["time"]),
                 Shown("dead_time", "s", lambda v: v["dead_time"]),
+                Shown(IN_ALL, "s", lambda v: v["time"] + v["dead_time"]),
             ],
             "droop": [Shown("stiffness", stiffness, lambda v: 1.0 / v["1/stiffness"])],
             "gear": [

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import binary_dilation
 
+from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime
@@ -250,7 +251,9 @@ class ForcedAxis(LeftOver):
 
     @cached_property
     def _limit(self) -> EffortLimit:
-        return EffortLimit(self.filtered_force, self.drawn_on, self.rows, self._left_by_all)
+        # A limit that cut the effort as it is read would explain its noise.
+        asked = self.motion.above_its_noise(self.force)
+        return EffortLimit(asked, self.drawn_on, self.rows, self._left_by_all)
 
     def _left_by_all(self, rows: IntArray) -> FloatArray:
         """What all named forces together leave of some rows (m,), absolute."""
@@ -362,6 +365,7 @@ class ForcedAxis(LeftOver):
             "lag": [
                 Shown("time", "s", lambda v: v["time"]),
                 Shown("dead_time", "s", lambda v: v["dead_time"]),
+                Shown(IN_ALL, "s", lambda v: v["time"] + v["dead_time"]),
             ],
             "limit": [Shown("limit", self.unit, lambda v: v["limit"], nothing=np.inf)],
             "stribeck": [
