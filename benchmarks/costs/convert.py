@@ -93,9 +93,11 @@ def run(folder: Path, *arguments: str) -> tuple[int, float, float, float]:
     began_s = time.monotonic()
     child = subprocess.Popen(
         [sys.executable, "-m", "deltactl.cli.main", *arguments],
-        cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
         env=os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])},
-    )  # fmt: skip
+    )
     _, status, used = os.wait4(child.pid, 0)
     child.returncode = os.waitstatus_to_exitcode(status)
     took_s = time.monotonic() - began_s

@@ -129,10 +129,14 @@ def main() -> None:
     years = [year(1000 * given.seed + number) for number in range(given.years)]
     false = np.array([one.false for one in years])
     at = np.array([one.play_at for one in years])
-    print(f"{len(years)} robot-years: {false.mean():.2f} false announcements a year, most"
-          f" {false.max()}; {np.mean(false <= 1):.0%} of the years have at most one")  # fmt: skip
-    print(f"play announced in {np.isfinite(at).sum()} of {len(at)}, at {np.nanmedian(at):.2f} times"
-          f" the detection limit (median), at most {np.nanmax(at):.2f}")  # fmt: skip
+    print(
+        f"{len(years)} robot-years: {false.mean():.2f} false announcements a year, most"
+        f" {false.max()}; {np.mean(false <= 1):.0%} of the years have at most one"
+    )
+    print(
+        f"play announced in {np.isfinite(at).sum()} of {len(at)}, at {np.nanmedian(at):.2f} times"
+        f" the detection limit (median), at most {np.nanmax(at):.2f}"
+    )
 
 
 if __name__ == "__main__":

@@ -108,9 +108,12 @@ def arm_finding(effect: str, place: str, value: float, half: float) -> Json:
     if np.isfinite(half):
         size = {"value": float(value), "ci95": [float(value - half), float(value + half)]}
     return {
-        "effect": effect, "component": place, "alternatives": [], "probability": None,
+        "effect": effect,
+        "component": place,
+        "alternatives": [],
+        "probability": None,
         "parameters": {PARAMETERS[effect]: size},
-    }  # fmt: skip
+    }
 
 
 def least_size(run: ArmRun, effect: str, place: str) -> float:
@@ -123,8 +126,9 @@ def least_size(run: ArmRun, effect: str, place: str) -> float:
     effort = float(np.sqrt(np.mean(run.effort[run.rows, joint] ** 2)))
     moved = {
         "viscous_friction": np.sqrt(np.mean(run.v[run.rows, joint] ** 2)),
-        "inertia": np.sqrt(np.mean(run.a[run.rows, joint] ** 2)), "effort_gain": effort,
-    }  # fmt: skip
+        "inertia": np.sqrt(np.mean(run.a[run.rows, joint] ** 2)),
+        "effort_gain": effort,
+    }
     return float(DRAWN * effort / moved.get(effect, 1.0))
 
 

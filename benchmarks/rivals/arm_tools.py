@@ -48,8 +48,11 @@ from benchmarks.rivals.axis_signals import Array, Json, rate
 ROUNDS = 3
 """Weighted fits, each with the weights of the one before."""
 FIGAROH_NAMES = {
-    "fs": "joint_friction", "fv": "viscous_friction", "Ia": "inertia", "off": "effort_offset",
-}  # fmt: skip
+    "fs": "joint_friction",
+    "fv": "viscous_friction",
+    "Ia": "inertia",
+    "off": "effort_offset",
+}
 LINK = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """Mass, moments and inertias of a link, in the order of a regressor."""
 Column = tuple[str, str]
@@ -157,8 +160,7 @@ def by_figaroh(run: ArmRun) -> list[Json]:
         if sureness(run, one, off[row], errors[row]) > SURE_T:
             found.append(arm_finding(*one, off[row], 1.96 * errors[row]))
     tip = run.joints[-1]
-    held = [labels.index(f"{part}_{tip}") for part in LINK
-            if f"{part}_{tip}" in labels]  # fmt: skip
+    held = [labels.index(f"{part}_{tip}") for part in LINK if f"{part}_{tip}" in labels]
     terms, spread = _load(
         off[of_links], mapping[np.ix_(of_links, held)], covariance[np.ix_(of_links, of_links)]
     )
@@ -193,10 +195,13 @@ def _identified(run: ArmRun) -> Any:
             none = [0.0] * count
             stated = {
                 "joints": {"active_joints": run.joints},
-                "mechanics": {"friction_coefficients": friction, "actuator_inertias": none,
-                              "joint_offsets": none},
+                "mechanics": {
+                    "friction_coefficients": friction,
+                    "actuator_inertias": none,
+                    "joint_offsets": none,
+                },
                 "problem": {"wls": True},
-            }  # fmt: skip
+            }
             self.identif_config = config.unified_to_legacy_identif_config(self.robot, stated)
             self.identif_config |= {name: list(range(count)) for name in ("act_idxq", "act_idxv")}
 

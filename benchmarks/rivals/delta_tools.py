@@ -245,9 +245,12 @@ def finding(entry: str, value: float, half: float | None) -> Json:
     if half is not None and np.isfinite(half):
         size = {"value": value, "ci95": [value - half, value + half]}
     return {
-        "effect": effect, "component": place, "alternatives": [], "probability": None,
+        "effect": effect,
+        "component": place,
+        "alternatives": [],
+        "probability": None,
         "parameters": {ENTRIES[entry][0]: size},
-    }  # fmt: skip
+    }
 
 
 def by_klipper(run: Run) -> tuple[list[Json], Values]:

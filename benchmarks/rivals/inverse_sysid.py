@@ -284,9 +284,12 @@ def by_sysid_of_axes(tool: str, given: Signals, folder: Path) -> list[Json] | No
         "effort_offset": Open(force, -WIDE * force, WIDE * force),
         "effort_gain": Open(0.02, -0.8, 4.0),
         "following_lag": Open(1e-3, 0.0, 0.5),
-    }  # fmt: skip
-    told = [name for name, _ in _told(folder)] if tool == TOLD else [
-        name for name in lists if name != "effort_gain"]  # fmt: skip
+    }
+    told = (
+        [name for name, _ in _told(folder)]
+        if tool == TOLD
+        else [name for name in lists if name != "effort_gain"]
+    )
     if not told or set(told) - set(lists):
         return None
     kept, t_s = given.kept, given.step_s * np.arange(len(given.y))
@@ -309,6 +312,7 @@ def by_sysid_of_axes(tool: str, given: Signals, folder: Path) -> list[Json] | No
             size += {"effort_gain": 1.0, "inertia": stated}.get(name, 0.0)
             one = arm_finding(name, axis, size, half)
             sizes = {_AXIS.get(key, key): own for key, own in one["parameters"].items()}
-            found.append({"effect": name, "alternatives": [], "probability": None,
-                          "parameters": sizes})  # fmt: skip
+            found.append(
+                {"effect": name, "alternatives": [], "probability": None, "parameters": sizes}
+            )
     return found

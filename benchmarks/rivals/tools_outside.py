@@ -101,9 +101,10 @@ def candidates(given: Signals) -> dict[str, list[Open]]:
         "gear_ratio": [("scale", 1.0, 0.5, 2.0)],
         "gear_backlash": [("width", 0.005 * stroke, 0.0, 0.5 * stroke)],
         "following_lag": [
-            ("time", 0.01 * late_s, 0.0, late_s), ("dead_time", 0.01 * late_s, 0.0, late_s),
+            ("time", 0.01 * late_s, 0.0, late_s),
+            ("dead_time", 0.01 * late_s, 0.0, late_s),
         ],
-    }  # fmt: skip
+    }
     if given.sets["zero"] == "absolute":
         found["home_offset"] = [("angle", 0.0, -np.inf, np.inf)]
     return found
@@ -244,9 +245,11 @@ def by_textbook(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]
     variance = float(np.sum((rest - columns @ terms) ** 2)) / free if free > 0 else np.inf
     errors = np.sqrt(variance * np.sum(inverse**2, axis=1))
     names = {
-        "inertia": "inertia", "joint_friction": "torque", "viscous_friction": "coefficient",
+        "inertia": "inertia",
+        "joint_friction": "torque",
+        "viscous_friction": "coefficient",
         "effort_offset": "offset",
-    }  # fmt: skip
+    }
     findings = []
     for (effect, value), term, error in zip(names.items(), terms, errors, strict=True):
         if (abs(term) if value in ("inertia", "offset") else term) > SURE_T * error:

@@ -103,10 +103,13 @@ def preview_options(paths_m: list[list[list[float]]]) -> dict[str, Any]:
     series: list[Entry] = []
     for number, (title, up) in enumerate((("from above: x, y [mm]", 1), ("side: x, z [mm]", 2))):
         left = f"{4 + 50 * number}%"
-        titles.append({
-            "text": title, "left": left,
-            "textStyle": {"fontSize": 12, "fontWeight": "normal", "color": GREY},
-        })  # fmt: skip
+        titles.append(
+            {
+                "text": title,
+                "left": left,
+                "textStyle": {"fontSize": 12, "fontWeight": "normal", "color": GREY},
+            }
+        )
         grids.append({"left": left, "width": "42%", "top": 34, "bottom": 20, "containLabel": True})
         for axes, axis in ((x_axes, 0), (y_axes, up)):
             centre = 1e3 * middle[axis]
@@ -118,12 +121,15 @@ def preview_options(paths_m: list[list[list[float]]]) -> dict[str, Any]:
             })  # fmt: skip
         series += [
             {
-                "type": "line", "xAxisIndex": number, "yAxisIndex": number, "showSymbol": False,
+                "type": "line",
+                "xAxisIndex": number,
+                "yAxisIndex": number,
+                "showSymbol": False,
                 "lineStyle": {"width": 1.5, "color": COLOURS[2]},
                 "data": [[1e3 * point[0], 1e3 * point[up]] for point in path],
             }
             for path in paths_m
-        ]  # fmt: skip
+        ]
     return {
         "animation": False, "title": titles, "grid": grids, "xAxis": x_axes, "yAxis": y_axes,
         "series": series, "tooltip": {"show": False},

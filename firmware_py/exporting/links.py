@@ -89,8 +89,9 @@ def joints_of(robot: DeltaRobot) -> list[Joint]:
 def _arm(number: int, arm: Arm) -> Iterator[Joint]:
     n, here = number, (0.0, 0.0, 0.0)
     out, elbow, down = (arm.base_radius_m, 0.0, 0.0), (arm.upper_arm_m, 0.0, 0.0), -arm.forearm_m
-    yield Joint(f"shoulder_{n}", BASE, f"shoulder_{n}_link", _turned(out, arm.azimuth_rad),
-                arm.azimuth_rad)  # fmt: skip
+    yield Joint(
+        f"shoulder_{n}", BASE, f"shoulder_{n}_link", _turned(out, arm.azimuth_rad), arm.azimuth_rad
+    )
     yield Joint(f"{MOTOR}_{n}", f"shoulder_{n}_link", f"upper_arm_{n}", here, about=ABOUT[MOTOR])
     yield Joint(f"{LEVEL}_{n}", f"upper_arm_{n}", f"elbow_{n}", elbow, about=ABOUT[LEVEL],
                 mimics=f"{MOTOR}_{n}")  # fmt: skip

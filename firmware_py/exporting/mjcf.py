@@ -102,9 +102,7 @@ def _hinge(body: ET.Element, name: str, axis: str, **more: str) -> None:
 
 def _rod(body: ET.Element, ends: str, radius_m: float, mass_kg: float) -> None:
     mass = f"{max(mass_kg, LIGHTEST_KG):.9g}"
-    ET.SubElement(
-        body, "geom", type="capsule", fromto=ends, size=f"{radius_m:g}", mass=mass
-    )  # fmt: skip
+    ET.SubElement(body, "geom", type="capsule", fromto=ends, size=f"{radius_m:g}", mass=mass)
 
 
 def _platform(world: ET.Element, arms: list[Arm], masses: Masses) -> None:
@@ -113,9 +111,12 @@ def _platform(world: ET.Element, arms: list[Arm], masses: Masses) -> None:
         ET.SubElement(body, "joint", name=f"{PLATFORM}_{axis}", type="slide", axis=along)
     size_m = max(max(arm.platform_radius_m for arm in arms), THICK_M)
     ET.SubElement(
-        body, "geom", type="cylinder", size=f"{size_m:.9g} {PLATE_M:g}",
+        body,
+        "geom",
+        type="cylinder",
+        size=f"{size_m:.9g} {PLATE_M:g}",
         mass=f"{max(masses.platform_kg, LIGHTEST_KG):.9g}",
-    )  # fmt: skip
+    )
     for number, arm in enumerate(arms, 1):
         away = np.array([np.cos(arm.azimuth_rad), np.sin(arm.azimuth_rad), 0.0])
         place = _words(away * arm.platform_radius_m)

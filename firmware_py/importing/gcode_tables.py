@@ -52,9 +52,7 @@ WITHOUT_MEANING = frozenset(
 )  # fmt: skip
 """Filament, tool lengths, ends of what never began, exact stops: no part of a path; noted."""
 
-WORDS_OF: dict[float, str] = {
-    10.0: "S", 40.0: "D", 43.0: "HXYZ", 49.0: "H", 64.0: "PQ", 96.0: "D",
-}  # fmt: skip
+WORDS_OF: dict[float, str] = {10.0: "S", 40.0: "D", 43.0: "HXYZ", 49.0: "H", 64.0: "PQ", 96.0: "D"}
 """Words that a code may carry beside those that any line may."""
 ANYWHERE = frozenset("FSTE")
 """Feed, spindle or laser, tool, extruder: no place, on whatever line they are."""

@@ -48,8 +48,10 @@ def as_chain(seen: Inspection, joints: Sequence[str]) -> Inspection | None:
         for number, (_, others) in enumerate(columns_of(joints, stem), 1)
         if (name := next((one for one in others if one in seen.table), None)) is not None
     }
-    whole = {role: [one.role for one in guesses.values()].count(role) == len(joints)
-             for role in ("theta", "command", EFFORT)}  # fmt: skip
+    whole = {
+        role: [one.role for one in guesses.values()].count(role) == len(joints)
+        for role in ("theta", "command", EFFORT)
+    }
     placed = any(map(TARGET.fullmatch, seen.table))
     if not (whole["theta"] and whole[EFFORT]) and not (
         placed and (whole["theta"] or whole["command"])

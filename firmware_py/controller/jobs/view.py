@@ -181,8 +181,9 @@ def _frame(link: Placed) -> tuple[Point, Point]:
 def _rod(length_m: float, width_m: float, colour: Point, aside_m: float) -> Message:
     """A cylinder along y: Foxglove's are along z."""
     half = math.sqrt(0.5)
-    return _cylinder((aside_m, 0.0, 0.0), (half, 0.0, 0.0, half), (width_m, width_m, length_m),
-                     colour)  # fmt: skip
+    return _cylinder(
+        (aside_m, 0.0, 0.0), (half, 0.0, 0.0, half), (width_m, width_m, length_m), colour
+    )
 
 
 def _cylinder(place: Point, turn: Point, size: Point, colour: Point) -> Message:
