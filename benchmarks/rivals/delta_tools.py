@@ -317,8 +317,7 @@ def answer(tool: str, folder: Path, robot: Json) -> Json:
             return {"findings": found, "failure": None, "seconds": seconds, "heldout": None}
         findings, values = TOOLS[tool](run)
     except (ValueError, TypeError, np.linalg.LinAlgError) as error:
-        return {"findings": None, "failure": str(error), "seconds": time.monotonic() - begun,
-                "heldout": None}  # fmt: skip
+        return NOT_TAKEN | {"failure": str(error), "seconds": time.monotonic() - begun}
     seconds = time.monotonic() - begun
     heldout = None
     if (apart := folder / "holdout.csv.gz").exists():

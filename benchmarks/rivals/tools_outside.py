@@ -281,8 +281,7 @@ def answer(tool: str, folder: Path) -> Json:
         apart = folder / "holdout.csv.gz"
         other = signals(apart, robot) if apart.exists() else None
     except (ValueError, TypeError, np.linalg.LinAlgError) as error:
-        return {"findings": None, "failure": str(error), "seconds": time.monotonic() - begun,
-                "heldout": None}  # fmt: skip
+        return NOT_TAKEN | {"failure": str(error), "seconds": time.monotonic() - begun}
     heldout = None
     if other is not None:
         left = (other.y - predict(other))[other.kept]

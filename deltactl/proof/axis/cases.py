@@ -33,11 +33,11 @@ from deltactl.proof.axis.observer import Alternatives, Observer, alternatives, b
 from deltactl.recording.tables.flat import from_columns
 from deltactl.recording.tables.flat_files import write_flat
 
-ROUND = (
-    "none", "single", "unknown", "gross", "faint", "pair", "ambiguous", "single", "none",
-    "unknown", "single", "pair", "tolerance", "gross", "three", "faint", "unknown", "single",
-    "ambiguous", "none",
-)  # fmt: skip
+_ROUND = (
+    "none single unknown gross faint pair ambiguous single none unknown"
+    " single pair tolerance gross three faint unknown single ambiguous none"
+)
+ROUND = tuple(_ROUND.split())
 """Tiers of twenty successive pairs of seeds."""
 MACHINES = ("commanded", "effort", "range", "commanded", "effort", "effort", "commanded")
 RATIOS = {
@@ -62,8 +62,8 @@ SMALL = 0.7
 """Root mean square of an imperfection of the tolerance tier over the noise."""
 NO_TOLERANCE = (*LIMITS, "lost_steps", "resonance")
 """No machine has a little of these by being built with ordinary care."""
-NEVER_TIED = (*LIMITS, "resonance", "lost_steps", "joint_compliance", "transmission_error",
-              "encoder_error")  # fmt: skip
+_OF_A_SHAPE = ("resonance", "lost_steps", "joint_compliance", "transmission_error", "encoder_error")
+NEVER_TIED = (*LIMITS, *_OF_A_SHAPE)
 """Effects with a pattern of their own in any motion that shows them."""
 TRIES = 60
 SAME_BY_WORD = {

@@ -40,6 +40,9 @@ LEVEL_INFO, LEVEL_ERROR = 2, 4
 STRAIGHT = (0.0, 0.0, 0.0, 1.0)
 
 Message = dict[str, Any]
+ONE_BEAM: Message = {"start_angle": 0.0, "end_angle": 0.0}
+STAYS: Message = {"lifetime": {"sec": 0, "nsec": 0}, "frame_locked": True}
+EVEN: Message = {"bottom_scale": 1.0, "top_scale": 1.0}
 Point = Sequence[float]
 
 
@@ -102,9 +105,8 @@ class View:
             return
         self._ranges[reading.axis] = (reading.t_ns, reading.distance_m)
         if self._due(f"range {reading.axis}", reading.t_ns):
-            scan = {"frame_id": f"sensor_{reading.axis}", "pose": _pose((0.0, 0.0, 0.0)),
-                    "start_angle": 0.0, "end_angle": 0.0, "ranges": [reading.distance_m],
-                    "intensities": []}  # fmt: skip
+            place = {"frame_id": f"sensor_{reading.axis}", "pose": _pose((0.0, 0.0, 0.0))}
+            scan = place | ONE_BEAM | {"ranges": [reading.distance_m], "intensities": []}
             self._stamped(reading.t_ns, RANGES[reading.axis], scan)
         self._measured(reading.t_ns)
 
@@ -149,20 +151,17 @@ class View:
 
     def _transforms(self, t_ns: int, frames: Sequence[tuple[str, Point, Point]]) -> None:
         stamp = _stamp(self._recorder.wall_ns(t_ns))
-        message = {
-            "transforms": [
-                {"timestamp": stamp, "parent_frame_id": BASE, "child_frame_id": name,
-                 "translation": _vector(place), "rotation": _turn(turn)}
-                for name, place, turn in frames
-            ]
-        }  # fmt: skip
-        self._recorder.viewed(t_ns, TRANSFORMS, message)
+        head = {"timestamp": stamp, "parent_frame_id": BASE}
+        parts = [
+            {"child_frame_id": name, "translation": _vector(place), "rotation": _turn(turn)}
+            for name, place, turn in frames
+        ]
+        self._recorder.viewed(t_ns, TRANSFORMS, {"transforms": [head | part for part in parts]})
 
     def _entity(self, t_ns: int, frame: str, cylinders: list[Message]) -> Message:
         stamp = _stamp(self._recorder.wall_ns(t_ns))
-        return {"timestamp": stamp, "frame_id": frame, "id": frame,
-                "lifetime": {"sec": 0, "nsec": 0}, "frame_locked": True,
-                "cylinders": cylinders} | {part: [] for part in UNUSED}  # fmt: skip
+        named = {"timestamp": stamp, "frame_id": frame, "id": frame}
+        return named | STAYS | {"cylinders": cylinders} | {part: [] for part in UNUSED}
 
     def _plate(self, radius_m: float, colour: Point) -> Message:
         size = (2.0 * radius_m, 2.0 * radius_m, PLATE_M)
@@ -188,13 +187,12 @@ def _rod(length_m: float, width_m: float, colour: Point, aside_m: float) -> Mess
 
 def _cylinder(place: Point, turn: Point, size: Point, colour: Point) -> Message:
     red, green, blue, alpha = colour
-    return {"pose": {"position": _vector(place), "orientation": _turn(turn)},
-            "size": _vector(size), "bottom_scale": 1.0, "top_scale": 1.0,
-            "color": {"r": red, "g": green, "b": blue, "a": alpha}}  # fmt: skip
+    painted = {"color": {"r": red, "g": green, "b": blue, "a": alpha}}
+    return {"pose": _pose(place, turn), "size": _vector(size)} | EVEN | painted
 
 
-def _pose(position_m: Point) -> Message:
-    return {"position": _vector(position_m), "orientation": _turn(STRAIGHT)}
+def _pose(position_m: Point, turn: Point = STRAIGHT) -> Message:
+    return {"position": _vector(position_m), "orientation": _turn(turn)}
 
 
 def _vector(point: Point) -> Message:
