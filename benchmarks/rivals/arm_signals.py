@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from benchmarks.rivals.axis_signals import SLOW, Array, Json, rate, read
+from benchmarks.rivals.axis_signals import SLOW, Array, Json, finding_of, rate, read, size_of
 
 URDF = "arm.urdf"
 CUT_HZ = 10.0
@@ -95,25 +95,15 @@ def arm_signals(file: Path, robot: Json) -> ArmRun:
     )
     tip = stated[joints[-1]].find("child")
     masses = [float(one.get("value", 0.0)) for one in tree.iter("mass")]
-    return ArmRun(
-        step_s, q, v, slope(v), smooth("effort") * np.array(robot["effort_gain"]), kept, joints,
-        "" if tip is None else str(tip.get("link")), dry, viscous,
-        sum(masses), masses[-1], urdf,
-    )  # fmt: skip
+    named, effort = "" if tip is None else str(tip.get("link")), smooth("effort")
+    effort *= np.array(robot["effort_gain"])
+    weigh = sum(masses), masses[-1]
+    return ArmRun(step_s, q, v, slope(v), effort, kept, joints, named, dry, viscous, *weigh, urdf)
 
 
 def arm_finding(effect: str, place: str, value: float, half: float) -> Json:
     """In the form of the diagnosis."""
-    size: Json = {"value": None, "ci95": [None, None]}
-    if np.isfinite(half):
-        size = {"value": float(value), "ci95": [float(value - half), float(value + half)]}
-    return {
-        "effect": effect,
-        "component": place,
-        "alternatives": [],
-        "probability": None,
-        "parameters": {PARAMETERS[effect]: size},
-    }
+    return finding_of(effect, {PARAMETERS[effect]: size_of(value, half)}, place)
 
 
 def least_size(run: ArmRun, effect: str, place: str) -> float:

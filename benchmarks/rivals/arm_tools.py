@@ -206,9 +206,9 @@ def _identified(run: ArmRun) -> Any:
             self.identif_config |= {name: list(range(count)) for name in ("act_idxq", "act_idxv")}
 
         def load_trajectory_data(self, data_source: str | None = None) -> dict[str, Array]:
-            return {"timestamps": run.step_s * rows[:, None], "positions": run.q[rows],
-                    "velocities": run.v[rows], "accelerations": run.a[rows],
-                    "torques": run.effort[rows]}  # fmt: skip
+            motion = {"velocities": run.v[rows], "accelerations": run.a[rows]}
+            at = {"timestamps": run.step_s * rows[:, None], "positions": run.q[rows]}
+            return at | motion | {"torques": run.effort[rows]}
 
         def process_kinematics_data(self, filter_config: Json | None = None) -> None:
             self.processed_data = dict(self.raw_data)

@@ -194,10 +194,9 @@ def _try(seed: int, tier: str, machine: str, rng: np.random.Generator) -> AxisCa
     ]
     if not _of_tier(tier, hidden, observer):
         return None
-    return AxisCase(
-        seed, tier, plan, run, holdout.moved(_again(sizes)), sizes, hidden,
-        _also(observer, sizes, hidden, chosen), observer,
-    )  # fmt: skip
+    later = holdout.moved(_again(sizes))
+    also = _also(observer, sizes, hidden, chosen)
+    return AxisCase(seed, tier, plan, run, later, sizes, hidden, also, observer)
 
 
 def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> list[Kind] | None:

@@ -229,7 +229,7 @@ def bowl(machine: Machine, rng: np.random.Generator, strength: float) -> Hidden:
 ODDITIES: dict[str, Build] = {
     build.__name__: build
     for build in (
-        other_axis, stripes, fast_reading, slow_sensor, wobble, bent_joint, dented_tooth,
-        slip_with_speed, coupled_joints, play_with_angle, ratchet, sway, bowl,
+        *(other_axis, stripes, fast_reading, slow_sensor, wobble, bent_joint, dented_tooth),
+        *(slip_with_speed, coupled_joints, play_with_angle, ratchet, sway, bowl),
     )
-}  # fmt: skip
+}

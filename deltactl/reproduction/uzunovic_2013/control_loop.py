@@ -164,10 +164,9 @@ def run(
     rows, cpu_s, wall_s = _loop(law, plant, given)
     still = np.tile([*plant.counts_at(start_rad), *start_rad, *[0.0] * 6], (on, 1))
     table = np.concatenate([still, np.array(rows)])
-    return Run(
-        t_s, reference_rad, table[:, 0:3] * settings.rad_per_count, table[:, 3:6],
-        table[:, 6:9], table[:, 9:12], on, cpu_s, wall_s,
-    )  # fmt: skip
+    measured_rad = table[:, 0:3] * settings.rad_per_count
+    others = table[:, 3:6], table[:, 6:9], table[:, 9:12]
+    return Run(t_s, reference_rad, measured_rad, *others, on, cpu_s, wall_s)
 
 
 def _loop(

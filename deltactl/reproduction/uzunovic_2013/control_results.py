@@ -66,13 +66,13 @@ def tracking_table(results: Sequence[Result], drive: ServoDrive) -> Sheet:
     return Sheet(
         "Tracking error, % of the reference's peak to peak (largest, from 1 s after control is on)",
         (
-            "experiment", "control", "joint 1", "joint 2", "joint 3", "paper", "half of it met",
-            "RMS", "overshoot %", "current RMS mA",
+            *("experiment", "control", "joint 1", "joint 2", "joint 3", "paper"),
+            *("half of it met", "RMS", "overshoot %", "current RMS mA"),
         ),
         tuple(rows),
         2,
         floor_note([found.asked for found in results], drive),
-    )  # fmt: skip
+    )
 
 
 def floor_note(asked: Sequence[References], drive: ServoDrive) -> str:
@@ -164,18 +164,17 @@ def reference_figure(asked: References) -> str:
     """Figure 7 or 9: the path of the platform, from above and from the side."""
     number = asked.experiment.reference_figure
     x, y, z = (1e3 * asked.position_m[::EVERY, axis] for axis in range(3))
+    from_above = f"reference of the {asked.experiment.name} experiment, from above"
     return columns(
         [
             LineChart(
-                f"Figure {number}: reference of the {asked.experiment.name} experiment, from above",
-                "x [mm]", "y [mm]", [Series("reference", x, y, Colour.ASKED)], equal_aspect=True,
-            ).html(),
-            LineChart(
-                f"Figure {number}: the same from the side",
-                "x [mm]", "z [mm]", [Series("reference", x, z, Colour.ASKED)], equal_aspect=True,
-            ).html(),
+                *(f"Figure {number}: {title}", "x [mm]", f"{axis} [mm]"),
+                [Series("reference", x, values, Colour.ASKED)],
+                equal_aspect=True,
+            ).html()
+            for title, axis, values in ((from_above, "y", y), ("the same from the side", "z", z))
         ]
-    )  # fmt: skip
+    )
 
 
 def response_figures(found: Result) -> list[str]:
