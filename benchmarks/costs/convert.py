@@ -19,9 +19,13 @@ from pathlib import Path
 MOVES = 100_000
 ROBOT = "my-delta.yaml"
 DIMENSIONS = {
-    "base-radius-mm": 120, "platform-radius-mm": 40, "upper-arm-mm": 150, "forearm-mm": 320,
-    "gear-ratio": 5, "microsteps-per-rev": 1600,
-}  # fmt: skip
+    "base-radius-mm": 120,
+    "platform-radius-mm": 40,
+    "upper-arm-mm": 150,
+    "forearm-mm": 320,
+    "gear-ratio": 5,
+    "microsteps-per-rev": 1600,
+}
 
 
 def short_moves(count: int) -> Iterator[str]:

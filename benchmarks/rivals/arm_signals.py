@@ -28,10 +28,14 @@ DRAWN = 0.02
 SURE_T = 4.0
 POSITIVE = ("joint_friction", "viscous_friction", "inertia", "following_lag")
 PARAMETERS = {
-    "joint_friction": "torque", "viscous_friction": "coefficient", "inertia": "inertia",
-    "effort_offset": "offset", "effort_gain": "scale", "following_lag": "dead_time",
+    "joint_friction": "torque",
+    "viscous_friction": "coefficient",
+    "inertia": "inertia",
+    "effort_offset": "offset",
+    "effort_gain": "scale",
+    "following_lag": "dead_time",
     "payload": "mass",
-}  # fmt: skip
+}
 """Effect -> its size: the list of all tools, each at every joint, the payload at the last link."""
 
 

@@ -82,9 +82,13 @@ def _columns(run: ArmRun, rows: Any) -> tuple[Array, dict[Column, Array]]:
     made: dict[Column, Array] = {}
     for j, name in enumerate(run.joints):
         of_joint = {
-            "joint_friction": np.sign(v), "viscous_friction": v, "inertia": a,
-            "effort_offset": np.ones_like(v), "effort_gain": asked, "following_lag": slope,
-        }  # fmt: skip
+            "joint_friction": np.sign(v),
+            "viscous_friction": v,
+            "inertia": a,
+            "effort_offset": np.ones_like(v),
+            "effort_gain": asked,
+            "following_lag": slope,
+        }
         for effect, signal in of_joint.items():
             made[effect, name] = np.zeros_like(v)
             made[effect, name][:, j] = signal[:, j]

@@ -202,12 +202,17 @@ def in_place(
     own = answers.by_case[truth["case"]]
     failed = own["failure"] is not None
     return Scored(
-        truth["case"], group, list(hidden), list(said),
+        truth["case"],
+        group,
+        list(hidden),
+        list(said),
         right=hidden.keys() == said.keys() and not failed,
         false=None if hidden else bool(said) or failed,
-        seconds=own["seconds"], failure=own["failure"],
-        agree=agreement(answers, truth["case"]), **figures,
-    )  # fmt: skip
+        seconds=own["seconds"],
+        failure=own["failure"],
+        agree=agreement(answers, truth["case"]),
+        **figures,
+    )
 
 
 def write_names(truths: Sequence[Json], folder: Path) -> None:

@@ -58,10 +58,14 @@ def mjcf_text(robot: RobotFile) -> str:
         _arm(world, number, arm, robot, masses)
         ET.SubElement(ties, "connect", site1=f"forearm_{number}_end", site2=f"platform_{number}")
         ET.SubElement(
-            drives, "position", name=f"{MOTOR}_{number}", joint=f"{MOTOR}_{number}",
+            drives,
+            "position",
+            name=f"{MOTOR}_{number}",
+            joint=f"{MOTOR}_{number}",
             kp=f"{2.0 * inertia_kgm2 * STIFF_RADPS**2:.9g}",
-            kv=f"{4.0 * inertia_kgm2 * STIFF_RADPS:.9g}", inheritrange="1",
-        )  # fmt: skip
+            kv=f"{4.0 * inertia_kgm2 * STIFF_RADPS:.9g}",
+            inheritrange="1",
+        )
     _platform(world, arms, masses)
     root.extend([ties, drives])
     _keyframe(root, robot)

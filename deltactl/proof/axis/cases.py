@@ -136,22 +136,36 @@ class AxisCase:
         )
         high = max(noise, untidy(self.run, np.random.default_rng([self.seed, 47])))
         return {
-            "case": f"axis_{self.seed:06d}", "seed": self.seed, "tier": self.tier,
-            "machine": plan.machine, "unit": unit,
+            "case": f"axis_{self.seed:06d}",
+            "seed": self.seed,
+            "tier": self.tier,
+            "machine": plan.machine,
+            "unit": unit,
             "answers": [cause.truth(plan.machine) for cause in self.hidden if cause.culprit],
-            "also": self.also, "noise_rms": noise,
+            "also": self.also,
+            "noise_rms": noise,
             "noise_rms_high": high,
-            "mismatch_rms": self.observer.rms(signal), "rows": len(self.run.rows.true_s),
+            "mismatch_rms": self.observer.rms(signal),
+            "rows": len(self.run.rows.true_s),
             "about": {
-                "style": plan.style, "rate": plan.rate_hz, "seconds": plan.pace.seconds,
-                "stroke": plan.pace.stroke, "stroke_s": plan.pace.stroke_s,
-                "zero": "absolute" if plan.absolute else "arbitrary", "load": plan.loaded,
-                "rho": plan.noise.rho, "outliers": plan.noise.outliers,
-                "count": plan.noise.count / plan.noise.sigma, "jitter": plan.mess.jitter,
-                "stamp": plan.mess.stamp, "drop": plan.mess.drop, "gaps": plan.mess.gaps,
-                "held": plan.mess.held, "clock": plan.mess.clock_s,
+                "style": plan.style,
+                "rate": plan.rate_hz,
+                "seconds": plan.pace.seconds,
+                "stroke": plan.pace.stroke,
+                "stroke_s": plan.pace.stroke_s,
+                "zero": "absolute" if plan.absolute else "arbitrary",
+                "load": plan.loaded,
+                "rho": plan.noise.rho,
+                "outliers": plan.noise.outliers,
+                "count": plan.noise.count / plan.noise.sigma,
+                "jitter": plan.mess.jitter,
+                "stamp": plan.mess.stamp,
+                "drop": plan.mess.drop,
+                "gaps": plan.mess.gaps,
+                "held": plan.mess.held,
+                "clock": plan.mess.clock_s,
             },
-        }  # fmt: skip
+        }
 
 
 def draw(seed: int) -> AxisCase:

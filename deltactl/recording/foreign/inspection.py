@@ -208,11 +208,9 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         base, columns = _headed(base, columns)
     mapping = base.model_copy(update={"columns": columns})
     warnings += late
-    return Inspection(
-        path, [*read.facts, *timing], table, guesses, kind, motion, why, zero_of(guesses, known),
-        mapping, warnings, counter, named=named,
-        stumbles=stumbles.name if stumbles else None,
-    )  # fmt: skip
+    facts, zero = [*read.facts, *timing], zero_of(guesses, known)
+    found = (path, facts, table, guesses, kind, motion, why, zero, mapping, warnings, counter)
+    return Inspection(*found, named=named, stumbles=stumbles.name if stumbles else None)
 
 
 def _measured_chain(read: _Read, known: AnyMapping[str, FloatArray]) -> Inspection | None:

@@ -19,9 +19,13 @@ from deltactl.recording.tables.csv_table import read_text
 WIDE = "  "
 """Two spaces or more: one alone is part of a cell, as in a date with its time."""
 SEPARATORS = {
-    ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces",
+    ",": "commas",
+    ";": "semicolons",
+    "\t": "tabs",
+    "|": "bars",
+    " ": "spaces",
     WIDE: "several spaces",
-}  # fmt: skip
+}
 """Sought in this order; a space means any run of spaces and tabs."""
 IN_OPTIONS = {"\t": "tab", " ": "space", WIDE: "spaces", ",": "comma", ";": "semicolon"}
 """What a shell or an eye would lose, as it is typed after `separator=`."""

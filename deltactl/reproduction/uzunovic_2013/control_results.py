@@ -183,20 +183,22 @@ def response_figures(found: Result) -> list[str]:
     number, group = found.experiment.response_figure, f"response-{found.experiment.name}"
     on = [Mark(CONTROL_ON_S, "control on")]
     t_s = ran.t_s[::EVERY]
+    asked_deg, seen_deg = (np.degrees(q[::EVERY]) for q in (ran.reference_rad, ran.measured_rad))
     parts = [
         LineChart(
             f"Figure {number}: joint {joint + 1}, {name} experiment",
-            "t [s]", "angle [degrees]",
+            "t [s]",
+            "angle [degrees]",
             [
-                Series("reference", t_s, np.degrees(ran.reference_rad[::EVERY, joint]),
-                       Colour.ASKED, dashed=True),
-                Series("measured", t_s, np.degrees(ran.measured_rad[::EVERY, joint]),
-                       Colour.MEASURED),
+                Series("reference", t_s, asked_deg[:, joint], Colour.ASKED, dashed=True),
+                Series("measured", t_s, seen_deg[:, joint], Colour.MEASURED),
             ],
-            marks=on, group=group, height_px=200,
+            marks=on,
+            group=group,
+            height_px=200,
         ).html()
         for joint in range(3)
-    ]  # fmt: skip
+    ]
     percent = _worst(100.0 * (ran.measured_rad - ran.reference_rad) / found.asked.peak_to_peak_rad)
     late = t_s >= SHOWN_FROM_S
     limit = found.experiment.paper_percent
