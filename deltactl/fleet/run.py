@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from deltactl.fleet.page import write_page, write_table
+from deltactl.fleet.page import fleet_html, write_table
 from deltactl.fleet.task import Book, Robots, Row, diagnose_one, recorded_at, stamp_of
 from deltactl.fleet.together import sharpened
 from deltactl.foundation.errors import ConfigError, DeltactlError, MissingFile
 from deltactl.foundation.extras import needs
+from deltactl.foundation.plain_file import write_whole
 
 AHEAD = 4
 """So many recordings a worker wait with the scheduler: memory does not grow with the fleet."""
@@ -157,7 +158,7 @@ def diagnose_fleet(
     if sisters:
         rows = sharpened(rows)
     write_table(rows, out / TABLE)
-    write_page(rows, out / PAGE, limits or {})
+    write_whole(out / PAGE, fleet_html(rows, limits or {}))
     return rows
 
 

@@ -37,7 +37,6 @@ are: gains that fit a large robot would throw a small one apart within a few ste
 STEP_S = 0.001
 HOME = "assembled"
 """The keyframe in which the loops are closed; a simulation begins there."""
-Text = dict[str, str]
 
 
 def mjcf_text(robot: RobotFile) -> str:

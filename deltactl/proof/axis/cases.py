@@ -226,7 +226,7 @@ def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> 
         kinds = [
             kind
             for kind in UNKNOWN[plan.machine]
-            if kind.effect != "weight_not_given" or _could_weigh(plan)
+            if kind.effect != "weight_not_given" or not (plan.linear or plan.states_gravity)
         ]
         return [kinds[int(rng.integers(len(kinds)))]]
     kinds = [kind for kind in KINDS[plan.machine] if not kind.needs or has[kind.needs]]
@@ -237,11 +237,6 @@ def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> 
     count = {"pair": 2, "three": 3, "tolerance": 3}.get(tier, 1)
     picked = rng.permutation(len(kinds))[:count].tolist()
     return [kinds[number] for number in picked] if len(picked) == count else None
-
-
-def _could_weigh(plan: Design) -> bool:
-    """Turns, and its file is silent on what pulls at it."""
-    return not plan.linear and not plan.states_gravity
 
 
 def _seen(

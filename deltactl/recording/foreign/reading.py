@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from collections.abc import Mapping as AnyMapping
 from dataclasses import replace
 from pathlib import Path
@@ -106,18 +106,13 @@ def _without_times(
 
     Raises RecordingError where times are needed.
     """
-    if not needs_no_times(named):
+    if not {"distance", "range"} <= named or MOVING & named:
         raise no_time(path, there)
     tell(
         f"{path.name}: has no times, and a distance sensor needs none: where a time is reported,"
         " one row is one second"
     )
     return 1.0
-
-
-def needs_no_times(named: Collection[str]) -> bool:
-    """Whether columns are those of a distance sensor alone, whose rows are independent."""
-    return {"distance", "range"} <= set(named) and not MOVING & set(named)
 
 
 def _table(

@@ -25,6 +25,8 @@ FREQUENCY_HZ = 0.2
 CONTROL_ON_S = 1.0
 """Section 5: "control is activated at time instant t = 1 (s)"."""
 PERIODS = 2
+WHOLE_S = CONTROL_ON_S + PERIODS / FREQUENCY_HZ
+"""How long an experiment is simulated: until control is on, and whole periods of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +99,6 @@ def references(
     t_s = np.arange(round(seconds / period_s)) * period_s
     position_m = experiment.position_m(t_s)
     return References(experiment, t_s, position_m, inverse.angles_rad_many(position_m))
-
-
-def whole_s() -> float:
-    """How long an experiment is simulated: until control is on, and whole periods of it."""
-    return CONTROL_ON_S + PERIODS / FREQUENCY_HZ
 
 
 START_RAD: Three = (np.pi / 6.0, np.pi / 6.0, np.pi / 6.0)

@@ -26,8 +26,6 @@ from deltactl.reproduction.uzunovic_2013.control_variants import (
     Trouble,
 )
 
-Row = tuple[str, ...]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Result:

@@ -17,7 +17,7 @@ from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.linkage import Linkage
 from deltactl.models.linkage.scalar import counted_pose, forward_one
-from deltactl.models.linkage.skeleton import Placed, Skeleton, quaternion, turn_x_to
+from deltactl.models.linkage.skeleton import Skeleton, quaternion, turn_x_to
 from deltactl.models.robot import AXES
 from deltactl.recording.format.channels import (
     LOG,
@@ -88,7 +88,10 @@ class View:
         angles, position = counted_pose(counts, rad_per_step, self._forward)
         links = self._skeleton.links(angles, position)
         names = [f"{part}_{number}" for part in ("arm", "forearm") for number in (1, 2, 3)]
-        frames = [(name, *_frame(link)) for name, link in zip(names, links, strict=False)]
+        frames = [
+            (name, link.middle_m, quaternion(link.rotation))
+            for name, link in zip(names, links, strict=False)
+        ]
         if position is not None:
             frames.append(("platform", position, STRAIGHT))
             self._pose(t_ns, "commanded", position)
@@ -170,11 +173,6 @@ class View:
     def _stamped(self, t_ns: int, channel: ViewedChannel, message: Message) -> None:
         stamp = _stamp(self._recorder.wall_ns(t_ns))
         self._recorder.viewed(t_ns, channel, {"timestamp": stamp} | message)
-
-
-def _frame(link: Placed) -> tuple[Point, Point]:
-    """Middle and turn of a link whose length lies along the frame's y axis."""
-    return link.middle_m, quaternion(link.rotation)
 
 
 def _rod(length_m: float, width_m: float, colour: Point, aside_m: float) -> Message:
