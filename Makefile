@@ -36,16 +36,13 @@ MANY = -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 # Two processes on two cores: more threads of the arithmetic libraries only wait for each other.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 # Tests against the clock wait most of the time: the others run beside them, in the time that they
-# leave idle. On a machine that does something else, `make test LANES=1` runs one after the other.
-LANES ?= 2
+# leave idle. On a machine that does something else, `make test-beside test-clock` runs one after the other.
 IDLE  := $(shell chrt --idle 0 true 2>/dev/null && echo chrt --idle 0 || echo nice -n 19)
 # Without it every process that a test starts compiles all its modules again.
 test test-page: export PYTHONDONTWRITEBYTECODE =
-ifeq ($(LANES),2)
 test: export BESIDE := $(IDLE)
-endif
 test: style
-	$(MAKE) --no-print-directory -k -j $(LANES) test-beside test-clock
+	$(MAKE) --no-print-directory -k -j 2 test-beside test-clock
 
 # A process more than two cores: tests wait for the processes that they start.
 test-beside: $(VENV)/.test

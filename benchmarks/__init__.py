@@ -2,5 +2,5 @@
 
 `python benchmarks/ROOM/NAME.py --help` says what one prints. `proofs`: is the diagnosis right;
 `costs`: what things take; `endurance`: does the machine survive; `mutation`: do tests notice
-mistakes; `structure.py`: the shape of the source.
+mistakes; `structure.py`: the shape of the source; `size.py`: how much of it there is.
 """

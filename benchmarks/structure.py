@@ -1,13 +1,14 @@
 """The shape of the source: lines, files, import circles, numbers that decide an answer.
 
-    python benchmarks/structure.py [--root DIR] [--folder deltactl/diagnosis]
+    python -m benchmarks.structure [--root DIR] [--folder deltactl/diagnosis]
 
 Lines and files are those of Python below --folder, by room. A circle is a set of rooms that import
 each other, directly or around a corner, wherever in a file the import stands. A room is a folder
 without folders in it; the loose files of a folder that has some stand for themselves. A number that
 decides is a constant in capitals at the top of a file of --folder, or a field with a default of a
 class called ...Options or EffectKind, whose value is a number or holds numbers; those of such a
-class stand in a table, where their reasons stand beside them.
+class stand in a table, where their reasons stand beside them. The last lines are the size of the
+whole source (`benchmarks/size.py`).
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
+from benchmarks.size import CRUMB_LINES, figures
+
 ROOT = Path(__file__).resolve().parents[1]
 NOT_SHIPPED = ("tests", "docs", "build", "benchmarks")
-CRUMB_LINES = 60
 NO_CRUMBS = ("models/effects/",)
 """There one file is one effect, however short."""
 NOT_DECIDING = ("report", "drawing")
@@ -216,6 +218,10 @@ def main() -> int:
     for circle in found:
         print(f"import circle: {', '.join(circle)}")
     print(f"{len(found)} import circles")
+    from deltactl.models.effects import CARDS
+
+    for what, much in figures(root, CARDS):
+        print(f"{what:32s} {much}")
     return int(bool(found))
 
 

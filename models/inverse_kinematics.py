@@ -7,7 +7,7 @@ asks `TargetMapper` for counts, which are checked against the arm limits.
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from deltactl.models.robot import ARMS, AnyDrive, FloatArray, Geometry
 
 USE_GEOMETRY = "use inverse_kinematics: {kind: geometry}"
 """In a job whose network cannot be taken."""
-CountArray = np.ndarray[Any, np.dtype[np.int64]]
 
 
 class InverseKinematics(Protocol):

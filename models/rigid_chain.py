@@ -183,11 +183,8 @@ class RigidChain:
         fixed = _turns(self._model.body_quat[body]) @ np.swapaxes(self._origins, 1, 2)
         before = self._model.body_parentid[body]
         (count, joints), k = at.shape, len(links)
-        made = Placed(
-            np.empty((count, k, 3)), np.empty((count, k, 3, 3)), np.empty((count, joints, 3)),
-            np.empty((count, joints, 3)), np.empty((count, joints, 3, 3)),
-            np.empty((count, joints, 3)), np.empty((count, joints)),
-        )  # fmt: skip
+        shapes = (k, 3), (k, 3, 3), (joints, 3), (joints, 3), (joints, 3, 3), (joints, 3), (joints,)
+        made = Placed(*(np.empty((count, *shape)) for shape in shapes))
         for row in range(count):
             data.qpos[self._position] = at[row]
             self._mujoco.mj_kinematics(model, data)

@@ -19,9 +19,13 @@ from pathlib import Path
 MOVES = 100_000
 ROBOT = "my-delta.yaml"
 DIMENSIONS = {
-    "base-radius-mm": 120, "platform-radius-mm": 40, "upper-arm-mm": 150, "forearm-mm": 320,
-    "gear-ratio": 5, "microsteps-per-rev": 1600,
-}  # fmt: skip
+    "base-radius-mm": 120,
+    "platform-radius-mm": 40,
+    "upper-arm-mm": 150,
+    "forearm-mm": 320,
+    "gear-ratio": 5,
+    "microsteps-per-rev": 1600,
+}
 
 
 def short_moves(count: int) -> Iterator[str]:
@@ -93,9 +97,11 @@ def run(folder: Path, *arguments: str) -> tuple[int, float, float, float]:
     began_s = time.monotonic()
     child = subprocess.Popen(
         [sys.executable, "-m", "deltactl.cli.main", *arguments],
-        cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
         env=os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])},
-    )  # fmt: skip
+    )
     _, status, used = os.wait4(child.pid, 0)
     child.returncode = os.waitstatus_to_exitcode(status)
     took_s = time.monotonic() - began_s

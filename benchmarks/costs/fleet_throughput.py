@@ -35,7 +35,7 @@ from benchmarks.costs.fleet_machines import (
     record_axis,
     record_delta,
 )
-from deltactl.fleet.run import diagnose_fleet
+from deltactl.fleet.run import Workers, diagnose_fleet
 from deltactl.fleet.together import courses, groups, trends
 from deltactl.models.effects.gear_backlash import EFFECT as PLAY
 
@@ -158,7 +158,7 @@ def main() -> None:
         for workers in (2,) if given.once else (1, 2):
             if not given.once:
                 shutil.rmtree(out, ignore_errors=True)
-            diagnosing = partial(diagnose_fleet, pattern, robots, out, workers, None, kind.limit)
+            diagnosing = partial(diagnose_fleet, pattern, robots, out, Workers(workers), kind.limit)
             _measured(f"{workers} local worker{'s' * (workers > 1)}", workers, diagnosing)
         if not given.once:
             shutil.rmtree(out, ignore_errors=True)
@@ -172,14 +172,14 @@ def _through_scheduler(pattern: str, robots: Path, out: Path, kind: Kind) -> Non
     make: Any = distributed
     with make.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         address = cluster.scheduler_address
-        diagnosing = partial(diagnose_fleet, pattern, robots, out, 0, address, kind.limit)
+        diagnosing = partial(diagnose_fleet, pattern, robots, out, Workers(0, address), kind.limit)
         _measured("2 workers behind --scheduler", 2, diagnosing)
 
 
 def _judge(pattern: str, robots: Path, out: Path, broken: int, machine: str) -> None:
     kind = KINDS[machine]
     again = Watch()
-    rows = diagnose_fleet(pattern, robots, out, 0, limits=kind.limit, progress=again)
+    rows = diagnose_fleet(pattern, robots, out, limits=kind.limit, progress=again)
     found = courses(rows)
     moving = trends(found, kind.limit)
     names = sorted({trend.course.key[0] for trend in moving})

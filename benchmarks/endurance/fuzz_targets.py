@@ -247,7 +247,7 @@ def _value(argument: protocol.Argument) -> object:
 def _small_recording(folder: Folder) -> bytes:
     path = folder.path / "seed.mcap"
     path.unlink(missing_ok=True)
-    with RunRecorder(path, RunConfiguration("robot", "job"), start_epoch_ns=10**18) as recorder:
+    with RunRecorder(path, RunConfiguration("robot", "job", start_epoch_ns=10**18)) as recorder:
         _fill(recorder)
     return path.read_bytes()
 

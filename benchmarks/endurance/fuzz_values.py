@@ -145,7 +145,7 @@ def _messages(folder: Path) -> list[Message]:
     from mcap.reader import make_reader
 
     path = folder / "sound.mcap"
-    with RunRecorder(path, RunConfiguration("robot", "job"), start_epoch_ns=10**18) as recorder:
+    with RunRecorder(path, RunConfiguration("robot", "job", start_epoch_ns=10**18)) as recorder:
         for write in _run():
             write(recorder)
     packed = io.BytesIO(path.read_bytes())

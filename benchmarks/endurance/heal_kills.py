@@ -36,8 +36,10 @@ def main() -> int:
                 rows.append(row)
                 said = "; ".join(row.problems) or "as it has to be"
                 step = row.step or "nothing yet"
-                print(f"{len(rows):3d} {row.kind:16} {row.after_s:5.1f} s, after: {step}: {said}",
-                      flush=True)  # fmt: skip
+                print(
+                    f"{len(rows):3d} {row.kind:16} {row.after_s:5.1f} s, after: {step}: {said}",
+                    flush=True,
+                )
         finally:
             stand.close()
     print("\n".join(table(rows)))

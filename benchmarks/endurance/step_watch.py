@@ -19,7 +19,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from deltactl.drivers.fakes.bench import FakeBench
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.states import State
@@ -116,14 +115,10 @@ def jumps(folder: Path, times: int) -> None:
         for number in range(times):
             watched.begin(WARM_S if number == 0 else 30.0)
             signed = watched.chance.choice((-1, 1)) * steps
-            after_s, _ = watched.seen_after_s(partial(_slip, bench, signed), number % 3 + 1)
+            after_s, _ = watched.seen_after_s(partial(bench.slip, steps=signed), number % 3 + 1)
             found.append(after_s)
         watched.controller.close()
         _row(f"{steps:12d}{steps * STEP_MM:12.1f}", found)
-
-
-def _slip(bench: FakeBench, steps: int, motor: int) -> None:
-    bench.slip(motor, steps)
 
 
 def stalls(folder: Path, times: int) -> None:

@@ -43,7 +43,6 @@ from deltactl.proof.prove.score import score
 
 TENTH, TURN = 10, 7
 """A tenth takes another residue in every round of groups, so that it holds all groups."""
-Answer = dict[str, Any]
 
 
 @dataclass(frozen=True)

@@ -80,11 +80,16 @@ def main() -> None:
                 there = folder / f"{number}-{name}"
                 outcome, before_m, now_m = healed_m(machine, network, there)
                 after_m[name].append(now_m)
-                print(f"{number} {cause:22} {name:6} {before_m * 1e3:.3f} -> {now_m * 1e3:.3f} mm,"
-                      f" {outcome}", flush=True)  # fmt: skip
+                print(
+                    f"{number} {cause:22} {name:6} {before_m * 1e3:.3f} -> {now_m * 1e3:.3f} mm,"
+                    f" {outcome}",
+                    flush=True,
+                )
         for name, values in after_m.items():
-            print(f"{name}: {np.mean(values) * 1e3:.3f} mm in the mean, at most"
-                  f" {max(values) * 1e3:.3f} mm, of {len(values)}")  # fmt: skip
+            print(
+                f"{name}: {np.mean(values) * 1e3:.3f} mm in the mean, at most"
+                f" {max(values) * 1e3:.3f} mm, of {len(values)}"
+            )
 
 
 if __name__ == "__main__":

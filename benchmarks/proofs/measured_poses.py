@@ -71,8 +71,14 @@ def _unsettled(hidden: Hidden, rng: Rng) -> Expected:
 
 
 FAULTS: tuple[Callable[[Hidden, Rng], Expected], ...] = (
-    _zero, _length, _yielding, _wave, _play, _windup, _unsettled,
-)  # fmt: skip
+    _zero,
+    _length,
+    _yielding,
+    _wave,
+    _play,
+    _windup,
+    _unsettled,
+)
 
 
 def _signed(rng: Rng, low: float, high: float) -> float:

@@ -102,17 +102,15 @@ def machine(rng: Rng, gantry: bool) -> Machine:
             [[0, 0, 0.2], [0.1, 0.05, 0.15], [0, 0, 0.5], [0.1, 0, 0.08], [0, 0, 0.35], [0.1, 0, 0]]
         )
         masses = size**2 * np.array([10.0, 11.0, 6.0, 3.0, 1.8, 0.7]) * rng.uniform(0.7, 1.4, 6)
-        centres = size * np.array(
-            [[0.03, 0, 0.08], [0, 0.05, 0.22], [0.07, 0, 0.03], [0, 0, 0.15], [0.05, 0, 0.01],
-             [0.05, 0.01, 0.02]]
-        )  # fmt: skip
+        x, y = [0.03, 0, 0.07, 0, 0.05, 0.05], [0, 0.05, 0, 0, 0, 0.01]
+        z = [0.08, 0.22, 0.03, 0.15, 0.01, 0.02]
+        centres = size * np.column_stack([x, y, z])
         reaches = np.array([2.0, 1.0, 1.2, 2.2, 1.6, 2.5])
         usual = 9.81 * size * np.array([5.0, 5.0, 2.5, 0.4, 0.25, 0.08]) * size**2
     stated = 0.15 * usual * rng.integers(0, 2)
-    return Machine(
-        gantry, joints, axes, origins, turns, masses, centres, reaches,
-        stated * rng.uniform(0.5, 1.5, len(joints)), stated * rng.uniform(0.3, 1.0, len(joints)),
-    )  # fmt: skip
+    dry = stated * rng.uniform(0.5, 1.5, len(joints))
+    viscous = stated * rng.uniform(0.3, 1.0, len(joints))
+    return Machine(gantry, joints, axes, origins, turns, masses, centres, reaches, dry, viscous)
 
 
 @dataclass

@@ -98,8 +98,10 @@ def arm(folder: Path, seed: int, number: int) -> tuple[str, Path]:
 def drawn(options: argparse.Namespace) -> Iterator[Kept]:
     """The answers of all drawn machines, each made once."""
     wanted: dict[Callable[[Path, int, int], tuple[str, Path]], int] = {
-        axis: options.axes, arm: options.arms, delta: options.deltas,
-    }  # fmt: skip
+        axis: options.axes,
+        arm: options.arms,
+        delta: options.deltas,
+    }
     for make, count in wanted.items():
         for number in range(count):
             name = f"{make.__name__}_{options.seed}_{number:04d}"
@@ -114,9 +116,7 @@ def _answered(name: str, folder: Path, make: Callable[[], tuple[str, Path]]) -> 
     kind, robot = make()
     with alone():
         answer, failure = diagnose_blind(folder)
-    return {
-        "name": name, "kind": kind, "robot": str(robot), "answer": answer, "failure": failure,
-    }  # fmt: skip
+    return {"name": name, "kind": kind, "robot": str(robot), "answer": answer, "failure": failure}
 
 
 def frozen(keep: Path, label: str) -> Iterator[Kept]:

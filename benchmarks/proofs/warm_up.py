@@ -26,8 +26,8 @@ from deltactl.models.effects.kind import EffectKind
 Row = dict[str, Any]
 HOUR_S, DAY_S, DAYS = 3600.0, 86400.0, 365
 FOLLOWING = [CARDS[name].kind for name in with_trait(Trait.WARMS) if CARDS[name].kind is not None]
-BY_CHANCE = [(card.kind, name) for card in CARDS.values() if card.kind is not None
-             for name in card.kind.components]  # fmt: skip
+KINDS = [card.kind for card in CARDS.values() if card.kind is not None]
+BY_CHANCE = [(kind, name) for kind in KINDS for name in kind.components]
 CRITICAL, AT_LIMIT = 3.3, 3.3 + 0.84
 """Standard deviations from which a run has a finding, and of one at the limit: 80 % power."""
 CHANCE, AT_ONCE = 1.0 / 200.0, 3
@@ -95,8 +95,8 @@ def year(seed: int) -> Year:
             kind, component = BY_CHANCE[rng.integers(len(BY_CHANCE))]
             sizes.append(_row(kind, component, float(rng.choice([-1.0, 1.0]))))
         findings = [size for size in sizes if size is not None]
-        runs.add({"recording": f"{number}", "robot": "r", "time_s": time_s, "verdict": "x",
-                  "findings": findings})  # fmt: skip
+        row = {"recording": f"{number}", "robot": "r", "time_s": time_s, "verdict": "x"}
+        runs.add(row | {"findings": findings})
         told = {(one.effect, one.component) for one in runs.announced()}
         for key in told - known:
             if key == (PLAY.name, PLAY.components[0]):
@@ -116,8 +116,8 @@ def _row(kind: EffectKind, component: str, value: float) -> Row:
     """A finding whose first parameter is so many detection limits off."""
     parameter = kind.parameters[0]
     neutral = 1.0 if parameter.name.startswith("scale") else 0.0
-    return {"effect": kind.name, "component": component, "parameter": parameter.name,
-            "unit": parameter.unit, "value": neutral + value, "probability": 0.95}  # fmt: skip
+    size = {"unit": parameter.unit, "value": neutral + value, "probability": 0.95}
+    return {"effect": kind.name, "component": component, "parameter": parameter.name} | size
 
 
 def main() -> None:
@@ -129,10 +129,14 @@ def main() -> None:
     years = [year(1000 * given.seed + number) for number in range(given.years)]
     false = np.array([one.false for one in years])
     at = np.array([one.play_at for one in years])
-    print(f"{len(years)} robot-years: {false.mean():.2f} false announcements a year, most"
-          f" {false.max()}; {np.mean(false <= 1):.0%} of the years have at most one")  # fmt: skip
-    print(f"play announced in {np.isfinite(at).sum()} of {len(at)}, at {np.nanmedian(at):.2f} times"
-          f" the detection limit (median), at most {np.nanmax(at):.2f}")  # fmt: skip
+    print(
+        f"{len(years)} robot-years: {false.mean():.2f} false announcements a year, most"
+        f" {false.max()}; {np.mean(false <= 1):.0%} of the years have at most one"
+    )
+    print(
+        f"play announced in {np.isfinite(at).sum()} of {len(at)}, at {np.nanmedian(at):.2f} times"
+        f" the detection limit (median), at most {np.nanmax(at):.2f}"
+    )
 
 
 if __name__ == "__main__":

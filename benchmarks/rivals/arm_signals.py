@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from benchmarks.rivals.axis_signals import SLOW, Array, Json, rate, read
+from benchmarks.rivals.axis_signals import SLOW, Array, Json, finding_of, rate, read, size_of
 
 URDF = "arm.urdf"
 CUT_HZ = 10.0
@@ -28,10 +28,14 @@ DRAWN = 0.02
 SURE_T = 4.0
 POSITIVE = ("joint_friction", "viscous_friction", "inertia", "following_lag")
 PARAMETERS = {
-    "joint_friction": "torque", "viscous_friction": "coefficient", "inertia": "inertia",
-    "effort_offset": "offset", "effort_gain": "scale", "following_lag": "dead_time",
+    "joint_friction": "torque",
+    "viscous_friction": "coefficient",
+    "inertia": "inertia",
+    "effort_offset": "offset",
+    "effort_gain": "scale",
+    "following_lag": "dead_time",
     "payload": "mass",
-}  # fmt: skip
+}
 """Effect -> its size: the list of all tools, each at every joint, the payload at the last link."""
 
 
@@ -95,22 +99,15 @@ def arm_signals(file: Path, robot: Json) -> ArmRun:
     )
     tip = stated[joints[-1]].find("child")
     masses = [float(one.get("value", 0.0)) for one in tree.iter("mass")]
-    return ArmRun(
-        step_s, q, v, slope(v), smooth("effort") * np.array(robot["effort_gain"]), kept, joints,
-        "" if tip is None else str(tip.get("link")), dry, viscous,
-        sum(masses), masses[-1], urdf,
-    )  # fmt: skip
+    named, effort = "" if tip is None else str(tip.get("link")), smooth("effort")
+    effort *= np.array(robot["effort_gain"])
+    weigh = sum(masses), masses[-1]
+    return ArmRun(step_s, q, v, slope(v), effort, kept, joints, named, dry, viscous, *weigh, urdf)
 
 
 def arm_finding(effect: str, place: str, value: float, half: float) -> Json:
     """In the form of the diagnosis."""
-    size: Json = {"value": None, "ci95": [None, None]}
-    if np.isfinite(half):
-        size = {"value": float(value), "ci95": [float(value - half), float(value + half)]}
-    return {
-        "effect": effect, "component": place, "alternatives": [], "probability": None,
-        "parameters": {PARAMETERS[effect]: size},
-    }  # fmt: skip
+    return finding_of(effect, {PARAMETERS[effect]: size_of(value, half)}, place)
 
 
 def least_size(run: ArmRun, effect: str, place: str) -> float:
@@ -123,8 +120,9 @@ def least_size(run: ArmRun, effect: str, place: str) -> float:
     effort = float(np.sqrt(np.mean(run.effort[run.rows, joint] ** 2)))
     moved = {
         "viscous_friction": np.sqrt(np.mean(run.v[run.rows, joint] ** 2)),
-        "inertia": np.sqrt(np.mean(run.a[run.rows, joint] ** 2)), "effort_gain": effort,
-    }  # fmt: skip
+        "inertia": np.sqrt(np.mean(run.a[run.rows, joint] ** 2)),
+        "effort_gain": effort,
+    }
     return float(DRAWN * effort / moved.get(effect, 1.0))
 
 

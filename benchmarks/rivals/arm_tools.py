@@ -48,8 +48,11 @@ from benchmarks.rivals.axis_signals import Array, Json, rate
 ROUNDS = 3
 """Weighted fits, each with the weights of the one before."""
 FIGAROH_NAMES = {
-    "fs": "joint_friction", "fv": "viscous_friction", "Ia": "inertia", "off": "effort_offset",
-}  # fmt: skip
+    "fs": "joint_friction",
+    "fv": "viscous_friction",
+    "Ia": "inertia",
+    "off": "effort_offset",
+}
 LINK = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """Mass, moments and inertias of a link, in the order of a regressor."""
 Column = tuple[str, str]
@@ -79,9 +82,13 @@ def _columns(run: ArmRun, rows: Any) -> tuple[Array, dict[Column, Array]]:
     made: dict[Column, Array] = {}
     for j, name in enumerate(run.joints):
         of_joint = {
-            "joint_friction": np.sign(v), "viscous_friction": v, "inertia": a,
-            "effort_offset": np.ones_like(v), "effort_gain": asked, "following_lag": slope,
-        }  # fmt: skip
+            "joint_friction": np.sign(v),
+            "viscous_friction": v,
+            "inertia": a,
+            "effort_offset": np.ones_like(v),
+            "effort_gain": asked,
+            "following_lag": slope,
+        }
         for effect, signal in of_joint.items():
             made[effect, name] = np.zeros_like(v)
             made[effect, name][:, j] = signal[:, j]
@@ -157,8 +164,7 @@ def by_figaroh(run: ArmRun) -> list[Json]:
         if sureness(run, one, off[row], errors[row]) > SURE_T:
             found.append(arm_finding(*one, off[row], 1.96 * errors[row]))
     tip = run.joints[-1]
-    held = [labels.index(f"{part}_{tip}") for part in LINK
-            if f"{part}_{tip}" in labels]  # fmt: skip
+    held = [labels.index(f"{part}_{tip}") for part in LINK if f"{part}_{tip}" in labels]
     terms, spread = _load(
         off[of_links], mapping[np.ix_(of_links, held)], covariance[np.ix_(of_links, of_links)]
     )
@@ -193,17 +199,20 @@ def _identified(run: ArmRun) -> Any:
             none = [0.0] * count
             stated = {
                 "joints": {"active_joints": run.joints},
-                "mechanics": {"friction_coefficients": friction, "actuator_inertias": none,
-                              "joint_offsets": none},
+                "mechanics": {
+                    "friction_coefficients": friction,
+                    "actuator_inertias": none,
+                    "joint_offsets": none,
+                },
                 "problem": {"wls": True},
-            }  # fmt: skip
+            }
             self.identif_config = config.unified_to_legacy_identif_config(self.robot, stated)
             self.identif_config |= {name: list(range(count)) for name in ("act_idxq", "act_idxv")}
 
         def load_trajectory_data(self, data_source: str | None = None) -> dict[str, Array]:
-            return {"timestamps": run.step_s * rows[:, None], "positions": run.q[rows],
-                    "velocities": run.v[rows], "accelerations": run.a[rows],
-                    "torques": run.effort[rows]}  # fmt: skip
+            motion = {"velocities": run.v[rows], "accelerations": run.a[rows]}
+            at = {"timestamps": run.step_s * rows[:, None], "positions": run.q[rows]}
+            return at | motion | {"torques": run.effort[rows]}
 
         def process_kinematics_data(self, filter_config: Json | None = None) -> None:
             self.processed_data = dict(self.raw_data)

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 FOLLOWED, READINGS = ("command", "steps", "distance"), ("position", "theta", "range")
 """Beginnings of the names of columns: what an axis or a sensor follows, and what is read."""
 Json = dict[str, Any]
+NOT_TAKEN: Json = {"findings": None, "failure": None, "seconds": None, "heldout": None}
+"""The answer of a tool to a case that it does not take."""
 WILD = 6.0
 """Robust deviations from which on a row is an outlier."""
 SLOW = 0.02
@@ -46,6 +48,20 @@ class Signals:
     def rest(self) -> Array:
         """What the healthy axis leaves, at the rows to use."""
         return (self.y - self.known)[self.kept]
+
+
+def finding_of(effect: str, sizes: Json, component: str | None = None) -> Json:
+    """In the form of the diagnosis; a single axis has one component, which is not named."""
+    place = {} if component is None else {"component": component}
+    known: Json = {"alternatives": [], "probability": None, "parameters": sizes}
+    return {"effect": effect} | place | known
+
+
+def size_of(value: float, half: float | None) -> Json:
+    """A fit that ended at a bound has no covariance, and its size is then not stated."""
+    if half is None or not np.isfinite(half):
+        return {"value": None, "ci95": [None, None]}
+    return {"value": float(value), "ci95": [float(value - half), float(value + half)]}
 
 
 def read(file: Path) -> dict[str, Array]:

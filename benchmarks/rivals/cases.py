@@ -124,8 +124,8 @@ def robot_values(plan: Design) -> Json:
         return {"zero": zero, "step": plan.step_size if plan.counted else 1.0}
     torque, zero_rad = plan.gravity if plan.states_gravity else (0.0, 0.0)
     weight = plan.weight if plan.states_gravity else 0.0
-    return {"inertia": plan.inertia, "gain": plan.gain, "weight": weight, "gravity": torque,
-            "gravity_zero": zero_rad}  # fmt: skip
+    stated = {"inertia": plan.inertia, "gain": plan.gain, "weight": weight}
+    return stated | {"gravity": torque, "gravity_zero": zero_rad}
 
 
 def cut_in_halves(folder: Path) -> None:
@@ -155,8 +155,8 @@ def _diagnosed(folder: Path) -> Answers:
         seconds = time.monotonic() - begun
         apart = said is not None and (one / HOLDOUT).exists()
         heldout = said["fit"]["holdout_rms_after_m"] if said is not None and apart else None
-        by_case[one.name] = {"diagnosis": said, "failure": failure, "seconds": seconds,
-                             "heldout": heldout}  # fmt: skip
+        outcome = {"diagnosis": said, "failure": failure, "seconds": seconds}
+        by_case[one.name] = outcome | {"heldout": heldout}
     return Answers(by_case, peak_mb())
 
 
@@ -202,12 +202,17 @@ def in_place(
     own = answers.by_case[truth["case"]]
     failed = own["failure"] is not None
     return Scored(
-        truth["case"], group, list(hidden), list(said),
+        truth["case"],
+        group,
+        list(hidden),
+        list(said),
         right=hidden.keys() == said.keys() and not failed,
         false=None if hidden else bool(said) or failed,
-        seconds=own["seconds"], failure=own["failure"],
-        agree=agreement(answers, truth["case"]), **figures,
-    )  # fmt: skip
+        seconds=own["seconds"],
+        failure=own["failure"],
+        agree=agreement(answers, truth["case"]),
+        **figures,
+    )
 
 
 def write_names(truths: Sequence[Json], folder: Path) -> None:

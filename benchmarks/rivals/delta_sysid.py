@@ -74,10 +74,9 @@ def identified(text: str, run: Run, opened: list[str], most_s: float) -> tuple[V
     grid_s = np.arange(0.0, times_s[-1], model.opt.timestep)
     ctrl = _controls(spec, motor, times_s, grid_s)
     measured = sysid.TimeSeries.from_names(times_s, read_m, model)
-    sequences = sysid.ModelSequences(
-        "delta", spec, "run", sysid.create_initial_state(model, _pose(model, motor[0], run.robot)),
-        sysid.TimeSeries.from_control_names(grid_s, ctrl, model), measured,
-    )  # fmt: skip
+    start = sysid.create_initial_state(model, _pose(model, motor[0], run.robot))
+    asked = sysid.TimeSeries.from_control_names(grid_s, ctrl, model)
+    sequences = sysid.ModelSequences("delta", spec, "run", start, asked, measured)
     sizes = sysid.ParameterDict()
     for entry in opened:
         _, _, begin, low, high = ENTRIES[entry]

@@ -36,7 +36,16 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.stats import t as student
 
-from benchmarks.rivals.axis_signals import WILD, Array, Json, play, read
+from benchmarks.rivals.axis_signals import (
+    NOT_TAKEN,
+    WILD,
+    Array,
+    Json,
+    finding_of,
+    play,
+    read,
+    size_of,
+)
 
 MOTORS, ARMS, RANGES = (
     tuple(f"{part}{end}" for end in ends)
@@ -241,13 +250,7 @@ def _slope(run: Run, entry: str) -> Array:
 def finding(entry: str, value: float, half: float | None) -> Json:
     """In the form of the diagnosis."""
     effect, place = entry.split()
-    size: Json = {"value": None, "ci95": [None, None]}
-    if half is not None and np.isfinite(half):
-        size = {"value": value, "ci95": [value - half, value + half]}
-    return {
-        "effect": effect, "component": place, "alternatives": [], "probability": None,
-        "parameters": {ENTRIES[entry][0]: size},
-    }  # fmt: skip
+    return finding_of(effect, {ENTRIES[entry][0]: size_of(value, half)}, place)
 
 
 def by_klipper(run: Run) -> tuple[list[Json], Values]:
@@ -311,11 +314,10 @@ def answer(tool: str, folder: Path, robot: Json) -> Json:
 
             found = by_sysid(tool, run, folder)
             seconds = time.monotonic() - begun if found is not None else None
-            return {"findings": found, "failure": None, "seconds": seconds, "heldout": None}
+            return NOT_TAKEN | {"findings": found, "seconds": seconds}
         findings, values = TOOLS[tool](run)
     except (ValueError, TypeError, np.linalg.LinAlgError) as error:
-        return {"findings": None, "failure": str(error), "seconds": time.monotonic() - begun,
-                "heldout": None}  # fmt: skip
+        return NOT_TAKEN | {"failure": str(error), "seconds": time.monotonic() - begun}
     seconds = time.monotonic() - begun
     heldout = None
     if (apart := folder / "holdout.csv.gz").exists():

@@ -106,12 +106,8 @@ def scored_deltas(truths: Sequence[Json], answers: Answers) -> list[Scored]:
                 over += [error for _, error in sizes if np.isfinite(error)]
         noise = float(np.hypot(truth["sigma"], ROUNDING_M / np.sqrt(12.0)))
         over_noise = np.nan if own["heldout"] is None else own["heldout"] / noise
-        found.append(
-            in_place(
-                GROUP, truth, answers, hidden, said,
-                sizes=covered, over_bound=over, heldout_over_noise=over_noise,
-            )
-        )  # fmt: skip
+        figures = {"sizes": covered, "over_bound": over, "heldout_over_noise": over_noise}
+        found.append(in_place(GROUP, truth, answers, hidden, said, **figures))
     return found
 
 

@@ -27,6 +27,7 @@ import io
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ from benchmarks.rivals.arm_signals import (
     sureness,
     widening,
 )
-from benchmarks.rivals.axis_signals import Array, Json, Signals
+from benchmarks.rivals.axis_signals import Array, Json, Signals, finding_of
 
 TOLD = "sysid, true set"
 FINE_S = 1e-4
@@ -93,18 +94,16 @@ class Plant:
 
     def misses(self, values: Values) -> Array:
         """Measured effort less what the model asks for (n, joints)."""
-        of = {name: self._of(name, values) for name in
-              ("joint_friction", "viscous_friction", "inertia", "effort_offset", "effort_gain",
-               "following_lag")}  # fmt: skip
+        of = partial(self._of, values=values)
         model = self.model
-        model.dof_frictionloss[:] = self.dry + of["joint_friction"]
-        model.dof_damping[:] = self.viscous + of["viscous_friction"]
-        model.dof_armature[:] = self.rotor + of["inertia"]
-        asked = _asked(model, self.motion) + self.pull + of["effort_offset"]
+        model.dof_frictionloss[:] = self.dry + of("joint_friction")
+        model.dof_damping[:] = self.viscous + of("viscous_friction")
+        model.dof_armature[:] = self.rotor + of("inertia")
+        asked = _asked(model, self.motion) + self.pull + of("effort_offset")
         if len(self.load):
             terms = [sum(v for (name, _), v in values.items() if name == one) for one in LOAD]
             asked = asked + np.tensordot(terms, self.load, 1)
-        off: Array = self.effort(of["following_lag"]) - asked / (1.0 + of["effort_gain"])
+        off: Array = self.effort(of("following_lag")) - asked / (1.0 + of("effort_gain"))
         return off
 
     def _of(self, name: str, values: Values) -> Array:
@@ -181,10 +180,8 @@ def identified(plant: Plant, opened: Mapping[Entry, Open], fits: int = 2) -> tup
             sizes.add(sysid.Parameter(" ".join(entry), begin[entry], *limits))
         # It prints every step, whatever `verbose` says.
         with contextlib.redirect_stdout(io.StringIO()):
-            best, result = sysid.optimize(
-                sizes, misses, optimizer="mujoco", verbose=False, max_iters=20, eps=CHANGE,
-                xtol=1e-5,
-            )  # fmt: skip
+            how = {"optimizer": "mujoco", "max_iters": 20, "eps": CHANGE, "xtol": 1e-5}
+            best, result = sysid.optimize(sizes, misses, verbose=False, **how)
         x = np.asarray(best.as_vector(), dtype=np.float64)
         off = left(x)
         begin = dict(zip(opened, x.tolist(), strict=True))
@@ -284,9 +281,12 @@ def by_sysid_of_axes(tool: str, given: Signals, folder: Path) -> list[Json] | No
         "effort_offset": Open(force, -WIDE * force, WIDE * force),
         "effort_gain": Open(0.02, -0.8, 4.0),
         "following_lag": Open(1e-3, 0.0, 0.5),
-    }  # fmt: skip
-    told = [name for name, _ in _told(folder)] if tool == TOLD else [
-        name for name in lists if name != "effort_gain"]  # fmt: skip
+    }
+    told = (
+        [name for name, _ in _told(folder)]
+        if tool == TOLD
+        else [name for name in lists if name != "effort_gain"]
+    )
     if not told or set(told) - set(lists):
         return None
     kept, t_s = given.kept, given.step_s * np.arange(len(given.y))
@@ -297,8 +297,8 @@ def by_sysid_of_axes(tool: str, given: Signals, folder: Path) -> list[Json] | No
 
     motion = given.x[kept, None], given.v[kept, None], given.a[kept, None]
     none, axis = np.zeros(1), "axis"
-    plant = Plant(_free(mujoco.MjModel.from_xml_string(HINGE)), motion, effort, [axis], none, none,
-                  np.array([stated]), pull, np.empty(0))  # fmt: skip
+    model, rotor = _free(mujoco.MjModel.from_xml_string(HINGE)), np.array([stated])
+    plant = Plant(model, motion, effort, [axis], none, none, rotor, pull, np.empty(0))
     opened = {(name, axis): lists[name] for name in told}
     values, halves = identified(plant, opened, fits=1)
     found: list[Json] = []
@@ -309,6 +309,5 @@ def by_sysid_of_axes(tool: str, given: Signals, folder: Path) -> list[Json] | No
             size += {"effort_gain": 1.0, "inertia": stated}.get(name, 0.0)
             one = arm_finding(name, axis, size, half)
             sizes = {_AXIS.get(key, key): own for key, own in one["parameters"].items()}
-            found.append({"effect": name, "alternatives": [], "probability": None,
-                          "parameters": sizes})  # fmt: skip
+            found.append(finding_of(name, sizes))
     return found

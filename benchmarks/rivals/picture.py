@@ -8,10 +8,15 @@ from xml.sax.saxutils import escape
 
 SHARE = re.compile(r"(\d+) of (\d+) \[([\d.]+), ([\d.]+)\]")
 COLOURS = {
-    "deltactl": "#1b6e3c", "lmfit": "#2a6f97", "PySINDy": "#b5651d", "textbook": "#7a4fa3",
-    "Klipper": "#a33c3c", "FIGAROH": "#c2185b",
-    "sysid, true set": "#555555", "sysid, all": "#999999",
-}  # fmt: skip
+    "deltactl": "#1b6e3c",
+    "lmfit": "#2a6f97",
+    "PySINDy": "#b5651d",
+    "textbook": "#7a4fa3",
+    "Klipper": "#a33c3c",
+    "FIGAROH": "#c2185b",
+    "sysid, true set": "#555555",
+    "sysid, all": "#999999",
+}
 """Always the same colour for a tool, in whatever groups it is."""
 LEFT, WIDTH, TOP, LINE, GAP = 260, 300, 46, 11, 9
 BRIEF = ("names right,", "false claims")

@@ -27,11 +27,11 @@ REASONS = {
 }
 WAVES = {"transmission_error", "encoder_error"}
 EVENTS = {"lost_steps", "joint_compliance", "speed_limit", "effort_limit", "stribeck_friction"}
-OTHER_DELTAS = {
-    "joint_friction", "viscous_friction", "joint_compliance", "transmission_error", "lost_steps",
-    "frame_tilt", "thermal_expansion", "contact", "resonance", "sensor_crosstalk", "sensor_drift",
-    "stale_reading",
-}  # fmt: skip
+OTHER_DELTAS = (
+    {"joint_friction", "viscous_friction", "joint_compliance", "transmission_error", "lost_steps"}
+    | {"frame_tilt", "thermal_expansion", "contact", "resonance"}
+    | {"sensor_crosstalk", "sensor_drift", "stale_reading"}
+)
 OUTSIDE_THE_LIST = {
     ("lmfit", "commanded"): {*WAVES, *EVENTS, "resonance"},
     ("lmfit", "with effort"): EVENTS,

@@ -53,14 +53,17 @@ import numpy as np
 
 from benchmarks.rivals import arm_tools, delta_tools
 from benchmarks.rivals.axis_signals import (
+    NOT_TAKEN,
     SLOW,
     WILD,
     Array,
     Json,
     Signals,
     axis_model,
+    finding_of,
     peak_mb,
     signals,
+    size_of,
 )
 
 MOST_NAMES = 3
@@ -101,9 +104,10 @@ def candidates(given: Signals) -> dict[str, list[Open]]:
         "gear_ratio": [("scale", 1.0, 0.5, 2.0)],
         "gear_backlash": [("width", 0.005 * stroke, 0.0, 0.5 * stroke)],
         "following_lag": [
-            ("time", 0.01 * late_s, 0.0, late_s), ("dead_time", 0.01 * late_s, 0.0, late_s),
+            ("time", 0.01 * late_s, 0.0, late_s),
+            ("dead_time", 0.01 * late_s, 0.0, late_s),
         ],
-    }  # fmt: skip
+    }
     if given.sets["zero"] == "absolute":
         found["home_offset"] = [("angle", 0.0, -np.inf, np.inf)]
     return found
@@ -157,23 +161,12 @@ def by_lmfit(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
         for value, *_ in entries[name]:
             one = result.params[value]
             error = None if one.stderr is None else widen * one.stderr
-            sizes[value] = _size(one.value, error)
+            sizes[value] = size_of(one.value, error)
         late_s = sum(result.params[value].value for value, *_ in entries[name])
         if name not in LAGS or late_s > LEAST_LAG_PERIODS * given.step_s:
-            findings.append(_finding(name, sizes))
+            findings.append(finding_of(name, sizes))
     values = result.params.valuesdict() if result is not None else {}
     return findings, lambda other: axis_model(other, values)
-
-
-def _size(value: float, error: float | None) -> Json:
-    """A fit that ended at a bound has no covariance, and its size is then not stated."""
-    if error is None or not np.isfinite(error):
-        return {"value": None, "ci95": [None, None]}
-    return {"value": float(value), "ci95": [float(value - error), float(value + error)]}
-
-
-def _finding(effect: str, sizes: Json) -> Json:
-    return {"effect": effect, "alternatives": [], "probability": None, "parameters": sizes}
 
 
 def library(given: Signals) -> Array:
@@ -221,7 +214,7 @@ def _terms(given: Signals, terms: Array) -> list[Json]:
     names = FORCED_TERMS if forced else COMMANDED_TERMS
     if given.sets.get("sensor"):
         names = SENSOR_TERMS
-    return [_finding(name, {}) for name, own in zip(names, named, strict=True) if own]
+    return [finding_of(name, {}) for name, own in zip(names, named, strict=True) if own]
 
 
 def by_textbook(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
@@ -244,19 +237,20 @@ def by_textbook(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]
     variance = float(np.sum((rest - columns @ terms) ** 2)) / free if free > 0 else np.inf
     errors = np.sqrt(variance * np.sum(inverse**2, axis=1))
     names = {
-        "inertia": "inertia", "joint_friction": "torque", "viscous_friction": "coefficient",
+        "inertia": "inertia",
+        "joint_friction": "torque",
+        "viscous_friction": "coefficient",
         "effort_offset": "offset",
-    }  # fmt: skip
+    }
     findings = []
     for (effect, value), term, error in zip(names.items(), terms, errors, strict=True):
         if (abs(term) if value in ("inertia", "offset") else term) > SURE_T * error:
             healthy = given.sets["inertia"] if effect == "inertia" else 0.0
-            findings.append(_finding(effect, {value: _size(healthy + term, 1.96 * error)}))
+            findings.append(finding_of(effect, {value: size_of(healthy + term, 1.96 * error)}))
     return findings, lambda other: other.known + table(other) @ terms
 
 
 TOOLS = {"lmfit": by_lmfit, "PySINDy": by_pysindy, "textbook": by_textbook}
-NOT_TAKEN = {"findings": None, "failure": None, "seconds": None, "heldout": None}
 
 
 def answer(tool: str, folder: Path) -> Json:
@@ -278,8 +272,7 @@ def answer(tool: str, folder: Path) -> Json:
         apart = folder / "holdout.csv.gz"
         other = signals(apart, robot) if apart.exists() else None
     except (ValueError, TypeError, np.linalg.LinAlgError) as error:
-        return {"findings": None, "failure": str(error), "seconds": time.monotonic() - begun,
-                "heldout": None}  # fmt: skip
+        return NOT_TAKEN | {"failure": str(error), "seconds": time.monotonic() - begun}
     heldout = None
     if other is not None:
         left = (other.y - predict(other))[other.kept]
@@ -292,7 +285,7 @@ def _by_sysid(tool: str, given: Signals, folder: Path, begun: float) -> Json:
 
     found = by_sysid_of_axes(tool, given, folder)
     seconds = time.monotonic() - begun if found is not None else None
-    return {"findings": found, "failure": None, "seconds": seconds, "heldout": None}
+    return NOT_TAKEN | {"findings": found, "seconds": seconds}
 
 
 def main(tool: str, folder: str, out: str) -> None:

@@ -194,8 +194,11 @@ def of_next_run(name: str, made: Json) -> tuple[str, dict[str, Any]]:
     text.add(1, *says["or_else"], *_headed("Steps:", says["steps"]))
     if plan is not None:
         job = yaml.safe_dump(plan["job"], sort_keys=False, default_flow_style=None)
-        text.add(2, "The job; save it as a file, look at it with 'deltactl check', and ask before"
-                 f" anything moves:\n{job}")  # fmt: skip
+        text.add(
+            2,
+            "The job; save it as a file, look at it with 'deltactl check', and ask before"
+            f" anything moves:\n{job}",
+        )
     for one in answer["not_testable"]:
         text.add(3, f"Not seen here: {one['effect']} at {one['component']}, as {one['why']}.")
     for one in answer["smallest_detectable"]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,9 +18,6 @@ from deltactl.foundation.extras import needs
 if TYPE_CHECKING:
     from deltactl.models.training.sources import Source
     from deltactl.models.training.train import Written
-
-
-Show = Callable[[int, int, str], None]
 
 
 class Recipe(StrEnum):

@@ -79,9 +79,11 @@ def _sure(probability: float) -> str:
 def shown(rows: Sequence[Row], announced: Sequence[Announcement]) -> list[Part]:
     """What was checked, as parts of one screen: what is announced, then the newest runs first."""
     new = Part(
-        [f"- {one.told()}" for one in announced], f"Announced ({len(announced)})",
-        more="and {number} more, on the page", turns=2,
-    )  # fmt: skip
+        [f"- {one.told()}" for one in announced],
+        f"Announced ({len(announced)})",
+        more="and {number} more, on the page",
+        turns=2,
+    )
     runs = [f"{Path(row['recording']).name}: {outcome(row)}" for row in reversed(rows)]
     return [new, Part(runs, f"Checked ({len(runs)})", more="and {number} earlier runs")]
 

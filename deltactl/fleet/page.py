@@ -17,7 +17,7 @@ from deltactl.charts.page import heading, page, paragraph, table, unfolds
 from deltactl.charts.spec import Colour, Series, Style
 from deltactl.fleet.task import Row
 from deltactl.fleet.together import DAY_S, Course, Group, Trend, courses, groups, trends
-from deltactl.foundation.plain_file import whole_file, write_whole
+from deltactl.foundation.plain_file import whole_file
 from deltactl.foundation.printable import count
 
 CHARTS, CHARTS_SHOWN = 12, 1
@@ -27,11 +27,6 @@ NAMES_SHOWN = 8
 BAD_SHOWN = 50
 NO_COLUMN = 99
 LIKELY = 0.5
-
-
-def write_page(rows: Sequence[Row], path: Path, limits: dict[str, float]) -> None:
-    """Write the page; an earlier one is replaced whole."""
-    write_whole(path, fleet_html(rows, limits))
 
 
 def fleet_html(rows: Sequence[Row], limits: dict[str, float]) -> str:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import glob
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from deltactl.fleet.page import write_page, write_table
+from deltactl.fleet.page import fleet_html, write_table
 from deltactl.fleet.task import Book, Robots, Row, diagnose_one, recorded_at, stamp_of
 from deltactl.fleet.together import sharpened
 from deltactl.foundation.errors import ConfigError, DeltactlError, MissingFile
 from deltactl.foundation.extras import needs
+from deltactl.foundation.plain_file import write_whole
 
 AHEAD = 4
 """So many recordings a worker wait with the scheduler: memory does not grow with the fleet."""
@@ -24,18 +26,29 @@ Call = tuple[Any, tuple[Any, ...]]
 Run = Callable[[Callable[..., Any], Iterable[Call]], Iterator[tuple[Any, Any]]]
 
 
+@dataclass(frozen=True, slots=True)
+class Workers:
+    """The machines of a Dask scheduler at an address, or so many processes here; 0 is this one."""
+
+    processes: int = 0
+    scheduler: str | None = None
+
+
+HERE = Workers()
+
+
 @contextmanager
-def cluster(workers: int, scheduler: str | None) -> Iterator[Run]:
+def cluster(workers: Workers) -> Iterator[Run]:
     """A function that runs a task on many arguments and gives (key, result) as they come.
 
-    0 workers is this process. Raises ConfigError when nobody answers at the address.
+    Raises ConfigError when nobody answers at the address.
     """
-    if scheduler is None and workers == 0:
+    if workers == HERE:
         yield lambda task, calls: ((key, task(*given)) for key, given in calls)
         return
     with needs("fleet", "deltactl fleet"):
         from distributed import as_completed
-    with connected(workers, scheduler) as client:
+    with connected(workers.processes, workers.scheduler) as client:
         yield _spread(client, as_completed)
 
 
@@ -106,8 +119,7 @@ def diagnose_fleet(
     asked: str | Sequence[str],
     robots: Path,
     out: Path,
-    workers: int = 2,
-    scheduler: str | None = None,
+    workers: Workers = HERE,
     limits: dict[str, float] | None = None,
     progress: Progress = lambda done, of, row: None,
     sisters: bool = True,
@@ -128,7 +140,7 @@ def diagnose_fleet(
         stamps = {str(path): stamp_of(path) for path in recordings}
         left = [path for path in recordings if done.get(str(path)) != stamps[str(path)]]
         answered = len(recordings) - len(left)
-        with cluster(workers if left else 0, scheduler if left else None) as run:
+        with cluster(workers if left else HERE) as run:
             bad: list[Row] = []
             for (name, head), row in run(diagnose_one, _calls(left, known, bad)):
                 answered += 1
@@ -146,7 +158,7 @@ def diagnose_fleet(
     if sisters:
         rows = sharpened(rows)
     write_table(rows, out / TABLE)
-    write_page(rows, out / PAGE, limits or {})
+    write_whole(out / PAGE, fleet_html(rows, limits or {}))
     return rows
 
 

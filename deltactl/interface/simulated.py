@@ -76,6 +76,7 @@ def simulate(
         The job did not run to its end.
     """
     from deltactl.firmware_py.controller.build import build_controller
+    from deltactl.firmware_py.planning.prepared import Readers
     from deltactl.foundation.clock import sleep_s
 
     files = FileAccess()
@@ -88,7 +89,7 @@ def simulate(
             realtime=False,
             recordings=Path(folder),
             seed=seed,
-            files=files,
+            readers=Readers(before=files),
             as_built=built,
         )
         try:

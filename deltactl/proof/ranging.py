@@ -31,9 +31,6 @@ class Noise:
     """How many readings in a row are invalid, on average (geometric)."""
 
 
-SILENT = Noise(0.0, 0.0, 0.0, 0.0)
-
-
 def wander(noise: Noise, samples: int, rng: np.random.Generator) -> FloatArray:
     """First-order correlated noise, stationary from the first sample on, (samples, 3) [m]."""
     white = rng.standard_normal((samples, 3))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from deltactl.proof.ranging import Noise, Sensors, ideal_ranges, read
+from deltactl.proof.ranging import Noise, Sensors, read
 from deltactl.proof.robot.as_built import AsBuilt, FloatArray, StepTrain
 from deltactl.proof.robot.run import Truth, run
 from deltactl.recording.tables.flat import AnyArray, FlatRecording, from_columns
@@ -43,14 +43,6 @@ def record_with_truth(
     t_s = sample_times(train)
     ranges, status = read(machine.sensors, machine.noise, truth, t_s, rng)
     return table(t_s, train, ranges, status), truth
-
-
-def record_clean(machine: Machine, train: StepTrain) -> tuple[FlatRecording, Truth]:
-    """The same without noise, rounding, dropouts or repeated values."""
-    truth = run(machine.robot, train)
-    t_s = sample_times(train)
-    ranges = ideal_ranges(machine.sensors, truth, t_s)
-    return table(t_s, train, ranges, np.zeros(ranges.shape, dtype=np.int64)), truth
 
 
 def table(

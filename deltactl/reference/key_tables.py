@@ -73,7 +73,7 @@ class KeyTables:
         places = sorted({section.place for section in shared if section.place}, key=_by_length)
         head = ", ".join(f"`{place}`" for place in places) or file
         choice = f", `{first.choice}`" if first.choice and places else ""
-        keys = [key for key in first.keys if not _in_the_heading(key, first)]
+        keys = [key for key in first.keys if first.choice != f"{key.name}: {key.type.strip('`')}"]
         rows = {key.name: _row(first, key) for key in keys}
         again = [name for name, row in rows.items() if (first.place, row) in self._rows]
         if first.choice:
@@ -125,10 +125,6 @@ def _choices(many: list[list[Section]]) -> list[str]:
         "One of these.",
         table(COLUMNS, rows),
     ]
-
-
-def _in_the_heading(key: Key, section: Section) -> bool:
-    return section.choice == f"{key.name}: {key.type.strip('`')}"
 
 
 def _row(section: Section, key: Key) -> Row:

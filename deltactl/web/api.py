@@ -287,10 +287,17 @@ def _recordings(api: FastAPI, site: Site) -> None:
     def listed() -> list[dict[str, Any]]:
         """Recordings of this robot and those that were sent, the newest first."""
         return [
-            {"id": one.made.name, "title": one.title, "job": one.job, "bytes": one.size_bytes,
-             "written_s": one.written_s, "diagnosis": one.diagnosis}
-            for one in site.listed() if not one.parts
-        ]  # fmt: skip
+            {
+                "id": one.made.name,
+                "title": one.title,
+                "job": one.job,
+                "bytes": one.size_bytes,
+                "written_s": one.written_s,
+                "diagnosis": one.diagnosis,
+            }
+            for one in site.listed()
+            if not one.parts
+        ]
 
     @api.get("/recordings/{key}/file", tags=["recordings"])
     def file(key: str) -> Response:

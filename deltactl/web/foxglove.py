@@ -259,7 +259,6 @@ def _measured(run: Run, known: KnownRobot, channels: RobotChannels, start_ns: in
         channels.measured(start_ns + when_ns, (place[0], place[1], place[2]))
 
 
-PORT = 8765
 LOOK_S = 0.02
 TITLE = "deltactl"
 

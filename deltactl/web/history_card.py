@@ -20,7 +20,6 @@ SHOWN = 25
 MEASURED, TRUE = "measured", "simulated truth"
 HEADS = ("Job", "When", "How it ended", "Duration", "Error")
 BY_SENSORS = "Error: root mean square distance from the targets, by the sensors with their noise."
-OUTCOMES = {"done": "done", "fault": "fault"}
 
 
 class HistoryCard:

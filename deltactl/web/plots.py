@@ -22,6 +22,10 @@ GREY: Final = "#8593a8"
 CURSOR: Final = "#d97706"
 TOP_PX, HEIGHT_PX, GAP_PX = 22, 74, 38
 Entry = dict[str, Any]
+HIDDEN: Final[Entry] = {"show": False}
+STILL: Final[Entry] = {"animation": False}
+TITLES: Final[Entry] = {"fontSize": 12, "fontWeight": "normal", "color": GREY}
+GRID_LINES: Final[Entry] = {"lineStyle": {"color": GREY, "opacity": 0.3}}
 LIVE_S: Final = 30.0
 LIVE_PERIOD_S: Final = 1.0
 LIVE_SAYS = (
@@ -37,21 +41,12 @@ def options(curves: Curves, scrolls: bool, cursor: bool = False) -> dict[str, An
         top = TOP_PX + number * (HEIGHT_PX + GAP_PX)
         grids.append({"left": 52, "right": 12, "top": top, "height": HEIGHT_PX})
         first, last = (round(curves.t_s[0]), curves.t_s[-1]) if curves.t_s else (0.0, 1.0)
-        x_axes.append({
-            "type": "value", "gridIndex": number, "min": first, "max": last,
-            "axisLabel": {"color": GREY, "formatter": "{value} s", "showMaxLabel": False},
-            "axisLine": {"onZero": False}, "splitLine": {"show": False},
-        })  # fmt: skip
-        y_axes.append({
-            "type": "value", "gridIndex": number, "scale": True, "splitNumber": 2,
-            "axisLabel": {"color": GREY}, "axisLine": {"show": False},
-            "axisTick": {"show": False},
-            "splitLine": {"lineStyle": {"color": GREY, "opacity": 0.3}},
-        })  # fmt: skip
-        titles.append({
-            "text": title, "left": 8, "top": top - TOP_PX + 2,
-            "textStyle": {"fontSize": 12, "fontWeight": "normal", "color": GREY},
-        })  # fmt: skip
+        label = {"color": GREY, "formatter": "{value} s", "showMaxLabel": False}
+        scale = {"min": first, "max": last, "axisLine": {"onZero": False}, "splitLine": HIDDEN}
+        x_axes.append(_axis(number, axisLabel=label, **scale))
+        lines = {"axisLine": HIDDEN, "axisTick": HIDDEN, "splitLine": GRID_LINES}
+        y_axes.append(_axis(number, scale=True, splitNumber=2, axisLabel={"color": GREY}, **lines))
+        titles.append({"text": title, "left": 8, "top": top - TOP_PX + 2, "textStyle": TITLES})
         for place, name in enumerate(names):
             series.append(_line(curves, name, number, COLOURS[place]))
         if cursor:
@@ -59,20 +54,25 @@ def options(curves: Curves, scrolls: bool, cursor: bool = False) -> dict[str, An
     every = list(range(len(GROUPS)))
     bars = {"xAxisIndex": every, "filterMode": "none"}
     zoom = [{"type": "slider", "bottom": 4, "height": 18, **bars}, {"type": "inside", **bars}]
-    return {
-        "animation": False, "grid": grids, "xAxis": x_axes, "yAxis": y_axes, "title": titles,
-        "series": series, "dataZoom": zoom if scrolls else [],
-        "tooltip": {"trigger": "axis", "renderMode": "richText"} if scrolls else {"show": False},
-    }  # fmt: skip
+    tooltip = {"trigger": "axis", "renderMode": "richText"} if scrolls else HIDDEN
+    axes = {"grid": grids, "xAxis": x_axes, "yAxis": y_axes, "title": titles}
+    curves_of = {"series": series, "dataZoom": zoom if scrolls else [], "tooltip": tooltip}
+    return STILL | axes | curves_of
 
 
 def _line(curves: Curves, name: str, grid: int, colour: str) -> dict[str, Any]:
     values = curves.values.get(name, [])
-    return {
-        "id": name, "name": name, "type": "line", "xAxisIndex": grid, "yAxisIndex": grid,
-        "showSymbol": False, "lineStyle": {"width": 1.5, "color": colour}, "color": colour,
-        "data": [list(pair) for pair in zip(curves.t_s, values, strict=False)],
-    }  # fmt: skip
+    data = [list(pair) for pair in zip(curves.t_s, values, strict=False)]
+    return {"id": name, "name": name, "color": colour} | _drawn(grid, colour, data)
+
+
+def _drawn(grid: int, colour: str, data: list[list[float | None]]) -> Entry:
+    style = {"showSymbol": False, "lineStyle": {"width": 1.5, "color": colour}}
+    return {"type": "line", "xAxisIndex": grid, "yAxisIndex": grid, "data": data} | style
+
+
+def _axis(grid: int, **more: Any) -> Entry:
+    return {"type": "value", "gridIndex": grid} | more
 
 
 def cursor_at(t_s: float, curves: Curves) -> dict[str, Any]:
@@ -103,31 +103,19 @@ def preview_options(paths_m: list[list[list[float]]]) -> dict[str, Any]:
     series: list[Entry] = []
     for number, (title, up) in enumerate((("from above: x, y [mm]", 1), ("side: x, z [mm]", 2))):
         left = f"{4 + 50 * number}%"
-        titles.append({
-            "text": title, "left": left,
-            "textStyle": {"fontSize": 12, "fontWeight": "normal", "color": GREY},
-        })  # fmt: skip
+        titles.append({"text": title, "left": left, "textStyle": TITLES})
         grids.append({"left": left, "width": "42%", "top": 34, "bottom": 20, "containLabel": True})
         for axes, axis in ((x_axes, 0), (y_axes, up)):
             centre = 1e3 * middle[axis]
-            axes.append({
-                "type": "value", "gridIndex": number, "splitNumber": 2,
-                "min": round(centre - half), "max": round(centre + half),
-                "axisLabel": {"color": GREY, "showMinLabel": False, "showMaxLabel": False},
-                "splitLine": {"show": False}, "axisLine": {"onZero": False},
-            })  # fmt: skip
-        series += [
-            {
-                "type": "line", "xAxisIndex": number, "yAxisIndex": number, "showSymbol": False,
-                "lineStyle": {"width": 1.5, "color": COLOURS[2]},
-                "data": [[1e3 * point[0], 1e3 * point[up]] for point in path],
-            }
-            for path in paths_m
-        ]  # fmt: skip
-    return {
-        "animation": False, "title": titles, "grid": grids, "xAxis": x_axes, "yAxis": y_axes,
-        "series": series, "tooltip": {"show": False},
-    }  # fmt: skip
+            ends = {"min": round(centre - half), "max": round(centre + half), "splitNumber": 2}
+            label = {"color": GREY, "showMinLabel": False, "showMaxLabel": False}
+            lines = {"splitLine": HIDDEN, "axisLine": {"onZero": False}}
+            axes.append(_axis(number, axisLabel=label, **ends, **lines))
+        for path in paths_m:
+            data: list[list[float | None]] = [[1e3 * point[0], 1e3 * point[up]] for point in path]
+            series.append(_drawn(number, COLOURS[2], data))
+    axes_of = {"title": titles, "grid": grids, "xAxis": x_axes, "yAxis": y_axes}
+    return STILL | axes_of | {"series": series, "tooltip": HIDDEN}
 
 
 class LivePlots:

@@ -141,8 +141,10 @@ class RecordingRow:
             return
         self._open = grows
         for what, button in (
-            ("Report", self._read), ("Play", self._play), ("Diagnose", self._button)
-        ):  # fmt: skip
+            ("Report", self._read),
+            ("Play", self._play),
+            ("Diagnose", self._button),
+        ):
             offer(button, f"{what}: {RECORDED}" if grows else "")
         if self._tick is not None:
             self._tick.set_enabled(not grows)

@@ -19,9 +19,7 @@ ARM, ROD, PLATE, SENSED, CULPRIT = "#3b82f6", "#94a3b8", "#1e293b", "#f59e0b", "
 LINK_RADIUS_M, ROD_RADIUS_M, JOINT_RADIUS_M = 0.012, 0.005, 0.022
 NUMBER = "font-weight: bold; color: #1e293b; background: #f1f5f9; padding: 0 2px"
 TRACED = "#059669"
-AXES = (
-    ("x", (1, 0, 0), "#dc2626"), ("y", (0, 1, 0), "#16a34a"), ("z", (0, 0, 1), "#3b82f6")
-)  # fmt: skip
+AXES = (("x", (1, 0, 0), "#dc2626"), ("y", (0, 1, 0), "#16a34a"), ("z", (0, 0, 1), "#3b82f6"))
 AREA, FLOOR, FLOOR_LINES = "#a855f7", "#cbd5e1", 4
 TRACE_STEP_M, TRACE_LINES = 0.003, 300
 JUMP_M = 0.05

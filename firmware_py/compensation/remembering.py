@@ -135,7 +135,7 @@ class Remembering:
         commanded = mapped.angles_rad.copy()
         if not self._widths_rad.any():
             return commanded + wanted - self._static.achieved_rad(commanded)
-        start = _nothing() if before is None else before
+        start = Course(np.empty(0), np.empty((0, ARMS))) if before is None else before
         count = len(start.t_s)
         t_s = _increasing(np.concatenate([start.t_s, mapped.t_s]))
         for _ in range(ROUNDS):
@@ -220,7 +220,3 @@ def _increasing(t_s: FloatArray) -> FloatArray:
     """The same times, none before or at the one before it."""
     apart: FloatArray = np.maximum.accumulate(t_s) + APART_S * np.arange(len(t_s))
     return apart
-
-
-def _nothing() -> Course:
-    return Course(np.empty(0), np.empty((0, ARMS)))

@@ -21,8 +21,10 @@ def needs_restart(accepted: RobotFile, new: RobotFile) -> str:
             return section
     if (accepted.sensors is None) != (new.sensors is None):
         return "sensors"
-    switches = [(one.homing.method, one.homing.switch_pins, one.homing.switch_active_high)
-                for one in (accepted, new)]  # fmt: skip
+    switches = [
+        (one.homing.method, one.homing.switch_pins, one.homing.switch_active_high)
+        for one in (accepted, new)
+    ]
     if switches[0] != switches[1]:
         return "homing"
     built = [(one.as_built.noise, one.as_built.servo) for one in (accepted, new)]

@@ -15,16 +15,8 @@ from deltactl.drivers.steps.gpiozero_pins import home_switches, named_inputs
 from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.file_in_force import keep_text
 from deltactl.firmware_py.controller.servo_machine import servo_machine
-from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.machine import Machine
-from deltactl.firmware_py.planning.prepared import (
-    Prepare,
-    ReadRobot,
-    prepare_for,
-    prepare_with,
-    read_robot_here,
-    read_robot_once,
-)
+from deltactl.firmware_py.planning.prepared import HERE, Readers
 from deltactl.firmware_py.robot_file import RobotFile, check_said
 from deltactl.firmware_py.simulation.sensors import simulated_sensors, with_seed
 from deltactl.firmware_py.simulation.world import HiddenEffects, SimulatedRobot, nothing_apart
@@ -38,9 +30,7 @@ def build_controller(
     simulated: bool,
     realtime: bool,
     recordings: Path,
-    prepare: Prepare = prepare_for,
-    files: FileAccess | None = None,
-    read: ReadRobot = read_robot_here,
+    readers: Readers = HERE,
     seed: int | None = None,
     as_built: Path | None = None,
 ) -> Controller:
@@ -48,15 +38,9 @@ def build_controller(
 
     as_built: a separate file that describes the simulated robot (`HiddenEffects`).
 
-    prepare: who reads and plans jobs; read: who reads robot files from now on; files: what was read
-    before, for one job: its robot file, the job and its network are not read again.
-
     Raises ConfigError, or HardwareError when pins, bus or pulse process cannot be had.
     """
-    if files is None:
-        found = read_robot_here(robot_file, FileAccess())
-    else:
-        found, prepare = read_robot_once(robot_file, files), partial(prepare_with, files)
+    found, prepare = readers.begin(robot_file)
     robot = found.robot
     if realtime or not simulated:
         keep_text(found.text)  # before its lines are claimed
@@ -65,7 +49,7 @@ def build_controller(
         machine = simulated_machine(with_seed(robot, seed), realtime, as_built)
     else:
         machine = real_machine(robot)
-    return Controller(robot, robot_file, machine, recordings, prepare, read, found)
+    return Controller(robot, robot_file, machine, recordings, prepare, readers.read, found)
 
 
 def _load_ahead() -> None:

@@ -45,6 +45,7 @@ def serve(
     Raises ServiceError when the socket is taken, and what `build_controller` raises.
     """
     from deltactl.firmware_py.controller.build import build_controller
+    from deltactl.firmware_py.planning.prepared import Readers
     from deltactl.firmware_py.planning.process import PlanningProcess
 
     set_up_logging()
@@ -61,8 +62,7 @@ def serve(
                     simulated=simulated,
                     realtime=True,
                     recordings=recordings,
-                    prepare=planning.prepare,
-                    read=planning.read_robot,
+                    readers=Readers(planning.prepare, planning.read_robot),
                     as_built=as_built,
                 )
             except BaseException:

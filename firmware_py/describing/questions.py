@@ -118,8 +118,10 @@ ZERO = Question(
     "Should the reading be 0 where the command is 0? absolute: yes (commanded to 30, it should"
     " read 30; also where one was set equal to the other once, at the start or at home); arbitrary:"
     " no (an encoder that begins anywhere, and reads 217 there)",
-    "absolute", ("absolute", "arbitrary"), unless=(("recorded", "effort"),),
-)  # fmt: skip
+    "absolute",
+    ("absolute", "arbitrary"),
+    unless=(("recorded", "effort"),),
+)
 TURNS = ("motion", "rotary", "a servo_axis that turns")
 SLIDES = ("motion", "linear", "a servo_axis that slides")
 NO_EFFORT = (("recorded", "command"),)

@@ -89,21 +89,24 @@ def joints_of(robot: DeltaRobot) -> list[Joint]:
 def _arm(number: int, arm: Arm) -> Iterator[Joint]:
     n, here = number, (0.0, 0.0, 0.0)
     out, elbow, down = (arm.base_radius_m, 0.0, 0.0), (arm.upper_arm_m, 0.0, 0.0), -arm.forearm_m
-    yield Joint(f"shoulder_{n}", BASE, f"shoulder_{n}_link", _turned(out, arm.azimuth_rad),
-                arm.azimuth_rad)  # fmt: skip
-    yield Joint(f"{MOTOR}_{n}", f"shoulder_{n}_link", f"upper_arm_{n}", here, about=ABOUT[MOTOR])
-    yield Joint(f"{LEVEL}_{n}", f"upper_arm_{n}", f"elbow_{n}", elbow, about=ABOUT[LEVEL],
-                mimics=f"{MOTOR}_{n}")  # fmt: skip
-    yield Joint(f"{SWING}_{n}", f"elbow_{n}", f"elbow_cross_{n}", here, about=ABOUT[SWING])
-    yield Joint(f"{TILT}_{n}", f"elbow_cross_{n}", f"forearm_{n}", here, about=ABOUT[TILT])
+    yield Joint(
+        f"shoulder_{n}", BASE, f"shoulder_{n}_link", _turned(out, arm.azimuth_rad), arm.azimuth_rad
+    )
+    yield _joint(n, MOTOR, f"shoulder_{n}_link", f"upper_arm_{n}", here)
+    yield _joint(n, LEVEL, f"upper_arm_{n}", f"elbow_{n}", elbow, MOTOR)
+    yield _joint(n, SWING, f"elbow_{n}", f"elbow_cross_{n}", here)
+    yield _joint(n, TILT, f"elbow_cross_{n}", f"forearm_{n}", here)
     if number > 1:
         return
-    yield Joint(f"{WRIST_TILT}_{n}", f"forearm_{n}", f"wrist_cross_{n}", (0.0, 0.0, down),
-                about=ABOUT[WRIST_TILT], mimics=f"{TILT}_{n}")  # fmt: skip
-    yield Joint(f"{WRIST_SWING}_{n}", f"wrist_cross_{n}", f"wrist_{n}", here,
-                about=ABOUT[WRIST_SWING], mimics=f"{SWING}_{n}")  # fmt: skip
+    yield _joint(n, WRIST_TILT, f"forearm_{n}", f"wrist_cross_{n}", (0.0, 0.0, down), TILT)
+    yield _joint(n, WRIST_SWING, f"wrist_cross_{n}", f"wrist_{n}", here, SWING)
     inwards = (-arm.platform_radius_m, 0.0, 0.0)
     yield Joint("platform_mount", f"wrist_{n}", PLATFORM, inwards, -arm.azimuth_rad)
+
+
+def _joint(n: int, kind: str, parent: str, child: str, at: Place, mimics: str = "") -> Joint:
+    followed = f"{mimics}_{n}" if mimics else ""
+    return Joint(f"{kind}_{n}", parent, child, at, about=ABOUT[kind], mimics=followed)
 
 
 def _turned(place: Place, yaw_rad: float) -> Place:

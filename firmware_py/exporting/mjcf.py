@@ -37,7 +37,6 @@ are: gains that fit a large robot would throw a small one apart within a few ste
 STEP_S = 0.001
 HOME = "assembled"
 """The keyframe in which the loops are closed; a simulation begins there."""
-Text = dict[str, str]
 
 
 def mjcf_text(robot: RobotFile) -> str:
@@ -58,10 +57,14 @@ def mjcf_text(robot: RobotFile) -> str:
         _arm(world, number, arm, robot, masses)
         ET.SubElement(ties, "connect", site1=f"forearm_{number}_end", site2=f"platform_{number}")
         ET.SubElement(
-            drives, "position", name=f"{MOTOR}_{number}", joint=f"{MOTOR}_{number}",
+            drives,
+            "position",
+            name=f"{MOTOR}_{number}",
+            joint=f"{MOTOR}_{number}",
             kp=f"{2.0 * inertia_kgm2 * STIFF_RADPS**2:.9g}",
-            kv=f"{4.0 * inertia_kgm2 * STIFF_RADPS:.9g}", inheritrange="1",
-        )  # fmt: skip
+            kv=f"{4.0 * inertia_kgm2 * STIFF_RADPS:.9g}",
+            inheritrange="1",
+        )
     _platform(world, arms, masses)
     root.extend([ties, drives])
     _keyframe(root, robot)
@@ -102,9 +105,7 @@ def _hinge(body: ET.Element, name: str, axis: str, **more: str) -> None:
 
 def _rod(body: ET.Element, ends: str, radius_m: float, mass_kg: float) -> None:
     mass = f"{max(mass_kg, LIGHTEST_KG):.9g}"
-    ET.SubElement(
-        body, "geom", type="capsule", fromto=ends, size=f"{radius_m:g}", mass=mass
-    )  # fmt: skip
+    ET.SubElement(body, "geom", type="capsule", fromto=ends, size=f"{radius_m:g}", mass=mass)
 
 
 def _platform(world: ET.Element, arms: list[Arm], masses: Masses) -> None:
@@ -113,9 +114,12 @@ def _platform(world: ET.Element, arms: list[Arm], masses: Masses) -> None:
         ET.SubElement(body, "joint", name=f"{PLATFORM}_{axis}", type="slide", axis=along)
     size_m = max(max(arm.platform_radius_m for arm in arms), THICK_M)
     ET.SubElement(
-        body, "geom", type="cylinder", size=f"{size_m:.9g} {PLATE_M:g}",
+        body,
+        "geom",
+        type="cylinder",
+        size=f"{size_m:.9g} {PLATE_M:g}",
         mass=f"{max(masses.platform_kg, LIGHTEST_KG):.9g}",
-    )  # fmt: skip
+    )
     for number, arm in enumerate(arms, 1):
         away = np.array([np.cos(arm.azimuth_rad), np.sin(arm.azimuth_rad), 0.0])
         place = _words(away * arm.platform_radius_m)

@@ -138,10 +138,8 @@ def _messages(
     nothing = np.zeros(0)
     for row, now_ns in enumerate(at_ns.tolist()):
         stamp = time(sec=now_ns // NS_PER_S, nanosec=now_ns % NS_PER_S)
-        yield JOINTS, now_ns, state(
-            header=header(stamp=stamp, frame_id=""), name=names,
-            position=rows[row], velocity=speeds[row], effort=nothing,
-        )  # fmt: skip
+        moved = {"position": rows[row], "velocity": speeds[row], "effort": nothing}
+        yield JOINTS, now_ns, state(header=header(stamp=stamp, frame_id=""), name=names, **moved)
         here = {name: float(values[row]) for name, values in found.items()}
         base = header(stamp=stamp, frame_id=BASE)
         transforms = [_transform(types, joint, here.get(joint.name, 0.0), base) for joint in joints]

@@ -123,8 +123,12 @@ def _joint(root: ET.Element, joint: Joint, robot: RobotFile) -> None:
     if joint.name.startswith(f"{MOTOR}_"):
         low_rad, high_rad = limits_rad(robot, int(joint.name[-1]) - 1)
     ET.SubElement(
-        made, "limit", lower=f"{low_rad:.9g}", upper=f"{high_rad:.9g}",
-        effort=f"{EFFORT_NM:g}", velocity=f"{robot.limits.joint_speed_radps:.9g}",
-    )  # fmt: skip
+        made,
+        "limit",
+        lower=f"{low_rad:.9g}",
+        upper=f"{high_rad:.9g}",
+        effort=f"{EFFORT_NM:g}",
+        velocity=f"{robot.limits.joint_speed_radps:.9g}",
+    )
     if joint.mimics:
         ET.SubElement(made, "mimic", joint=joint.mimics, multiplier="-1", offset="0")

@@ -45,8 +45,10 @@ def checked_job(
         return JobFile.model_validate(job_data(drawn, name, robot, speed_mps, corner_m))
     except ValidationError as error:
         found = error.errors(include_url=False, include_input=False)[:MOST_MISTAKES]
-        told = [_named(source, drawn, f"{'.'.join(map(str, one['loc']))}: {one['msg']}")
-                for one in found]  # fmt: skip
+        told = [
+            _named(source, drawn, f"{'.'.join(map(str, one['loc']))}: {one['msg']}")
+            for one in found
+        ]
         raise ConfigError(*dict.fromkeys(told)) from None
 
 

@@ -46,20 +46,15 @@ Vectric's programs have it in their first line."""
 SILENT = frozenset({17.0, 40.0, 49.0, 54.0, 80.0, 90.1, 91.1, 94.0})
 """Settings that ask for what holds here anyway: plane XY, no tool, mm a minute, or are read."""
 
-WITHOUT_MEANING = frozenset(
-    {10.0, 11.0, 15.0, 28.1, 30.1, 43.0, 50.0, 61.0, 61.1, 64.0, 69.0, 92.0, 92.1, 92.2, 96.0, 97.0,
-     98.0, 99.0}
-)  # fmt: skip
+NO_AXES = frozenset({10.0, 28.1, 30.1, 50.0, 92.0, 92.1, 92.2})
+"""Codes with which X, Y and Z would set something that is not kept here."""
+WITHOUT_MEANING = NO_AXES | {11.0, 15.0, 43.0, 61.0, 61.1, 64.0, 69.0, 96.0, 97.0, 98.0, 99.0}
 """Filament, tool lengths, ends of what never began, exact stops: no part of a path; noted."""
 
-WORDS_OF: dict[float, str] = {
-    10.0: "S", 40.0: "D", 43.0: "HXYZ", 49.0: "H", 64.0: "PQ", 96.0: "D",
-}  # fmt: skip
+WORDS_OF: dict[float, str] = {10.0: "S", 40.0: "D", 43.0: "HXYZ", 49.0: "H", 64.0: "PQ", 96.0: "D"}
 """Words that a code may carry beside those that any line may."""
 ANYWHERE = frozenset("FSTE")
 """Feed, spindle or laser, tool, extruder: no place, on whatever line they are."""
-NO_AXES = frozenset({10.0, 28.1, 30.1, 50.0, 92.0, 92.1, 92.2})
-"""Codes with which X, Y and Z would set something that is not kept here."""
 OWN_WORDS = NO_AXES | {4.0, 27.0, 28.0, 30.0}
 """Codes whose X, Y and Z are no place to go to."""
 
@@ -80,22 +75,21 @@ REFUSED: dict[float, str] = {
     16.0: "polar coordinates are not taken; give X and Y (G15)",
     18.0: "arcs in XZ cannot be made; arcs lie in XY (G17)",
     19.0: "arcs in YZ cannot be made; arcs lie in XY (G17)",
-    27.0: _MACHINE, 28.0: _MACHINE, 30.0: _MACHINE,
-    41.0: _RADIUS, 41.1: _RADIUS, 42.0: _RADIUS, 42.1: _RADIUS,
-    43.1: _TIP, 43.2: _TIP,
     51.0: "scales the path; let the program that made the file do it",
-    52.0: _ORIGIN,
     53.0: "is a place in the machine's own frame; give it in the file's, which --origin places, or"
     " --skip G53",
     68.0: "turns the path; let the program that made the file do it",
-    92.0: _ORIGIN, 92.3: _ORIGIN,
     93.0: "F as a time is not taken; let F be a speed (G94)",
     95.0: "F for a turn of the spindle is not taken; let F be a speed (G94)",
-    5.0: _CURVE, 5.1: _CURVE, 5.2: _CURVE, 5.3: _CURVE, 6.0: _CURVE, 33.0: _CURVE,
-}  # fmt: skip
-REFUSED |= dict.fromkeys((55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3), _OFFSETS)
-REFUSED |= dict.fromkeys((73.0, 76.0, *(float(code) for code in range(81, 90))), _CYCLE)
-REFUSED |= dict.fromkeys((29.0, 29.1, 29.2, 32.0, 34.0, 35.0, 38.2, 38.3, 38.4, 38.5), _PROBE)
+    **dict.fromkeys((27.0, 28.0, 30.0), _MACHINE),
+    **dict.fromkeys((41.0, 41.1, 42.0, 42.1), _RADIUS),
+    **dict.fromkeys((43.1, 43.2), _TIP),
+    **dict.fromkeys((52.0, 92.0, 92.3), _ORIGIN),
+    **dict.fromkeys((5.0, 5.1, 5.2, 5.3, 6.0, 33.0), _CURVE),
+    **dict.fromkeys((55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3), _OFFSETS),
+    **dict.fromkeys((73.0, 76.0, *map(float, range(81, 90))), _CYCLE),
+    **dict.fromkeys((29.0, 29.1, 29.2, 32.0, 34.0, 35.0, 38.2, 38.3, 38.4, 38.5), _PROBE),
+}
 """What would change the path, and what to do instead."""
 OTHER = "is not taken; G0 to G4, G17, G20, G21, G90, G91, G90.1, G91.1 are"
 
@@ -110,11 +104,14 @@ ENDS = frozenset({2.0, 30.0})
 """M words after which nothing is carried out."""
 TOOL = 6.0
 PAUSES: dict[float, str] = {
-    0.0: "stop of the program", 1.0: "optional stop of the program",
-    25.0: "pause of the print", 60.0: "change of the part", 125.0: "park and pause",
-    226.0: "pause of the print", 600.0: "change of the filament", 601.0: "pause of the print",
+    0.0: "stop of the program",
+    1.0: "optional stop of the program",
+    60.0: "change of the part",
+    125.0: "park and pause",
+    600.0: "change of the filament",
     TOOL: "change of the tool",
-}  # fmt: skip
+    **dict.fromkeys((25.0, 226.0, 601.0), "pause of the print"),
+}
 """M words at which a hand may be in the machine: the job waits for `resume`."""
 SPINDLE = frozenset({3.0, 4.0})
 """M words after which an S on any line is a speed or a power, and S0 is off."""
@@ -137,15 +134,16 @@ _AWAITS = "waits for an input; write a job with 'wait_for' (docs/jobs.md), or --
 _RESTORES = "restores settings that were saved; write them out (G90, G20, ...)"
 _BY_ITSELF = "moves the machine as it knows; --skip {0} leaves it out, --code {0}=pause waits there"
 REFUSED_M: dict[float, str] = {
-    23.0: _CALLS, 28.0: "writes what follows to a card; delete the line", 29.0: "ends what M28"
-    " began; delete the line", 32.0: _CALLS, 97.0: _CALLS, 98.0: _CALLS, 99.0: _CALLS,
+    28.0: "writes what follows to a card; delete the line",
+    29.0: "ends what M28 began; delete the line",
+    66.0: _AWAITS,
     808.0: "repeats what follows; write it out, or use 'repeat' in a job (docs/jobs.md)",
-    206.0: _SHIFTS, 218.0: _SHIFTS, 290.0: _SHIFTS, 428.0: _SHIFTS,
-    112.0: _ENDS_ALL, 410.0: _ENDS_ALL, 524.0: _ENDS_ALL, 999.0: _ENDS_ALL,
-    66.0: _AWAITS, 70.0: _RESTORES, 72.0: _RESTORES,
-    701.0: _BY_ITSELF, 702.0: _BY_ITSELF, 603.0: _BY_ITSELF, 602.0: _BY_ITSELF,
-    810.0: _CALLS,
-}  # fmt: skip
+    **dict.fromkeys((23.0, 32.0, 97.0, 98.0, 99.0, 810.0), _CALLS),
+    **dict.fromkeys((206.0, 218.0, 290.0, 428.0), _SHIFTS),
+    **dict.fromkeys((112.0, 410.0, 524.0, 999.0), _ENDS_ALL),
+    **dict.fromkeys((70.0, 72.0), _RESTORES),
+    **dict.fromkeys((602.0, 603.0, 701.0, 702.0), _BY_ITSELF),
+}
 UNKNOWN_M = "is not known here; if it moves nothing and waits for nothing: --skip {0}"
 SPEED_FACTOR = 220.0
 PROGRESS = 73.0
@@ -170,14 +168,15 @@ WITHOUT_MEANING_M = SWITCHES | _numbers(
 """Heaters, fans, limits, tuning, cards, displays, reports: no part of a path; noted."""
 TEXTS = frozenset({16.0, 115.0, 117.0, 118.0, 486.0}) | _numbers("550-559 587-589 860-869")
 """M words whose text may be anything, also what looks like another code."""
+_OBJECTS = ("OBJECT", "OBJECT_DEFINE", "OBJECT_END", "OBJECT_START")
+_SETTINGS = (
+    "DISPLAY_TEXT FAN_SPEED HEATER_TEMPERATURE LED PRESSURE_ADVANCE PRINT_STATS_INFO VELOCITY_LIMIT"
+)
 MACROS = frozenset(
-    {
-        "BED_MESH_PROFILE", "EXCLUDE_OBJECT", "EXCLUDE_OBJECT_DEFINE", "EXCLUDE_OBJECT_END",
-        "EXCLUDE_OBJECT_START", "RESPOND", "SET_DISPLAY_TEXT", "SET_FAN_SPEED",
-        "SET_HEATER_TEMPERATURE", "SET_LED", "SET_PRESSURE_ADVANCE", "SET_PRINT_STATS_INFO",
-        "SET_VELOCITY_LIMIT", "TEMPERATURE_WAIT", "TIMELAPSE_TAKE_FRAME",
-    }
-)  # fmt: skip
+    {"BED_MESH_PROFILE", "RESPOND", "TEMPERATURE_WAIT", "TIMELAPSE_TAKE_FRAME"}
+    | {f"EXCLUDE_{name}" for name in _OBJECTS}
+    | {f"SET_{name}" for name in _SETTINGS.split()}
+)
 """Commands of Klipper that move nothing; any other is a macro that may."""
 
 

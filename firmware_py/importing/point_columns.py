@@ -15,18 +15,20 @@ from deltactl.recording.tables.table_format import SEPARATORS, TableFormat, gues
 
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
 SPEEDS = {
-    "mm/s": 1e-3, "mmps": 1e-3, "m/s": 1.0, "mps": 1.0, "mm/min": 1e-3 / 60.0,
-    "mmpm": 1e-3 / 60.0, "m/min": 1.0 / 60.0,
-}  # fmt: skip
+    **dict.fromkeys(("mm/s", "mmps"), 1e-3),
+    **dict.fromkeys(("m/s", "mps"), 1.0),
+    **dict.fromkeys(("mm/min", "mmpm"), 1e-3 / 60.0),
+    "m/min": 1.0 / 60.0,
+}
 TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
 UNITS = {"x": LENGTHS, "y": LENGTHS, "z": LENGTHS, "speed": SPEEDS, "dwell": TIMES}
 """Factor to metres, m/s and seconds."""
 NAMES: dict[str, tuple[str, str]] = {
-    "x": ("x", "mm"), "y": ("y", "mm"), "z": ("z", "mm"),
-    "speed": ("speed", "mm/s"), "feed": ("speed", "mm/s"), "v": ("speed", "mm/s"),
-    "f": ("speed", "mm/min"), "feedrate": ("speed", "mm/min"),
-    "dwell": ("dwell", "s"), "wait": ("dwell", "s"), "pause": ("dwell", "s"),
-}  # fmt: skip
+    **{axis: (axis, "mm") for axis in "xyz"},
+    **dict.fromkeys(("speed", "feed", "v"), ("speed", "mm/s")),
+    **dict.fromkeys(("f", "feedrate"), ("speed", "mm/min")),
+    **dict.fromkeys(("dwell", "wait", "pause"), ("dwell", "s")),
+}
 """Plain names, what they are, and the unit where none is said: F is that of G-code."""
 UNNAMED = ("x", "y", "z", "speed", "dwell")
 """The order of columns in a table without a heading."""

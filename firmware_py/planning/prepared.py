@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -168,3 +169,26 @@ def read_robot_here(path: Path, access: FileAccess) -> RobotRead:
 def read_robot_once(path: Path, access: FileAccess) -> RobotRead:
     """As `read_robot_here`, or what this access has read before."""
     return RobotRead(access.robot(path), access.document(path).text, access.stamp(path))
+
+
+@dataclass(frozen=True, slots=True)
+class Readers:
+    """Who reads and plans jobs, and who reads robot files once the controller runs.
+
+    before: what was read already, for one job: its robot file, the job and its network are not read
+    again.
+    """
+
+    prepare: Prepare = prepare_for
+    read: ReadRobot = read_robot_here
+    before: FileAccess | None = None
+
+    def begin(self, robot_file: Path) -> tuple[RobotRead, Prepare]:
+        """The robot file to begin with, and who prepares jobs. Raises MissingFile, ConfigError."""
+        if self.before is None:
+            return read_robot_here(robot_file, FileAccess()), self.prepare
+        return read_robot_once(robot_file, self.before), partial(prepare_with, self.before)
+
+
+HERE = Readers()
+"""In this process."""

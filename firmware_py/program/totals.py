@@ -106,15 +106,28 @@ def summarise_program(program: Program, from_counts: Counts) -> CheckSummary:
 def _without_moves(program: Program, found: Totals) -> CheckSummary:
     nowhere: Range = (0.0, 0.0)
     return CheckSummary(
-        job=program.job.name, robot=program.robot.name, inverse_kinematics="none", timing="none",
-        targets=0, repeats=1, targets_in_all=0, path_length_m=0.0,
+        job=program.job.name,
+        robot=program.robot.name,
+        inverse_kinematics="none",
+        timing="none",
+        targets=0,
+        repeats=1,
+        targets_in_all=0,
+        path_length_m=0.0,
         duration_s=found.duration_ns / NS_PER_S,
-        approach_s=0.0, moving_s=0.0, mean_speed_mps=0.0, path_per_step_period_m=None,
-        peak_step_rate_hz=(0.0, 0.0, 0.0), approach_step_rate_hz=0.0,
-        arm_range_deg=(nowhere,) * 3, smallest_margin=1.0, box_m=(nowhere,) * 3,
-        instructions=found.instructions, waits_at_most_s=found.waits_s,
+        approach_s=0.0,
+        moving_s=0.0,
+        mean_speed_mps=0.0,
+        path_per_step_period_m=None,
+        peak_step_rate_hz=(0.0, 0.0, 0.0),
+        approach_step_rate_hz=0.0,
+        arm_range_deg=(nowhere,) * 3,
+        smallest_margin=1.0,
+        box_m=(nowhere,) * 3,
+        instructions=found.instructions,
+        waits_at_most_s=found.waits_s,
         pauses=found.pauses,
-    )  # fmt: skip
+    )
 
 
 def _either(words: list[str]) -> str:

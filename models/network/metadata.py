@@ -108,7 +108,6 @@ Domain = Annotated[Cylinder | Box, Field(discriminator="shape")]
 METADATA_NAME = "deltactl"
 """Name of the TFLite metadata entry that carries the JSON."""
 
-FORMAT = 1
 NO_CHECKSUM = "0" * 64
 """Placeholder for the checksum while it is computed."""
 

@@ -69,16 +69,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     for shipped in SHIPPED:
         if shipped.robot in chosen.robots:
-            seeded = shipped if chosen.seed is None else _reseeded(shipped, chosen.seed)
+            seeded = shipped if chosen.seed is None else replace(shipped, seed=chosen.seed)
             print(f"{shipped.robot}: {shipped.domain.describe()}")
             file = train_one(
                 seeded, chosen.config, chosen.out, lambda line: print(line, flush=True)
             )
             print(_summary(file))
-
-
-def _reseeded(shipped: Shipped, seed: int) -> Shipped:
-    return replace(shipped, seed=seed)
 
 
 def _summary(file: NetworkFile) -> str:

@@ -14,7 +14,7 @@ from deltactl.firmware_py.controller.controller import Controller
 from deltactl.firmware_py.controller.file_in_force import FileInForce
 from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.file_access import FileAccess
-from deltactl.firmware_py.planning.prepared import RobotRead, read_robot_here
+from deltactl.firmware_py.planning.prepared import Readers, RobotRead, read_robot_here
 from deltactl.foundation.errors import DeltactlError, NotReady
 from tests.controller.conftest import ROBOT
 
@@ -44,7 +44,10 @@ def reader() -> Iterator[SlowReader]:
 def slow(tmp_path: Path, reader: SlowReader) -> Iterator[Controller]:
     robot = tmp_path / "robot.yaml"
     robot.write_text(ROBOT.read_text())
-    made = build_controller(robot, simulated=True, realtime=False, recordings=tmp_path, read=reader)
+    readers = Readers(read=reader)
+    made = build_controller(
+        robot, simulated=True, realtime=False, recordings=tmp_path, readers=readers
+    )
     yield made
     made.close()
 

@@ -42,7 +42,7 @@ def test_a_fleet_is_diagnosed_once_and_a_bad_file_costs_one_line(
     (out / NAME).write_text("\n".join([*lines[:-1], lines[-1][:20]]))
     done = []
     rows = diagnose_fleet(
-        f"{runs}/**/*.csv", robots, out, 0, progress=lambda count, of, row: done.append(row)
+        f"{runs}/**/*.csv", robots, out, progress=lambda count, of, row: done.append(row)
     )
     assert [row["recording"] for row in done] == [json.loads(lines[-1])["recording"]]
     assert len(rows) == 16
@@ -52,9 +52,8 @@ def test_a_fleet_is_diagnosed_once_and_a_bad_file_costs_one_line(
 def test_growing_play_is_a_trend_with_the_true_rate_and_a_day(
     fleet_folder: Path, tmp_path: Path
 ) -> None:
-    rows = diagnose_fleet(
-        f"{fleet_folder}/runs/**/axis-01-*.csv", fleet_folder / "robots", tmp_path, workers=0
-    )
+    recordings = f"{fleet_folder}/runs/**/axis-01-*.csv"
+    rows = diagnose_fleet(recordings, fleet_folder / "robots", tmp_path)
     (trend,) = trends(courses(rows), {"gear_backlash.width": 0.0087})
     true_per_day = (0.006 - 0.0005) / 180.0
     assert trend.per_day == pytest.approx(true_per_day, rel=0.05)

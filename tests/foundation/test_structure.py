@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.mutation.mistakes import NAMED, TABLE
+from benchmarks.size import MARK, branches, complexity, figures, parameters, program, prose
 from benchmarks.structure import (
     ROOT,
     at_odds,
@@ -88,6 +89,52 @@ def test_no_files_import_each_other() -> None:
 def test_crumbs_become_fewer() -> None:
     found = crumbs(ROOT)
     assert len(found) <= CRUMBS, found
+
+
+MARKS = 55
+"""Marks that switch the formatter off, without those of tests: tables. It may only shrink."""
+
+
+def test_the_formatter_is_switched_off_less_and_less() -> None:
+    assert sum(text.count(MARK) for text in program(ROOT).values()) <= MARKS
+
+
+SOURCE = '''"""A docstring."""
+def ways(self, a, b, *, c):
+    for one in [x for x in a if x and b]:
+        try:
+            print("two words" if one else "word")
+        except ValueError:
+            pass
+'''
+
+
+def test_ways_through_a_function_are_counted() -> None:
+    """The function, a loop, a comprehension with its condition, an `and`, an `except`, an `if`."""
+    tree = ast.parse(SOURCE)
+    (function,) = (node for node in tree.body if isinstance(node, ast.FunctionDef))
+    assert complexity(function) == 7
+    assert parameters(function) == 3
+    assert branches(tree) == 2
+    assert prose(tree) == 1
+
+
+def test_the_size_of_a_program_leaves_out_tests_and_links(tmp_path: Path) -> None:
+    for name in ("deltactl/diagnosis/report", "models", "tests"):
+        (tmp_path / name).mkdir(parents=True)
+    (tmp_path / "deltactl" / "models").symlink_to(tmp_path / "models")
+    (tmp_path / "models" / "a.py").write_text(f"a = [1,2]  {MARK}\n")
+    (tmp_path / "deltactl" / "__init__.py").write_text("")
+    (tmp_path / "deltactl" / "diagnosis" / "report" / "b.py").write_text(SOURCE)
+    (tmp_path / "tests" / "c.py").write_text(f"c = ('one', 'two')  {MARK}\n" * 2)
+    (tmp_path / "pyproject.toml").write_text(
+        '[tool.setuptools.packages.find]\ninclude = ["deltactl*"]\n'
+    )
+    found = dict(figures(tmp_path, {"one", "two"}))
+    assert found["Python without tests"] == "8 lines, 3 files, 3 folders"
+    assert found["its report"] == "7 lines, 2 branches, 1 prose literals"
+    assert found["names in site-packages"] == "1"
+    assert found[MARK] == "1, and 2 in tests"
 
 
 @pytest.mark.parametrize("top", [ROOT / "benchmarks", *packages(ROOT)], ids=lambda top: top.name)

@@ -37,7 +37,7 @@ def test_a_semicolon_may_also_separate(tmp_path: Path) -> None:
     lines = ["t;soll;ist", *(row.replace(",", ";") for row in ROWS), ";1;2", "; paused", "Total;;"]
     (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
     table = read_table(tmp_path / "log.csv", separator=";")
-    assert len(table["t"]) == len(ROWS) + 1
+    assert len(table.columns["t"]) == len(ROWS) + 1
 
 
 @pytest.mark.parametrize("last", ["4000,1", "4000"])

@@ -14,10 +14,11 @@ from deltactl.proof.cases import MORE_ROUND, ROUND, Case, assemble, draw, draw_m
 from deltactl.proof.hidden.more_oddities import NEW, SEEN, SURVEY_ONLY, UNKNOWN, UNSEEN
 from deltactl.proof.prove.score import score
 from deltactl.proof.prove.table import more_rows
-from deltactl.proof.recorded import Machine, record_clean
+from deltactl.proof.recorded import Machine
 from deltactl.proof.robot.as_built import AsBuilt, FloatArray, StepTrain
 from deltactl.proof.robot.run import run
 from tests.proof.test_proof_score import HOME, STRIPES, finding, result
+from tests.rigs.clean_ranges import clean_ranges
 
 BEFORE = {
     1: "9142ad23d10a717feb5560b4fd03adf1acce8fc925316164529a6e9994ca7abe",
@@ -48,11 +49,7 @@ def off_m(case: Case) -> FloatArray:
     """What an unknown changes in noiseless readings, (n, 3), against a robot as soft."""
     plain = Machine()
     plain.robot.joints.stiffness_nm_per_rad = case.machine.robot.joints.stiffness_nm_per_rad
-    runs = [record_clean(machine, case.train)[0] for machine in (case.machine, plain)]
-    one, other = (
-        np.stack([run_.columns[f"range_{axis}"] for axis in "xyz"], axis=1) for run_ in runs
-    )
-    return one - other
+    return clean_ranges(case.machine, case.train) - clean_ranges(plain, case.train)
 
 
 @pytest.mark.study

@@ -16,9 +16,10 @@ from deltactl.proof.cases import ROUND, assemble, draw, write_blind
 from deltactl.proof.hidden.oddities import ODDITIES
 from deltactl.proof.hidden.vocabulary import SINGLES
 from deltactl.proof.ranging import ideal_ranges
-from deltactl.proof.recorded import Machine, record_clean
+from deltactl.proof.recorded import Machine
 from deltactl.proof.robot.run import run
 from deltactl.recording.tables.flat_files import read_flat
+from tests.rigs.clean_ranges import clean_ranges
 
 
 def test_the_same_seed_draws_the_same_case():
@@ -70,9 +71,7 @@ def test_events_happen_once_and_not_in_the_holdout(effect):
 @pytest.mark.parametrize("name", sorted(ODDITIES))
 def test_every_oddity_shows_and_says_where_and_what_it_follows(name):
     case = assemble(0, "unknown", [name], np.random.default_rng(6), "survey", 6.0)
-    strange, _ = record_clean(case.machine, case.train)
-    plain, _ = record_clean(Machine(), case.train)
-    off = [strange.columns[c] - plain.columns[c] for c in ("range_x", "range_y", "range_z")]
+    off = clean_ranges(case.machine, case.train) - clean_ranges(Machine(), case.train)
     # Build noise is below 0.1 mm; an oddity that stays below it would test nothing.
     assert np.abs(off).max() > 4e-4
     answer = case.truth()["answers"][0]

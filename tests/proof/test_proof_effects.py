@@ -9,7 +9,7 @@ pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' 
 
 from deltactl.proof.hidden.vocabulary import SINGLES, VOCABULARY, Planned, construct, heights_m
 from deltactl.proof.motions import survey
-from deltactl.proof.ranging import SILENT, ideal_ranges, read
+from deltactl.proof.ranging import Noise, ideal_ranges, read
 from deltactl.proof.recorded import Machine
 from deltactl.proof.robot.as_built import AsBuilt, Body, Joints, StepTrain, three, together
 from deltactl.proof.robot.bodies import Assembly, build
@@ -22,6 +22,7 @@ HOME = np.array([1400, 1400, 1400])
 FAR = np.array([300, 0, 0])
 ASKEW = HOME + np.array([300, -200, 100])
 G = 9.81
+SILENT = Noise(0.0, 0.0, 0.0, 0.0)
 
 
 def motion(*targets, dwell_s=0.2, t_pwm_s=0.001) -> StepTrain:

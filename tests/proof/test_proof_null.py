@@ -12,10 +12,11 @@ pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' 
 from deltactl.foundation.errors import UnreachablePoint
 from deltactl.proof.motions import arm_angles, survey
 from deltactl.proof.null import silence
-from deltactl.proof.recorded import Machine, record_clean
+from deltactl.proof.recorded import Machine, sample_times
 from deltactl.proof.robot.as_built import AsBuilt, Body, Joints
 from deltactl.proof.robot.bodies import Assembly, build
 from deltactl.proof.robot.run import run
+from tests.rigs.clean_ranges import clean_ranges
 
 ASSEMBLY = Assembly(build(Body(), Joints(), 0.001))
 
@@ -57,10 +58,8 @@ def test_the_null_is_silent(null_run):
 
 def test_the_null_records_what_the_geometry_says(null_run):
     train, _ = null_run
-    recording, _ = record_clean(Machine(), train)
-    ranges = np.stack([recording.columns[f"range_{axis}"] for axis in "xyz"], axis=1)
-    points = ranges - [0.6, 0.6, 0.9]
-    commanded = train.smooth(recording.t_s) * Joints().rad_per_step
+    points = clean_ranges(Machine(), train) - [0.6, 0.6, 0.9]
+    commanded = train.smooth(sample_times(train)) * Joints().rad_per_step
     error_rad = arm_angles(points, Body()) - commanded
     assert np.abs(error_rad.mean(axis=0)).max() < 1.5e-4
     assert error_rad.std(axis=0).max() < 2e-4

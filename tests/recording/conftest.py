@@ -24,6 +24,7 @@ CONFIGURATION = RunConfiguration(
     job_name="heart",
     version="0.1.0",
     simulated=True,
+    start_epoch_ns=EPOCH_NS,
     settings={"t_pwm_s": 0.006},
 )
 
@@ -79,9 +80,7 @@ def configuration() -> RunConfiguration:
 @pytest.fixture
 def recorder(tmp_path: Path) -> Iterator[RunRecorder]:
     """A recorder on a fresh file, closed at the end."""
-    with RunRecorder(
-        tmp_path / "run.mcap", CONFIGURATION, start_ns=START_NS, start_epoch_ns=EPOCH_NS
-    ) as opened:
+    with RunRecorder(tmp_path / "run.mcap", CONFIGURATION, start_ns=START_NS) as opened:
         yield opened
 
 
@@ -91,9 +90,7 @@ def recorded(tmp_path: Path) -> Callable[[int], Path]:
 
     def make(rounds: int) -> Path:
         path = tmp_path / "whole.mcap"
-        with RunRecorder(
-            path, CONFIGURATION, start_ns=START_NS, start_epoch_ns=EPOCH_NS, wait_when_behind=True
-        ) as opened:
+        with RunRecorder(path, CONFIGURATION, start_ns=START_NS, wait_when_behind=True) as opened:
             opened.settings(START_NS, 0.006)
             opened.pace(START_NS, 1.0, 0.0, 0.1)
             opened.event(START_NS, "path_start", "heart")

@@ -224,15 +224,6 @@ def test_missing_columns_are_named() -> None:
     assert small().axes("range") is None
 
 
-def test_valid_ranges_leave_out_what_the_status_forbids() -> None:
-    columns = {f"range_{axis}": np.array([0.1, 0.2, 0.3]) for axis in "xyz"}
-    columns["status_y"] = np.array([0.0, 4.0, np.nan])
-    ranges_m = FlatRecording(np.arange(3.0), columns).valid_ranges()
-    assert ranges_m is not None
-    np.testing.assert_array_equal(np.isnan(ranges_m[:, 1]), [False, True, False])
-    assert not np.isnan(ranges_m[:, [0, 2]]).any()
-
-
 def test_stretches_end_at_gaps_and_segments() -> None:
     t_s = np.concatenate([np.arange(10), np.arange(30.5, 35.5), np.arange(35.5, 40.5)]) * 0.02
     segment = np.array([0.0] * 15 + [1.0] * 5)

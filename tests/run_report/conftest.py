@@ -96,8 +96,11 @@ def recorded_run(tmp_path: Path) -> Callable[..., Run]:
     def make(**changes: Any) -> Run:
         drawn = Drawn(**changes)
         path = tmp_path / "drawn.mcap"
-        configuration = RunConfiguration(drawn.robot, "name: arc\n", "zhao-2023", "arc", "0.1.0")
-        recorder = RunRecorder(path, configuration, start_epoch_ns=1_700_000_000 * 1000 * MS)
+        configuration = RunConfiguration(
+            *(drawn.robot, "name: arc\n", "zhao-2023", "arc", "0.1.0"),
+            start_epoch_ns=1_700_000_000 * 1000 * MS,
+        )
+        recorder = RunRecorder(path, configuration)
         recorder.settings(0, 0.006)
         for number, kind in drawn.events:
             recorder.event(number * 20 * MS, kind, kind)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import RenderableType
 from rich.measure import Measurement
 from rich.table import Table
 
@@ -40,7 +39,8 @@ def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[s
     head = facts(str(seen.path), [*seen.facts, ("machine", kind)])
     narrow, order = console.width < NARROW, _in_order(seen)
     fewest = min(len(seen.guesses), MOST_USED) or FEWEST_COLUMNS
-    taken = _height(head) + len(warnings) + len(closing) + len(["", "heading", "more"])
+    lines = len(console.render_lines(head)) + len(["", "heading", "more"])
+    taken = lines + len(warnings) + len(closing)
     room = LINES - taken - fewest
     apart = room >= sum(map(bool, (warnings, closing)))
     room -= sum(map(bool, (warnings, closing))) if apart else 0
@@ -54,10 +54,6 @@ def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[s
             console.print()
         for line in part:
             say(line)
-
-
-def _height(what: RenderableType) -> int:
-    return len(console.render_lines(what))
 
 
 def _in_order(seen: Inspection) -> list[str]:

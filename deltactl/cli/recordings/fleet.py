@@ -59,9 +59,8 @@ def fleet(
                 errors.print(row["error"], soft_wrap=True)
             draw(done, of, Path(row["recording"]).name)
 
-        rows = run.diagnose_fleet(
-            recordings, robots, out, workers, scheduler, known, progress, sisters
-        )
+        where = run.Workers(workers, scheduler)
+        rows = run.diagnose_fleet(recordings, robots, out, where, known, progress, sisters)
     bad = sum("error" in row for row in rows)
     if unreadable > MOST_ERRORS:
         warn(f"and {unreadable - MOST_ERRORS} more that cannot be read: see the table")

@@ -189,6 +189,7 @@ def _in_this_process(
     robot = robot_file or find(job_of(path, files).robot, beside=path, key=ROBOT_KEY)
     with waiting("building the simulated robot", quiet):
         from deltactl.firmware_py.controller.build import build_controller
+        from deltactl.firmware_py.planning.prepared import Readers
 
         controller = build_controller(
             robot,
@@ -196,7 +197,7 @@ def _in_this_process(
             realtime=realtime,
             recordings=Path("recordings"),
             seed=asked.seed,
-            files=files,
+            readers=Readers(before=files),
         )
     try:
         with waiting("homing", quiet):

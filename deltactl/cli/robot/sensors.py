@@ -59,7 +59,8 @@ def show_sensors(
 
 def _show(read, sleep, watch: bool, json_out: bool) -> None:  # type: ignore[no-untyped-def]
     if json_out:
-        print_json([_as_json(sensor) for sensor in read()])
+        names = SensorStatus.__slots__
+        print_json([{name: getattr(sensor, name) for name in names} for sensor in read()])
         return
     if not watch:
         console.print(_table(read()))
@@ -68,10 +69,6 @@ def _show(read, sleep, watch: bool, json_out: bool) -> None:  # type: ignore[no-
         while True:
             sleep(EVERY_S)
             live.update(_table(read()))
-
-
-def _as_json(sensor: SensorStatus) -> dict[str, object]:
-    return {name: getattr(sensor, name) for name in SensorStatus.__slots__}
 
 
 def _table(sensors: tuple[SensorStatus, ...]) -> Table:

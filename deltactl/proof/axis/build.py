@@ -83,22 +83,31 @@ def design(
     weighs = bool(rng.random() < 0.45)
     counted = machine == "commanded" and bool(rng.random() < 0.4)
     return Design(
-        machine=machine, style=style or str(rng.choice(sorted(STYLES))),
+        machine=machine,
+        style=style or str(rng.choice(sorted(STYLES))),
         pace=Pace(seconds, step_s, stroke, stroke_s, endless=not linear),
-        rate_hz=rate, mess=_mess(machine, rng, rate),
+        rate_hz=rate,
+        mess=_mess(machine, rng, rate),
         noise=noise,
-        effort_noise=Noise(force * 10.0 ** float(rng.uniform(-2.5, -1.5 if fine else -0.7)),
-                           float(rng.choice([0.0, 0.0, 0.4])), noise.outliers, 0.0),
-        linear=linear and not counted, counted=counted,
+        effort_noise=Noise(
+            force * 10.0 ** float(rng.uniform(-2.5, -1.5 if fine else -0.7)),
+            float(rng.choice([0.0, 0.0, 0.4])),
+            noise.outliers,
+            0.0,
+        ),
+        linear=linear and not counted,
+        counted=counted,
         step_size=_microstep(stroke, rng) if counted else 0.0,
         names=str(rng.choice(["position", "theta_1"])) if not linear else "position",
-        absolute=bool(rng.random() < 0.5), inertia=inertia,
+        absolute=bool(rng.random() < 0.5),
+        inertia=inertia,
         gain=float(rng.choice([1.0, round(float(np.exp(rng.uniform(-3.0, 3.0))), 4)])),
         gravity=(falls, float(rng.uniform(-1.5, 1.5))) if weighs and not linear else (0.0, 0.0),
         weight=falls if weighs and linear else 0.0,
         states_gravity=weighs or bool(rng.random() < 0.7),
-        loaded=bool(rng.random() < 0.2), speed_column=bool(rng.random() < 0.3),
-    )  # fmt: skip
+        loaded=bool(rng.random() < 0.2),
+        speed_column=bool(rng.random() < 0.3),
+    )
 
 
 def _microstep(stroke: float, rng: np.random.Generator) -> float:
@@ -189,11 +198,19 @@ def scale_of(run: Run) -> Scale:
         force = float(np.sqrt(np.mean(asked**2)))
     load = getattr(run.axis, "load", np.zeros(1))
     return Scale(
-        length=motion.stroke, time=motion.stroke_s, speed=float(np.quantile(speed, 0.98)),
-        period=1.0 / plan.rate_hz, span=float(motion.t_s[-1]), force=force,
-        inertia=plan.inertia, step=plan.step_size, load=float(np.sqrt(np.mean(load**2))),
-        highest=highest, fastest=float(speed.max()), away=float(motion.position.max()),
-    )  # fmt: skip
+        length=motion.stroke,
+        time=motion.stroke_s,
+        speed=float(np.quantile(speed, 0.98)),
+        period=1.0 / plan.rate_hz,
+        span=float(motion.t_s[-1]),
+        force=force,
+        inertia=plan.inertia,
+        step=plan.step_size,
+        load=float(np.sqrt(np.mean(load**2))),
+        highest=highest,
+        fastest=float(speed.max()),
+        away=float(motion.position.max()),
+    )
 
 
 def observer_of(run: Run) -> Observer:

@@ -33,11 +33,11 @@ from deltactl.proof.axis.observer import Alternatives, Observer, alternatives, b
 from deltactl.recording.tables.flat import from_columns
 from deltactl.recording.tables.flat_files import write_flat
 
-ROUND = (
-    "none", "single", "unknown", "gross", "faint", "pair", "ambiguous", "single", "none",
-    "unknown", "single", "pair", "tolerance", "gross", "three", "faint", "unknown", "single",
-    "ambiguous", "none",
-)  # fmt: skip
+_ROUND = (
+    "none single unknown gross faint pair ambiguous single none unknown"
+    " single pair tolerance gross three faint unknown single ambiguous none"
+)
+ROUND = tuple(_ROUND.split())
 """Tiers of twenty successive pairs of seeds."""
 MACHINES = ("commanded", "effort", "range", "commanded", "effort", "effort", "commanded")
 RATIOS = {
@@ -62,8 +62,8 @@ SMALL = 0.7
 """Root mean square of an imperfection of the tolerance tier over the noise."""
 NO_TOLERANCE = (*LIMITS, "lost_steps", "resonance")
 """No machine has a little of these by being built with ordinary care."""
-NEVER_TIED = (*LIMITS, "resonance", "lost_steps", "joint_compliance", "transmission_error",
-              "encoder_error")  # fmt: skip
+_OF_A_SHAPE = ("resonance", "lost_steps", "joint_compliance", "transmission_error", "encoder_error")
+NEVER_TIED = (*LIMITS, *_OF_A_SHAPE)
 """Effects with a pattern of their own in any motion that shows them."""
 TRIES = 60
 SAME_BY_WORD = {
@@ -136,22 +136,36 @@ class AxisCase:
         )
         high = max(noise, untidy(self.run, np.random.default_rng([self.seed, 47])))
         return {
-            "case": f"axis_{self.seed:06d}", "seed": self.seed, "tier": self.tier,
-            "machine": plan.machine, "unit": unit,
+            "case": f"axis_{self.seed:06d}",
+            "seed": self.seed,
+            "tier": self.tier,
+            "machine": plan.machine,
+            "unit": unit,
             "answers": [cause.truth(plan.machine) for cause in self.hidden if cause.culprit],
-            "also": self.also, "noise_rms": noise,
+            "also": self.also,
+            "noise_rms": noise,
             "noise_rms_high": high,
-            "mismatch_rms": self.observer.rms(signal), "rows": len(self.run.rows.true_s),
+            "mismatch_rms": self.observer.rms(signal),
+            "rows": len(self.run.rows.true_s),
             "about": {
-                "style": plan.style, "rate": plan.rate_hz, "seconds": plan.pace.seconds,
-                "stroke": plan.pace.stroke, "stroke_s": plan.pace.stroke_s,
-                "zero": "absolute" if plan.absolute else "arbitrary", "load": plan.loaded,
-                "rho": plan.noise.rho, "outliers": plan.noise.outliers,
-                "count": plan.noise.count / plan.noise.sigma, "jitter": plan.mess.jitter,
-                "stamp": plan.mess.stamp, "drop": plan.mess.drop, "gaps": plan.mess.gaps,
-                "held": plan.mess.held, "clock": plan.mess.clock_s,
+                "style": plan.style,
+                "rate": plan.rate_hz,
+                "seconds": plan.pace.seconds,
+                "stroke": plan.pace.stroke,
+                "stroke_s": plan.pace.stroke_s,
+                "zero": "absolute" if plan.absolute else "arbitrary",
+                "load": plan.loaded,
+                "rho": plan.noise.rho,
+                "outliers": plan.noise.outliers,
+                "count": plan.noise.count / plan.noise.sigma,
+                "jitter": plan.mess.jitter,
+                "stamp": plan.mess.stamp,
+                "drop": plan.mess.drop,
+                "gaps": plan.mess.gaps,
+                "held": plan.mess.held,
+                "clock": plan.mess.clock_s,
             },
-        }  # fmt: skip
+        }
 
 
 def draw(seed: int) -> AxisCase:
@@ -194,10 +208,9 @@ def _try(seed: int, tier: str, machine: str, rng: np.random.Generator) -> AxisCa
     ]
     if not _of_tier(tier, hidden, observer):
         return None
-    return AxisCase(
-        seed, tier, plan, run, holdout.moved(_again(sizes)), sizes, hidden,
-        _also(observer, sizes, hidden, chosen), observer,
-    )  # fmt: skip
+    later = holdout.moved(_again(sizes))
+    also = _also(observer, sizes, hidden, chosen)
+    return AxisCase(seed, tier, plan, run, later, sizes, hidden, also, observer)
 
 
 def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> list[Kind] | None:
@@ -213,7 +226,7 @@ def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> 
         kinds = [
             kind
             for kind in UNKNOWN[plan.machine]
-            if kind.effect != "weight_not_given" or _could_weigh(plan)
+            if kind.effect != "weight_not_given" or not (plan.linear or plan.states_gravity)
         ]
         return [kinds[int(rng.integers(len(kinds)))]]
     kinds = [kind for kind in KINDS[plan.machine] if not kind.needs or has[kind.needs]]
@@ -224,11 +237,6 @@ def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> 
     count = {"pair": 2, "three": 3, "tolerance": 3}.get(tier, 1)
     picked = rng.permutation(len(kinds))[:count].tolist()
     return [kinds[number] for number in picked] if len(picked) == count else None
-
-
-def _could_weigh(plan: Design) -> bool:
-    """Turns, and its file is silent on what pulls at it."""
-    return not plan.linear and not plan.states_gravity
 
 
 def _seen(

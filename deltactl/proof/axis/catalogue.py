@@ -182,8 +182,8 @@ def _odd(
     beside: str = "",
     extras: Extras = lambda rng, s: {},
 ) -> Kind:
-    return Kind(effect, build, first, most, extras, unknown=True,
-                follows=tuple(follows.split()), beside=tuple(beside.split()))  # fmt: skip
+    causes, named = tuple(follows.split()), tuple(beside.split())
+    return Kind(effect, build, first, most, extras, unknown=True, follows=causes, beside=named)
 
 
 UNKNOWN_COMMANDED = (

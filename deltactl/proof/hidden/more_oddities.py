@@ -7,7 +7,7 @@ soft the joints are is a named effect, and right to name beside the force.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -24,6 +24,7 @@ from deltactl.proof.hidden.oddities import (
     drawn_at,
     motor_answer,
     sensor_answer,
+    unknown,
 )
 from deltactl.proof.recorded import Machine
 from deltactl.proof.robot.as_built import FloatArray
@@ -133,11 +134,12 @@ def _answer(
     memory: bool | None = False,
     also_where: tuple[str, ...] = (),
 ) -> Hidden:
-    return Hidden(
-        "unknown", "platform", {"size": size}, "size", unit,
-        also_where=("frame", "joints", *also_where), depends_on=depends_on, memory=memory,
-        kind=kind, through=(("joint_compliance", "joints"),),
-    )  # fmt: skip
+    return replace(
+        unknown(kind, "platform", size, unit, memory),
+        also_where=("frame", "joints", *also_where),
+        depends_on=depends_on,
+        through=(("joint_compliance", "joints"),),
+    )
 
 
 def _around(rng: np.random.Generator, radius_m: float, height_m: float) -> FloatArray:

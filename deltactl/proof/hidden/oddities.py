@@ -7,7 +7,7 @@ motor's speed, `time`), and whether it has a memory.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -61,21 +61,20 @@ def drawn_at(rng: np.random.Generator, low: float, high: float, strength: float)
     return Drawn(index, other, size, float(rng.uniform(0.0, TWO_PI)))
 
 
+def unknown(kind: str, where: str, size: float, unit: str, memory: bool | None = False) -> Hidden:
+    return Hidden("unknown", where, {"size": size}, "size", unit, memory=memory, kind=kind)
+
+
 def motor_answer(drawn: Drawn, kind: str, depends_on: list[str], memory: bool = False) -> Hidden:
-    return Hidden(
-        "unknown", f"motor{drawn.index + 1}", {"size": drawn.size}, "size", "rad",
-        also_where=(f"arm{drawn.index + 1}",), depends_on=tuple(depends_on), memory=memory,
-        kind=kind,
-    )  # fmt: skip
+    made = unknown(kind, f"motor{drawn.index + 1}", drawn.size, "rad", memory)
+    return replace(made, also_where=(f"arm{drawn.index + 1}",), depends_on=tuple(depends_on))
 
 
 def sensor_answer(
     drawn: Drawn, kind: str, depends_on: list[str], memory: bool = False, unit: str = "m"
 ) -> Hidden:
-    return Hidden(
-        "unknown", f"range_{AXES[drawn.index]}", {"size": drawn.size}, "size", unit,
-        depends_on=tuple(depends_on), memory=memory, kind=kind,
-    )  # fmt: skip
+    made = unknown(kind, f"range_{AXES[drawn.index]}", drawn.size, unit, memory)
+    return replace(made, depends_on=tuple(depends_on))
 
 
 def other_axis(machine: Machine, rng: np.random.Generator, strength: float) -> Hidden:
@@ -208,11 +207,8 @@ def sway(machine: Machine, rng: np.random.Generator, strength: float) -> Hidden:
         return d.size * np.outer(np.sin(TWO_PI * rate_hz * t_s + d.phase), direction)
 
     machine.sensors.quirks.append(quirk)
-    return Hidden(
-        "unknown", "platform", {"size": d.size}, "size", "m",
-        also_where=("frame", "range_x", "range_y"), depends_on=("time",), memory=False,
-        kind="sway",
-    )  # fmt: skip
+    made = unknown("sway", "platform", d.size, "m")
+    return replace(made, also_where=("frame", "range_x", "range_y"), depends_on=("time",))
 
 
 def bowl(machine: Machine, rng: np.random.Generator, strength: float) -> Hidden:
@@ -226,17 +222,14 @@ def bowl(machine: Machine, rng: np.random.Generator, strength: float) -> Hidden:
         return added
 
     machine.sensors.quirks.append(quirk)
-    return Hidden(
-        "unknown", "platform", {"size": d.size}, "size", "m",
-        also_where=("frame", "range_z"), depends_on=("range_x", "range_y"), memory=False,
-        kind="bowl",
-    )  # fmt: skip
+    made = unknown("bowl", "platform", d.size, "m")
+    return replace(made, also_where=("frame", "range_z"), depends_on=("range_x", "range_y"))
 
 
 ODDITIES: dict[str, Build] = {
     build.__name__: build
     for build in (
-        other_axis, stripes, fast_reading, slow_sensor, wobble, bent_joint, dented_tooth,
-        slip_with_speed, coupled_joints, play_with_angle, ratchet, sway, bowl,
+        *(other_axis, stripes, fast_reading, slow_sensor, wobble, bent_joint, dented_tooth),
+        *(slip_with_speed, coupled_joints, play_with_angle, ratchet, sway, bowl),
     )
-}  # fmt: skip
+}

@@ -92,11 +92,9 @@ def bins(claims: Sequence[Claim]) -> list[Bin]:
         own = [c for c in claims if min(int(c[0] * BINS), BINS - 1) == number]
         if not own:
             continue
-        hits = sum(true for _, true in own)
-        found.append(
-            Bin(number / BINS, (number + 1) / BINS, sum(p for p, _ in own) / len(own),
-                hits / len(own), wilson(hits, len(own)), len(own))
-        )  # fmt: skip
+        count, hits = len(own), sum(true for _, true in own)
+        ends, stated = (number / BINS, (number + 1) / BINS), sum(p for p, _ in own) / count
+        found.append(Bin(*ends, stated, hits / count, wilson(hits, count), count))
     return found
 
 

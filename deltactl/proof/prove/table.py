@@ -172,7 +172,8 @@ def portion(
         return Row(figure, text, "-", "-", 0, None)
     value = sum(hits) / len(hits)
     met = None if goal is None else (value <= goal if way == "most" else value >= goal)
-    return Row(figure, text, f"{100 * value:.1f} %", _percent(low, high), len(hits), met)
+    limits = f"{100 * low:.1f} to {100 * high:.1f} %"
+    return Row(figure, text, f"{100 * value:.1f} %", limits, len(hits), met)
 
 
 def inside(figure: str, hits: Sequence[bool]) -> Row:
@@ -190,10 +191,6 @@ def middle(figure: str, values: Sequence[float], goal: str, most: float | None) 
     low, high = median_limits(values)
     met = None if most is None else value <= most
     return Row(figure, goal, f"{value:.3f}", f"{low:.3f} to {high:.3f}", len(values), met)
-
-
-def _percent(low: float, high: float) -> str:
-    return f"{100 * low:.1f} to {100 * high:.1f} %"
 
 
 def markdown(rows: Sequence[Row]) -> str:

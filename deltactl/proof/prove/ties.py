@@ -137,11 +137,10 @@ def run_tie(seed: int, number: int) -> dict[str, Any]:
         proposal = (first or {}).get("next_experiment")
         if proposal is not None:
             second, failure = _second(case, proposal["job"], folder, seed)
-    return {
-        "seed": seed, "truth": case.truth(), "pair": tie.name, "settleable": tie.settleable,
-        "rival": [list(name) for name in alternative], "first": first, "second": second,
-        "proposed": None if proposal is None else proposal["job"], "failure": failure,
-    }  # fmt: skip
+    truth = {"seed": seed, "truth": case.truth(), "pair": tie.name, "settleable": tie.settleable}
+    rival, job = [list(name) for name in alternative], proposal and proposal["job"]
+    said = {"rival": rival, "first": first, "second": second, "proposed": job, "failure": failure}
+    return truth | said
 
 
 def _second(

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
-from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.found import Inspection
 from deltactl.recording.foreign.names import BY_NAME, Guess
@@ -22,7 +20,8 @@ def without_effort(seen: Inspection) -> Inspection:
     heading = tuple(place[one] if one == EFFORT else one for one in seen.mapping.heading)
     columns = {name: one for name, one in seen.mapping.columns.items() if name != EFFORT}
     mapping = seen.mapping.model_copy(update={"heading": heading, "columns": columns})
-    warnings = [one for one in seen.warnings if not one.startswith(tuple(_efforts(seen)))]
+    efforts = [f"{name}: " for name, guess in seen.guesses.items() if guess.name == EFFORT]
+    warnings = [one for one in seen.warnings if not one.startswith(tuple(efforts))]
     return replace(seen, mapping=mapping, warnings=warnings)
 
 
@@ -31,10 +30,6 @@ def effort_option(seen: Inspection) -> str:
     if EFFORT in seen.mapping.heading:
         return f"{EFFORT}=column_{seen.mapping.heading.index(EFFORT) + 1}"
     return next((one for one in seen.options if one.startswith(f"{EFFORT}=")), "")
-
-
-def _efforts(seen: Inspection) -> list[str]:
-    return [f"{name}: " for name, guess in seen.guesses.items() if guess.name == EFFORT]
 
 
 def as_chain(seen: Inspection, joints: Sequence[str]) -> Inspection | None:
@@ -48,8 +43,10 @@ def as_chain(seen: Inspection, joints: Sequence[str]) -> Inspection | None:
         for number, (_, others) in enumerate(columns_of(joints, stem), 1)
         if (name := next((one for one in others if one in seen.table), None)) is not None
     }
-    whole = {role: [one.role for one in guesses.values()].count(role) == len(joints)
-             for role in ("theta", "command", EFFORT)}  # fmt: skip
+    whole = {
+        role: [one.role for one in guesses.values()].count(role) == len(joints)
+        for role in ("theta", "command", EFFORT)
+    }
     placed = any(map(TARGET.fullmatch, seen.table))
     if not (whole["theta"] and whole[EFFORT]) and not (
         placed and (whole["theta"] or whole["command"])
@@ -67,8 +64,3 @@ def as_chain(seen: Inspection, joints: Sequence[str]) -> Inspection | None:
         mapping=seen.mapping.model_copy(update={"columns": columns}),
         warnings=[],
     )
-
-
-def misfit(path: Path, why: str) -> RecordingError:
-    """The error of a table that is not the recording of a machine."""
-    return RecordingError(f"{path}: {why}")

@@ -66,7 +66,7 @@ def guess_columns(
     said |= ours
     if not named:
         said = {name: Named(None, said[name].unit, None) for name in table}
-    thin = _thinned(table)
+    thin = {name: values[: GUESSES.guessed_rows] for name, values in table.items()}
     found: dict[str, Guess] = {}
     for name, what in sorted(said.items(), key=lambda one: _asked_effort(one[1])):
         if what.role is not None:
@@ -180,10 +180,6 @@ def _ranges_that_follow(table: Mapping[str, FloatArray], found: dict[str, Guess]
     for name in far:
         if not any(abs(correlation(table[name], table[n])) >= GUESSES.alike for n in near):
             del found[name]
-
-
-def _thinned(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    return {name: values[: GUESSES.guessed_rows] for name, values in table.items()}
 
 
 def _time(

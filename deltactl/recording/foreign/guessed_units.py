@@ -23,7 +23,6 @@ from deltactl.recording.foreign.units import (
     ROTARY_SPEEDS,
     SPEEDS,
     UNIT_OF,
-    UNIT_WORDS,
 )
 from deltactl.recording.reading.run import FloatArray
 
@@ -56,8 +55,11 @@ def time_unit(t: FloatArray, late_rows: int = 0) -> tuple[str, str]:
     return "s", f"{step:.3g} apart"
 
 
-ANGLE_WORDS = {word: UNIT_OF[word] for unit in ("rad", "mrad", "deg", "arcmin", "arcsec")
-               for word in UNIT_WORDS[unit].split() if word not in ("grad", "°")}  # fmt: skip
+ANGLE_WORDS = {
+    word: unit
+    for word, unit in UNIT_OF.items()
+    if unit in ROTARY and unit != "turn" and word not in ("grad", "°")
+}
 """Words that are an angle's unit wherever they occur; a turn or a grad may be something else."""
 _A_WORD = re.compile(r"(?<![\w.])(\d[\d.,]*[ -]?)?([A-Za-zµ]+)(?!\w)")
 

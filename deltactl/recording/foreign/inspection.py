@@ -68,19 +68,17 @@ def inspect(path: Path, said: Mapping | None = None, motion: str | None = None) 
     if is_log(path) or is_parquet(path):
         return _of_columns(path, known, _said_of_the_table(said), motion)
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
-    remarks, lines, dated = list[str](), list[int](), set[str]()
+    remarks: list[str] = []
     heading = () if form.heading_line is not None else form.names
     skip = form.first_row if heading else form.heading_line or 0
     try:
-        table = read_table(
-            path, skip, heading, form.separator, form.decimal, remarks.append, lines, dated
-        )
+        table = read_table(path, skip, heading, form.separator, form.decimal, remarks.append)
     except RecordingError as error:
         raise RecordingError(f"{error}: it is no table of numbers, or has rows of text") from None
-    units = dict(zip(form.names, form.units, strict=True)) | dict.fromkeys(dated, "s")
+    units = dict(zip(form.names, form.units, strict=True)) | dict.fromkeys(table.dated, "s")
     base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
     facts = _facts(form) + [("remarks", words) for words in remarks]
-    read = _Read(path, table, base, facts, units, form.named, form.before, lines)
+    read = _Read(path, table.columns, base, facts, units, form.named, form.before, table.lines)
     return _inspected(read, known, motion)
 
 
@@ -210,11 +208,9 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         base, columns = _headed(base, columns)
     mapping = base.model_copy(update={"columns": columns})
     warnings += late
-    return Inspection(
-        path, [*read.facts, *timing], table, guesses, kind, motion, why, zero_of(guesses, known),
-        mapping, warnings, counter, named=named,
-        stumbles=stumbles.name if stumbles else None,
-    )  # fmt: skip
+    facts, zero = [*read.facts, *timing], zero_of(guesses, known)
+    found = (path, facts, table, guesses, kind, motion, why, zero, mapping, warnings, counter)
+    return Inspection(*found, named=named, stumbles=stumbles.name if stumbles else None)
 
 
 def _measured_chain(read: _Read, known: AnyMapping[str, FloatArray]) -> Inspection | None:

@@ -38,23 +38,13 @@ WORDS: dict[str, str] = {
 }
 """Column of the contract -> words for it, in lower case."""
 ROLE_OF = {word: role for role, words in WORDS.items() for word in words.split()}
-PULLS = frozenset(
-    [
-        "pull",
-        "load",
-        "torque",
-        "moment",
-        "nm",
-        "n",
-        "force",
-        "current",
-        "effort",
-        "tau",
-        "amps",
-        "ampere",
-        "kraft",
-    ]
-)
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+PULLS = _words("pull load torque moment nm n force current effort tau amps ampere kraft")
 """Words of what pulls or drives, in names of columns that are not used."""
 _BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")
 """Text in brackets at the end that is no number, unlike that of a joint: position[0]."""
@@ -70,9 +60,7 @@ MEASURED = frozenset(
     ["actual", "measured", "feedback", "fbk", "fb", "present", "act", "meas", "ist"]
 )
 """Words that say that a value was measured, not asked for."""
-TORQUES = frozenset(
-    ["torque", "force", "effort", "tau", "moment", "drehmoment", "kraft", "couple", "nm"]
-)
+TORQUES = _words("torque force effort tau moment drehmoment kraft couple nm")
 """Words of an effort in the unit that moves a mass; a current or a voltage counts as one."""
 QUALIFIES = frozenset(["control"])
 """Words that are an effort alone, and beside a quantity say that it was asked for."""
@@ -80,39 +68,19 @@ SUPPLY = frozenset(["bus", "supply", "dc", "battery", "versorgung"])
 """Words of what feeds a drive, which says nothing of the motion."""
 SEEN = frozenset(["act", "meas", "mes", "fb", "fbk", "is"])
 """Short words for what was measured, which say so only after a number."""
-OF_SURROUNDINGS = frozenset(
-    [
-        "temp", "temperature", "temperatur", "humidity", "feuchte", "pressure", "luftdruck",
-        "wind", "rain", "regen", "co2", "illuminance", "lux", "brightness", "dewpoint",
-    ]
-)  # fmt: skip
+OF_SURROUNDINGS = _words(
+    "temp temperature temperatur humidity feuchte pressure luftdruck wind rain regen co2"
+    " illuminance lux brightness dewpoint"
+)
 """Words of what moves no axis, whatever else is in the name: temp_setpoint, pressure_actual."""
-OF_NO_USE = frozenset(
-    [
-        "accel", "acceleration", "beschleunigung", "gyro", "jerk", "error", "err", "ferror",
-        "fehler", "schleppfehler", "deviation", "abweichung", "duration", "direction",
-    ]
-)  # fmt: skip
+OF_NO_USE = _words(
+    "accel acceleration beschleunigung gyro jerk error err ferror fehler schleppfehler deviation"
+    " abweichung duration direction"
+)
 """Words of what is neither asked for nor read, whatever else is in the name: accel_x."""
-OF_JOINTS = frozenset(
-    [
-        "shoulder",
-        "elbow",
-        "wrist",
-        "pan",
-        "tilt",
-        "roll",
-        "pitch",
-        "yaw",
-        "gripper",
-        "joint",
-        "gelenk",
-        "angle",
-        "winkel",
-        "theta",
-        "angolo",
-        "angulo",
-    ]
+OF_JOINTS = _words(
+    "shoulder elbow wrist pan tilt roll pitch yaw gripper joint gelenk angle winkel theta angolo"
+    " angulo"
 )
 """Words of what turns."""
 _OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
@@ -122,16 +90,9 @@ IS_PRESENT = "current"
 """Also says that something is as it is now, before another word: current_position."""
 OF_A_SERVO = "present"
 """A servo's present_load is what its motor gives, as its present_current."""
-OUTSIDE = frozenset(
-    [
-        "torque", "force", "moment", "drehmoment", "kraft", "couple", "coppia",
-        "nm", "n", "ncm", "mnm",
-    ]
-)  # fmt: skip
+OUTSIDE = _words("torque force moment drehmoment kraft couple coppia nm n ncm mnm")
 """Words of an effort that may as well pull from outside; a current or a voltage never does."""
-OF_A_PART = frozenset(
-    ["wert", "motor", "achs", "achse", "axis", "ax", "gelenk", "joint", "arm", "servo", "mess"]
-)
+OF_A_PART = _words("wert motor achs achse axis ax gelenk joint arm servo mess")
 """Words that say nothing by themselves, and occur in compounds: Sollwert, motorangle."""
 PHASES = frozenset(["i", "iq", "id", "u", "v", "w"])
 """Letters that say, with a number and `act`, that a current or a voltage was measured."""

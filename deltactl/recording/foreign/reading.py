@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from collections.abc import Mapping as AnyMapping
 from dataclasses import replace
 from pathlib import Path
@@ -40,8 +40,7 @@ def read_mapped(
     than the comma, a unit in a heading. Raises RecordingError that says which column is missing
     and what could replace it.
     """
-    lines: list[int] = []
-    table = _table(path, mapping, tell, lines)
+    table, lines = _table(path, mapping, tell)
     rows = len(next(iter(table.values())))
     named: dict[str, FloatArray] = {}
     used: set[str] = set()
@@ -107,7 +106,7 @@ def _without_times(
 
     Raises RecordingError where times are needed.
     """
-    if not needs_no_times(named):
+    if not {"distance", "range"} <= named or MOVING & named:
         raise no_time(path, there)
     tell(
         f"{path.name}: has no times, and a distance sensor needs none: where a time is reported,"
@@ -116,17 +115,11 @@ def _without_times(
     return 1.0
 
 
-def needs_no_times(named: Collection[str]) -> bool:
-    """Whether columns are those of a distance sensor alone, whose rows are independent."""
-    return {"distance", "range"} <= set(named) and not MOVING & set(named)
-
-
 def _table(
-    path: Path, mapping: Mapping, tell: Callable[[str], None], lines: list[int]
-) -> dict[str, AnyArray]:
-    """The file's own columns: of a log, a Parquet file, or any text with separators.
-
-    lines: gets the line of each row, of a file that has lines.
+    path: Path, mapping: Mapping, tell: Callable[[str], None]
+) -> tuple[dict[str, AnyArray], list[int]]:
+    """The file's own columns: of a log, a Parquet file, or any text with separators; and the line
+    of each row, of a file that has lines.
     """
     if is_log(path):
         sources = [
@@ -136,24 +129,21 @@ def _table(
         ]
         topics = [topic_of(source) for source in sources if source is not None]
         table = read_log(path, next(filter(None, topics), None))
-        return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}
+        return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}, []
     if is_parquet(path):
-        return read_parquet_table(path)
-    separator, decimal = _marks(path, mapping, tell)
+        return read_parquet_table(path), []
+    layout = mapping.skip_lines, mapping.heading, *_marks(path, mapping, tell)
     other = other_separator(path, mapping.separator)
     try:
-        table = read_table(
-            path, mapping.skip_lines, mapping.heading, separator, decimal,
-            tell=lambda words: tell(f"{path.name}: {words}"), lines_of=lines,
-        )  # fmt: skip
+        read = read_table(path, *layout, lambda words: tell(f"{path.name}: {words}"))
     except RecordingError as error:
         if other:
             raise RecordingError(f"{path}: {other}") from None
         typed = f"; how it can be read: deltactl inspect {path}"
         raise error.with_typed(typed) from None
-    if other and len(table) == 1:
+    if other and len(read.columns) == 1:
         raise RecordingError(f"{path}: {other}")
-    return table
+    return read.columns, read.lines
 
 
 def _marks(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> tuple[str, str]:

@@ -6,32 +6,43 @@ import difflib
 
 import numpy as np
 
-UNIT_WORDS: dict[str, str] = {
-    "s": "s sec secs second seconds", "ms": "ms msec millis milliseconds",
-    "us": "us usec micros µs",
-    "ns": "ns nsec nanos nanoseconds", "m": "m meter meters metre metres", "mm": "mm", "cm": "cm",
-    "um": "um µm micron microns", "rad": "rad rads radian radians", "mrad": "mrad",
-    "deg": "deg degs degree degrees grad °", "turn": "turn turns rev revs",
-    "arcmin": "arcmin arcmins arcminute arcminutes ′",
-    "arcsec": "arcsec arcsecs arcsecond arcseconds ″ \"", "A": "a amp amps",
-    "mA": "ma milliamp milliamps", "V": "volt volts",
-    "Nm": "nm n.m newtonmeter", "N": "n newton", "Ncm": "ncm",
-    "mNm": "mnm", "min": "min minutes", "rad/s": "rad/s", "deg/s": "deg/s °/s", "m/s": "m/s",
-    "mm/s": "mm/s", "rpm": "rpm 1/min u/min",
-    "turn/s": "turn/s turns/s rev/s revs/s rps u/s",
-}  # fmt: skip
-"""Unit of a mapping -> how it is written in names, in lower case."""
+_UNITS = {
+    "s": (1.0, "s sec secs second seconds"),
+    "ms": (1e-3, "ms msec millis milliseconds"),
+    "us": (1e-6, "us usec micros µs"),
+    "ns": (1e-9, "ns nsec nanos nanoseconds"),
+    "min": (60.0, "min minutes"),
+    "m": (1.0, "m meter meters metre metres"),
+    "cm": (0.01, "cm"),
+    "mm": (1e-3, "mm"),
+    "um": (1e-6, "um µm micron microns"),
+    "inch": (0.0254, ""),
+    "rad": (1.0, "rad rads radian radians"),
+    "mrad": (1e-3, "mrad"),
+    "deg": (np.pi / 180.0, "deg degs degree degrees grad °"),
+    "turn": (2.0 * np.pi, "turn turns rev revs"),
+    "arcmin": (np.pi / 10800.0, "arcmin arcmins arcminute arcminutes ′"),
+    "arcsec": (np.pi / 648000.0, 'arcsec arcsecs arcsecond arcseconds ″ "'),
+    "N": (1.0, "n newton"),
+    "mN": (1e-3, ""),
+    "Nm": (1.0, "nm n.m newtonmeter"),
+    "mNm": (1e-3, "mnm"),
+    "Ncm": (0.01, "ncm"),
+    "1": (1.0, ""),
+    "A": (1.0, "a amp amps"),
+    "mA": (1e-3, "ma milliamp milliamps"),
+    "V": (1.0, "volt volts"),
+    "rad/s": (1.0, "rad/s"),
+    "deg/s": (np.pi / 180.0, "deg/s °/s"),
+    "m/s": (1.0, "m/s"),
+    "mm/s": (1e-3, "mm/s"),
+    "rpm": (np.pi / 30.0, "rpm 1/min u/min"),
+    "turn/s": (2.0 * np.pi, "turn/s turns/s rev/s revs/s rps u/s"),
+}
+"""Unit of a mapping -> its size in the contract's, and how names write it, in lower case."""
+IN_SI = {unit: size for unit, (size, _) in _UNITS.items()}
+UNIT_WORDS = {unit: words for unit, (_, words) in _UNITS.items() if words}
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
-IN_SI = {
-    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,
-    "um": 1e-6, "inch": 0.0254, "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "turn": 2.0 * np.pi,
-    "arcmin": np.pi / 10800.0, "arcsec": np.pi / 648000.0,
-    "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3,
-    "V": 1.0,
-    "rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s": 1.0, "mm/s": 1e-3, "rpm": np.pi / 30.0,
-    "turn/s": 2.0 * np.pi,
-}  # fmt: skip
-"""Units by their size in the contract's."""
 UNIT_FACTORS = (1.0 / IN_SI["deg"], 1.0 / IN_SI["mm"], 1.0 / IN_SI["cm"])
 """How many degrees are one radian, and mm and cm one metre."""
 TIMES = ("s", "ms", "us", "ns", "min")

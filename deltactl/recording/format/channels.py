@@ -15,6 +15,10 @@ def _object(title: str, **properties: Schema) -> Schema:
     return {"title": title, "type": "object", "properties": properties}
 
 
+def _foxglove(name: str, /, **properties: Schema) -> Schema:
+    return _object(f"foxglove.{name}", **properties)
+
+
 def _several(items: Schema) -> Schema:
     return {"type": "array", "items": items}
 
@@ -23,35 +27,34 @@ NUMBER, INTEGER, TEXT, FLAG = (
     {"type": kind} for kind in ("number", "integer", "string", "boolean")
 )
 STAMP = _object("time", sec=INTEGER, nsec=INTEGER)
-VECTOR = _object("foxglove.Vector3", x=NUMBER, y=NUMBER, z=NUMBER)
-TURN = _object("foxglove.Quaternion", x=NUMBER, y=NUMBER, z=NUMBER, w=NUMBER)
-POSE = _object("foxglove.Pose", position=VECTOR, orientation=TURN)
-COLOUR = _object("foxglove.Color", r=NUMBER, g=NUMBER, b=NUMBER, a=NUMBER)
-CYLINDER = _object("foxglove.CylinderPrimitive", pose=POSE, size=VECTOR, bottom_scale=NUMBER,
-                   top_scale=NUMBER, color=COLOUR)  # fmt: skip
+VECTOR = _foxglove("Vector3", x=NUMBER, y=NUMBER, z=NUMBER)
+TURN = _foxglove("Quaternion", x=NUMBER, y=NUMBER, z=NUMBER, w=NUMBER)
+POSE = _foxglove("Pose", position=VECTOR, orientation=TURN)
+COLOUR = _foxglove("Color", r=NUMBER, g=NUMBER, b=NUMBER, a=NUMBER)
+CYLINDER = _foxglove(
+    "CylinderPrimitive", pose=POSE, size=VECTOR, bottom_scale=NUMBER, top_scale=NUMBER, color=COLOUR
+)
 EMPTY = {"type": "object", "properties": {}}
 """Foxglove refuses a channel with an object whose properties are not named."""
 UNUSED = ("metadata", "arrows", "cubes", "spheres", "lines", "triangles", "texts", "models")
 """Lists of a scene's entity that have to be there, and are empty."""
-ENTITY = _object("foxglove.SceneEntity", timestamp=STAMP, frame_id=TEXT, id=TEXT, lifetime=STAMP,
-                 frame_locked=FLAG, cylinders=_several(CYLINDER),
-                 **{part: _several(EMPTY) for part in UNUSED})  # fmt: skip
-TRANSFORM = _object("foxglove.FrameTransform", timestamp=STAMP, parent_frame_id=TEXT,
-                    child_frame_id=TEXT, translation=VECTOR, rotation=TURN)  # fmt: skip
+_NAMED = {"timestamp": STAMP, "frame_id": TEXT}
+_LISTS = {"cylinders": _several(CYLINDER)} | {part: _several(EMPTY) for part in UNUSED}
+ENTITY = _foxglove("SceneEntity", **_NAMED, id=TEXT, lifetime=STAMP, frame_locked=FLAG, **_LISTS)
+_BETWEEN = {"timestamp": STAMP, "parent_frame_id": TEXT, "child_frame_id": TEXT}
+TRANSFORM = _foxglove("FrameTransform", **_BETWEEN, translation=VECTOR, rotation=TURN)
+_BEAM = {"start_angle": NUMBER, "end_angle": NUMBER, "ranges": _several(NUMBER)}
+_SAID = {"level": INTEGER, "message": TEXT, "name": TEXT, "file": TEXT, "line": INTEGER}
 SCHEMAS: dict[str, Schema] = {
     schema["title"]: schema
     for schema in (
-        _object("foxglove.FrameTransforms", transforms=_several(TRANSFORM)),
-        _object("foxglove.SceneUpdate", deletions=_several(EMPTY),
-                entities=_several(ENTITY)),
-        _object("foxglove.PoseInFrame", timestamp=STAMP, frame_id=TEXT, pose=POSE),
-        _object("foxglove.LaserScan", timestamp=STAMP, frame_id=TEXT, pose=POSE,
-                start_angle=NUMBER, end_angle=NUMBER, ranges=_several(NUMBER),
-                intensities=_several(NUMBER)),
-        _object("foxglove.Log", timestamp=STAMP, level=INTEGER, message=TEXT, name=TEXT, file=TEXT,
-                line=INTEGER),
+        _foxglove("FrameTransforms", transforms=_several(TRANSFORM)),
+        _foxglove("SceneUpdate", deletions=_several(EMPTY), entities=_several(ENTITY)),
+        _foxglove("PoseInFrame", **_NAMED, pose=POSE),
+        _foxglove("LaserScan", **_NAMED, pose=POSE, **_BEAM, intensities=_several(NUMBER)),
+        _foxglove("Log", timestamp=STAMP, **_SAID),
     )
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, slots=True)

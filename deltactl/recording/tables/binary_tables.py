@@ -90,11 +90,6 @@ MOST_CELLS = 80_000_000
 """A day at 50 Hz in eighteen columns; twice 0.6 GB in memory while it is read."""
 
 
-def read_parquet(path: Path) -> FlatRecording:
-    """Read a Parquet file. Raises RecordingError."""
-    return from_columns(parquet_columns(path), str(path))
-
-
 def parquet_columns(path: Path) -> dict[str, AnyArray]:
     """Columns of a Parquet file, whatever they are called. Raises RecordingError."""
     parquet = _needs("pyarrow.parquet", "pyarrow", path)

@@ -116,18 +116,6 @@ class FlatRecording:
         """`stem_x..z` as shape (n, 3), or None when not all are there."""
         return self._optional([f"{stem}_{axis}" for axis in "xyz"])
 
-    def valid_ranges(self) -> FloatArray | None:
-        """`range_x..z` as shape (n, 3), NaN where the status is not 0; None without ranges."""
-        ranges_m = self.axes("range")
-        if ranges_m is None:
-            return None
-        for column, axis in enumerate("xyz"):
-            status = self.columns.get(f"status_{axis}")
-            if status is not None:
-                # An empty status says nothing against the reading.
-                ranges_m[np.nan_to_num(status) != 0, column] = np.nan
-        return ranges_m
-
     def period_s(self) -> float:
         """The usual time between rows [s]; NaN with fewer than two."""
         return float(np.median(np.diff(self.t_s))) if len(self) > 1 else float("nan")

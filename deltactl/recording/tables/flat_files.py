@@ -14,13 +14,13 @@ from deltactl.recording.format.channels import WRITTEN_BY
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.reading.scan import begins_as_mcap
 from deltactl.recording.tables.binary_tables import (
+    parquet_columns,
     read_mat,
-    read_parquet,
     write_mat,
     write_parquet,
 )
 from deltactl.recording.tables.csv_table import read_csv, write_csv
-from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat import FlatRecording, from_columns
 from deltactl.recording.tables.rounds import flatten
 
 Progress = Callable[[str], None]
@@ -29,16 +29,12 @@ MOST_BYTES = 2**26
 stretches spread over all of it."""
 
 
-def _read_mcap(path: Path, progress: Progress) -> FlatRecording:
-    return flatten(read_run(path, MOST_BYTES, progress))
-
-
 READERS: dict[str, Callable[[Path, Progress], FlatRecording]] = {
     ".csv": read_csv,
     ".csv.gz": read_csv,
-    ".parquet": lambda path, _: read_parquet(path),
+    ".parquet": lambda path, _: from_columns(parquet_columns(path), str(path)),
     ".mat": lambda path, _: read_mat(path),
-    ".mcap": _read_mcap,
+    ".mcap": lambda path, progress: flatten(read_run(path, MOST_BYTES, progress)),
 }
 WRITERS: dict[str, Callable[[FlatRecording, Path], None]] = {
     ".csv": write_csv,

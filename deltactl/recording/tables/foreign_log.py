@@ -58,7 +58,7 @@ def read_log(path: Path, base: str | None = None) -> dict[str, AnyArray]:
             f"{path}: holds no messages with numbers that can be decoded ({DECODED} can); export"
             " what you need as CSV, from PlotJuggler or Foxglove"
         )
-    rows = base or max(topics, key=lambda topic: _longest(topics[topic]))
+    rows = base or max(topics, key=lambda topic: max(len(t) for t, _ in topics[topic].values()))
     if rows not in topics:
         raise RecordingError(f"{path}: has no topic {rows}; it has {', '.join(sorted(topics))}")
     return _table(topics, rows)
@@ -67,10 +67,6 @@ def read_log(path: Path, base: str | None = None) -> dict[str, AnyArray]:
 def topic_of(column: str) -> str | None:
     """The topic of a column's name, None where it is none."""
     return column.split(".", 1)[0] if column.startswith("/") and "." in column else None
-
-
-def _longest(fields: dict[str, Series]) -> int:
-    return max(len(times) for times, _ in fields.values())
 
 
 def _table(topics: dict[str, dict[str, Series]], rows: str) -> dict[str, AnyArray]:

@@ -6,6 +6,7 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,19 @@ Row = tuple[int, str, list[str]]
 _WITH_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 
 
+@dataclass(frozen=True, slots=True)
+class ForeignTable:
+    """A table as it was read.
+
+    columns: numbers by name, shape (n,) each; NaN where a cell holds no number. lines: the line of
+    each row, from 1. dated: names of the columns of dates and times of day.
+    """
+
+    columns: dict[str, AnyArray]
+    lines: list[int]
+    dated: set[str]
+
+
 def read_table(
     path: Path,
     skip_lines: int = 0,
@@ -46,14 +60,11 @@ def read_table(
     separator: str = ",",
     decimal: str = ".",
     tell: Callable[[str], None] = lambda _: None,
-    lines_of: list[int] | None = None,
-    dated: set[str] | None = None,
-) -> dict[str, AnyArray]:
-    """Columns of numbers by name, shape (n,) each; NaN where a cell holds no number.
+) -> ForeignTable:
+    """Read a table of text.
 
     heading: names of the columns where the file has none. Dates and times of day are seconds since
-    the first row's. tell: takes words for comments and a footer that were left out. lines_of: gets
-    the line of each row, from 1. dated: gets the names of the columns of dates and times of day.
+    the first row's. tell: takes words for comments and a footer that were left out.
     Raises RecordingError.
     """
     lines = read_text(path, any_encoding=True).split("\n")[skip_lines:]
@@ -79,18 +90,18 @@ def read_table(
     for line, _, parts in rows:
         if len(parts) != len(heading):
             raise wrong_count(path, line, len(parts), len(heading))
-    if lines_of is not None:
-        lines_of += [line for line, _, _ in rows]
     columns = list(zip(*cells, strict=True))
     for name, column in zip(heading, columns, strict=True):
         if decimal == "." and all(_WITH_COMMA.fullmatch(cell) for cell in column):
             raise RecordingError(
                 f"{path}: {name} has a decimal comma ({column[0]}); add: --set decimal=,"
             )
-    columns = _with_days(columns)
-    if dated is not None:
-        dated |= {name for name, cells in zip(heading, columns, strict=True) if is_moment(cells[0])}
-    return {name: _numbers(column, decimal) for name, column in zip(heading, columns, strict=True)}
+    named = dict(zip(heading, _with_days(columns), strict=True))
+    return ForeignTable(
+        {name: _numbers(column, decimal) for name, column in named.items()},
+        [line for line, _, _ in rows],
+        {name for name, column in named.items() if is_moment(column[0])},
+    )
 
 
 def _with_days(columns: list[tuple[str, ...]]) -> list[tuple[str, ...]]:

@@ -19,9 +19,13 @@ from deltactl.recording.tables.csv_table import read_text
 WIDE = "  "
 """Two spaces or more: one alone is part of a cell, as in a date with its time."""
 SEPARATORS = {
-    ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces",
+    ",": "commas",
+    ";": "semicolons",
+    "\t": "tabs",
+    "|": "bars",
+    " ": "spaces",
     WIDE: "several spaces",
-}  # fmt: skip
+}
 """Sought in this order; a space means any run of spaces and tabs."""
 IN_OPTIONS = {"\t": "tab", " ": "space", WIDE: "spaces", ",": "comma", ";": "semicolon"}
 """What a shell or an eye would lose, as it is typed after `separator=`."""
@@ -192,19 +196,15 @@ def _suits(lines: list[str], split_up: list[list[str]], separator: str, decimal:
         return _Suits(0.0, 0.0, False, False, 0)
     width, _ = Counter(len(split_up[n]) for n in places).most_common(1)[0]
     usual = [n for n in places if len(split_up[n]) == width]
-    good = sum(right[n] for n in usual)
+    good, first = sum(right[n] for n in usual), split_up[usual[0]]
     above = _words(lines[usual[0] - 1], separator) if usual[0] else []
     return _Suits(
         round(good / (width * len(usual)), 2),
         round(len(usual) / len(lines), 2),
         len(above) == width > 1,
-        not any(map(_is_apart, itertools.pairwise(split_up[usual[0]]))),
+        not any(is_date(a) and is_time_of_day(b) for a, b in itertools.pairwise(first)),
         width,
     )
-
-
-def _is_apart(cells: tuple[str, str]) -> bool:
-    return is_date(cells[0]) and is_time_of_day(cells[1])
 
 
 def _good(row: list[str], decimal: str) -> int:

@@ -63,9 +63,9 @@ _encode = json.JSONEncoder(separators=(",", ":")).encode
 class RunRecorder:
     """Writes one run into one new MCAP file as it happens.
 
-    All times are on the clock of the run; `start_ns` is its time 0, and `start_epoch_ns`
-    the wall clock then (now, if not given). After a failure `failed` says why, `on_failure`
-    is called once (from a thread of the recorder), and everything that comes later is
+    All times are on the clock of the run; `start_ns` is its time 0, and the configuration's
+    `start_epoch_ns` the wall clock then (now, if it has none). After a failure `failed` says why,
+    `on_failure` is called once (from a thread of the recorder), and everything that comes later is
     counted in `lost`. Methods may be called from any thread and never raise OSError.
 
     With `wait_when_behind` (simulation) a caller waits for a slow disk; without it (robot)
@@ -80,7 +80,6 @@ class RunRecorder:
         configuration: RunConfiguration,
         *,
         start_ns: int = 0,
-        start_epoch_ns: int | None = None,
         counts: Steps = (0, 0, 0),
         reserve_bytes: int = RESERVE_BYTES,
         wait_when_behind: bool = False,
@@ -89,7 +88,7 @@ class RunRecorder:
         self.path = path
         self.failed = ""
         self._start_ns = start_ns
-        self._epoch_ns = time.time_ns() if start_epoch_ns is None else start_epoch_ns
+        self._epoch_ns = configuration.start_epoch_ns or time.time_ns()
         self._on_failure = on_failure
         self._counts = np.array(counts, dtype=np.int64)
         self._times: list[Int64Array] = []

@@ -17,11 +17,11 @@ from deltactl.foundation.plain_file import write_whole
 from deltactl.reproduction.outcome import Sheet
 from deltactl.reproduction.uzunovic_2013.control_loop import (
     EXPERIMENTS,
+    WHOLE_S,
     References,
     micro_delta,
     references,
     shipped_network,
-    whole_s,
 )
 from deltactl.reproduction.uzunovic_2013.control_results import (
     Result,
@@ -80,7 +80,7 @@ def reproduce_control(
     """
     _, drive = micro_delta()
     network = shipped_network()
-    asked = [references(run, network, drive.period_s, whole_s()) for run in EXPERIMENTS]
+    asked = [references(run, network, drive.period_s, WHOLE_S) for run in EXPERIMENTS]
     results: list[Result] = []
     plan = list(_plan(asked, QUICK_TROUBLES if quick else TROUBLES))
     for number, (run, control, trouble, observed) in enumerate(plan):

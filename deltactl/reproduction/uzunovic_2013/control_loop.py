@@ -25,6 +25,8 @@ FREQUENCY_HZ = 0.2
 CONTROL_ON_S = 1.0
 """Section 5: "control is activated at time instant t = 1 (s)"."""
 PERIODS = 2
+WHOLE_S = CONTROL_ON_S + PERIODS / FREQUENCY_HZ
+"""How long an experiment is simulated: until control is on, and whole periods of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,11 +101,6 @@ def references(
     return References(experiment, t_s, position_m, inverse.angles_rad_many(position_m))
 
 
-def whole_s() -> float:
-    """How long an experiment is simulated: until control is on, and whole periods of it."""
-    return CONTROL_ON_S + PERIODS / FREQUENCY_HZ
-
-
 START_RAD: Three = (np.pi / 6.0, np.pi / 6.0, np.pi / 6.0)
 """Section 3.1: "all joint angles were equal 30 (degrees)"; taken for section 5 too."""
 
@@ -164,10 +161,9 @@ def run(
     rows, cpu_s, wall_s = _loop(law, plant, given)
     still = np.tile([*plant.counts_at(start_rad), *start_rad, *[0.0] * 6], (on, 1))
     table = np.concatenate([still, np.array(rows)])
-    return Run(
-        t_s, reference_rad, table[:, 0:3] * settings.rad_per_count, table[:, 3:6],
-        table[:, 6:9], table[:, 9:12], on, cpu_s, wall_s,
-    )  # fmt: skip
+    measured_rad = table[:, 0:3] * settings.rad_per_count
+    others = table[:, 3:6], table[:, 6:9], table[:, 9:12]
+    return Run(t_s, reference_rad, measured_rad, *others, on, cpu_s, wall_s)
 
 
 def _loop(

@@ -26,8 +26,6 @@ from deltactl.reproduction.uzunovic_2013.control_variants import (
     Trouble,
 )
 
-Row = tuple[str, ...]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Result:
@@ -66,13 +64,13 @@ def tracking_table(results: Sequence[Result], drive: ServoDrive) -> Sheet:
     return Sheet(
         "Tracking error, % of the reference's peak to peak (largest, from 1 s after control is on)",
         (
-            "experiment", "control", "joint 1", "joint 2", "joint 3", "paper", "half of it met",
-            "RMS", "overshoot %", "current RMS mA",
+            *("experiment", "control", "joint 1", "joint 2", "joint 3", "paper"),
+            *("half of it met", "RMS", "overshoot %", "current RMS mA"),
         ),
         tuple(rows),
         2,
         floor_note([found.asked for found in results], drive),
-    )  # fmt: skip
+    )
 
 
 def floor_note(asked: Sequence[References], drive: ServoDrive) -> str:
@@ -164,18 +162,17 @@ def reference_figure(asked: References) -> str:
     """Figure 7 or 9: the path of the platform, from above and from the side."""
     number = asked.experiment.reference_figure
     x, y, z = (1e3 * asked.position_m[::EVERY, axis] for axis in range(3))
+    from_above = f"reference of the {asked.experiment.name} experiment, from above"
     return columns(
         [
             LineChart(
-                f"Figure {number}: reference of the {asked.experiment.name} experiment, from above",
-                "x [mm]", "y [mm]", [Series("reference", x, y, Colour.ASKED)], equal_aspect=True,
-            ).html(),
-            LineChart(
-                f"Figure {number}: the same from the side",
-                "x [mm]", "z [mm]", [Series("reference", x, z, Colour.ASKED)], equal_aspect=True,
-            ).html(),
+                *(f"Figure {number}: {title}", "x [mm]", f"{axis} [mm]"),
+                [Series("reference", x, values, Colour.ASKED)],
+                equal_aspect=True,
+            ).html()
+            for title, axis, values in ((from_above, "y", y), ("the same from the side", "z", z))
         ]
-    )  # fmt: skip
+    )
 
 
 def response_figures(found: Result) -> list[str]:
@@ -184,20 +181,22 @@ def response_figures(found: Result) -> list[str]:
     number, group = found.experiment.response_figure, f"response-{found.experiment.name}"
     on = [Mark(CONTROL_ON_S, "control on")]
     t_s = ran.t_s[::EVERY]
+    asked_deg, seen_deg = (np.degrees(q[::EVERY]) for q in (ran.reference_rad, ran.measured_rad))
     parts = [
         LineChart(
             f"Figure {number}: joint {joint + 1}, {name} experiment",
-            "t [s]", "angle [degrees]",
+            "t [s]",
+            "angle [degrees]",
             [
-                Series("reference", t_s, np.degrees(ran.reference_rad[::EVERY, joint]),
-                       Colour.ASKED, dashed=True),
-                Series("measured", t_s, np.degrees(ran.measured_rad[::EVERY, joint]),
-                       Colour.MEASURED),
+                Series("reference", t_s, asked_deg[:, joint], Colour.ASKED, dashed=True),
+                Series("measured", t_s, seen_deg[:, joint], Colour.MEASURED),
             ],
-            marks=on, group=group, height_px=200,
+            marks=on,
+            group=group,
+            height_px=200,
         ).html()
         for joint in range(3)
-    ]  # fmt: skip
+    ]
     percent = _worst(100.0 * (ran.measured_rad - ran.reference_rad) / found.asked.peak_to_peak_rad)
     late = t_s >= SHOWN_FROM_S
     limit = found.experiment.paper_percent

@@ -95,12 +95,12 @@ def error_charts(study: Study, figure: int, curve: str, model: str) -> list[Line
     smooth_m = slow_m(track.seen_error_m)
     charts = []
     for axis, name in enumerate("xyz"):
+        seen_mm, at_s = MM * track.seen_error_m[:, axis], track.seen_s
         series = [
-            Series("reading", track.seen_s, MM * track.seen_error_m[:, axis], Colour.MEASURED,
-                   Style.POINTS, hidden=False),
-            Series("mean of 25 readings", track.seen_s, MM * smooth_m[:, axis], Colour.COMMANDED),
+            Series("reading", at_s, seen_mm, Colour.MEASURED, Style.POINTS, hidden=False),
+            Series("mean of 25 readings", at_s, MM * smooth_m[:, axis], Colour.COMMANDED),
             Series("true", track.t_s, MM * track.true_error_m[:, axis], Colour.TRUE),
-        ]  # fmt: skip
+        ]
         charts.append(
             LineChart(
                 f"Figure {figure}: {TITLES[curve].lower()}, {words}, e_{name}",

@@ -11,7 +11,6 @@ import asyncio
 import ipaddress
 import socket
 from collections import Counter
-from collections.abc import Iterable
 from typing import Any, Final
 
 from uvicorn.protocols.http.auto import AutoHTTPProtocol
@@ -132,16 +131,13 @@ def listen(host: str, port: int, door: Door) -> list[socket.socket]:
     """Sockets on all addresses of a name. Raises ConfigError where there can be none."""
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-        return [_listening(family, address, door) for family, address in _each_once(found)]
+        each_once = dict.fromkeys((address[0], address[4]) for address in found)
+        return [_listening(family, address, door) for family, address in each_once]
     except OSError as error:
         raise ConfigError(
             f"cannot serve on {host}, port {port}: {error.strerror or error}; choose others with"
             " --host and --port"
         ) from error
-
-
-def _each_once(found: Iterable[tuple[Any, ...]]) -> Iterable[tuple[socket.AddressFamily, Key]]:
-    return dict.fromkeys((address[0], address[4]) for address in found)
 
 
 def _listening(family: socket.AddressFamily, address: Key, door: Door) -> Listening:

@@ -8,7 +8,7 @@ import json
 import re
 import secrets
 import shutil
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import partial
@@ -140,7 +140,6 @@ class HiddenFault:
 
 
 FIRST = "heart.yaml"
-Act = Callable[..., Coroutine[Any, Any, bool]]
 
 
 @dataclass

@@ -147,8 +147,10 @@ def playback(recording: Path, folder: Path) -> dict[str, Any]:
         seen_s, seen_m = measured_errors(run, robot)
         error_m = np.stack([_held(t_s, seen_s, column) for column in seen_m.T], axis=1)
     rates = np.gradient(counts, t_s, axis=0)
-    columns = {name: 1e3 * column for name, column in
-               zip("xyz", positions_of_counts(robot, counts).T, strict=True)}  # fmt: skip
+    columns = {
+        name: 1e3 * column
+        for name, column in zip("xyz", positions_of_counts(robot, counts).T, strict=True)
+    }
     columns["error"] = 1e3 * np.linalg.norm(error_m, axis=1)
     for axis, seen in run.readings.items():
         good = seen.where(seen.good)

@@ -17,7 +17,7 @@ from deltactl.drivers.ranging.contract import Gate, Reading
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.linkage import Linkage
 from deltactl.models.linkage.scalar import counted_pose, forward_one
-from deltactl.models.linkage.skeleton import Placed, Skeleton, quaternion, turn_x_to
+from deltactl.models.linkage.skeleton import Skeleton, quaternion, turn_x_to
 from deltactl.models.robot import AXES
 from deltactl.recording.format.channels import (
     LOG,
@@ -40,6 +40,9 @@ LEVEL_INFO, LEVEL_ERROR = 2, 4
 STRAIGHT = (0.0, 0.0, 0.0, 1.0)
 
 Message = dict[str, Any]
+ONE_BEAM: Message = {"start_angle": 0.0, "end_angle": 0.0}
+STAYS: Message = {"lifetime": {"sec": 0, "nsec": 0}, "frame_locked": True}
+EVEN: Message = {"bottom_scale": 1.0, "top_scale": 1.0}
 Point = Sequence[float]
 
 
@@ -85,7 +88,10 @@ class View:
         angles, position = counted_pose(counts, rad_per_step, self._forward)
         links = self._skeleton.links(angles, position)
         names = [f"{part}_{number}" for part in ("arm", "forearm") for number in (1, 2, 3)]
-        frames = [(name, *_frame(link)) for name, link in zip(names, links, strict=False)]
+        frames = [
+            (name, link.middle_m, quaternion(link.rotation))
+            for name, link in zip(names, links, strict=False)
+        ]
         if position is not None:
             frames.append(("platform", position, STRAIGHT))
             self._pose(t_ns, "commanded", position)
@@ -102,9 +108,8 @@ class View:
             return
         self._ranges[reading.axis] = (reading.t_ns, reading.distance_m)
         if self._due(f"range {reading.axis}", reading.t_ns):
-            scan = {"frame_id": f"sensor_{reading.axis}", "pose": _pose((0.0, 0.0, 0.0)),
-                    "start_angle": 0.0, "end_angle": 0.0, "ranges": [reading.distance_m],
-                    "intensities": []}  # fmt: skip
+            place = {"frame_id": f"sensor_{reading.axis}", "pose": _pose((0.0, 0.0, 0.0))}
+            scan = place | ONE_BEAM | {"ranges": [reading.distance_m], "intensities": []}
             self._stamped(reading.t_ns, RANGES[reading.axis], scan)
         self._measured(reading.t_ns)
 
@@ -149,20 +154,17 @@ class View:
 
     def _transforms(self, t_ns: int, frames: Sequence[tuple[str, Point, Point]]) -> None:
         stamp = _stamp(self._recorder.wall_ns(t_ns))
-        message = {
-            "transforms": [
-                {"timestamp": stamp, "parent_frame_id": BASE, "child_frame_id": name,
-                 "translation": _vector(place), "rotation": _turn(turn)}
-                for name, place, turn in frames
-            ]
-        }  # fmt: skip
-        self._recorder.viewed(t_ns, TRANSFORMS, message)
+        head = {"timestamp": stamp, "parent_frame_id": BASE}
+        parts = [
+            {"child_frame_id": name, "translation": _vector(place), "rotation": _turn(turn)}
+            for name, place, turn in frames
+        ]
+        self._recorder.viewed(t_ns, TRANSFORMS, {"transforms": [head | part for part in parts]})
 
     def _entity(self, t_ns: int, frame: str, cylinders: list[Message]) -> Message:
         stamp = _stamp(self._recorder.wall_ns(t_ns))
-        return {"timestamp": stamp, "frame_id": frame, "id": frame,
-                "lifetime": {"sec": 0, "nsec": 0}, "frame_locked": True,
-                "cylinders": cylinders} | {part: [] for part in UNUSED}  # fmt: skip
+        named = {"timestamp": stamp, "frame_id": frame, "id": frame}
+        return named | STAYS | {"cylinders": cylinders} | {part: [] for part in UNUSED}
 
     def _plate(self, radius_m: float, colour: Point) -> Message:
         size = (2.0 * radius_m, 2.0 * radius_m, PLATE_M)
@@ -173,27 +175,22 @@ class View:
         self._recorder.viewed(t_ns, channel, {"timestamp": stamp} | message)
 
 
-def _frame(link: Placed) -> tuple[Point, Point]:
-    """Middle and turn of a link whose length lies along the frame's y axis."""
-    return link.middle_m, quaternion(link.rotation)
-
-
 def _rod(length_m: float, width_m: float, colour: Point, aside_m: float) -> Message:
     """A cylinder along y: Foxglove's are along z."""
     half = math.sqrt(0.5)
-    return _cylinder((aside_m, 0.0, 0.0), (half, 0.0, 0.0, half), (width_m, width_m, length_m),
-                     colour)  # fmt: skip
+    return _cylinder(
+        (aside_m, 0.0, 0.0), (half, 0.0, 0.0, half), (width_m, width_m, length_m), colour
+    )
 
 
 def _cylinder(place: Point, turn: Point, size: Point, colour: Point) -> Message:
     red, green, blue, alpha = colour
-    return {"pose": {"position": _vector(place), "orientation": _turn(turn)},
-            "size": _vector(size), "bottom_scale": 1.0, "top_scale": 1.0,
-            "color": {"r": red, "g": green, "b": blue, "a": alpha}}  # fmt: skip
+    painted = {"color": {"r": red, "g": green, "b": blue, "a": alpha}}
+    return {"pose": _pose(place, turn), "size": _vector(size)} | EVEN | painted
 
 
-def _pose(position_m: Point) -> Message:
-    return {"position": _vector(position_m), "orientation": _turn(STRAIGHT)}
+def _pose(position_m: Point, turn: Point = STRAIGHT) -> Message:
+    return {"position": _vector(position_m), "orientation": _turn(turn)}
 
 
 def _vector(point: Point) -> Message:

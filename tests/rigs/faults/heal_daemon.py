@@ -18,6 +18,7 @@ from deltactl.firmware_py.daemon.main import SWITCH_S, run_daemon
 from deltactl.firmware_py.daemon.notify import Notifier
 from deltactl.firmware_py.daemon.server import Server
 from deltactl.firmware_py.daemon.signals import EndSignals
+from deltactl.firmware_py.planning.prepared import Readers
 from deltactl.firmware_py.planning.process import PlanningProcess
 
 BLIND_RAW_STATUS = 4
@@ -50,8 +51,7 @@ def main() -> int:
             simulated=True,
             realtime=True,
             recordings=recordings,
-            prepare=planning.prepare,
-            read=planning.read_robot,
+            readers=Readers(planning.prepare, planning.read_robot),
         )
         threading.Thread(target=obey, args=(controller,), daemon=True).start()
         server = Server(controller, listener, folder / "jobs", recordings)

@@ -30,6 +30,7 @@ from deltactl.firmware_py.daemon.listener import Listener
 from deltactl.firmware_py.daemon.main import SWITCH_S
 from deltactl.firmware_py.daemon.server import Server
 from deltactl.firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
+from deltactl.firmware_py.planning.prepared import Readers
 from deltactl.firmware_py.planning.process import PlanningProcess
 from deltactl.foundation.errors import MotionError
 from tests.rigs.faults.run_delay import waited_s
@@ -157,8 +158,7 @@ class Stand:
             simulated=True,
             realtime=True,
             recordings=self.recordings,
-            prepare=self.planning.prepare,
-            read=self.planning.read_robot,
+            readers=Readers(self.planning.prepare, self.planning.read_robot),
         )
         self.socket = self.folder / "d.sock"
         self.server = Server(
