@@ -28,6 +28,8 @@ class Way:
     """What it grows with besides, (n,)."""
     given: FloatArray | None = None
     """Its shapes (n, k), where they are no splines."""
+    gives_way: bool = True
+    """Whether it gives way to the shapes of a chosen set, and not to those that plants name only."""
     acts: BoolArray | None = None
     """Rows (n,) on which it acts; all where None."""
 
@@ -93,7 +95,8 @@ class LeftOver(KeepsBeside):
     def _unknown(self) -> Mapping[str, Columns]:
         found = {}
         for name, way in self.ways().items():
-            named = np.concatenate([self.spanned(name), self.beside], axis=1)
+            beside = [self.beside] if way.gives_way else []
+            named = np.concatenate([self.spanned(name), *beside], axis=1)
             shapes = way.shapes(named, self.rows)
             count = shapes.shape[1]
             found[name] = Columns(shapes, np.full(count, self.spread_of(name, count)))

@@ -116,6 +116,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
         if self._map is not None and "position" in found:
             at = self.base(self._map.keys, self._map.sizes)
             found["position"] = replace(found["position"], along=at)
+        if "acceleration" in found:  # what follows it, no named effect is a function of
+            found["acceleration"] = replace(found["acceleration"], gives_way=False)
         if "direction" in found:
             at = (self.commanded - self.commanded[self.rows].mean()) / max(self.span, 1e-300)
             powers = np.stack([np.ones_like(at), at, at**2], axis=1)
