@@ -29,7 +29,7 @@ class Way:
     given: FloatArray | None = None
     """Its shapes (n, k), where they are no splines."""
     gives_way: bool = True
-    """Whether it gives way to the shapes of a chosen set, and not to those that plants name only."""
+    """Whether it gives way to the shapes of a chosen set too."""
     acts: BoolArray | None = None
     """Rows (n,) on which it acts; all where None."""
 
