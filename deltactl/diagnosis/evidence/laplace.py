@@ -334,6 +334,11 @@ class Laplace:
         halves = self._within(keys, point, known, moved)
         odds = sum(self.by_key[key].log_odds for key in keys)
         odds += self.plant.further_odds(keys, linear)
+        silent = self.plant.without_noise(keys, point)
+        if silent is not None:  # they are as improbable as rows with their noise are
+            odds -= 0.5 * float(
+                np.sum((self.noise.scale * self.noise.sigma)[silent[self.noise.rows]] ** 2)
+            )
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         return Explanation(

@@ -17,7 +17,7 @@ import numpy as np
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.largest_noise import NoiseBounds
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray, Readings
 from deltactl.models.effects import column_of, stand_ins
 
 Sizes = Mapping[str, float]
@@ -292,6 +292,10 @@ class RegressionPlant(Protocol):
 
     def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
         """Logarithm of odds that hang on the sizes of a set, in addition to its regressors' own."""
+        ...
+
+    def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
+        """Rows (n,) that the prediction leaves no noise of, as it takes them from what was read."""
         ...
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:

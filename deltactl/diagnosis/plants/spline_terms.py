@@ -17,7 +17,7 @@ from deltactl.diagnosis.observations.largest_noise import (
     segment_for,
     spectrum,
 )
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray, Readings
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
 
@@ -192,6 +192,10 @@ class KeepsBeside:
     def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
         """None that hang on sizes."""
         return 0.0
+
+    def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
+        """None."""
+        return None
 
     def detail(self, key: str) -> int:
         """As any other."""
