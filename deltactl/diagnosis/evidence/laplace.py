@@ -353,7 +353,8 @@ class Laplace:
     def _is_found(self, key: str, linear: dict[str, FloatArray], point: Point) -> bool:
         regressor = self.by_key[key]
         sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
-        return not regressor.as_built or float(np.abs(sizes).sum()) > regressor.as_built
+        size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
+        return not regressor.as_built or size > regressor.as_built
 
     @staticmethod
     def _within(

@@ -243,7 +243,7 @@ def _shift(plant: RegressionPlant, best: Explanation) -> dict[str, float]:
     within = {
         f"{r.key}.{r.sizes[-1].name}": tolerances[r.takes_over]
         for r in plant.regressors
-        if r.key in best.keys and r.takes_over in tolerances
+        if r.sizes and r.key in best.keys and r.takes_over in tolerances
     }
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
     again = named_sizes(Laplace(other, saturated_noise(other))(keys, [best]))
