@@ -147,7 +147,7 @@ class ChainPlant(JointEfforts):
             "viscous": braked(chain.damping[joint]),
             "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
             "gain": off(CHAIN.as_built, above=-1.0, takes_over=f"gain {name}"),
-            "offset": off(CHAIN.as_built * float(self.sizes[joint]), **by_gain),
+            "offset": off(CHAIN.zero_of_current * float(self.sizes[joint]), **by_gain),
             "lag": off(
                 clocks_apart_s(period_s), sizes=(late,), takes_over=f"lag {name}", saturated=False,
                 starts=tuple((dead_s,) for dead_s in CHAIN.dead_times_s),
