@@ -46,8 +46,8 @@ CARD = EffectCard(
     ),
     remedies={
         "": (
-            "balance {part}, or correct the zero of its effort: the same {size} is there whichever "
-            "way it moves, where friction would change sign with the motion"
+            "balance {part}, enter the load in the robot file (`gravity`), or correct the zero of "
+            "its effort: the same {size} is there whichever way it moves"
         ),
         "beside": (
             "find out first what of the effort follows the speed, at slow speeds both ways; balance"

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from deltactl.diagnosis.answer.finding import IN_ALL
+from deltactl.diagnosis.answer.how_sure import sized
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding
 from deltactl.diagnosis.answer.tables import Tables, table_of
@@ -126,6 +127,8 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     sensor is not moved by its file, which says what the next diagnosis takes for known: there the
     cause itself must be sure.
     """
+    if not sized(finding):
+        return False
     constant = has(finding.effect, Trait.CONSTANT_FORCE)
     if constant and differs_with_speed(finding, diagnosis.findings):
         return False

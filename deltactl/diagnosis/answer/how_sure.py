@@ -11,6 +11,8 @@ from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.models.effects import Trait, has
 from deltactl.models.effects.lone_axis import COMPONENT
 
+SCALE = "scale"
+"""A parameter of which one is nothing."""
 SHOWN_AS_ONE = 1.005
 """A sum of probabilities up to half a percent above one is shown as one."""
 
@@ -18,6 +20,15 @@ SHOWN_AS_ONE = 1.005
 def settled(finding: Finding) -> bool:
     """Whether it is far more probable than all its alternatives together."""
     return finding.probability is not None and finding.probability > SAYING.settled_p
+
+
+def sized(finding: Finding) -> bool:
+    """Whether its main size is known: an interval that holds nothing may be of either sign."""
+    name, size = next(iter(finding.parameters.items()), ("", None))
+    if size is None or len(size.components) != 1:
+        return True
+    (_, low, high), nothing = size.components[0], 1.0 if name == SCALE else 0.0
+    return not low < nothing < high
 
 
 def unsure(probability: float | None) -> bool:
@@ -52,8 +63,11 @@ def act_on(finding: Finding, certain: bool) -> Literal["now", "whichever", "if_c
     certain: the corrected file holds it, whichever of them it is.
     """
     own, named = finding.probability, any(one.effect != NAMELESS for one in finding.alternatives)
-    if not (named and tied(finding)):
-        return "now"  # what no list has cannot be ruled out
+    if not tied(finding):
+        return "now"
+    if not named:  # what no list has cannot be ruled out
+        rest = sum(one.probability or 0.0 for one in finding.alternatives)
+        return "now" if own is None or own > rest else "if_confirmed"
     if likelier(finding) is None and own is not None and certain:
         return "whichever" if own < VERDICT.sure_enough else "now"
     return "if_confirmed"

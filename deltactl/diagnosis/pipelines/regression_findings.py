@@ -281,10 +281,13 @@ def drawn(
             found[size.name] = values[size.name] + half * rng.uniform(-1.0, 1.0, count)
         elif size.prior == "half":
             found[size.name] = np.maximum(found[size.name], 0.0)
-    for name in regressor.positive:
-        above = found[name][found[name] > 0.0]
+    others = {*(size.name for size in regressor.sizes), regressor.measured_by}
+    linear = [name for name in found if name not in others]
+    least = dict.fromkeys(linear[:1], regressor.above) | dict.fromkeys(regressor.positive, 0.0)
+    for name, low in least.items():
+        above = found[name][found[name] > low]
         instead = rng.choice(above, count) if len(above) else np.abs(found[name])
-        found[name] = np.where(found[name] > 0.0, found[name], instead)
+        found[name] = np.where(found[name] > low, found[name], instead)
     return found
 
 

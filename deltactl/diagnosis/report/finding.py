@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.how_sure import exclusive, is_about, late_in_all, tied
 from deltactl.diagnosis.answer.records import (
     Alternative,
@@ -48,11 +49,11 @@ def span_s(diagnosis: Diagnosis) -> Span:
 
 
 def shown_sizes(finding: Finding) -> Iterator[tuple[str, Size]]:
-    """Its parameters by name, as shown; the sum alone of a delay of which no part is known."""
-    if (late := late_in_all(finding)) is not None:
-        yield from (("time", size) for size in sizes(finding.effect, "late_in_all", late))
-        return
-    for name, result in reported(finding.parameters).items():
+    """Its parameters by name, as shown; the sum first of a delay, and alone if no part is known."""
+    late = late_in_all(finding)
+    if (total := late or finding.parameters.get(IN_ALL)) is not None:
+        yield from (("time", size) for size in sizes(finding.effect, "late_in_all", total))
+    for name, result in (reported(finding.parameters) if late is None else {}).items():
         yield from ((name, size) for size in sizes(finding.effect, name, result))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from deltactl.diagnosis.answer.records import Diagnosis, Fit
-from deltactl.diagnosis.answer.verdict import goes_on, seen, too_little
+from deltactl.diagnosis.answer.verdict import goes_on, too_little
 from deltactl.diagnosis.answer.what_is_left import (
     doubtful_floor,
     gone,
@@ -16,7 +16,7 @@ from deltactl.diagnosis.answer.what_is_left import (
     moves_at_rest,
     once,
 )
-from deltactl.diagnosis.report.names import all_followed, by_noise, listed, part, percent
+from deltactl.diagnosis.report.names import all_followed, listed, part, percent
 from deltactl.diagnosis.report.sizes import forced, number, quantity, significant
 from deltactl.diagnosis.report.templates import say
 
@@ -79,7 +79,6 @@ def unexplained(answer: Diagnosis) -> str:
         size=_shown(fit, fit.rms_after_m, 2),
         follows=all_followed(rest.depends_on),
         at=say("left.at", part=part(rest.component)) if rest.component else "",
-        p=say("left.p", p=by_noise(rest.p)) if rest.p is not None and seen(rest.p) else "",
         little=say("left.little") if little else "",
         figures="" if case == "noise" else say_all(figures(fit)),
     )

@@ -20,6 +20,7 @@ from deltactl.diagnosis.answer.how_sure import (
     late_in_all,
     minor,
     mostly_dead,
+    sized,
     tied,
     times_s,
     worth_a_table,
@@ -112,7 +113,8 @@ def _named(
     if late := late_drives(named):
         times = [quantity(sum(times_s(one).values()), "s", digits=3) for one in late]
         yield _filled(late, robot, "several", size=listed(times))
-    for finding in _in_order([one for one in named if one not in late], diagnosis):
+    known = [one for one in named if one not in late and sized(one)]
+    for finding in _in_order(known, diagnosis):
         beside = other_remedy(finding, diagnosis)
         line = remedy(finding, robot, sure(finding, diagnosis), beside)
         if line and finding in unconfirmed:

@@ -47,7 +47,16 @@ from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import main_of, remedies
 from deltactl.diagnosis.report.sizes import Size, quantity
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
-from deltactl.foundation.one_screen import LINES, SHORT, Part, fitted, shortened, spaced, wrapped
+from deltactl.foundation.one_screen import (
+    LINES,
+    SHORT,
+    WHOLE,
+    Part,
+    fitted,
+    shortened,
+    spaced,
+    wrapped,
+)
 from deltactl.models.robot import RobotModel
 
 WIDTH = 80
@@ -108,9 +117,12 @@ def screen_lines(
             _table(diagnosis.findings, rows, width, brief),
             _saved(diagnosis, saved, named, width),
         ]
-        below = _below_the_table(diagnosis, robot, named, width, above[1].entries)
-        parts = [*above, *below, *closing]
-        fit, longest = fitted(parts, width, room)
+        for in_one in (False, True):  # causes that have no line each share one
+            below = _below_the_table(diagnosis, robot, named, width, above[1].entries, in_one)
+            parts = [*above, *below, *closing]
+            fit, longest = fitted(parts, width, room)
+            if longest == WHOLE:
+                break
         whole = all(now.entries or not was.entries for now, was in zip(fit, parts, strict=True))
         return fit, longest, longest > 1 and (whole or not all_parts)
 
@@ -131,12 +143,18 @@ def screen_lines(
 
 
 def _below_the_table(
-    diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways, width: int, steps: Sequence[str]
+    diagnosis: Diagnosis,
+    robot: RobotModel | None,
+    ways: Ways,
+    width: int,
+    steps: Sequence[str],
+    in_one: bool,
 ) -> list[Part]:
     """The parts after the findings."""
+    or_else = _or_else(diagnosis, ways, steps, in_one)
     return [
         Part(_helps(diagnosis), turns=0, rank=1),
-        Part(_or_else(diagnosis, ways, steps), say("screen.or_else"), turns=0, rank=2),
+        Part(or_else, say("screen.or_else"), turns=0, rank=2),
         Part([*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways)], short=2, rank=3),
         Part(_not_shown(diagnosis, width), gap=False, rank=4),
     ]
@@ -157,7 +175,7 @@ def sentences_by_topic(
         "steps": steps,
         "findings": findings,
         "helps": _helps(diagnosis),
-        "or_else": _or_else(diagnosis, ways, steps),
+        "or_else": _or_else(diagnosis, ways, steps, in_one=False),
         "remarks": [*more, *_not_shown(diagnosis, SENTENCE)],
     }
 
@@ -267,21 +285,27 @@ def _helps(diagnosis: Diagnosis) -> list[str]:
     return [f"{title}{fit_line(diagnosis)}", sentence(left)]
 
 
-def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str]) -> list[str]:
-    """What else the findings could be, and how to find out where the steps do not say it."""
+def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str], in_one: bool) -> list[str]:
+    """What else the findings could be, and how to find out where the steps do not say it.
+
+    in_one: the causes of all findings in one entry.
+    """
     following = experiment_line(diagnosis)
     entries = [f"{following}{say('run.get', job=ways.job)}"] if following else []
+    others: list[str] = []
+    hints: list[str] = []
     unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if open_causes(one)}
     for number, finding in unsure.items():
         if number <= ways.rows:
             shown = open_causes(finding)
             way = measured(finding, diagnosis, ways)
             in_steps = way and any(way in step for step in steps)
-            settled = following or diagnosis.open_ties or in_steps
-            way = "" if settled else hint(finding, diagnosis, ways)
-            names = other_causes(finding, shown)
-            entries.append(say("screen.other", number=number, names=names, way=way).strip())
-    entries += tie_lines(diagnosis)
+            known = following or diagnosis.open_ties or in_steps
+            apart = "" if known else hint(finding, diagnosis, ways)
+            others.append(say("screen.other", number=number, names=other_causes(finding, shown)))
+            hints += [say("screen.apart", number=number, hint=apart)] * bool(apart)
+    entries += ["; ".join(one.rstrip(".") for one in others) + "."] if in_one and others else others
+    entries += [*tie_lines(diagnosis), *hints]
     return entries or [say("other.none")] * (bool(diagnosis.findings) and not unsure)
 
 
