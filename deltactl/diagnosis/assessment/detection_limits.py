@@ -259,5 +259,4 @@ def _information(selected: Selected, regressor: Regressor, size: Size, at: float
 def _most_probable(white: FloatArray, shapes: FloatArray) -> FloatArray:
     """Sizes (p,) of whitened shapes (m, p), each times its prior spread, given values (m,)."""
     gram = shapes.T @ shapes
-    theta: FloatArray = np.linalg.solve(gram + np.eye(len(gram)), shapes.T @ white)
-    return theta
+    return np.linalg.solve(gram + np.eye(len(gram)), shapes.T @ white)

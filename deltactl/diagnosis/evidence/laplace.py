@@ -65,8 +65,7 @@ class Explanation:
     @cached_property
     def residual(self) -> FloatArray:
         """(n,) in the unit of the readings."""
-        left: FloatArray = self.observed - self.predicted
-        return left
+        return self.observed - self.predicted
 
     @property
     def tangent(self) -> FloatArray:
@@ -226,8 +225,7 @@ class Laplace:
         name, size = moved
         step = size.step if point[name] + size.step <= size.high else -size.step
         _, other = self._solve(keys, {**point, name: point[name] + step})
-        slope: FloatArray = (other - left) * (size.spread / step)
-        return slope
+        return (other - left) * (size.spread / step)
 
     def _solve(self, keys: frozenset[str], point: Point) -> tuple[float, FloatArray]:
         """Penalised cost and the vector (m + p + q,) whose square it is."""

@@ -14,13 +14,7 @@ import numpy as np
 
 from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
-from deltactl.diagnosis.answer.records import (
-    Diagnosis,
-    Finding,
-    NotTestable,
-    Picture,
-    Verdict,
-)
+from deltactl.diagnosis.answer.records import Diagnosis, Finding, NotTestable, Picture, Verdict
 from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.next_motion import next_motion
 from deltactl.diagnosis.experiment.propose import Proposal

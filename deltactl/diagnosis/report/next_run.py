@@ -19,14 +19,7 @@ from deltactl.diagnosis.answer.how_sure import settled
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, OpenTie
 from deltactl.diagnosis.answer.verdict import NAMELESS
-from deltactl.diagnosis.report.names import (
-    effect,
-    listed,
-    numbers,
-    percent,
-    sentence,
-    spelled,
-)
+from deltactl.diagnosis.report.names import effect, listed, numbers, percent, sentence, spelled
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
 from deltactl.foundation.one_screen import Part
 from deltactl.models.effects import VOCABULARY, card_of, confusion

@@ -28,14 +28,7 @@ from deltactl.diagnosis.report.finding import (
 from deltactl.diagnosis.report.fit import fit_line, fit_title, unexplained
 from deltactl.diagnosis.report.headline import opening
 from deltactl.diagnosis.report.limits import above_nothing, in_file, limit_alone, of_the_file
-from deltactl.diagnosis.report.names import (
-    all_followed,
-    count,
-    numbers,
-    part_of,
-    percent,
-    sentence,
-)
+from deltactl.diagnosis.report.names import all_followed, count, numbers, part_of, percent, sentence
 from deltactl.diagnosis.report.next_run import (
     experiment_line,
     hint,

@@ -217,5 +217,4 @@ class _Basis:
         left, size, right = np.linalg.svd(beyond, full_matrices=False)
         kept = size > POSES.spanned * whole
         self._spans = np.concatenate([self._spans, left[:, kept]], axis=1)
-        directions: FloatArray = np.where(np.abs(right[kept]) < ROUNDED, 0.0, right[kept]).T
-        return directions
+        return np.where(np.abs(right[kept]) < ROUNDED, 0.0, right[kept]).T
