@@ -77,8 +77,7 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     mapped = plant.map_finely(named.best.keys, named.best.sizes, left.best.residual)
     if mapped:
         named, free, left = _beside_map(plant, evidence, named)
-    chances = {r.key: (left if r.left_over else named).probability(r.key)
-               for r in plant.regressors}  # fmt: skip
+    chances = {r.key: (left if r.left_over else named).probability(r.key) for r in plant.regressors}
     nothing = named.nothing * left.without([r.key for r in plant.regressors if r.left_over])
     unknown = _unknown(named.best, left)
     if not unknown:

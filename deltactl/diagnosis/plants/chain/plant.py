@@ -131,8 +131,9 @@ class ChainPlant(JointEfforts):
             return off(CHAIN.friction_as_stated * float(stated), **one)
 
         spread_s, longest_s = CHAIN.dead_time_s, LONE.longest_lag_s
-        late = Size("dead_time", "half", spread_s, 0.0, longest_s, 0.05 * period_s,
-                    within=(0.0, longest_s))  # fmt: skip
+        late = Size(
+            "dead_time", "half", spread_s, 0.0, longest_s, 0.05 * period_s, within=(0.0, longest_s)
+        )
         table = {
             "dry": braked(chain.friction[joint]),
             "viscous": braked(chain.damping[joint]),

@@ -70,8 +70,9 @@ class PoseShapes:
         self._across = placed.moments - placed.axes * along[:, :, None]
         """Moments of the weight across the joints' axes, (n, joints, 3) [N m]."""
         self.tops = {
-            "droop": np.abs(self._loads).max(axis=0), "bend": np.abs(self._across).max(axis=(0, 2))
-        }  # fmt: skip
+            "droop": np.abs(self._loads).max(axis=0),
+            "bend": np.abs(self._across).max(axis=(0, 2)),
+        }
         """Largest loads and moments (joints,), to which sags are relative."""
         every = self._every()
         self.model.shapes = {key: shape for key, shape in every.items() if shape.acts}
