@@ -67,8 +67,7 @@ def screen_lines(
     diagnosis: Diagnosis,
     robot: RobotModel | None = None,
     ways: Ways = TERMINAL,
-    most: int = LINES,
-    width: int = WIDTH,
+    room: tuple[int, int] = (LINES, WIDTH),
     done: Part | None = None,
     closing: Sequence[Part] = (),
     saved: bool | None = None,
@@ -81,7 +80,7 @@ def screen_lines(
         Robot whose lengths the steps name.
     ways : Ways
         How a step is done: `TERMINAL` (options), `PAGE` (buttons) or `PYTHON` (methods).
-    most, width : int
+    room : (int, int)
         Lines and columns that there are.
     done : Part, optional
         What has been done already, instead of the steps to take.
@@ -90,7 +89,8 @@ def screen_lines(
     saved : bool, optional
         A corrected robot file was written: whether with what is not certain.
     """
-    room = most - len(wrapped(_rest(ways, 0), width))
+    most, width = room
+    above_last = most - len(wrapped(_rest(ways, 0), width))
 
     def laid(rows: int, brief: bool, all_parts: bool) -> tuple[list[Part], int, bool]:
         """Parts, lines of an entry, and whether there is room."""
@@ -103,7 +103,7 @@ def screen_lines(
         ]
         below = _below_the_table(diagnosis, robot, named, width, above[1].entries)
         parts = [*above, *below, *closing]
-        fit, longest = fitted(parts, width, room)
+        fit, longest = fitted(parts, width, above_last)
         whole = all(now.entries or not was.entries for now, was in zip(fit, parts, strict=True))
         return fit, longest, longest > 1 and (whole or not all_parts)
 
