@@ -103,10 +103,6 @@ class Laplace:
             self._known[wanted] = found
         return self._known[wanted]
 
-    def held_at(self, keys: frozenset[str], sizes: Point) -> Explanation:
-        """A set with its nonlinear sizes as they are known from elsewhere."""
-        return self._explanation(keys, sizes)
-
     def _cheaper(
         self, keys: frozenset[str], start_from: Sequence[Explanation]
     ) -> Explanation | None:
@@ -122,7 +118,7 @@ class Laplace:
         if min(costs) > known.penalised - EVIDENCE.fit_gain:
             return None
         _, point = self._descend(keys, points[int(np.argmin(costs))], moved)
-        return self._explanation(keys, point)
+        return self.at(keys, point)
 
     def _best(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> Explanation:
         begins: list[Point] = []
@@ -134,10 +130,10 @@ class Laplace:
         begins += [_less(part, keys) for part in start_from if part.keys > keys]
         moved = self._moved(keys)
         if not moved:
-            return self._explanation(keys, begins[0])
+            return self.at(keys, begins[0])
         apart = {tuple(sorted(point.items())) for point in begins}
         fits = [self._descend(keys, dict(point), moved) for point in sorted(apart)]
-        return self._explanation(keys, min(fits, key=lambda fit: fit[0])[1])
+        return self.at(keys, min(fits, key=lambda fit: fit[0])[1])
 
     def _beginning(self, keys: frozenset[str], part: Explanation | None) -> Point:
         """The cheapest start of a set, part of which may be known.
@@ -292,7 +288,8 @@ class Laplace:
             theta[rest] = np.linalg.solve(gram[np.ix_(rest, rest)], known)
         return theta
 
-    def _explanation(self, keys: frozenset[str], point: Point) -> Explanation:
+    def at(self, keys: frozenset[str], point: Point) -> Explanation:
+        """A set with its nonlinear sizes as they are known."""
         base, white, blocks = self._whitened(keys, point)
         columns = self._columns(keys, base, point)
         taken = self._taken(keys)

@@ -116,7 +116,7 @@ def _gaps_again(chosen: Selected, evidence: Laplace) -> Selected | None:
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
     sizes = {name: size for name, size in best.sizes.items() if name.rpartition(".")[0] in keys}
     _lay_around(plant, keys, sizes)
-    named = evidence.held_at(keys, sizes)
+    named = evidence.at(keys, sizes)
     free, left = _left_over(plant, named)
     chances = {**chosen.probability, **{key: again.probability(key) for key in gaps}}
     unknown = _unknown(named, left)

@@ -223,12 +223,9 @@ class ChainPlant(JointEfforts):
 
     def not_testable(self) -> list[NotTestable]:
         """All effects at joints that hardly move."""
+        why, effects = "it hardly moves in this recording", JOINT_EFFECTS.values()
         still = [joint for j, joint in enumerate(self.joints) if j not in self.moving()]
-        return [
-            NotTestable(effect=one.name, component=joint, why="it hardly moves in this recording")
-            for joint in still
-            for one in JOINT_EFFECTS.values()
-        ]
+        return [NotTestable.of(one.name, joint, why) for joint in still for one in effects]
 
     def noise_bounds(self, left: FloatArray) -> None:
         """The low-pass leaves nothing beyond its band that would show the noise in it."""

@@ -185,10 +185,7 @@ class PosePlant(RegressionPlant):
     def not_testable(self) -> list[NotTestable]:
         """Zeros and geometry that these poses cannot tell from the placement."""
         spanned = [(*key.split(" ", 1), why) for key, why in self.may_be.spanned.items()]
-        return [
-            NotTestable(effect=POSE_EFFECTS[stem].name, component=joint, why=why)
-            for stem, joint, why in spanned
-        ]
+        return [NotTestable.of(POSE_EFFECTS[stem].name, *place) for stem, *place in spanned]
 
     def adopt(self, trained: PosePlant) -> None:
         """Linearise where the other recording is: sizes of one hold in the other."""
