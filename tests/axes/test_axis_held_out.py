@@ -62,6 +62,9 @@ class Slope:
     def further_odds(self, *_: object) -> float:
         return 0.0
 
+    def without_noise(self, *_: object) -> None:
+        return None
+
     def adopt(self, other: Slope) -> None:
         """Nothing of the other run is needed here."""
 

@@ -67,6 +67,9 @@ class Line:
     def further_odds(self, *_: object) -> float:
         return 0.0
 
+    def without_noise(self, *_: object) -> None:
+        return None
+
 
 @pytest.mark.study
 @settings(max_examples=15, deadline=None)

@@ -57,6 +57,9 @@ class Wave:
     def further_odds(self, *_: object) -> float:
         return 0.0
 
+    def without_noise(self, *_: object) -> None:
+        return None
+
 
 @pytest.mark.parametrize("known", [False, True], ids=["new", "evaluated before"])
 def test_a_smaller_set_starts_where_a_larger_one_ended(known: bool) -> None:

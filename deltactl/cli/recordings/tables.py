@@ -89,6 +89,7 @@ def _as_inspected(
     to be said, or is not of the robot file's kind.
     """
     from deltactl.cli.recordings.fitting import looked_at
+    from deltactl.recording.foreign.fitted import misfit
     from deltactl.recording.foreign.reading import read_mapped
 
     try:
@@ -98,7 +99,7 @@ def _as_inspected(
     if not seen.options or robot is None or seen.mapping.rate_hz is not None:
         return None
     if why_not and seen.kind == robot.kind:
-        raise RecordingError(f"{path}: {why_not}").with_typed(
+        raise misfit(path, why_not).with_typed(
             f"; how it can be read: deltactl inspect {shlex.quote(str(path))}"
         )
     if why_not or seen.kind != robot.kind:

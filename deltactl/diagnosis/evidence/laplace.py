@@ -329,6 +329,11 @@ class Laplace:
         halves = self._within(keys, point, known, moved)
         odds = sum(self.by_key[key].log_odds for key in keys)
         odds += self.plant.further_odds(keys, linear)
+        silent = self.plant.without_noise(keys, point)
+        if silent is not None:  # they are as improbable as rows with their noise are
+            odds -= 0.5 * float(
+                np.sum((self.noise.scale * self.noise.sigma)[silent[self.noise.rows]] ** 2)
+            )
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         return Explanation(
@@ -343,7 +348,8 @@ class Laplace:
     def _is_found(self, key: str, linear: dict[str, FloatArray], point: Point) -> bool:
         regressor = self.by_key[key]
         sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
-        return not regressor.as_built or float(np.abs(sizes).sum()) > regressor.as_built
+        size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
+        return not regressor.as_built or size > regressor.as_built
 
     @staticmethod
     def _within(

@@ -33,8 +33,6 @@ class Motion:
     low_passed: Callable[[FloatArray], FloatArray]
     slope: Callable[[FloatArray], FloatArray]
     """Both of values (n, ...)."""
-    above_its_noise: Callable[[FloatArray], FloatArray]
-    """Values (n,) up to the frequency where they meet their noise, if that is lower."""
     passes: Callable[[FloatArray], FloatArray]
     """Power (m,) that the low-pass leaves at angles (m,) a sample."""
 
@@ -52,7 +50,7 @@ def motion_of(
     """
     # Takes 0.3 s to import. Splines: differences make a mass larger by (omega period)^2 / 3.
     from scipy.interpolate import make_interp_spline
-    from scipy.signal import sosfiltfilt, sosfreqz
+    from scipy.signal import butter, sosfiltfilt, sosfreqz
 
     step_s = float(np.median(np.diff(t_s)))
     starts = [*np.flatnonzero(fresh).tolist(), len(t_s)]
@@ -69,11 +67,10 @@ def motion_of(
 
     evenly = resampled(position[longest], t_s[longest], even_s(longest))
     cut_off_hz = narrower * cut_off(evenly, step_s)
+    of_nyquist = min(2.0 * cut_off_hz * step_s, OBSERVATIONS.highest_of_nyquist)
+    sections = butter(OBSERVATIONS.low_pass_order, of_nyquist, output="sos")
 
-    def low_passed(
-        values: FloatArray, slopes: int = 0, cut_off_hz: float = cut_off_hz
-    ) -> FloatArray:
-        sections = _butterworth(cut_off_hz, step_s)
+    def low_passed(values: FloatArray, slopes: int = 0) -> FloatArray:
         smooth = np.array(values, dtype=float) if slopes == 0 else np.zeros(values.shape)
         frayed = [(FRAYED, FRAYED), *[(0, 0)] * (values.ndim - 1)]
         for part in stretches:
@@ -89,13 +86,8 @@ def motion_of(
         return smooth
 
     def passes(angle: FloatArray) -> FloatArray:
-        response = np.asarray(sosfreqz(_butterworth(cut_off_hz, step_s), angle)[1])
-        power: FloatArray = np.abs(response) ** 4
+        power: FloatArray = np.abs(np.asarray(sosfreqz(sections, angle)[1])) ** 4
         return power  # twice: there and back
-
-    def above_its_noise(values: FloatArray) -> FloatArray:
-        own_hz = cut_off(resampled(values[longest], t_s[longest], even_s(longest)), step_s)
-        return low_passed(values, 0, min(own_hz, cut_off_hz))
 
     def slope(values: FloatArray) -> FloatArray:
         changing = np.zeros_like(values)
@@ -118,16 +110,8 @@ def motion_of(
     top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
         low_passed(position), speed, rise, settled, cut_off_hz, float(noise), max(top, 1e-300),
-        low_passed, slope, above_its_noise, passes,
+        low_passed, slope, passes,
     )  # fmt: skip
-
-
-def _butterworth(cut_off_hz: float, step_s: float) -> FloatArray:
-    """Second-order sections of the low-pass."""
-    from scipy.signal import butter
-
-    of_nyquist = min(2.0 * cut_off_hz * step_s, OBSERVATIONS.highest_of_nyquist)
-    return np.asarray(butter(OBSERVATIONS.low_pass_order, of_nyquist, output="sos"))
 
 
 def _uneven(t_s: FloatArray, step_s: float) -> bool:

@@ -24,7 +24,7 @@ from deltactl.diagnosis.observations.largest_noise import (
     segment_for,
     spectrum,
 )
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray, Readings
 from deltactl.models.effects import column_of, stand_ins
 
 Sizes = Mapping[str, float]
@@ -322,6 +322,10 @@ class RegressionPlant:
     def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
         """Logarithm of odds that hang on the sizes of a set, in addition to its regressors' own."""
         return 0.0
+
+    def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
+        """Rows (n,) that the prediction leaves no noise of, as it takes them from what was read."""
+        return None
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor, given what is left without it (n,)."""

@@ -9,6 +9,7 @@ regressors that were neither sure nor out of the question are chosen once more b
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -230,14 +231,25 @@ def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> Flo
 
 
 def _shift(plant: RegressionPlant, best: Explanation) -> dict[str, float]:
-    """Model discrepancy of the sizes: their change under another preparation of the recording."""
+    """Model discrepancy of the sizes: their change under another preparation of the recording, and
+    the tolerance that a size takes the place of.
+    """
     other = plant.variant
     if other is None or not best.keys:
         return {}
+    free = plant.free()
+    tolerances = dict(zip(free.names, map(float, free.spread), strict=False))
+    within = {
+        f"{r.key}.{r.sizes[-1].name}": tolerances[r.takes_over]
+        for r in plant.regressors
+        if r.sizes and r.key in best.keys and r.takes_over in tolerances
+    }
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
     again = named_sizes(Laplace(other, saturated_noise(other))(keys, [best]))
     return {
-        name: abs(again[name] - size) for name, size in named_sizes(best).items() if name in again
+        name: math.hypot(abs(again[name] - size), within.get(name, 0.0))
+        for name, size in named_sizes(best).items()
+        if name in again
     }
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
+from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.found import Inspection
 from deltactl.recording.foreign.names import BY_NAME, Guess
@@ -64,3 +66,8 @@ def as_chain(seen: Inspection, joints: Sequence[str]) -> Inspection | None:
         mapping=seen.mapping.model_copy(update={"columns": columns}),
         warnings=[],
     )
+
+
+def misfit(path: Path, why: str) -> RecordingError:
+    """The error of a table that is not the recording of a machine."""
+    return RecordingError(f"{path}: {why}")

@@ -35,6 +35,9 @@ class ChainOptions:
     as_built: float = 0.02
     """Share by which efforts that the model needs are off on any arm: masses of a drawing, without
     cables, grease and screws, and torque constants that change with the warmth."""
+    zero_of_current: float = 0.01
+    """Share of the usual effort by which a current sensor's zero is off: its total error is 1.5 %
+    (ACS712, data sheet, at 25 degrees)."""
     friction_as_stated: float = 0.05
     """Share by which friction differs from what the model states: two days differ by 5 to 10 % with
     the warmth (UR10e)."""

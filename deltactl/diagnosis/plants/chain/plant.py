@@ -9,6 +9,7 @@ load, which all of them feel, is one regressor.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -116,7 +117,8 @@ class ChainPlant(JointEfforts):
         found.append(
             Regressor(LOAD, LOAD, load_log_odds(), self.chain.tip, alone=False, takes_over=last)
         )
-        return [*found, *self.unknowns()]
+        usual = dict(zip(self.joints, CHAIN.as_built * self.sizes, strict=True))
+        return [*found, *(replace(r, as_built=usual[r.component]) for r in self.unknowns())]
 
     def _differing(self, key: str, joint: int) -> dict[str, Any]:
         """How the regressor of an effect at a joint differs from others."""
@@ -139,6 +141,7 @@ class ChainPlant(JointEfforts):
             "viscous": braked(chain.damping[joint]),
             "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
             "gain": off(CHAIN.as_built, above=-1.0, takes_over=f"gain {name}"),
+            "offset": off(CHAIN.zero_of_current * float(self.sizes[joint]), **by_gain),
             "lag": off(
                 clocks_apart_s(period_s), sizes=(late,), takes_over=f"lag {name}", saturated=False,
                 starts=tuple((dead_s,) for dead_s in CHAIN.dead_times_s),

@@ -236,7 +236,7 @@ class ForcedAxis(LeftOver):
                     starts=tuple((share * top,) for share in FORCED_AXIS.speed_starts),
                 ),
                 named(
-                    "effort/limit", sizes=(self._limit.size,), alone=False,
+                    "effort/limit", sizes=(self._limit.size,), alone=False, saturated=False,
                     starts=tuple((limit,) for limit in self._limit.starts),
                 ),
             ]  # fmt: skip
@@ -251,9 +251,14 @@ class ForcedAxis(LeftOver):
 
     @cached_property
     def _limit(self) -> EffortLimit:
-        # A limit that cut the effort as it is read would explain its noise.
-        asked = self.motion.above_its_noise(self.force)
-        return EffortLimit(asked, self.drawn_on, self.rows, self._left_by_all)
+        return EffortLimit(self.filtered_force, self.drawn_on, self.rows, self._left_by_all)
+
+    def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
+        """Samples (n,) whose effort is cut at a limit, and its noise with it."""
+        if "limit" not in keys:
+            return None
+        cut: BoolArray = self._limit.kept_back(sizes["limit.limit"]) != 0.0
+        return cut
 
     def _left_by_all(self, rows: IntArray) -> FloatArray:
         """What all named forces together leave of some rows (m,), absolute."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.observations.inverse_dynamics import white_noise
 from deltactl.diagnosis.observations.options import OBSERVATIONS
@@ -237,7 +238,8 @@ class RecordedAxis:
     def _reached(self) -> float:
         """Speed that the readings surely have in a hundredth of the time, over any span of it."""
         read, groups = self.readings.valid[:, 0], np.cumsum(self.readings.fresh)[self.rows]
-        at, t_s = self.observed[self.rows], self.t_s[self.rows]
+        # Without single readings off their neighbours, which are no motion.
+        at, t_s = median_filter(self.observed[self.rows], 3), self.t_s[self.rows]
         off = NOISE_OF_TWO * max(white_noise(self.observed[read]), self.resolution)
         found = 0.0
         for apart in 2 ** np.arange(int(np.log2(max(len(at) // 2, 1)))):
