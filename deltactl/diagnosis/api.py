@@ -55,10 +55,9 @@ def diagnose(
 
     used, damaged = _readable(recordings, kept)
     held_out, damaged_too = _readable(holdout, kept)
-    answer = diagnose_recordings(
-        accepted, [one for _, one in used], [one for _, one in held_out], progress,
-        MotionLimits.of(document.data), thorough,
-    )  # fmt: skip
+    recorded, others = ([one for _, one in each] for each in (used, held_out))
+    limits = MotionLimits.of(document.data)
+    answer = diagnose_recordings(accepted, recorded, others, progress, limits, thorough)
     left_out = [*damaged, *damaged_too]
     update: dict[str, object] = {
         "robot": accepted.name,

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import yaml
 
@@ -87,13 +88,22 @@ class Corrected:
     instead_of: str = ""
 
 
+class Asked(NamedTuple):
+    """What of an answer is written: also what is not sure, and what has no name as a table."""
+
+    all_of_them: bool = False
+    tables: Tables = Tables.NONE
+
+
+CERTAIN = Asked()
+
+
 def correct(
     recordings: Sequence[Path],
     robot_file: Path,
     out: Path,
-    all_of_them: bool = False,
+    asked: Asked = CERTAIN,
     train: bool = True,
-    tables: Tables = Tables.NONE,
     progress: Progress = lambda _: None,
     read: Callable[[Path], FlatRecording] | None = None,
 ) -> Corrected:
@@ -104,7 +114,7 @@ def correct(
     check_fresh(out)
     before = load_robot(robot_file)
     answer = diagnose(recordings, robot_file, progress=progress, read=read)
-    text = corrected_text(robot_file, answer, all_of_them, tables)
+    text = corrected_text(robot_file, answer, *asked)
     _write(out, text)
     robot = _loaded(out)
     changed = robot.effects != before.effects
@@ -121,7 +131,7 @@ def correct(
         robot=robot,
         changed=changed,
         coverage=robot_coverage(robot),
-        held_back=tuple(held_back(answer, before, all_of_them, tables)),
+        held_back=tuple(held_back(answer, before, *asked)),
         network=learned[1] if learned else None,
         network_error_deg=learned[2] if learned else None,
         instead_of=learned[0] if learned else "",

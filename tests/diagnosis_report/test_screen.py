@@ -41,7 +41,7 @@ LONG = "run.csv: the row 17 of 3000 has text where a number belongs, " * 3
 def shown(
     answer: Diagnosis, robot: RobotModel | None = None, most: int = LINES, width: int = WIDTH
 ) -> list[str]:
-    lines = marked(screen_lines(answer, robot, most=most, width=width))
+    lines = marked(screen_lines(answer, robot, room=(most, width)))
     return [Text.from_markup(line).plain for line in lines]
 
 
@@ -202,7 +202,7 @@ def test_what_is_in_the_robot_file_is_counted_right(
 ) -> None:
     seen = 0
     for answer in answers(make, parts):
-        lines = screen_lines(answer, SERVO, most=most, saved=all_of_them)
+        lines = screen_lines(answer, SERVO, room=(most, WIDTH), saved=all_of_them)
         assert len(lines) <= most, "\n".join(lines)
         assert max(map(len, lines)) <= WIDTH
         text = " ".join(line.strip() for line in lines)

@@ -91,7 +91,7 @@ def test_crumbs_become_fewer() -> None:
     assert len(found) <= CRUMBS, found
 
 
-MARKS = 55
+MARKS = 35
 """Marks that switch the formatter off, without those of tests: tables. It may only shrink."""
 
 

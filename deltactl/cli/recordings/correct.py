@@ -54,6 +54,7 @@ def correct(
     """
     with waiting("loading", json_out), needs("diagnosis,training", "correct"):
         from deltactl.diagnosis.answer.tables import Tables
+        from deltactl.repair.correct import Asked
         from deltactl.repair.correct import correct as run
     from deltactl.cli.recordings.diagnosing import read_with
     from deltactl.firmware_py.named_files import find
@@ -62,7 +63,8 @@ def correct(
     robot_file = find(robot)
     read = read_with([*(columns or []), *(set_columns or [])], load_with_effects(robot_file))
     with waiting("reading", json_out) as show:
-        found = run(recordings, robot_file, out, all_of_them, train, Tables(tables), show, read)
+        asked = Asked(all_of_them, Tables(tables))
+        found = run(recordings, robot_file, out, asked, train, show, read)
     limit = None if job is None else _limit_of(find(job), found)
     if json_out:
         possible = None if limit is None or isinstance(limit, str) else limit.as_json()

@@ -147,10 +147,10 @@ def print_answer(shown: Shown, after: Sequence[str], before: Sequence[str] = ())
     from deltactl.diagnosis.report.templates import TERMINAL
 
     width = screen_width()
-    most = max(LINES - lines_of((*before, *after), width), FEWEST_LINES)
+    room = max(LINES - lines_of((*before, *after), width), FEWEST_LINES), width
     ways = shown.ways or TERMINAL
     lines = screen_lines(
-        shown.answer, shown.robot, ways, most, width, shown.done, shown.closing, shown.saved
+        shown.answer, shown.robot, ways, room, shown.done, shown.closing, shown.saved
     )
     print_wrapped(marked(lines))
     for line in after:

@@ -70,10 +70,9 @@ def check_forced(robot: ServoAxis, recordings: Sequence[FlatRecording]) -> None:
     name = _need(recordings[0], ("position", "theta_1"), "position")
     _enough(recordings, FORCED_AXIS.fewest_forced_rows)
     _refuse_still(_laid_end_to_end(recordings, name), name, source)
-    for recording in recordings:
-        refuse_mostly_empty(recording, _need(recording, (name,), name))
-    for recording in recordings:
-        refuse_mostly_empty(recording, _need(recording, ("effort",), "effort"))
+    for needed in (name, "effort"):
+        for recording in recordings:
+            refuse_mostly_empty(recording, _need(recording, (needed,), needed))
     force = robot.effort_gain * np.concatenate([bridged(one, "effort") for one in recordings])
     if not float(np.ptp(force)) > 0.0 and robot.gravity is None:
         _refuse_still(force, "effort", source)

@@ -115,11 +115,10 @@ def check_input(model: Model) -> None:
     if not 1e-4 <= readings.period_s <= 5.0:
         refuse("no_seconds", column="t", period=readings.period_s)
     counts = readings.valid.sum(axis=0)
-    if counts.max() < ADMISSION.fewest_valid or counts.sum() < ADMISSION.fewest_in_all:
-        refuse(
-            "few_valid", most=int(counts.max()), names=", ".join(readings.names),
-            of_one=ADMISSION.fewest_valid, of_all=ADMISSION.fewest_in_all,
-        )  # fmt: skip
+    most, of_one, of_all = int(counts.max()), ADMISSION.fewest_valid, ADMISSION.fewest_in_all
+    if most < of_one or counts.sum() < of_all:
+        names = ", ".join(readings.names)
+        refuse("few_valid", most=most, names=names, of_one=of_one, of_all=of_all)
     predicted = model.predict([n.term for n in model.nuisances])
     moved = np.ptp(predicted, axis=0)
     if moved.max() < ADMISSION.stands_still:

@@ -130,6 +130,11 @@ class NotTestable(Record):
     component: str
     why: str
 
+    @classmethod
+    def of(cls, effect: str, component: str, why: str) -> NotTestable:
+        """One that a recording tells nothing of."""
+        return cls(effect=effect, component=component, why=why)
+
 
 class SmallestDetectable(Record):
     """The size at which the alarm is raised in four of five recordings like this one.

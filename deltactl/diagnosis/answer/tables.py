@@ -8,12 +8,7 @@ import numpy as np
 
 from deltactl.diagnosis.answer.records import Finding, Table
 from deltactl.models.effects import effect_kind
-from deltactl.models.effects.tables import (
-    FROM_MIDDLE,
-    JOINT_TABLE,
-    PLATFORM_TABLE,
-    SENSOR_TABLE,
-)
+from deltactl.models.effects.tables import FROM_MIDDLE, JOINT_TABLE, PLATFORM_TABLE, SENSOR_TABLE
 from deltactl.models.robot import AXES, DeltaRobot, EffectEntry
 
 Values = dict[str, float | tuple[float, ...]]

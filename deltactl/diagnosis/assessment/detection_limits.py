@@ -26,15 +26,9 @@ NORMAL_FROM = 1e5
 def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable]]:
     """Both lists, by effect and component."""
     library, scores = tests.prepared.library, tests.scores_of_empty
-    untested = [
-        NotTestable(
-            effect=c.effect,
-            component=c.component,
-            why="nothing that was observed depends on it in this recording",
-        )
-        for c in library.not_identifiable
-        if not c.members
-    ]
+    why = "nothing that was observed depends on it in this recording"
+    unseen = [one for one in library.not_identifiable if not one.members]
+    untested = [NotTestable.of(one.effect, one.component, why) for one in unseen]
     independent = tests.calibration.tests + tests.event_tests
     scorer = tests.prepared.scorer
     held = _absorbed(tests)
@@ -45,13 +39,9 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
         if entry.candidate.members:
             continue
         scatter = float(scorer.variance_inflation[number])
-        needed = _needed(
-            independent,
-            entry.df,
-            scatter,
-            scatter * float(scorer.tolerance_factor[number]),
-            scatter * float(scorer.left_by_measured[number]),
-        )
+        factor = scatter * float(scorer.tolerance_factor[number])
+        left = scatter * float(scorer.left_by_measured[number])
+        needed = _needed(independent, entry.df, scatter, factor, left)
         size = _size(entry, scores.information[number], needed)
         if (spread := tests.left_by_measured.spread_of(entry.candidate)) is not None:
             away = spread * math.sqrt(_needed(independent, entry.df, 1.0, 1.0, 0.0))
@@ -59,13 +49,8 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
         elif size is not None and number in held:
             size = _beyond(entry, size, *held[number])
         if size is None:
-            untested.append(
-                NotTestable(
-                    effect=entry.candidate.effect,
-                    component=entry.candidate.component,
-                    why="what it would do cannot be distinguished from what is always fitted",
-                )
-            )
+            why = "what it would do cannot be distinguished from what is always fitted"
+            untested.append(NotTestable.of(entry.candidate.effect, entry.candidate.component, why))
             continue
         key = entry.key
         if key not in smallest or _better(entry, size, smallest[key].value):
@@ -259,5 +244,4 @@ def _information(selected: Selected, regressor: Regressor, size: Size, at: float
 def _most_probable(white: FloatArray, shapes: FloatArray) -> FloatArray:
     """Sizes (p,) of whitened shapes (m, p), each times its prior spread, given values (m,)."""
     gram = shapes.T @ shapes
-    theta: FloatArray = np.linalg.solve(gram + np.eye(len(gram)), shapes.T @ white)
-    return theta
+    return np.linalg.solve(gram + np.eye(len(gram)), shapes.T @ white)

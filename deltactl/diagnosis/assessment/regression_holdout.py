@@ -54,8 +54,7 @@ def _sampled(noise: TemperedNoise, other: RegressionPlant) -> FloatArray:
     if noise.sampled is None or other.unsampled is None:
         return np.ones(len(other.rows))
     own = float(np.mean(noise.sigma**2 * noise.sampled))
-    share: FloatArray = own / (own + other.unsampled[other.rows] ** 2)
-    return share
+    return own / (own + other.unsampled[other.rows] ** 2)
 
 
 def _left_of(selected: Selected, other: RegressionPlant) -> FloatArray:
@@ -152,8 +151,7 @@ def _folds(plant: RegressionPlant, rows: IntArray) -> IntArray:
         if np.all(steps >= 0.0) or np.all(steps <= 0.0):
             stretches: IntArray = order * ASSESSMENT.blocks // len(rows)
             return stretches % ASSESSMENT.folds
-    whole: IntArray = order * ASSESSMENT.folds // len(rows)
-    return whole
+    return order * ASSESSMENT.folds // len(rows)
 
 
 def beyond_noise(best: Explanation, blocks: Blocks) -> dict[str, float]:

@@ -172,5 +172,4 @@ def _has_spread(explanation: Explanation, by_key: dict[str, Regressor]) -> list[
 def _in_spreads(explanation: Explanation) -> FloatArray:
     """Sizes (p,) in prior spreads, in the order of the tangent's columns."""
     sizes = named_sizes(explanation)
-    theta: FloatArray = np.array([sizes[n] for n in explanation.names]) / explanation.spreads
-    return theta
+    return np.array([sizes[n] for n in explanation.names]) / explanation.spreads

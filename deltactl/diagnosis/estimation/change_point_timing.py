@@ -35,14 +35,12 @@ def shown_later(term: Term, by_s: float) -> Term | None:
     shown_s = seen_s(term)
     if shown_s is None:
         return None
-    shapes = tuple(
-        replace(shape, origin=tuple(
-            shown_s + by_s if c.parameter == TIME else x
-            for c, x in zip(term.candidate.coordinates, shape.origin, strict=True)
-        ))
-        for shape in term.candidate.shapes
-    )  # fmt: skip
-    return Term(replace(term.candidate, shapes=shapes), term.at)
+    timed, shapes = [c.parameter == TIME for c in term.candidate.coordinates], []
+    for shape in term.candidate.shapes:
+        known = zip(timed, shape.origin, strict=True)
+        origin = tuple(shown_s + by_s if is_time else x for is_time, x in known)
+        shapes.append(replace(shape, origin=origin))
+    return Term(replace(term.candidate, shapes=tuple(shapes)), term.at)
 
 
 def late_of(terms: Sequence[Term]) -> float:

@@ -53,8 +53,7 @@ class Solution:
     def covariance(self) -> FloatArray:
         """Covariance of all fitted numbers, (p, p), by the noise alone."""
         scaled, scale = scaled_covariance(self.tangent)
-        found: FloatArray = scaled / np.outer(scale, scale)
-        return found
+        return scaled / np.outer(scale, scale)
 
     @property
     def named_tangent(self) -> FloatArray:

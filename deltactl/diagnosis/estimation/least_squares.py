@@ -156,8 +156,7 @@ class Fitter:
             step = -step
         at[i] += step
         moved = [*terms[:number], Term(term.candidate, at), *terms[number + 1 :]]
-        slope: FloatArray = (self.predict(moved) - predicted) / step
-        return slope
+        return (self.predict(moved) - predicted) / step
 
     def free_tangent(self, frees: Sequence[SplineTerm]) -> FloatArray:
         """Whitened columns of spline terms, (m, q)."""

@@ -28,13 +28,8 @@ class Slopes:
         taken: what the basis has of the residual, (q,). Also returns the chi-square that the step
         would gain if the tangent held all the way.
         """
-        room = [
-            (term.candidate.coordinates[i].low - term.at[i],
-             term.candidate.coordinates[i].high - term.at[i])
-            for term in terms
-            for i in term.candidate.moved
-        ]  # fmt: skip
-        low, high = np.array(room).T
+        moved = [(t.candidate.coordinates[i], t.at[i]) for t in terms for i in t.candidate.moved]
+        low, high = np.array([(one.low - at, one.high - at) for one, at in moved]).T
         along = self.tangent.T @ residual - self._taken.T @ taken
         free = np.ones(len(along), dtype=bool)
         step = np.zeros(len(along))

@@ -206,18 +206,13 @@ class _Work(Generic[Made]):
             finally:
                 self.seats.leave()
             with open(say, "wb") as out:
-                _send(made, out, self.known)
+                _Sender(out, self.known).dump(made)
         finally:
             os._exit(0)
 
 
 def _quiet(*_: object, **__: object) -> None:
     """Show no warning; one that is an error still ends the process."""
-
-
-def _send(made: Any, out: BinaryIO, known: Mapping[int, object]) -> None:
-    """Write what was made; `known` objects, by their number in memory, as that number."""
-    _Sender(out, known).dump(made)
 
 
 def _receive(source: BinaryIO, known: Mapping[int, object]) -> Any:

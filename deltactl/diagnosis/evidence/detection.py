@@ -168,14 +168,13 @@ class Detection:
         return bool(trials) and self.p(min(trial.log_p for trial in trials)) <= ALARM
 
     def _jump_trials(self, solution: Solution, taken: set[tuple[str, ...]]) -> list[Trial]:
-        return [
-            Trial(
-                Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
-                self._beyond(jump), self._log_p(jump), penalty(jump.candidate),
-            )
-            for jump in self._jumps(solution)
-            if jump.candidate.key not in taken
-        ]  # fmt: skip
+        found = []
+        for jump in self._jumps(solution):
+            if (candidate := jump.candidate).key not in taken:
+                start = Term(candidate, np.array(candidate.shapes[0].origin))
+                gain, log_p = self._beyond(jump), self._log_p(jump)
+                found.append(Trial(start, gain, log_p, penalty(candidate)))
+        return found
 
 
 def _trial(entry: Entry, scores: Scores, number: int, left: float) -> Trial:

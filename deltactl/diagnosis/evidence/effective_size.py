@@ -40,8 +40,7 @@ class TemperedNoise:
     def whiten(self, values: FloatArray) -> FloatArray:
         """Rows that count, in standard deviations."""
         chosen = values[self.rows]
-        white: FloatArray = chosen * (self.scale if chosen.ndim == 1 else self.scale[:, None])
-        return white
+        return chosen * (self.scale if chosen.ndim == 1 else self.scale[:, None])
 
     @property
     def untempered(self) -> TemperedNoise:

@@ -65,8 +65,7 @@ class Explanation:
     @cached_property
     def residual(self) -> FloatArray:
         """(n,) in the unit of the readings."""
-        left: FloatArray = self.observed - self.predicted
-        return left
+        return self.observed - self.predicted
 
     @property
     def tangent(self) -> FloatArray:
@@ -104,10 +103,6 @@ class Laplace:
             self._known[wanted] = found
         return self._known[wanted]
 
-    def held_at(self, keys: frozenset[str], sizes: Point) -> Explanation:
-        """A set with its nonlinear sizes as they are known from elsewhere."""
-        return self._explanation(keys, sizes)
-
     def _cheaper(
         self, keys: frozenset[str], start_from: Sequence[Explanation]
     ) -> Explanation | None:
@@ -123,7 +118,7 @@ class Laplace:
         if min(costs) > known.penalised - EVIDENCE.fit_gain:
             return None
         _, point = self._descend(keys, points[int(np.argmin(costs))], moved)
-        return self._explanation(keys, point)
+        return self.at(keys, point)
 
     def _best(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> Explanation:
         begins: list[Point] = []
@@ -135,10 +130,10 @@ class Laplace:
         begins += [_less(part, keys) for part in start_from if part.keys > keys]
         moved = self._moved(keys)
         if not moved:
-            return self._explanation(keys, begins[0])
+            return self.at(keys, begins[0])
         apart = {tuple(sorted(point.items())) for point in begins}
         fits = [self._descend(keys, dict(point), moved) for point in sorted(apart)]
-        return self._explanation(keys, min(fits, key=lambda fit: fit[0])[1])
+        return self.at(keys, min(fits, key=lambda fit: fit[0])[1])
 
     def _beginning(self, keys: frozenset[str], part: Explanation | None) -> Point:
         """The cheapest start of a set, part of which may be known.
@@ -226,8 +221,7 @@ class Laplace:
         name, size = moved
         step = size.step if point[name] + size.step <= size.high else -size.step
         _, other = self._solve(keys, {**point, name: point[name] + step})
-        slope: FloatArray = (other - left) * (size.spread / step)
-        return slope
+        return (other - left) * (size.spread / step)
 
     def _solve(self, keys: frozenset[str], point: Point) -> tuple[float, FloatArray]:
         """Penalised cost and the vector (m + p + q,) whose square it is."""
@@ -294,7 +288,8 @@ class Laplace:
             theta[rest] = np.linalg.solve(gram[np.ix_(rest, rest)], known)
         return theta
 
-    def _explanation(self, keys: frozenset[str], point: Point) -> Explanation:
+    def at(self, keys: frozenset[str], point: Point) -> Explanation:
+        """A set with its nonlinear sizes as they are known."""
         base, white, blocks = self._whitened(keys, point)
         columns = self._columns(keys, base, point)
         taken = self._taken(keys)

@@ -39,8 +39,7 @@ class Products:
                 return None
             spans.append(span)
         at = np.concatenate([np.zeros(0, dtype=np.intp), *spans])
-        known: FloatArray = self._gram[np.ix_(at, at)]
-        return known
+        return self._gram[np.ix_(at, at)]
 
     def _enter(self, block: Block) -> None:
         first, end = len(self._gram), len(self._gram) + block[1].shape[1]

@@ -60,12 +60,10 @@ class Series:
 
     def job(self, robot: str) -> dict[str, Any]:
         """As plain data, for any controller."""
-        path = {"shape": "fourier", "period_s": SERIES_S}
+        path: dict[str, Any] = {"shape": "fourier", "period_s": SERIES_S}
         parts = (("middle", self.middle), ("sine", self.sine), ("cosine", self.cosine))
-        return {
-            "name": "exciting-motion", "robot": robot, "repeats": REPEATS,
-            "path": path | {name: np.round(each, 6).tolist() for name, each in parts},
-        }  # fmt: skip
+        path |= {name: np.round(each, 6).tolist() for name, each in parts}
+        return {"name": "exciting-motion", "robot": robot, "repeats": REPEATS, "path": path}
 
 
 def exciting_motion(robot: ChainRobot, chain: RigidChain) -> Series:

@@ -63,8 +63,7 @@ class _Rated:
     @property
     def enough(self) -> BoolArray:
         """(n, 2): where the longest run gives enough evidence."""
-        enough: BoolArray = self.evidence * self.most_repeats >= EXPERIMENT.settles
-        return enough
+        return self.evidence * self.most_repeats >= EXPERIMENT.settles
 
     def rank(self) -> tuple[int, int, float]:
         """Ties it settles whichever is true, ties it may settle, least evidence a minute."""

@@ -193,8 +193,7 @@ def bridged(recording: FlatRecording, name: str) -> FloatArray:
     """An input column (n,) with its holes bridged; `admission` sees that they are few."""
     values = recording.columns[name]
     known = np.isfinite(values)
-    whole: FloatArray = np.interp(recording.t_s, recording.t_s[known], values[known])
-    return whole
+    return np.interp(recording.t_s, recording.t_s[known], values[known])
 
 
 def smoothly_bridged(recording: FlatRecording, name: str) -> FloatArray:

@@ -77,10 +77,10 @@ def _compared(
     weight = 1.0 / errors**2
     common = float((weight @ values) / weight.sum())
     total = float(weight @ (values - common) ** 2)
+    p = float(chdtrc(len(sizes) - 1, total))
     return Agreement(
-        effect=effect, component=component, parameter=name, sizes=list(sizes), chi2=total,
-        p=float(chdtrc(len(sizes) - 1, total)),
-    )  # fmt: skip
+        effect=effect, component=component, parameter=name, sizes=list(sizes), chi2=total, p=p
+    )
 
 
 def _value_and_error(size: ParameterResult) -> tuple[float, float]:

@@ -14,13 +14,7 @@ import numpy as np
 
 from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
-from deltactl.diagnosis.answer.records import (
-    Diagnosis,
-    Finding,
-    NotTestable,
-    Picture,
-    Verdict,
-)
+from deltactl.diagnosis.answer.records import Diagnosis, Finding, NotTestable, Picture, Verdict
 from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.next_motion import next_motion
 from deltactl.diagnosis.experiment.propose import Proposal
@@ -227,17 +221,9 @@ def joint_channels(
 
 def _alone(outside: Diagnosis, why: str) -> Diagnosis:
     """Geometry only: the torques could not be read, and the answer says why."""
-    untested = [
-        NotTestable(effect=kind.name, component=component, why=why)
-        for kind in SERVO_EFFECTS.values()
-        for component in kind.components
-    ]
-    return outside.model_copy(
-        update={
-            "not_testable": [*outside.not_testable, *untested],
-            "not_read": [why],
-        }
-    )
+    places = [(kind.name, place) for kind in SERVO_EFFECTS.values() for place in kind.components]
+    untested = [*outside.not_testable, *(NotTestable.of(*place, why) for place in places)]
+    return outside.model_copy(update={"not_testable": untested, "not_read": [why]})
 
 
 def joined(torques: Diagnosis, outside: Diagnosis) -> Diagnosis:

@@ -24,7 +24,7 @@ from deltactl.diagnosis.assessment import intervals
 from deltactl.diagnosis.assessment.holdout import counted_columns, rms
 from deltactl.diagnosis.assessment.intervals import covariance, parameters
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.estimation.estimate import Solution
+from deltactl.diagnosis.estimation.estimate import Solution, without
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.estimation.splines import SplineTerm
@@ -36,7 +36,6 @@ from deltactl.diagnosis.observations.readings import (
     without_outliers,
 )
 from deltactl.diagnosis.pipelines.options import UNKNOWN
-from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.traits import traits_of
 from deltactl.diagnosis.priors.tolerances import within_tolerance
 from deltactl.diagnosis.score_tests.change_points import Stale, moment
@@ -55,8 +54,9 @@ REFIT_STEPS = 4
 
 def left_without(fitter: Fitter, solution: Solution, number: int) -> float:
     """Root mean square without a term; number: of the term."""
-    others = _others(solution, number)
-    bare = fitter.solve(others, solution.frees, solution.nuisances, steps=REFIT_STEPS)
+    bare = fitter.solve(
+        without(solution.terms, number), solution.frees, solution.nuisances, steps=REFIT_STEPS
+    )
     return _left_by(fitter, solution, [bare.predicted])[0]
 
 
@@ -72,15 +72,11 @@ def share_and_left(
     key = solution.terms[number].candidate.key
     if key not in {nuisance.term.candidate.key for nuisance in held_to(fitter)}:
         return None
-    by_others = fitter.model.predict([*solution.nuisances, *_others(solution, number)])
-    without = by_others + solution.predicted - whole
-    every = (nominal.predicted, solution.predicted, without)
+    others = [*solution.nuisances, *without(solution.terms, number)]
+    left_out = fitter.model.predict(others) + solution.predicted - whole
+    every = (nominal.predicted, solution.predicted, left_out)
     before, after, left = _left_by(fitter, solution, every)
     return (left**2 - after**2) / max(before**2 - after**2, LEAST_GAIN), left
-
-
-def _others(solution: Solution, number: int) -> tuple[Term, ...]:
-    return (*solution.terms[:number], *solution.terms[number + 1 :])
 
 
 def _left_by(fitter: Fitter, solution: Solution, every: Sequence[FloatArray]) -> list[float]:
@@ -102,11 +98,6 @@ class Outcome:
     solution: Solution
     stale: Sequence[Stale]
 
-    @property
-    def stands(self) -> list[Standing]:
-        """How each named effect compares with its alternatives, in the order of the terms."""
-        return self.explained.stands
-
 
 def findings(outcome: Outcome) -> list[Finding]:
     """All findings, the one that explains most first; what every machine may have comes last."""
@@ -115,7 +106,10 @@ def findings(outcome: Outcome) -> list[Finding]:
     total = max(outcome.explained.nominal.cost - outcome.explained.solution.cost, 1e-9)
     tasks = [
         *(partial(_free, outcome, number, total) for number in range(len(solution.frees))),
-        *(partial(_named, outcome, k, cov, stand, total) for k, stand in enumerate(outcome.stands)),
+        *(
+            partial(_named, outcome, k, cov, stand, total)
+            for k, stand in enumerate(outcome.explained.stands)
+        ),
     ]
     found = side_by_side(tasks)
     found += [_stale(outcome, run) for run in outcome.stale]
@@ -233,7 +227,7 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
             times_s=model.readings.whole,
             recordings=list(range(1, len(model.readings.shift_s) + 1)),
         ),
-        evidence=Evidence(delta_chi2=gain, p=search.tests.p(_log_p(gain, free))),
+        evidence=Evidence(delta_chi2=gain, p=search.tests.p(log_sf(gain, free.size))),
         share_of_mismatch=float(np.clip(gain / total, 0.0, 1.0)),
         probability=outcome.explained.credible.shapes[number],
         depends_on=list(dict.fromkeys([*free.depends_on, *instead])),
@@ -265,10 +259,6 @@ def _decided(fitter: Fitter, free: SplineTerm) -> IntArray:
     moved = fitter.model.inputs()[free.location][rows, fitter.whiten.channel] != 0.0
     decided: IntArray = np.unique(rows[moved])
     return decided
-
-
-def _log_p(gain: float, free: SplineTerm) -> float:
-    return log_sf(gain, free.size)
 
 
 def _stale(outcome: Outcome, run: Stale) -> Finding:

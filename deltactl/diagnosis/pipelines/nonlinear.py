@@ -186,7 +186,7 @@ class FittedTogether:
         return propose(
             self.outcome.fitter.model.readings,
             searched.fitter.whiten,
-            self.outcome.stands,
+            self.outcome.explained.stands,
             self.outcome.explained.solution,
             self.next_runs,
         )

@@ -10,8 +10,8 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
-from deltactl.diagnosis.plants.regression import Columns, Regressor
-from deltactl.diagnosis.plants.spline_terms import KeepsBeside, less_spanned, spline_over
+from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor
+from deltactl.diagnosis.plants.spline_terms import less_spanned, spline_over
 
 UNKNOWN = "unknown "
 
@@ -42,16 +42,10 @@ class Way:
         return left if self.acts is None else left * self.acts[:, None]
 
 
-class LeftOver(KeepsBeside):
+class LeftOver(RegressionPlant):
     """A plant with spline terms; regressors `unknown NAME`."""
 
-    rows: IntArray
     unknown_log_odds = SPLINE_TERMS.unknown_log_odds
-
-    @cached_property
-    def covariates(self) -> dict[str, FloatArray]:
-        """What a model error may follow, name -> (n,)."""
-        raise NotImplementedError
 
     def pieces(self, name: str) -> int:
         """Into how many pieces the range of a covariate is cut."""

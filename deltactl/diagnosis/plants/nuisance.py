@@ -32,8 +32,8 @@ def given_back(
     its way back from a nuisance that is full to a term that could take all of it.
     """
     known = {nuisance.term.candidate.key: nuisance.term.at for nuisance in centres}
-    taken = {n.candidate.key: n.at - known[n.candidate.key] for n in nuisances
-             if n.candidate.key in known}  # fmt: skip
+    fitted = {n.candidate.key: n.at for n in nuisances}
+    taken = {key: fitted[key] - at for key, at in known.items() if key in fitted}
     shared = {
         term.candidate.key
         for term in terms

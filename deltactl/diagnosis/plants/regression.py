@@ -10,13 +10,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.observations.ahead_in_time import Curves
-from deltactl.diagnosis.observations.largest_noise import NoiseBounds
+from deltactl.diagnosis.observations.largest_noise import (
+    Bound,
+    NoiseBounds,
+    remembering,
+    segment_for,
+    spectrum,
+)
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray, Readings
 from deltactl.models.effects import column_of, stand_ins
 
@@ -157,8 +164,12 @@ class Shown:
     """Value that says the same as no such parameter, and is left out."""
 
 
-class RegressionPlant(Protocol):
-    """A machine with its recording, for the evidence of sets of regressors."""
+class RegressionPlant:
+    """A machine with its recording, for the evidence of sets of regressors.
+
+    What a machine does not say for itself is that of one whose readings are all alike. Spline
+    terms, kept in `_unknown`, give way to the shapes of a chosen set.
+    """
 
     regressors: tuple[Regressor, ...]
     observed: FloatArray
@@ -171,133 +182,153 @@ class RegressionPlant(Protocol):
     """Rows that count: valid, and thinned to what can tell anything."""
     kinds: IntArray
     """(n,) small numbers: rows of one kind are like one another (at rest, in motion, a joint)."""
+    rounding = 0.0
+    """Standard deviation of the rounding of a reading, in `unit`."""
+    averages = False
+    """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
+    left_by_known: Sequence[tuple[float, FloatArray]] = ()
+    """For each effect that the robot file has from an earlier diagnosis, the share of its power
+    that it may leave, and what it does (n,)."""
+    done_by_known: FloatArray | None = None
+    """What all of them do (n,); None where the file has none."""
+
+    @cached_property
+    def t_s(self) -> FloatArray:
+        """(n,) [s] in which noise is remembered; recordings and columns are end to end."""
+        return self.readings.t_s
+
+    @cached_property
+    def groups(self) -> IntArray:
+        """(n,) number of the stretch, place or joint of a row: noise is of one kind within."""
+        return np.cumsum(self.readings.fresh).astype(np.intp)
+
+    @cached_property
+    def beside(self) -> FloatArray:
+        """Shapes (n, j) of a chosen set: none yet."""
+        return np.zeros((len(self.t_s), 0))
+
+    @cached_property
+    def drawn_on(self) -> FloatArray:
+        """(n,) what drawings add to `observed` and to every prediction of it."""
+        return np.zeros(len(self.t_s))
 
     @property
     def noises(self) -> IntArray:
         """(n,) small numbers: rows of one number share one noise; as `kinds`, or coarser."""
-        ...
+        return self.kinds
 
     @property
     def stays(self) -> IntArray:
         """Number (n,) of the stay at one place that a row belongs to; -1 in motion."""
-        ...
+        return np.full(len(self.groups), -1, dtype=np.intp)
 
     @property
     def usual(self) -> FloatArray | None:
         """(n,) how large readings like each are; None where all are of one size."""
-        ...
+        return None
 
     @property
     def unsampled(self) -> FloatArray | None:
         """(n,) standard deviation of a prediction by the course of a command between samples."""
-        ...
-
-    rounding: float
-    """Standard deviation of the rounding of a reading, in `unit`."""
-    averages: bool
-    """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
-    left_by_known: Sequence[tuple[float, FloatArray]]
-    """For each effect that the robot file has from an earlier diagnosis, the share of its power
-    that it may leave, and what it does (n,)."""
-    done_by_known: FloatArray | None
-    """What all of them do (n,); None where the file has none."""
-
-    @property
-    def t_s(self) -> FloatArray:
-        """(n,) [s] in which noise is remembered; recordings and columns are end to end."""
-        ...
-
-    @property
-    def groups(self) -> IntArray:
-        """(n,) number of the stretch, place or joint of a row: noise is of one kind within."""
-        ...
-
-    @property
-    def drawn_on(self) -> FloatArray:
-        """(n,) what drawings add to `observed` and to every prediction of it."""
-        ...
+        return None
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Prediction (n,) with the nonlinear sizes of these regressors."""
-        ...
+        return np.zeros(len(self.groups))
 
     def begins(self, keys: frozenset[str]) -> list[str]:
         """Sizes of these regressors, from -1 to 1, that are of how a recording begins, not of the
         machine.
         """
-        ...
+        return []
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Shapes that a regressor adds to the prediction, around `base`."""
-        ...
+        raise NotImplementedError
 
     def free(self) -> Columns:
         """Shapes that are always fitted and never a finding."""
-        ...
+        return Columns.none(len(self.t_s))
 
     @property
     def covariates(self) -> dict[str, FloatArray]:
         """What a model error may follow, name -> (n,)."""
-        ...
+        raise NotImplementedError
 
     def shown(self, key: str) -> Sequence[Shown]:
         """What the answer says of the sizes of a regressor, the main parameter first."""
-        ...
+        raise NotImplementedError
 
     def not_testable(self) -> list[NotTestable]:
         """Effects of which such a recording can tell nothing, and why."""
-        ...
+        return []
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
-        """What bounds the noise in a residual (n,); None where too little was read in a row."""
-        ...
+        """What bounds the noise in a residual (n,), where every row is read like its neighbours;
+        None where too little was read in a row.
+        """
+        read = np.flatnonzero(self.readings.valid[:, 0])  # also rows that are thinned out
+        seen = spectrum(left[read], self.groups[read], segment_for(len(read)))
+        if seen is None:
+            return None
+        shapes = remembering(seen.angle)
+        return NoiseBounds([Bound(seen, shapes)], np.ones(shapes.shape[1]))
 
     def keep_beside(self, shapes: FloatArray) -> None:
         """Spline terms must not take the place of these shapes (n, j) either."""
-        ...
+        self.beside = shapes
+        self.__dict__.pop("_unknown", None)
 
     def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
         """Where there is a spline term in such detail, lay it over the places of another set."""
-        ...
 
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
         """Make the spline term over position as detailed as what a set leaves (n,) repeats there.
 
         Returns whether anything changed.
         """
-        ...
+        return False
 
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) that an unknown follows; NaN where it does not act."""
-        ...
+        raise NotImplementedError
 
     def detail(self, key: str) -> int:
         """Pieces of the spline term of an unknown; 0 of one that has no number of its own."""
-        ...
+        return 0
 
     @property
     def variant(self) -> RegressionPlant | None:
         """The same recording prepared another way that is as good; None where there is one way."""
-        ...
+        return None
 
     def adopt(self, trained: Any) -> None:
         """Take over what shapes were made with, so that sizes of another recording hold here."""
-        ...
 
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
-        """Whether no machine has these sizes: a spring that pushes, a play of the whole travel."""
-        ...
+        """Whether no machine has these sizes: one at a bound of its regressor, or beyond."""
+        for one in self.regressors:
+            if one.key not in keys:
+                continue
+            if one.above > -math.inf and linear[one.key][0] <= one.above:
+                return True
+            each = ((size.within, sizes[f"{one.key}.{size.name}"]) for size in one.sizes)
+            if any(not low < value < high for (low, high), value in each):
+                return True
+        return False
 
     def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
         """Logarithm of odds that hang on the sizes of a set, in addition to its regressors' own."""
-        ...
+        return 0.0
 
     def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
         """Rows (n,) that the prediction leaves no noise of, as it takes them from what was read."""
-        ...
+        return None
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor, given what is left without it (n,)."""
-        ...
+        own = next(one for one in self.regressors if one.key == key)
+        names = [f"{key}.{size.name}" for size in own.sizes]
+        return [dict(zip(names, start, strict=True)) for start in own.starts]

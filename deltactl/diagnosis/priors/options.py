@@ -21,8 +21,7 @@ class SearchOptions:
     """
 
     better: float = 1.0
-    """What something else must gain to take a place: no swaps back and forth over
-    rounding."""
+    """What something else must gain to take a place: no swaps back and forth over rounding."""
     choice: float = 12.0
     """What choosing one of a hundred candidates costs: -2 log of the odds, a little rounded up."""
     promoted: float = 12.0

@@ -64,8 +64,7 @@ def pull(fitter: Fitter, solution: Solution, bread: FloatArray) -> FloatArray:
     bread: inverse of the tangent's Gram matrix, (p, p).
     """
     small = tolerance_columns(fitter, [*solution.nuisances, *solution.terms])
-    pulled: FloatArray = bread @ (solution.tangent.T @ small)
-    return pulled
+    return bread @ (solution.tangent.T @ small)
 
 
 def giving_way(solution: Solution) -> FloatArray:

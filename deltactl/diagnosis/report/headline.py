@@ -109,5 +109,5 @@ def _one_kind(same: Sequence[Finding], brief: bool) -> str:
 def _enters(finding: Finding) -> str:
     follows = all_followed(finding.depends_on)
     place = part_of(finding.effect, finding.component, finding.depends_on)
-    return say("headline.enters_follows" if follows else "headline.enters", place=place,
-               follows=follows)  # fmt: skip
+    case = "headline.enters_follows" if follows else "headline.enters"
+    return say(case, place=place, follows=follows)

@@ -19,14 +19,7 @@ from deltactl.diagnosis.answer.how_sure import settled
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, OpenTie
 from deltactl.diagnosis.answer.verdict import NAMELESS
-from deltactl.diagnosis.report.names import (
-    effect,
-    listed,
-    numbers,
-    percent,
-    sentence,
-    spelled,
-)
+from deltactl.diagnosis.report.names import effect, listed, numbers, percent, sentence, spelled
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
 from deltactl.foundation.one_screen import Part
 from deltactl.models.effects import VOCABULARY, card_of, confusion
@@ -157,8 +150,8 @@ def saved_lines(
         groups.setdefault(_case(finding, kept), {})[number] = name
     too = say("saved.too", way=ways.save_all) if ways.save_all else ""
     cases = ("written", "left_out", "once", "no_name", "no_entry")
-    return [say(f"saved.{case}", which=numbers(groups[case], ways.rows), too=too)
-            for case in cases if case in groups]  # fmt: skip
+    shown = [(case, numbers(groups[case], ways.rows)) for case in cases if case in groups]
+    return [say(f"saved.{case}", which=which, too=too) for case, which in shown]
 
 
 def _case(finding: Finding, kept: Sequence[Finding]) -> str:
@@ -195,8 +188,8 @@ def done_part(
         for says, how, why_not in effects
     ]
     lines += [say("corrected.not_written", says=one.says, why=why) for one, why in not_written]
-    return Part(lines or [say("corrected.unchanged")], say("corrected.head"),
-                say("saved.more", number="{number}"), short=2, turns=2)  # fmt: skip
+    head, more = say("corrected.head"), say("saved.more", number="{number}")
+    return Part(lines or [say("corrected.unchanged")], head, more, short=2, turns=2)
 
 
 def _kept(diagnosis: Diagnosis, all_of_them: bool) -> list[Finding]:

@@ -29,14 +29,7 @@ from deltactl.diagnosis.answer.picture import bare
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
 from deltactl.diagnosis.answer.what_is_left import moves_at_rest
-from deltactl.diagnosis.report.names import (
-    all_followed,
-    listed,
-    numbers,
-    part_of,
-    parts,
-    sentence,
-)
+from deltactl.diagnosis.report.names import all_followed, listed, numbers, part_of, parts, sentence
 from deltactl.diagnosis.report.next_run import measured
 from deltactl.diagnosis.report.pairs import (
     late_drives,

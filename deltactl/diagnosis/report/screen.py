@@ -28,14 +28,7 @@ from deltactl.diagnosis.report.finding import (
 from deltactl.diagnosis.report.fit import fit_line, fit_title, unexplained
 from deltactl.diagnosis.report.headline import opening
 from deltactl.diagnosis.report.limits import above_nothing, in_file, limit_alone, of_the_file
-from deltactl.diagnosis.report.names import (
-    all_followed,
-    count,
-    numbers,
-    part_of,
-    percent,
-    sentence,
-)
+from deltactl.diagnosis.report.names import all_followed, count, numbers, part_of, percent, sentence
 from deltactl.diagnosis.report.next_run import (
     experiment_line,
     hint,
@@ -83,8 +76,7 @@ def screen_lines(
     diagnosis: Diagnosis,
     robot: RobotModel | None = None,
     ways: Ways = TERMINAL,
-    most: int = LINES,
-    width: int = WIDTH,
+    room: tuple[int, int] = (LINES, WIDTH),
     done: Part | None = None,
     closing: Sequence[Part] = (),
     saved: bool | None = None,
@@ -97,7 +89,7 @@ def screen_lines(
         Robot whose lengths the steps name.
     ways : Ways
         How a step is done: `TERMINAL` (options), `PAGE` (buttons) or `PYTHON` (methods).
-    most, width : int
+    room : (int, int)
         Lines and columns that there are.
     done : Part, optional
         What has been done already, instead of the steps to take.
@@ -106,7 +98,8 @@ def screen_lines(
     saved : bool, optional
         A corrected robot file was written: whether with what is not certain.
     """
-    room = most - len(wrapped(_rest(ways, 0), width))
+    most, width = room
+    above_last = most - len(wrapped(_rest(ways, 0), width))
 
     def laid(rows: int, brief: bool, all_parts: bool) -> tuple[list[Part], int, bool]:
         """Parts, lines of an entry, and whether there is room."""
@@ -120,7 +113,7 @@ def screen_lines(
         for in_one in (False, True):  # causes that have no line each share one
             below = _below_the_table(diagnosis, robot, named, width, above[1].entries, in_one)
             parts = [*above, *below, *closing]
-            fit, longest = fitted(parts, width, room)
+            fit, longest = fitted(parts, width, above_last)
             if longest == WHOLE:
                 break
         whole = all(now.entries or not was.entries for now, was in zip(fit, parts, strict=True))

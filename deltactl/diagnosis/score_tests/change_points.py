@@ -62,19 +62,12 @@ def jumps(
         best = int(np.argmax(gain))
         if not gain[best]:
             continue
-        near = times[(gain > gain[best] - 3.84) & usable]
+        near, at_s = times[(gain > gain[best] - 3.84) & usable], float(times[best])
         # The first reading that shows a jump comes up to one period after it.
         before_s = model.readings.period_s
-        found.append(
-            Jump(
-                events[location](float(times[best])), float(gain[best]),
-                float(times[best]) - 0.5 * before_s,
-                (
-                    float(near.min(initial=times[best])) - before_s,
-                    float(near.max(initial=times[best])),
-                ),
-            )
-        )  # fmt: skip
+        within_s = float(near.min(initial=at_s)) - before_s, float(near.max(initial=at_s))
+        jump = Jump(events[location](at_s), float(gain[best]), at_s - 0.5 * before_s, within_s)
+        found.append(jump)
     return found
 
 

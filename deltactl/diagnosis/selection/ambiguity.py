@@ -82,7 +82,7 @@ def stands_of(search: Search, solution: Solution) -> list[Standing]:
     each = _standing(search, solution, [*((i,) for i in range(count)), *groups])
     stands = each[:count]
     for numbers, whole in zip(groups, each[count:], strict=True):
-        offered = [replace_together(one) for one in whole.alternatives]
+        offered = [one.model_copy(update={"together": True}) for one in whole.alternatives]
         for place, number in enumerate(numbers):
             own = stands[number]
             refits = [*own.refits, *whole.refits] if place == 0 else own.refits
@@ -90,11 +90,6 @@ def stands_of(search: Search, solution: Solution) -> list[Standing]:
                 own, alternatives=_unique([*own.alternatives, *offered]), refits=refits
             )
     return stands
-
-
-def replace_together(alternative: Alternative) -> Alternative:
-    """The same, for all findings of the group at once."""
-    return alternative.model_copy(update={"together": True})
 
 
 @dataclass(frozen=True, slots=True, eq=False)

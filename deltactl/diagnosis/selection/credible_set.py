@@ -1,5 +1,4 @@
 """Probabilities of each finding, of its alternatives, of unknown physics, and of nothing missing.
-missing.
 
 The sets that were compared around the chosen one (a finding left out, an alternative in its place)
 are weighed by their evidence: Occam's window (Madigan and Raftery 1994, J. Am. Stat. Assoc. 89,
@@ -54,8 +53,7 @@ class Credible:
 
 
 def preferred(search: Search, solution: Solution, stands: Sequence[Standing]) -> Solution | None:
-    """The alternative that is far more probable than the finding that it replaces, if
-    any."""
+    """The alternative that is far more probable than the finding that it replaces, if any."""
     weights = _weigh(search, solution, stands)
     pairs = [
         pair
@@ -182,8 +180,7 @@ def _weight(behind: float) -> float:
 
 
 def _by_name(solution: Solution, weighed: Sequence[tuple[Solution, float]]) -> dict[Name, float]:
-    """Probability of each effect and component that is in alternatives and not in the
-    solution."""
+    """Probability of each effect and component that is in alternatives and not in the solution."""
     own = {term.candidate.key for term in solution.terms}
     found: dict[Name, float] = {}
     for alternative, weight in weighed:

@@ -78,8 +78,7 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     mapped = plant.map_finely(named.best.keys, named.best.sizes, left.best.residual)
     if mapped:
         named, free, left = _beside_map(plant, evidence, named)
-    chances = {r.key: (left if r.left_over else named).probability(r.key)
-               for r in plant.regressors}  # fmt: skip
+    chances = {r.key: (left if r.left_over else named).probability(r.key) for r in plant.regressors}
     nothing = named.nothing * left.without([r.key for r in plant.regressors if r.left_over])
     unknown = _unknown(named.best, left)
     if not unknown:
@@ -118,7 +117,7 @@ def _gaps_again(chosen: Selected, evidence: Laplace) -> Selected | None:
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
     sizes = {name: size for name, size in best.sizes.items() if name.rpartition(".")[0] in keys}
     _lay_around(plant, keys, sizes)
-    named = evidence.held_at(keys, sizes)
+    named = evidence.at(keys, sizes)
     free, left = _left_over(plant, named)
     chances = {**chosen.probability, **{key: again.probability(key) for key in gaps}}
     unknown = _unknown(named, left)

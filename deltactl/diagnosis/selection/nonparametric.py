@@ -99,10 +99,8 @@ def explains_it_all(search: Search, shaped: Solution, penalised: float) -> bool:
 
     Alone, or beside what is named at the same places and no machine has by its building.
     """
-    inputs, small = (
-        {free.location for free in shaped.frees},
-        effects_of_building(search.prepared.model),
-    )
+    inputs = {free.location for free in shaped.frees}
+    small = effects_of_building(search.prepared.model)
     beside = [term.candidate for term in shaped.terms]
     if not inputs or any(one.component not in inputs or one.effect in small for one in beside):
         return False

@@ -40,13 +40,11 @@ class ToleranceOrCause:
     @cached_property
     def other(self) -> Search:
         """The search in which small errors are always fitted."""
-        prepared, model = self.search.prepared, self.search.prepared.model
-        few = prepared.fitter
+        search, model, few = self.search, self.search.prepared.model, self.search.prepared.fitter
         many = [*model.nuisances, *model.tolerances]
         fitter = Fitter(model, few.whiten, many, few.budget)
-        loose = replace(prepared, fitter=fitter)
-        return Search(loose, self.search.rad_per_step, self.search.progress,
-                      self.search.tests.calibration)  # fmt: skip
+        loose = replace(search.prepared, fitter=fitter)
+        return Search(loose, search.rad_per_step, search.progress, search.tests.calibration)
 
     def likely(self, solution: Solution) -> bool:
         """Whether to look: a pile of effects, or a rest that a wrong size would explain."""

@@ -126,8 +126,7 @@ class Layout:
 
     def laid(self, values: FloatArray) -> FloatArray:
         """(samples, columns) or (samples, columns, k) as (n,) or (n, k)."""
-        laid: FloatArray = values[self.sample, self.column]
-        return laid
+        return values[self.sample, self.column]
 
     def apart(self, column: FloatArray) -> FloatArray:
         """(n,) as (samples, columns)."""

@@ -23,14 +23,7 @@ from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
-from deltactl.diagnosis.plants.regression import (
-    Columns,
-    Draws,
-    Regressor,
-    Shown,
-    Size,
-    Sizes,
-)
+from deltactl.diagnosis.plants.regression import Columns, Draws, Regressor, Shown, Size, Sizes
 from deltactl.models.effects.chain_joints import (
     JOINT_EFFECTS,
     LOAD,
@@ -140,8 +133,9 @@ class ChainPlant(JointEfforts):
             return off(CHAIN.friction_as_stated * float(stated), **one)
 
         spread_s, longest_s = CHAIN.dead_time_s, LONE.longest_lag_s
-        late = Size("dead_time", "half", spread_s, 0.0, longest_s, 0.05 * period_s,
-                    within=(0.0, longest_s))  # fmt: skip
+        late = Size(
+            "dead_time", "half", spread_s, 0.0, longest_s, 0.05 * period_s, within=(0.0, longest_s)
+        )
         table = {
             "dry": braked(chain.friction[joint]),
             "viscous": braked(chain.damping[joint]),
@@ -232,12 +226,9 @@ class ChainPlant(JointEfforts):
 
     def not_testable(self) -> list[NotTestable]:
         """All effects at joints that hardly move."""
+        why, effects = "it hardly moves in this recording", JOINT_EFFECTS.values()
         still = [joint for j, joint in enumerate(self.joints) if j not in self.moving()]
-        return [
-            NotTestable(effect=one.name, component=joint, why="it hardly moves in this recording")
-            for joint in still
-            for one in JOINT_EFFECTS.values()
-        ]
+        return [NotTestable.of(one.name, joint, why) for joint in still for one in effects]
 
     def noise_bounds(self, left: FloatArray) -> None:
         """The low-pass leaves nothing beyond its band that would show the noise in it."""

@@ -10,12 +10,7 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.models.robot import ChainRobot
-from deltactl.recording.tables.chain_tables import (
-    joints_of,
-    orientation,
-    place_of,
-    targets_in,
-)
+from deltactl.recording.tables.chain_tables import joints_of, orientation, place_of, targets_in
 from deltactl.recording.tables.flat import FlatRecording
 
 MOST_POSES = 1500

@@ -70,8 +70,9 @@ class PoseShapes:
         self._across = placed.moments - placed.axes * along[:, :, None]
         """Moments of the weight across the joints' axes, (n, joints, 3) [N m]."""
         self.tops = {
-            "droop": np.abs(self._loads).max(axis=0), "bend": np.abs(self._across).max(axis=(0, 2))
-        }  # fmt: skip
+            "droop": np.abs(self._loads).max(axis=0),
+            "bend": np.abs(self._across).max(axis=(0, 2)),
+        }
         """Largest loads and moments (joints,), to which sags are relative."""
         every = self._every()
         self.model.shapes = {key: shape for key, shape in every.items() if shape.acts}
@@ -217,5 +218,4 @@ class _Basis:
         left, size, right = np.linalg.svd(beyond, full_matrices=False)
         kept = size > POSES.spanned * whole
         self._spans = np.concatenate([self._spans, left[:, kept]], axis=1)
-        directions: FloatArray = np.where(np.abs(right[kept]) < ROUNDED, 0.0, right[kept]).T
-        return directions
+        return np.where(np.abs(right[kept]) < ROUNDED, 0.0, right[kept]).T

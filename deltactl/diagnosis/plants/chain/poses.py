@@ -29,12 +29,12 @@ from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import (
     Columns,
     Draws,
+    RegressionPlant,
     Regressor,
     Shown,
     Sizes,
     instead,
 )
-from deltactl.diagnosis.plants.spline_terms import KeepsBeside
 from deltactl.models.effects.chain_poses import LATE, POSE_EFFECTS
 from deltactl.models.effects.link_geometry import OFF
 from deltactl.models.effects.lone_axis import LINEAR_UNIT
@@ -51,7 +51,7 @@ SHORTEST_RAD = 1e-3
 """Range of a joint that is none."""
 
 
-class PosePlant(KeepsBeside):
+class PosePlant(RegressionPlant):
     """All joints of a chain; `observed` is what base and targets leave of the measured places."""
 
     channel = "pos"
@@ -185,10 +185,7 @@ class PosePlant(KeepsBeside):
     def not_testable(self) -> list[NotTestable]:
         """Zeros and geometry that these poses cannot tell from the placement."""
         spanned = [(*key.split(" ", 1), why) for key, why in self.may_be.spanned.items()]
-        return [
-            NotTestable(effect=POSE_EFFECTS[stem].name, component=joint, why=why)
-            for stem, joint, why in spanned
-        ]
+        return [NotTestable.of(POSE_EFFECTS[stem].name, *place) for stem, *place in spanned]
 
     def adopt(self, trained: PosePlant) -> None:
         """Linearise where the other recording is: sizes of one hold in the other."""

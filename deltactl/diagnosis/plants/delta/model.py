@@ -89,7 +89,7 @@ class DeltaModel:
         self.readings.valid[lost | fragile(self.chain.linkage, self.commanded_rad)] = False
         self._jacobian = jacobian(self.chain.linkage, self.commanded_rad, self.position_m)
         self._late = late_readings()
-        half = 0.5 * self._period
+        half = 0.5 * self.readings.period_s
         read_late = replace(
             self._late, coordinates=(Coordinate("time", step=2e-3, low=0.0, high=2.0 * half),)
         )
@@ -123,10 +123,6 @@ class DeltaModel:
     @property
     def _timed(self) -> bool:
         return any(name in RANGES for name in self.readings.names)
-
-    @property
-    def _period(self) -> float:
-        return self.readings.period_s
 
     def _commands(self, recording: FlatRecording) -> FloatArray:
         stem = self.commands_in(recording)

@@ -98,32 +98,14 @@ def _circle(way: tuple[int, ...], heights: tuple[float, ...] = NEXT_RUNS.heights
     return make
 
 
-def _both_sides(motors: Sequence[int]) -> Maker:
-    """Each motor comes to the same angles from below and from above, the others resting."""
+def _one_by_one(motors: Sequence[int], shares: Sequence[float]) -> Maker:
+    """Each motor goes to these shares of its span, the others resting."""
 
     def make(space: Space, size: float) -> Path:
         rest = np.full(3, space.angle(0.4))
         path = [rest]
         for motor in motors:
-            for share in (0.15, 0.5, 0.85):
-                for away in (-0.12, 0.0, 0.12, 0.0):
-                    pose = rest.copy()
-                    pose[motor] = space.angle(0.5 + size * (share + away - 0.5))
-                    path.append(pose)
-            path.append(rest)
-        return np.round(np.array(path), 2)
-
-    return make
-
-
-def _sweep(motors: Sequence[int]) -> Maker:
-    """Each motor sweeps its span with reversals of growing size, the others resting."""
-
-    def make(space: Space, size: float) -> Path:
-        rest = np.full(3, space.angle(0.4))
-        path = [rest]
-        for motor in motors:
-            for share in (0.6, 0.2, 0.8, 0.1, 1.0, 0.0):
+            for share in shares:
                 pose = rest.copy()
                 pose[motor] = space.angle(0.5 + size * (share - 0.5))
                 path.append(pose)
@@ -158,6 +140,8 @@ def motions(
     fast = min(max(top_radps, NEXT_RUNS.fast_radps), limits.joint_speed_radps)
     own = sorted(motors) or [0, 1, 2]
     each = f"motor {' and '.join(str(m + 1) for m in own)}"
+    both_sides = [share + away for share in NEXT_RUNS.approached for away in NEXT_RUNS.from_beside]
+    sweep = _one_by_one(own, NEXT_RUNS.sweep)
     table: list[tuple[str, str, Maker, float, tuple[float, ...]]] = [
         ("survey", "random poses", _survey, 0.0, (fast, 0.25 * fast)),
         ("survey-rests", "random poses with rests", _survey, 1.0, (fast,)),
@@ -168,9 +152,9 @@ def motions(
         ),
         (
             "both-sides", f"rests of {each} approached from both sides",
-            _both_sides(own), 0.5, (fast, 0.2 * fast),
+            _one_by_one(own, both_sides), 0.5, (fast, 0.2 * fast),
         ),
-        ("sweep", f"long sweeps of {each} with reversals", _sweep(own), 0.2, (fast, 0.25 * fast)),
+        ("sweep", f"long sweeps of {each} with reversals", sweep, 0.2, (fast, 0.25 * fast)),
         ("up-and-down", "straight up and down with stops", _up_and_down, 0.5, (fast, 0.25 * fast)),
         ("far-poses", "rests at poses far apart", _corners, 1.0, (fast,)),
     ]  # fmt: skip

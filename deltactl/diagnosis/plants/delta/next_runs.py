@@ -49,10 +49,8 @@ def next_runs(
     if drive is None:
         return None
     about = {int(name[-1]) - 1 for name in components if name[-1] in "123"}
-    table = motions(
-        Linkage.of(recorded.robot.geometry), limits or MotionLimits(), drive.rad_per_step,
-        _top_speed(recorded), about,
-    )  # fmt: skip
+    linkage, limits = Linkage.of(recorded.robot.geometry), limits or MotionLimits()
+    table = motions(linkage, limits, drive.rad_per_step, _top_speed(recorded), about)
     return [DeltaRun(motion, recorded) for motion in table]
 
 

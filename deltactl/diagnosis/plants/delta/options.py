@@ -55,6 +55,11 @@ class NextRunOptions:
     """At which circles are drawn: high and low."""
     circle_share: float = 0.2
     """Radius of a circle over the forearm."""
+    approached: tuple[float, ...] = (0.15, 0.5, 0.85)
+    from_beside: tuple[float, ...] = (-0.12, 0.0, 0.12, 0.0)
+    """Angles to which a motor comes from below and from above, and how far it goes there."""
+    sweep: tuple[float, ...] = (0.6, 0.2, 0.8, 0.1, 1.0, 0.0)
+    """Where a motor turns back: reversals of growing size."""
     survey_poses: int = 16
     """Random poses: more than a delta's lengths and homes together."""
     survey_tries: int = 20

@@ -71,9 +71,10 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
             named("command/droop", above=0.0),
             named("pulled/play", sizes=(width, *starts)),
             named("pulled/friction", sizes=(width, *starts), saturated=False),
-            named("pulled/rubbing", sizes=(width, friction, *starts), beside=("droop",),
-                  alone=False),
-        ]  # fmt: skip
+            named(
+                "pulled/rubbing", sizes=(width, friction, *starts), beside=("droop",), alone=False
+            ),
+        ]
     else:
         either = instead(f"{drive}/play")
         found.append(named(f"{drive}/play", sizes=(width, *starts), equivalents=either))
@@ -93,8 +94,8 @@ def _constants(axis: RecordedAxis) -> set[str]:
     """Regressors that this motion makes a constant: nothing is seen of them beside an arbitrary
     zero, and no more than a home offset does beside an absolute one.
     """
-    return {*(PLAYS if axis.steady or not axis.turns_back else ()),
-            *(OF_MOVES if axis.steady else ())}  # fmt: skip
+    of_plays = PLAYS if axis.steady or not axis.turns_back else ()
+    return {*of_plays, *(OF_MOVES if axis.steady else ())}
 
 
 def is_said_to_be_free(axis: RecordedAxis) -> bool:
@@ -137,8 +138,8 @@ def _grip(axis: RecordedAxis, width: Size) -> Size:
     It shows by the spring that it winds up, so it is fitted beside one.
     """
     per_load = 1.0 / max(usual_load(axis), 1e-300)
-    return Size("grip", "half", width.spread * per_load, 0.0, width.high * per_load,
-                width.step * per_load)  # fmt: skip
+    spread, high, step = (one * per_load for one in (width.spread, width.high, width.step))
+    return Size("grip", "half", spread, 0.0, high, step)
 
 
 def usual_load(axis: RecordedAxis) -> float:

@@ -262,11 +262,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
         offered = {r.effect for r in self.regressors}
         same = {same.effect for r in self.regressors for same in r.equivalents}
         offered |= same - {*yields}  # which may be meant, but has no size without a load
-        return [
-            NotTestable(effect=effect, component="axis", why=why)
-            for effect, why in reasons.items()
-            if effect not in offered
-        ]
+        left = {name: why for name, why in reasons.items() if name not in offered}
+        return [NotTestable.of(name, "axis", why) for name, why in left.items()]
 
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]

@@ -340,9 +340,7 @@ class ForcedAxis(LeftOver):
         if self.let_go:
             of_effort = ("effort/offset", "effort/gain", "effort/lag")
             reasons |= {column_of(place)[0]: gone for place in of_effort}
-        return [
-            NotTestable(effect=name, component="axis", why=why) for name, why in reasons.items()
-        ]
+        return [NotTestable.of(name, "axis", why) for name, why in reasons.items()]
 
     def adopt(self, trained: ForcedAxis) -> None:
         """Spreads and speeds of the recording that sizes were found on."""

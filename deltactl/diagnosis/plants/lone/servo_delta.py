@@ -195,9 +195,6 @@ class ServoDelta(LeftOver):
     def noise_bounds(self, left: FloatArray) -> None:
         """An observer filters what it estimates: beyond its band nothing shows the noise in it."""
 
-    def adopt(self, trained: ServoDelta) -> None:
-        """All shapes are the robot's own."""
-
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the contract's effects."""
         if key.startswith(UNKNOWN):
