@@ -161,7 +161,7 @@ def test_a_rest_that_is_too_little_is_reported_in_one_sentence(make: Any) -> Non
     (says,) = [
         in_words(make("partly_explained", findings=named, unexplained=rest)).unexplained.says
     ]
-    assert "(p < 1e-6 for what remains) and follows the speed of motor 3 at motor 3" in says
+    assert "and follows the speed of motor 3 at motor 3" in says
     assert "too little to act on" in says
     more = rest.model_copy(update={"share_of_mismatch": 0.4})
     answer = in_words(make("partly_explained", findings=named, unexplained=more))

@@ -48,7 +48,7 @@ def test_what_cannot_be_distinguished_is_named(make: Any, parts: Any) -> None:
         ),
         (
             Unexplained(share_of_mismatch=0.1, depends_on=["time"], component="range_x", p=1e-4),
-            "The remaining error (2.2 mm) is more than noise (p = 0.0001 for what remains) and"
+            "The remaining error (2.2 mm) is more than noise and"
             " follows the time since the start at the x sensor",
         ),
         (
