@@ -16,6 +16,7 @@ from deltactl.firmware_py.compensation.remembering import Course, Remembering
 from deltactl.firmware_py.job_file import SLOWEST_MPS, JobFile, Together, load_job, way_in_mps
 from deltactl.firmware_py.job_targets import kinematics_of, path_of
 from deltactl.firmware_py.named_files import find
+from deltactl.firmware_py.paths.path import Path as Targets
 from deltactl.firmware_py.paths.path import Space
 from deltactl.firmware_py.paths.reach import Reach
 from deltactl.firmware_py.planner.approach import StraightWay, WayIn, approach
