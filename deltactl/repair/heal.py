@@ -189,11 +189,10 @@ class Healer:
 
     def _record_first_survey(self, robot: RobotFile) -> None:
         self._do("homing, and holding the sensors against each other (about 5 s)")
-        homed = self._patient.home(self._order.robot_file)
+        path, given = self._order.robot_file, self._order.minutes
+        homed = self._patient.home(path)
         self._say(f"home: {homed.text}; readings scatter by {homed.noise_m * 1e3:.2f} mm")
-        given = self._order.minutes
-        noise_m, path = homed.noise_m, self._order.robot_file
-        seconds = first_s(self._job, path, noise_m) if given is None else 60.0 * given
+        seconds = first_s(self._job, path, homed.noise_m) if given is None else 60.0 * given
         self._record_survey(robot, seconds)
 
     def _record_survey(self, robot: RobotFile, seconds: float, above_m: Heights = ()) -> None:
@@ -254,9 +253,8 @@ class Healer:
         write_healing(self._order.out, self._state)
 
     def _diagnosed(self) -> Diagnosis:
-        """All recordings, by the file in force, without what was read while something was in the
-        way; where that leaves something open, those before the second survey, or those after the
-        first, if they do not.
+        """All recordings, without readings while something was in the way; where that leaves
+        something open, those before the second survey, or those after the first, if they do not.
         """
         files = [one.file for one in self._state.of(SURVEY, EXPERIMENT)]
         if len(self._state.of(SURVEY)) < MOST_SURVEYS:
@@ -264,10 +262,9 @@ class Healer:
         earlier = self._diagnosis_of(files[:-1], "")
         heights_m = heights_in_the_way(earlier)
         answer = self._diagnosis_of(files, "clear " if heights_m else "", heights_m)
-        if settled(answer):
-            return of_the_later(earlier, answer) if heights_m else answer
-        if settled(earlier):
-            return earlier
+        if settled(answer) or settled(earlier):
+            best = answer if settled(answer) else earlier
+            return of_the_later(earlier, best) if heights_m else best
         return of_the_later(answer, self._diagnosis_of(files[1:], "later "))
 
     def _diagnosis_of(self, files: list[Path], which: str, above_m: Heights = ()) -> Diagnosis:

@@ -134,7 +134,8 @@ def _lowest_m(linkage: Linkage, angles_rad: FloatArray) -> FloatArray:
     """
     machines = [linkage, *neighbours(linkage)]
     heights = [forward(one, angles_rad).position_m[:, 2] for one in machines]
-    return np.fmin.reduce(heights)
+    lowest_m: FloatArray = np.fmin.reduce(heights)
+    return lowest_m
 
 
 def highest_deg(robot: RobotFile, above_m: float) -> float:
