@@ -55,6 +55,20 @@ def test_a_hidden_effect_is_named_with_its_size(
     assert answer.fit.holdout_rms_after_m < 1.15 * answer.fit.noise_floor_m
 
 
+def test_play_in_which_an_arm_rubs_as_it_falls(delta: DeltaRobot, record: Record) -> None:
+    """With its friction left out, drag stands in for it, and the width comes out too small."""
+    truth = {"width": 0.0107, "drag": 6.2, "friction": 0.3}
+    answer = diagnose_recordings(
+        delta, [record(_entry("gear_backlash", "motor2", **truth), seconds=60.0)]
+    )
+    (found,) = answer.findings
+    assert (found.effect, found.component) == ("gear_backlash", "motor2")
+    for name in ("width", "friction"):
+        low, high = np.ravel(found.parameters[name].ci95)
+        assert low - 0.25 * (high - low) <= truth[name] <= high + 0.25 * (high - low)
+    assert np.ravel(found.parameters["friction"].ci95)[0] > 0.0
+
+
 def test_a_small_effect_is_seen_beside_a_large_one(delta: DeltaRobot, record: Record) -> None:
     """Geometry leaves no blur: what it does not explain is somebody else's doing."""
     answer = diagnose_recordings(
