@@ -59,7 +59,7 @@ def test_play_in_which_an_arm_rubs_as_it_falls(delta: DeltaRobot, record: Record
     """With its friction left out, drag stands in for it, and the width comes out too small."""
     truth = {"width": 0.0107, "drag": 6.2, "friction": 0.3}
     answer = diagnose_recordings(
-        delta, [record(_entry("gear_backlash", "motor2", **truth), seconds=60.0)]
+        delta, [record(_entry("gear_backlash", "motor2", **truth), seconds=180.0)]
     )
     (found,) = answer.findings
     assert (found.effect, found.component) == ("gear_backlash", "motor2")
