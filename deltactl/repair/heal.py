@@ -52,18 +52,20 @@ from deltactl.repair.healing_state import (
 from deltactl.repair.patients import Patient
 from deltactl.repair.played import Paths
 from deltactl.repair.surveys import (
-    EXPLAINED,
-    POSE_S,
-    above_s,
     first_s,
     heights_in_the_way,
+    left_s,
     more_s,
     of_the_later,
-    survey_job,
+    open_s,
+    read_above,
+    settled,
+    survey_in,
 )
 from deltactl.repair.worth import Worth, beside_goal, in_readings, ranked, worded
 
 Say = Callable[[str], None]
+Heights = Sequence[float]
 CANDIDATE = "corrected.yaml"
 MOST_EXPERIMENTS, MOST_SURVEYS = 2, 2
 MOST_DRAWINGS = 5
@@ -187,24 +189,21 @@ class Healer:
 
     def _record_first_survey(self, robot: RobotFile) -> None:
         self._do("homing, and holding the sensors against each other (about 5 s)")
-        homed = self._patient.home(self._order.robot_file)
+        path, given = self._order.robot_file, self._order.minutes
+        homed = self._patient.home(path)
         self._say(f"home: {homed.text}; readings scatter by {homed.noise_m * 1e3:.2f} mm")
-        given = self._order.minutes
-        noise_m, path = homed.noise_m, self._order.robot_file
-        seconds = first_s(self._job, path, noise_m) if given is None else 60.0 * given
+        seconds = first_s(self._job, path, homed.noise_m) if given is None else 60.0 * given
         self._record_survey(robot, seconds)
 
-    def _record_survey(
-        self, robot: RobotFile, seconds: float, above_m: Sequence[float] = ()
-    ) -> None:
+    def _record_survey(self, robot: RobotFile, seconds: float, above_m: Heights = ()) -> None:
         """above_m: heights that it keeps above."""
-        number, poses = len(self._state.of(SURVEY)) + 1, max(4, round(seconds / POSE_S))
+        number = len(self._state.of(SURVEY)) + 1
         job = self._order.out / ("survey.yaml" if number == 1 else f"survey-{number}.yaml")
-        survey = survey_job(robot, self._order.robot_file, poses, number, above_m)
+        survey = survey_in(seconds, robot, self._order.robot_file, number, above_m)
         write_whole(job, yaml.safe_dump(survey))
         self._check_job(job, robot)
-        again = "" if number == 1 else "another "
-        self._run(SURVEY, job, f"{again}survey of {poses} poses ({seconds / 60.0:.0f} min)")
+        what = f"{'another ' if number > 1 else ''}survey of {survey['path']['count']} poses"
+        self._run(SURVEY, job, f"{what} ({seconds / 60.0:.0f} min)")
 
     def _more_s(self, answer: Diagnosis) -> float:
         """How much longer the sizes have to be surveyed [s]; 0 for a length that was given."""
@@ -213,10 +212,9 @@ class Healer:
             return 0.0
         text = corrected_text(self._order.robot_file, answer, tables=Tables.SENSORS)
         write_whole(self._candidate, text)
-        surveyed_s = sum(one.seconds for one in surveys)
-        if again_s := above_s(answer, surveyed_s, self._state.robot_s):
-            return again_s
-        return more_s(self._job, self._paths, self._candidate, surveyed_s, self._state.robot_s)
+        surveyed_s, robot_s = sum(one.seconds for one in surveys), self._state.robot_s
+        again_s = open_s(answer, surveyed_s, left_s(robot_s, self._paths.path(self._robot)))
+        return again_s or more_s(self._job, self._paths, self._candidate, surveyed_s, robot_s)
 
     @property
     def _candidate(self) -> Path:
@@ -255,20 +253,25 @@ class Healer:
         write_healing(self._order.out, self._state)
 
     def _diagnosed(self) -> Diagnosis:
-        """All recordings, by the file in force; where that leaves something open, those before the
-        second survey, or those after the first, if they do not.
+        """All recordings, without readings while something was in the way; where that leaves
+        something open, those before the second survey, or those after the first, if they do not.
         """
         files = [one.file for one in self._state.of(SURVEY, EXPERIMENT)]
-        answer = self._diagnosis_of(files, "")
-        if answer.verdict in EXPLAINED or len(self._state.of(SURVEY)) < MOST_SURVEYS:
-            return answer
+        if len(self._state.of(SURVEY)) < MOST_SURVEYS:
+            return self._diagnosis_of(files, "")
         earlier = self._diagnosis_of(files[:-1], "")
-        if earlier.verdict in EXPLAINED:
-            return earlier
+        heights_m = heights_in_the_way(earlier)
+        answer = self._diagnosis_of(files, "clear " if heights_m else "", heights_m)
+        if settled(answer) or settled(earlier):
+            best = answer if settled(answer) else earlier
+            return of_the_later(earlier, best) if heights_m else best
         return of_the_later(answer, self._diagnosis_of(files[1:], "later "))
 
-    def _diagnosis_of(self, files: list[Path], which: str) -> Diagnosis:
-        """Worked out once for each number of recordings, all or the `which` ones."""
+    def _diagnosis_of(self, files: list[Path], which: str, above_m: Heights = ()) -> Diagnosis:
+        """Worked out once for each number of recordings, all or the `which` ones.
+
+        above_m: heights of what was in the way in some of them.
+        """
         kept = self._order.out / f"diagnosis-{which.replace(' ', '-')}{len(files)}.json"
         step = f"diagnosis of {len(files)} {which}recording{'s' if len(files) > 1 else ''}"
         if kept.exists():
@@ -276,7 +279,8 @@ class Healer:
             if answer.recordings == [str(file) for file in files]:
                 return answer
         self._do(f"{step} (about a minute on a PC)")
-        answer = diagnose(files, self._order.robot_file)
+        read = read_above(self._robot, above_m) if above_m else None
+        answer = diagnose(files, self._order.robot_file, read=read)
         write_whole(kept, json.dumps(answer.to_json()) + "\n")
         self._write(step)
         return answer

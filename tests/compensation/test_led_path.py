@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,11 @@ import pytest
 import yaml
 
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
-from deltactl.firmware_py.planner.plan import plan_of
+from deltactl.firmware_py.planner.plan import Plan, plan_of
 from deltactl.firmware_py.planner.summary import slower
 from deltactl.firmware_py.program.coverage import coverage_of
 from deltactl.firmware_py.robot_file import load_robot
-from deltactl.repair.limit import Limit, limit_of
+from deltactl.repair.limit import Limit, limit_of, reached_on, rms_m
 from deltactl.repair.played import played
 
 TEXT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
@@ -80,3 +81,24 @@ def test_a_drive_that_follows_at_once_slows_no_path(tmp_path: Path) -> None:
     plan = plan_of(written(tmp_path, 0.0, 0.0, "together", rate_hz=600))
     assert plan.first.led == 1.0
     assert load_robot(tmp_path / "mine.yaml").effects
+
+
+def test_a_led_drive_rests_before_a_path_that_begins_with_another_move(tmp_path: Path) -> None:
+    """Where play of motor 1 is taken up first, motor 3 stops, and is to set out at once."""
+    job = written(tmp_path, 0.15, 0.0, "together")
+    play = {"effect": "joint_friction", "component": "motor1", "parameters": {"width": 0.0078}}
+    mine = job.with_name("mine.yaml")
+    text = mine.read_text().replace("component: motor2", "component: motor3")
+    mine.write_text(text + yaml.safe_dump([play]))
+    job.write_text(job.read_text().replace("width_m: 0.08", "width_m: 0.2"))
+    plan = plan_of(job)
+    assert plan.first_dwell_s == pytest.approx(0.3)
+    hurried = replace(plan, first_dwell_s=0.0)
+    rested_m, hurried_m = (left_m(one) for one in (plan, hurried))
+    assert rested_m < 1e-4
+    assert hurried_m > 2.0 * rested_m
+
+
+def left_m(plan: Plan) -> float:
+    path = played(plan)
+    return rms_m(reached_on(plan.robot, plan.robot.effects, path) - path.target_m)

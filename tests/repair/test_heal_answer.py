@@ -27,7 +27,14 @@ from deltactl.repair.correct import as_found
 from deltactl.repair.heal_answer import HEALED, IMPROVED, NOTHING, if_kept, if_nothing
 from deltactl.repair.limit import ENOUGH_M, goal_of
 from deltactl.repair.played import Paths
-from deltactl.repair.surveys import heights_in_the_way, highest_deg, of_the_later, survey_job
+from deltactl.repair.surveys import (
+    heights_in_the_way,
+    highest_deg,
+    of_the_later,
+    open_s,
+    settled,
+    survey_job,
+)
 from deltactl.repair.worth import beside_goal, left_over
 
 ROBOT, JOB = CONFIG_FOLDER / "zhao-2023.yaml", CONFIG_FOLDER / "demo-heart.yaml"
@@ -159,6 +166,23 @@ def test_a_base_radius_beside_lost_steps_is_not_dropped_with_them() -> None:
     names = [one.effect for one in of_the_later(together, later).findings]
     assert names == ["base_radius", "lost_steps", "contact"]
     assert of_the_later(together, answer_of("unexplained")) is together
+
+
+def test_an_answer_that_was_not_compared_to_the_end_gives_way() -> None:
+    """A joint one that stopped early called three causes one (seed 5513, robot 4)."""
+    first = answer_of("explained", BASE)
+    hasty = first.model_copy(update={"ended_early": True})
+    assert settled(first)
+    assert not settled(hasty)
+    assert of_the_later(first, hasty) is first
+
+
+def test_what_a_survey_leaves_open_is_surveyed_again_as_long_as_time_allows() -> None:
+    opened = answer_of("partly_explained", NAMELESS)
+    assert open_s(opened, 299.0, 276.0) == 276.0
+    assert open_s(opened, 120.0, 276.0) == 120.0
+    assert open_s(opened, 299.0, 30.0) == 0.0
+    assert open_s(answer_of("explained", BASE), 299.0, 276.0) == 0.0
 
 
 def test_another_survey_keeps_above_what_was_in_the_way() -> None:

@@ -9,21 +9,37 @@ import pytest
 import yaml
 
 from deltactl.diagnosis.plants.delta.safe_poses import between
-from deltactl.firmware_py.job_file import load_job
-from deltactl.firmware_py.job_targets import path_of
+from deltactl.firmware_py.job_file import JobFile, load_job
+from deltactl.firmware_py.job_targets import kinematics_of, path_of
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.firmware_py.paths.survey import LEAST_GAIN
-from deltactl.firmware_py.planner.plan import plan_of
+from deltactl.firmware_py.planner.plan import home_counts, make_plan, plan_of
+from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.firmware_py.robot_file import load_robot
+from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.linkage import Linkage, forward
 from deltactl.models.robot import FloatArray
 from deltactl.proof.motions import arm_angles
 from deltactl.proof.robot.as_built import Body
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.campaign import ROBOT
 from deltactl.repair.heal_campaign import causes_of
 from deltactl.repair.machine import faulty_robot
 from deltactl.repair.played import Paths
-from deltactl.repair.surveys import MOST_ROBOT_S, POSE_S, SURVEY_S, first_s, more_s, survey_job
+from deltactl.repair.surveys import (
+    ALMOST,
+    MOST_ROBOT_S,
+    POSE_S,
+    RANGES,
+    SURVEY_S,
+    SWINGS_S,
+    first_s,
+    more_s,
+    read_above,
+    survey_in,
+    survey_job,
+)
 
 JOB = CONFIG_FOLDER / "demo-heart.yaml"
 SURVEYED_S = 240.0
@@ -67,6 +83,38 @@ def test_noise_makes_the_first_survey_longer_within_bounds(tmp_path: Path) -> No
     quiet, usual, loud = (first_s(JOB, robot, noise_m) for noise_m in (1e-5, 1.5e-3, 1e-2))
     assert quiet <= usual <= loud
     assert (quiet, loud) == (120.0, 300.0)
+
+
+@pytest.mark.parametrize("above_m", [(), (-0.53,)])
+def test_a_survey_takes_its_time_also_where_there_is_little_room(
+    above_m: tuple[float, ...],
+) -> None:
+    robot = load_robot(ROBOT)
+    job = JobFile.model_validate(survey_in(150.0, robot, ROBOT, 2, above_m))
+    plan = make_plan(job, robot, kinematics_of(job, robot, ROBOT))
+    took_s = MotionStream(plan, home_counts(robot)).end_ns / NS_PER_S
+    assert ALMOST * 150.0 <= took_s <= 150.0
+
+
+def test_readings_while_something_was_in_the_way_are_left_out(tmp_path: Path) -> None:
+    """And those within a second of it; commands are kept."""
+    robot = load_robot(ROBOT)
+    t_s = np.arange(0.0, 40.0, 0.02)
+    angle_rad = np.deg2rad(np.interp(t_s, [0.0, 20.0, 40.0], [10.0, 60.0, 10.0]))
+    steps = np.round(angle_rad / robot.drive.rad_per_step)
+    columns = {f"steps_{motor}": steps for motor in (1, 2, 3)}
+    columns |= {name: np.full(len(t_s), 0.2) for name in RANGES}
+    path = tmp_path / "survey.csv.gz"
+    write_flat(FlatRecording(t_s, columns), path)
+    lowest_m = forward(Linkage.of(robot.geometry), np.full((1, 3), angle_rad.max())).position_m
+    above_m = float(lowest_m[0, 2]) + 0.02
+    table = read_above(robot, [above_m])(path)
+    assert np.array_equal(table.column("steps_1"), steps)
+    seen = np.isfinite(table.column("range_z"))
+    assert seen[(t_s < 5.0) | (t_s > 35.0)].all()
+    place_m = forward(Linkage.of(robot.geometry), angle_rad[:, None] + np.zeros(3)).position_m
+    first_s, last_s = t_s[place_m[:, 2] <= above_m][[0, -1]]
+    assert not seen[(t_s > first_s - SWINGS_S) & (t_s < last_s + SWINGS_S)].any()
 
 
 def test_surveys_go_to_different_places(tmp_path: Path) -> None:
