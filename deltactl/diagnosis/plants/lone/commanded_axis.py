@@ -36,7 +36,7 @@ from deltactl.diagnosis.plants.lone.drive_chain import DriveChain
 from deltactl.diagnosis.plants.lone.odds import ODDS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import SETTLED_S, RecordedAxis
-from deltactl.diagnosis.plants.regression import Columns, Shown, Sizes
+from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.models.signals import between_rows
@@ -62,9 +62,21 @@ class CommandedAxis(RecordedAxis, LeftOver):
         super().__init__(robot, recordings)
         self.channel = self.name
         self._map: FineMap | None = None
-        self.regressors = (*regressors_of(self), *self.unknowns())
+        unknowns = (replace(r, as_built=self._tolerated(r)) for r in self.unknowns())
+        self.regressors = (*regressors_of(self), *unknowns)
         self._drive = DriveChain(self, begins_of(self))
         self._shapes = AxisShapes(self)
+
+    def _tolerated(self, unknown: Regressor) -> float:
+        """What an unknown that follows the acceleration is on any axis: a straight line between two
+        rows is off by an eighth of the square of their time apart, and a delay by half of its own
+        square, by whether it is dead time or a time constant.
+        """
+        if unknown.key != UNKNOWN + "acceleration":
+            return 0.0
+        usual = float(np.sqrt(np.mean(self.covariates["acceleration"][self.rows] ** 2)))
+        apart = EVIDENCE.tolerated * self.readings.period_s**2 / 8.0
+        return usual * (apart + 0.5 * max(self._late_s, 0.0) ** 2)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
@@ -131,14 +143,20 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
         A lag is not negative: nothing named explains a reading that is ahead of its command.
         """
+        return self._and_late if self._late_s > 0.0 and not self.arrived else self._and_late[:, :-1]
+
+    @cached_property
+    def _and_late(self) -> FloatArray:
         named = [np.ones_like(self.t_s), self.commanded]
         if np.ptp(self.pull[self.rows]) > 0.0:
             named.append(self.pull)
-        late = -np.gradient(self.commanded, self.t_s)
-        shapes: FloatArray = np.stack([*named, late], axis=1)
+        return np.stack([*named, -np.gradient(self.commanded, self.t_s)], axis=1)
+
+    @cached_property
+    def _late_s(self) -> float:
+        """How late the readings are, as far as constant, ratio and load do not explain them."""
         off = (self.observed - self.nominal)[self.rows]
-        is_late = float(np.linalg.lstsq(shapes[self.rows], off, rcond=1e-10)[0][-1]) > 0.0
-        return shapes if is_late and not self.arrived else shapes[:, :-1]
+        return float(np.linalg.lstsq(self._and_late[self.rows], off, rcond=1e-10)[0][-1])
 
     @cached_property
     def unsampled(self) -> FloatArray:
