@@ -199,14 +199,14 @@ CARD = EffectCard(
             Coordinate("width", step=3e-4, low=0.0, high=0.2),
             Coordinate("drag", "log", step=0.05, low=np.log(0.1), high=np.log(STAYS)),
             Coordinate("stiffness", "reciprocal", step=2e-5, low=0.0, high=1e-3),
-            Coordinate("friction", step=0.05, low=0.0, high=1.0),
         ),
         # Drags [N m s/rad] against which the load pulls the arm through its play.
         shapes=tuple(
-            Shape((0.0, float(np.log(drag)), 0.0, 0.0), (0,), width)
+            Shape((0.0, float(np.log(drag)), 0.0), (0,), width)
             for drag in (5.0, 10.0, 25.0, STAYS)
             for width in PLAYS_RAD
         ),
+        fixed={"friction": 0.0},
     ),
     defect=Defect("backlash in the gearbox of motor 1", "motor1", {"width": 0.02}, 1),
     equals=(
