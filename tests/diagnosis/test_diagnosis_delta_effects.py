@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
-from deltactl.repair.campaign import ROBOT
-from deltactl.repair.machine import faulty_robot
 
 pytestmark = pytest.mark.study
 
@@ -56,18 +53,6 @@ def test_a_hidden_effect_is_named_with_its_size(
     assert low - 1.5 * spread <= truth <= high + 1.5 * spread
     assert answer.fit.holdout_rms_after_m < answer.fit.holdout_rms_before_m
     assert answer.fit.holdout_rms_after_m < 1.15 * answer.fit.noise_floor_m
-
-
-@pytest.mark.parametrize("number", [0, 4])
-def test_play_in_which_an_arm_rubs_as_it_falls(number: int) -> None:
-    """Bodies of MuJoCo: where friction is left out, drag stands in for it and is too sure."""
-    machine = faulty_robot(["gear_backlash"], 5506000 + number)
-    (hidden,) = machine.answers
-    (found,) = diagnose_recordings(load_robot(ROBOT), [machine.survey(240.0)]).findings
-    assert (found.effect, found.component) == (hidden.effect, hidden.where)
-    for name in ("width", "drag", "friction"):
-        low, high = np.ravel(found.parameters[name].ci95)
-        assert low <= hidden.parameters[name] <= high
 
 
 def test_a_small_effect_is_seen_beside_a_large_one(delta: DeltaRobot, record: Record) -> None:
