@@ -52,7 +52,7 @@ def test_moves_shorter_than_seven_readings_show_a_late_drive(answer: Diagnosis) 
     """What is left stands out only there, and was taken for single readings that are off."""
     assert "following_lag" in [one.effect for one in answer.findings]
     (late,) = (one for one in answer.findings if one.effect == "following_lag")
-    total_s = sum(size.components[0][0] for size in late.parameters.values())
+    total_s = late.parameters["total"].components[0][0]
     assert 0.2 < total_s < 0.45
 
 
