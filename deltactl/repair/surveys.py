@@ -119,12 +119,12 @@ def of_the_later(answer: Diagnosis, later: Diagnosis) -> Diagnosis:
     return later.model_copy(update={"findings": [*later.findings, *more]})
 
 
-def open_s(answer: Diagnosis, surveyed_s: float, left_s: float) -> float:
+def open_s(answer: Diagnosis, surveyed_s: float, most_s: float) -> float:
     """How long another survey has to be where the first left something open [s]; 0 for none.
 
     As long as the first: what happened in it, or pressed the arms, hides what else is wrong.
     """
-    more_s = 0.0 if answer.verdict in EXPLAINED else min(surveyed_s, left_s)
+    more_s = 0.0 if answer.verdict in EXPLAINED else min(surveyed_s, most_s)
     return more_s if more_s > WORTH_S else 0.0
 
 

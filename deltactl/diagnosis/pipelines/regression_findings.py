@@ -264,11 +264,12 @@ def drawn(
     noise = rng.standard_normal((count, len(rows))) * np.sqrt(np.maximum(spread, 0.0))
     moved = noise @ across.T
     values = own(explanation, key)
-    halves = {f"{prefix}{size.name}" for size in regressor.sizes if size.prior == "half"}
-    for at in (at for at, row in enumerate(rows) if names[row] in halves and part[at, at] > 0.0):
-        # A size that no machine has is nothing, and the others are what they are beside that.
-        short = np.minimum(own(explanation, "")[names[rows[at]]] + moved[:, at], 0.0)
-        moved -= short[:, None] * part[at] / part[at, at]
+    halves = {size.name for size in regressor.sizes if size.prior == "half"}
+    for at, name in enumerate(names[row].removeprefix(prefix) for row in rows):
+        if name in halves and part[at, at] > 0.0:
+            # A size below zero becomes zero, and the others change as they correlate with it.
+            short = np.minimum(values[name] + moved[:, at], 0.0)
+            moved -= short[:, None] * part[at] / part[at, at]
     found = {}
     for i, off in zip(rows, moved.T, strict=True):
         off = off + shift.get(names[i], 0.0) * rng.standard_normal(count)

@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.largest_noise import (
@@ -162,6 +163,14 @@ class Shown:
     """Value with which the effect vanishes."""
     as_without: float | None = None
     """Value that says the same as no such parameter, and is left out."""
+
+
+DELAY = (
+    Shown("time", "s", lambda v: v["time"]),
+    Shown("dead_time", "s", lambda v: v["dead_time"]),
+    Shown(IN_ALL, "s", lambda v: v["time"] + v["dead_time"]),
+)
+"""What the answer says of a delay of first order behind a dead time."""
 
 
 class RegressionPlant:

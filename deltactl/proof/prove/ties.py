@@ -138,8 +138,8 @@ def run_tie(seed: int, number: int) -> dict[str, Any]:
         if proposal is not None:
             second, failure = _second(case, proposal["job"], folder, seed)
     truth = {"seed": seed, "truth": case.truth(), "pair": tie.name, "settleable": tie.settleable}
-    rival, job = [list(name) for name in alternative], proposal and proposal["job"]
-    said = {"rival": rival, "first": first, "second": second, "proposed": job, "failure": failure}
+    others, job = [list(name) for name in alternative], proposal and proposal["job"]
+    said = {"rival": others, "first": first, "second": second, "proposed": job, "failure": failure}
     return truth | said
 
 

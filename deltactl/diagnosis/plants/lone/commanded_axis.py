@@ -14,7 +14,6 @@ from functools import cached_property
 
 import numpy as np
 
-from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.repeats import Repeats, repeats
@@ -36,7 +35,7 @@ from deltactl.diagnosis.plants.lone.drive_chain import DriveChain
 from deltactl.diagnosis.plants.lone.odds import ODDS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import SETTLED_S, RecordedAxis
-from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
+from deltactl.diagnosis.plants.regression import DELAY, Columns, Regressor, Shown, Sizes
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.models.signals import between_rows
@@ -231,11 +230,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         table = {
             "offset": [Shown("angle", unit, lambda v: v["angle"])],
             "ratio": [Shown("scale", "1", lambda v: 1.0 + v["scale"], nothing=1.0)],
-            "lag": [
-                Shown("time", "s", lambda v: v["time"]),
-                Shown("dead_time", "s", lambda v: v["dead_time"]),
-                Shown(IN_ALL, "s", lambda v: v["time"] + v["dead_time"]),
-            ],
+            "lag": DELAY,
             "droop": [Shown("stiffness", stiffness, lambda v: 1.0 / v["1/stiffness"])],
             "gear": [
                 Shown("amplitude", unit, lambda v: np.hypot(v["sine"], v["cosine"])),

@@ -14,7 +14,6 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime
@@ -44,6 +43,7 @@ from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise, between_sam
 from deltactl.diagnosis.plants.lone.force_shapes import ForceShapes
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
 from deltactl.diagnosis.plants.regression import (
+    DELAY,
     Columns,
     Draws,
     Regressor,
@@ -365,11 +365,7 @@ class ForcedAxis(LeftOver):
             ],
             "offset": [Shown("offset", self.unit, of("offset"))],
             "gain": [Shown("scale", "1", lambda v: 1.0 / (1.0 + v["scale"]), 1.0)],
-            "lag": [
-                Shown("time", "s", lambda v: v["time"]),
-                Shown("dead_time", "s", lambda v: v["dead_time"]),
-                Shown(IN_ALL, "s", lambda v: v["time"] + v["dead_time"]),
-            ],
+            "lag": DELAY,
             "limit": [Shown("limit", self.unit, lambda v: v["limit"], nothing=np.inf)],
             "stribeck": [
                 Shown("torque", self.unit, of("torque")),
