@@ -19,7 +19,7 @@ SHORT_S = 2.2
 def test_both_sections_are_printed_and_drawn(
     here, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(control, "whole_s", lambda: SHORT_S)
+    monkeypatch.setattr(control, "WHOLE_S", SHORT_S)
     monkeypatch.setattr(control, "EXPERIMENTS", control.EXPERIMENTS[:1])
     out = tmp_path / "uzunovic"
     done = here("network", "reproduce", "uzunovic-2013", "--quick", "--out", out)
