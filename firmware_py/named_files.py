@@ -20,11 +20,13 @@ NO_YAML = frozenset(
     {".csv", ".tsv", ".txt", ".gz", ".parquet", ".mat", ".mcap", ".gcode", ".nc", ".ngc", ".g"}
 )
 """Endings of recordings, tables of points and G-code."""
+WRITES = "'deltactl init delta my-robot.yaml' writes one; for others, init axis, sensor or chain"
+"""How a robot file comes about."""
 NEEDED = {
     JOB_KEY: "a job (YAML) is needed here: 'deltactl convert {file} job.yaml --robot ROBOT.yaml'"
     " makes one of points in mm or of G-code, and 'deltactl inspect {file}' looks into a"
     " recording",
-    ROBOT_KEY: "a robot file (YAML) is needed here: 'deltactl init delta my-robot.yaml' writes one",
+    ROBOT_KEY: "a robot file (YAML) is needed here; {writes}",
 }
 """What is said where a file of those is named for a job or a robot."""
 LOOKED_INTO = 200
@@ -46,7 +48,7 @@ def find(name: str, beside: Path | None = None, listing: bool = True, key: str =
     for folder in folders:
         if (folder / given).is_file():
             if no_yaml:
-                raise ConfigError(f"{name}: {NEEDED[key].format(file=name)}")
+                raise ConfigError(f"{name}: {NEEDED[key].format(file=name, writes=WRITES)}")
             return folder / given
     suffix = "" if no_yaml or given.suffix == ".yml" else given.suffix  # both are YAML
     shown = folders if listing else folders[1:]
@@ -55,6 +57,7 @@ def find(name: str, beside: Path | None = None, listing: bool = True, key: str =
     close = difflib.get_close_matches(given.name, there, n=1, cutoff=0.75)
     few = ", ".join(there[:SHOWN]) + (" and more" if len(there) > SHOWN else "")
     hint = f"did you mean '{close[0]}'?" if close else f"there are {few or 'none'}"
+    hint += f"; {WRITES}" if key == ROBOT_KEY else ""
     place = "here" if beside is None else f"beside {beside}"
     raise MissingFile(f"{name}: no such file {place} or in {project}; {hint}")
 

@@ -217,8 +217,11 @@ def _best_effort(
 def _share_of_both(effort: FloatArray, position: FloatArray) -> float:
     """The share of an effort's variance that goes with the motion, 0 where acceleration alone or
     speed alone explains as much: the column is then one of these.
+
+    That of the half of the rows where it is less: a few rows that fit by chance lie in one.
     """
-    whole = _share_of_motion(effort, position)
+    halves = zip(np.array_split(effort, 2), np.array_split(position, 2), strict=True)
+    whole = min(_share_of_motion(*half) for half in halves)
     alone = max(_share_of_motion(effort, position, only) for only in ((0,), (1,)))
     return whole if whole - alone > GUESSES.more_than_alone else 0.0
 

@@ -106,7 +106,7 @@ def with_units(
             unit, why = time_unit(
                 table[name], _late_rows(guesses, table) if guess.why == "by its name" else 0
             )
-            out[name] = replace(guess, unit=unit)
+            out[name] = replace(guess, unit=unit, unit_guessed=unit != "s")
             if unit != "s":
                 warnings.append(f"{name}: taken for {unit} ({why}); the file gives no unit")
     for group in of_one_unit(guesses, table):
@@ -209,7 +209,7 @@ def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> lis
         return [f"{words} in SI units, which is no unit known here; {right} would make it one"]
     shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m are not distinguishable
     why = f"{speed.why}, in {unit} by its size" if shown else speed.why
-    guesses[speed.source] = replace(speed, unit=shown, why=why)
+    guesses[speed.source] = replace(speed, unit=shown, why=why, unit_guessed=place.unit_guessed)
     return []
 
 

@@ -155,6 +155,8 @@ class Guess:
     why: str
     scale: float = 1.0
     """How much of `unit` one of the column is."""
+    unit_guessed: bool = False
+    """Whether only the size of the values speaks for the unit."""
 
     @property
     def name(self) -> str:
