@@ -115,8 +115,8 @@ class DriveChain:
         return moves & np.roll(moves, 1, axis=0)
 
     def _ringing(self, pole: complex, damping: float) -> tuple[ComplexArray, ...]:
-        """Share of its state that a load keeps in each row's step, (n,), and what the foot's speed and
-        half the change of that speed do to it, (n, 1): exact for a parabola.
+        """Share of its state that a load keeps in each row's step, (n,), and what its foot's speed
+        and half the change of that speed do to it, (n, 1): exact for a parabola.
         """
         if self._rings is None or self._rings[0] != pole:
             share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
