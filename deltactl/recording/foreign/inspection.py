@@ -149,14 +149,14 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         motion = moves or ("rotary" if turns_by_name(guesses.values()) else None)
     if kind == "servo_axis":
         warnings += [*of_load, *may_be_asked(guesses, known)]
-    timed = _timed(read, guesses, known, kind, read.base.rate_hz is not None and "t" not in said)
-    guesses, base, columns = timed.guesses, timed.base, _as_columns(timed.guesses, said, asked)
+    timeless = read.base.rate_hz is not None and "t" not in said
+    read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
+    base, columns = read.base, _as_columns(guesses, said, asked)
     if base.heading and not read.named:
         base, columns = _headed(base, columns)
-    facts, warnings = [*read.facts, *timed.facts], [*warnings, *timed.warnings]
     mapping, zero = base.model_copy(update={"columns": columns}), zero_of(guesses, known)
-    found = (read.path, facts, read.table, guesses, kind, motion, why, zero, mapping, warnings)
-    return Inspection(*found, timed.counter, timed.stumbles, named=read.named)
+    found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
+    return Inspection(*found, [*warnings, *late], *left_out, named=read.named)
 
 
 def _guessed(
@@ -192,29 +192,18 @@ def _guessed(
     return guesses, known, warnings
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Timed:
-    """When rows were taken: what of the guesses and of how the table is read that changes.
-
-    counter, stumbles: columns that count the rows, and whose times do not increase in every row.
-    """
-
-    guesses: dict[str, Guess]
-    base: Mapping
-    facts: list[tuple[str, str]]
-    warnings: list[str]
-    counter: str | None
-    stumbles: str | None
-
-
 def _timed(
     read: _Read,
     guesses: dict[str, Guess],
     known: dict[str, FloatArray],
     kind: str | None,
     timeless: bool,
-) -> _Timed:
-    """timeless: somebody says the rate instead of a column of times."""
+) -> tuple[_Read, dict[str, Guess], list[str], tuple[str | None, str | None]]:
+    """The table with what is known of its times, guesses, and warnings.
+
+    Last: a column that counts the rows, and one whose times do not increase in every row.
+    timeless: somebody says the rate instead of a column of times.
+    """
     base, stumbled = read.base, list[str]()
     counter = row_number(guesses, known) if kind == "range_sensor" else None
     if timeless or counter:
@@ -231,8 +220,9 @@ def _timed(
         base = base.model_copy(update={"rate_hz": above[0] if above else GUESSES.rate_hz})
     if stumbles and stumbles.rate_hz:
         guesses = _without_times(guesses)
-    name = stumbles.name if stumbles else None
-    return _Timed(guesses, base, facts, [*stumbled, *late], counter, name)
+    left_out = (counter, stumbles.name if stumbles else None)
+    timed = replace(read, base=base, facts=[*read.facts, *facts])
+    return timed, guesses, [*stumbled, *late], left_out
 
 
 def _as_columns(
