@@ -191,6 +191,16 @@ def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> lis
         if speed.unit is None and not sure:
             del guesses[speed.source]
         return []
+    return _by_ratio(guesses, speed, place, ratio, sure)
+
+
+def _by_ratio(
+    guesses: dict[str, Guess], speed: Guess, place: Guess, ratio: float, sure: bool
+) -> list[str]:
+    """The unit of a velocity, which is so many times the slope of a place; what is wrong with it.
+
+    sure: that it is a velocity is known, so that it is not left out of the guesses.
+    """
     own = ROTARY_SPEEDS if place.unit in ROTARY else LINEAR_SPEEDS if place.unit in LINEAR else ()
     fits = [u for u in own or SPEEDS if abs(ratio * IN_SI[u] - 1.0) < GUESSES.near_unit]
     unit = next(iter(fits), None)

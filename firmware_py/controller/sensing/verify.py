@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.firmware_py.controller.contract import JobResult, RobotController
+from deltactl.firmware_py.controller.contract import JobResult, RobotController, Status
 from deltactl.firmware_py.controller.sensing.determined import range_slopes_m
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.errors import MotionError, NotReady
@@ -37,8 +37,6 @@ class Verification:
 
     steps: Triple
     sigma_steps: Triple
-    moved_mm: Triple
-    """Change of each range between the two looks."""
 
     @property
     def lost(self) -> tuple[int, ...]:
@@ -98,7 +96,6 @@ def verify(
     return Verification(
         _triple(to_steps @ moved_m),
         _triple(np.sqrt(to_steps**2 @ sigma_m**2)),
-        _triple(moved_m * 1e3),
     )
 
 
@@ -106,21 +103,29 @@ def _look(
     controller: RobotController, sleep: Callable[[float], None]
 ) -> tuple[FloatArray, FloatArray]:
     """Mean of the good ranges of each axis [m], and its standard error. Raises NotReady."""
-    seen_m: dict[str, list[float]] = {axis: [] for axis in AXES}
-    for _ in range(round(LOOK_S / EVERY_S)):
-        sleep(EVERY_S)
-        for sensor in controller.status().sensors:
-            fresh = sensor.age_s is not None and sensor.age_s < 2.0 * EVERY_S
-            if fresh and sensor.gate == "good" and sensor.distance_m is not None:
-                seen_m[sensor.axis].append(sensor.distance_m)
-    for axis, values in seen_m.items():
-        if len(values) < LOOK_S / EVERY_S / 4:
-            raise NotReady(
-                f"sensor {axis} gives too few good readings; see 'deltactl status sensors'"
-            )
+    seen_m = good_ranges_m(controller.status, sleep, LOOK_S)
     means_m = np.array([np.mean(values) for values in seen_m.values()])
     sigmas_m = np.array([np.std(v, ddof=1) / np.sqrt(len(v)) for v in seen_m.values()])
     return means_m, sigmas_m
+
+
+def good_ranges_m(
+    status: Callable[[], Status], sleep: Callable[[float], None], look_s: float
+) -> dict[str, list[float]]:
+    """Good ranges of each axis [m] within a time. Raises NotReady where they are too few."""
+    seen_m: dict[str, list[float]] = {axis: [] for axis in AXES}
+    for _ in range(round(look_s / EVERY_S)):
+        sleep(EVERY_S)
+        for sensor in status().sensors:
+            fresh = sensor.age_s is not None and sensor.age_s < 2.0 * EVERY_S
+            if fresh and sensor.gate == "good" and sensor.distance_m is not None:
+                seen_m[sensor.axis].append(sensor.distance_m)
+    if blind := [axis for axis, values in seen_m.items() if len(values) < look_s / EVERY_S / 4]:
+        raise NotReady(
+            f"sensor {' and '.join(blind)} gives too few good readings;"
+            " see 'deltactl status sensors'"
+        )
+    return seen_m
 
 
 def _triple(values: FloatArray) -> Triple:
