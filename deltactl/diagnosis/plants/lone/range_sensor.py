@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from deltactl.diagnosis.plants.regression import (
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.chain.axis import SensorChain
 from deltactl.models.robot import RangeSensor
+from deltactl.models.signals import late, slopes_of
 from deltactl.recording.column_measures import step_of
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -87,6 +88,13 @@ class RangeSensorPlant(LeftOver):
         return float(self._new_distance[self.rows].mean()) > RANGE_SENSOR.moving_target
 
     @cached_property
+    def passes_places(self) -> bool:
+        """Whether enough rows are read on the way of the target to say how late a reading is."""
+        new = self._new_distance
+        passed = np.count_nonzero((new[1:] & new[:-1])[self.rows[self.rows > 0] - 1])
+        return self.moves_all_the_time or passed >= RANGE_SENSOR.fewest_ranged_rows
+
+    @cached_property
     def moves(self) -> bool:
         """Whether there is more than one distance."""
         return float(np.ptp(self.distance[self.rows])) > RANGE_SENSOR.least_travel_m
@@ -107,8 +115,11 @@ class RangeSensorPlant(LeftOver):
         found = [named("range/offset")]
         if self.moves:
             found += [named("range/scale"), named("range/crosstalk")]
-        if self.moves_all_the_time and self.in_time:
-            found.append(named("range/late", above=0.0))
+        if self.passes_places and self.in_time:
+            spread_s, step_s = RANGE_SENSOR.late_range_spread_s, 1e-3
+            late = Size("time", "half", spread_s, 0.0, LONE.longest_lag_s, step_s)
+            starts = ((0.0,), (spread_s,))
+            found.append(named("range/late", sizes=(late,), starts=starts))
         if self.in_time:
             found.append(self._warming())
         return [*found, *self.unknowns()]
@@ -126,8 +137,22 @@ class RangeSensorPlant(LeftOver):
         return named("range/drift", sizes=(size,), alone=False, starts=starts)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """What the robot file says the sensor reads, (n,)."""
-        return self.nominal
+        """What the robot file says the sensor reads, as late as it is said, (n,)."""
+        return self._late(sizes["late.time"])[0] if "late" in keys else self.nominal
+
+    @cached_property
+    def _late(self) -> Callable[[float], tuple[FloatArray, FloatArray]]:
+        """Nominal reading and distance (n,) so long before; the last are kept."""
+        readings, t_s = self.readings, self.t_s
+        steps_s = np.where(readings.fresh, 0.0, np.diff(t_s, prepend=t_s[0]))
+        start_s = t_s[readings.fresh][np.cumsum(readings.fresh) - 1]
+        courses = [(x, slopes_of(x, t_s, steps_s)) for x in (self.nominal, self.distance)]
+
+        def before(time_s: float) -> tuple[FloatArray, FloatArray]:
+            nominal, distance = (late(*one, t_s, start_s, time_s, 0.0) for one in courses)
+            return nominal, distance
+
+        return lru_cache(maxsize=4)(before)
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Errors (n, k) of one regressor."""
@@ -135,24 +160,22 @@ class RangeSensorPlant(LeftOver):
             return self.unknown(key)
         if key == "drift":
             return self._drift(sizes["drift.time_constant"])
-        return Columns.of(*self._shapes[key])
+        if key in ("scale", "crosstalk") and "late.time" in sizes:
+            return Columns.of(*self._shapes_at(self._late(sizes["late.time"])[1])[key])
+        return self._shapes[key] if key in self._shapes else Columns.none(len(base))
 
     @cached_property
-    def _shapes(self) -> dict[str, tuple[FloatArray, float, str]]:
+    def _shapes(self) -> dict[str, Columns]:
+        return {key: Columns.of(*one) for key, one in self._shapes_at(self.distance).items()}
+
+    def _shapes_at(self, distance: FloatArray) -> dict[str, tuple[FloatArray, float, str]]:
         usual = RANGE_SENSOR.size_of_mismatch * self.mismatch
         far = max(float(np.max(np.abs(self.distance[self.rows]))), 1e-9)
         return {
             "offset": (np.ones(len(self.t_s)), usual, "offset"),
-            "scale": (self.distance, FILE_SPREADS.range_scale_share, "scale"),
-            "crosstalk": (self.distance**2, usual / far**2, "curvature"),
-            "late": (-self._speed, RANGE_SENSOR.late_range_spread_s, "time"),
+            "scale": (distance, FILE_SPREADS.range_scale_share, "scale"),
+            "crosstalk": (distance**2, usual / far**2, "curvature"),
         }
-
-    @cached_property
-    def _speed(self) -> FloatArray:
-        speed: FloatArray = np.gradient(self.distance, self.t_s)
-        speed[self.readings.fresh] = 0.0
-        return speed
 
     def _drift(self, time_constant_s: float) -> Columns:
         """A sensor warms from the beginning of a recording on, whatever rows are missing in it."""
