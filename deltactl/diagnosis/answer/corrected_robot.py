@@ -202,6 +202,7 @@ def _origin(finding: Finding, diagnosis: Diagnosis, intervals: dict[str, Any]) -
         recordings=tuple(Path(name).name for name in diagnosis.recordings),
         on=date.today().isoformat(),
         ci95=intervals,
+        spread={n: tuple(row) for n, row in finding.spread.items() if n in intervals},
         probability=finding.probability,
         loosely_built=diagnosis.loosely_built,
     )

@@ -16,6 +16,8 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.priors.tolerances import giving_way, pull
 
 NORMAL_95 = 1.959964
+STRAIGHT = 1e-5
+"""Along so much of a standard deviation every size changes in proportion."""
 
 
 def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
@@ -68,7 +70,9 @@ def parameters(
             both = [[float(v - h), float(v + h)] for v, h in zip(value, half, strict=True)]
             results[name] = ParameterResult(value=value.tolist(), ci95=both, unit=units[name])
         elif name in ("amplitude", "phase"):
-            results[name] = _wave(candidate, term, name, cov, units[name])
+            reach = NORMAL_95 * float(np.linalg.norm(_along(term, _independent(cov))[name]))
+            ci = [float(value) - reach, float(value) + reach]
+            results[name] = ParameterResult(value=float(value), ci95=ci, unit=units[name])
         elif numbers:
             low, high = _ends(candidate, term, numbers[0], spread[numbers[0]])
             ci = sorted([low, high])
@@ -94,17 +98,36 @@ def _ends(candidate: Candidate, term: Term, number: int, spread: float) -> tuple
     return low, high
 
 
-def _wave(
-    candidate: Candidate, term: Term, name: str, cov: FloatArray, unit: str
-) -> ParameterResult:
-    hows = [candidate.coordinates[i].how for i in candidate.moved]
-    s, c = hows.index("sine"), hows.index("cosine")
-    x, y = (float(term.at[candidate.moved[i]]) for i in (s, c))
-    size = max(float(np.hypot(x, y)), 1e-15)
-    gradient = np.array([x, y]) / size if name == "amplitude" else np.array([-y, x]) / size**2
-    half = NORMAL_95 * float(np.sqrt(gradient @ cov[np.ix_([s, c], [s, c])] @ gradient))
-    value = size if name == "amplitude" else float(np.arctan2(y, x))
-    return ParameterResult(value=value, ci95=[value - half, value + half], unit=unit)
+def spreads(solution: Solution, cov: FloatArray) -> list[dict[str, list[float]]]:
+    """See `Finding.spread`, for each term; cov: of all fitted numbers."""
+    if not solution.terms:
+        return []
+    ways = _independent(cov)
+    every = [_along(t, ways[:, solution.columns_of(k)]) for k, t in enumerate(solution.terms)]
+    rows = np.array([row for own in every for row in own.values()])
+    together = iter(np.linalg.qr(rows.T)[1].T)
+    trimmed = [{name: np.trim_zeros(next(together), "b") for name in own} for own in every]
+    return [{n: [float(f"{x:.3g}") for x in row] for n, row in own.items()} for own in trimmed]
+
+
+def _independent(cov: FloatArray) -> FloatArray:
+    """Rows of how far numbers are off together, a standard deviation each, that are independent."""
+    sigma = np.sqrt(np.maximum(np.diag(cov), 1e-300))
+    values, vectors = np.linalg.eigh(cov / np.outer(sigma, sigma))
+    rows: FloatArray = (sigma[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))).T
+    return rows
+
+
+def _along(term: Term, ways: FloatArray) -> dict[str, FloatArray]:
+    """How far each size that is one finite number is off with every row of moved coordinates."""
+    steps = np.zeros((len(ways), len(term.at)))
+    steps[:, term.candidate.moved] = STRAIGHT * ways
+    ends = [[term.candidate.values(term.at + one) for one in (-step, step)] for step in steps]
+    return {
+        name: np.array([float(high[name] - low[name]) for low, high in ends]) / (2.0 * STRAIGHT)
+        for name, value in term.candidate.values(term.at).items()
+        if not np.ndim(value) and np.isfinite(value) and name not in term.candidate.fixed
+    }
 
 
 LOSS_95 = 3.841
