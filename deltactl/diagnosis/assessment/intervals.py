@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -62,23 +63,20 @@ def parameters(
         if name in candidate.fixed or name not in units:
             continue
         numbers = [i for i, c in enumerate(candidate.coordinates) if c.parameter == name]
+        ci: list[Any] = []
         if intervals and name in intervals:
             ci = list(intervals[name])
-            results[name] = ParameterResult(value=float(value), ci95=ci, unit=units[name])
         elif np.ndim(value) == 1:
             half = NORMAL_95 * spread[numbers]
-            both = [[float(v - h), float(v + h)] for v, h in zip(value, half, strict=True)]
-            results[name] = ParameterResult(value=value.tolist(), ci95=both, unit=units[name])
+            ci = np.stack([value - half, value + half], axis=1).tolist()
         elif name in ("amplitude", "phase"):
             reach = NORMAL_95 * float(np.linalg.norm(_along(term, _independent(cov))[name]))
             ci = [float(value) - reach, float(value) + reach]
-            results[name] = ParameterResult(value=float(value), ci95=ci, unit=units[name])
         elif numbers:
-            low, high = _ends(candidate, term, numbers[0], spread[numbers[0]])
-            ci = sorted([low, high])
-            if np.isinf(value) and np.isinf(ci[0]):
-                continue  # nothing of it, as in the robot file
-            results[name] = ParameterResult(value=float(value), ci95=ci, unit=units[name])
+            ci = sorted(_ends(candidate, term, numbers[0], spread[numbers[0]]))
+        if not ci or (np.ndim(value) == 0 and np.isinf(value) and np.isinf(ci[0])):
+            continue  # nothing of it, as in the robot file
+        results[name] = ParameterResult(value=value.tolist(), ci95=ci, unit=units[name])
     return results
 
 
@@ -100,8 +98,6 @@ def _ends(candidate: Candidate, term: Term, number: int, spread: float) -> tuple
 
 def spreads(solution: Solution, cov: FloatArray) -> list[dict[str, list[float]]]:
     """See `Finding.spread`, for each term; cov: of all fitted numbers."""
-    if not solution.terms:
-        return []
     ways = _independent(cov)
     every = [_along(t, ways[:, solution.columns_of(k)]) for k, t in enumerate(solution.terms)]
     rows = np.array([row for own in every for row in own.values()])
@@ -148,8 +144,7 @@ def by_profile(
     bent = [how == "log" and s > ASSESSMENT.bent for how, s in zip(hows, spread, strict=True)]
     if len(moved) != 2 or sorted(hows) != ["log", "plain"] or not any(bent):
         return None
-    plain = np.linalg.pinv(solution.tangent.T @ solution.tangent, hermitian=True)
-    own = np.diag(plain)[solution.columns_of(number)]
+    own = np.diag(solution.covariance)[solution.columns_of(number)]
     widen = np.clip(spread**2 / np.maximum(own, 1e-300), 1.0, 9.0)
     ends = fitter.side_by_side(
         [

@@ -103,7 +103,6 @@ def findings(outcome: Outcome) -> list[Finding]:
     solution, model = outcome.solution, outcome.fitter.model
     cov = covariance(outcome.fitter, solution)
     total = max(outcome.explained.nominal.cost - outcome.explained.solution.cost, 1e-9)
-    spreads = intervals.spreads(solution, cov)
     tasks = [
         *(partial(_free, outcome, number, total) for number in range(len(solution.frees))),
         *(
@@ -112,8 +111,6 @@ def findings(outcome: Outcome) -> list[Finding]:
         ),
     ]
     found = side_by_side(tasks)
-    named = zip(found[len(solution.frees) :], spreads, strict=True)
-    found[len(solution.frees) :] = [one.model_copy(update={"spread": own}) for one, own in named]
     found += [_stale(outcome, run) for run in outcome.stale]
     small = {t.candidate.key[:2] for t in solution.terms if within_tolerance(model, t)}
     return sorted(
@@ -154,6 +151,7 @@ def _named(
         effect=candidate.effect,
         component=candidate.component,
         parameters=sizes,
+        spread=intervals.spreads(solution, cov)[number],
         where=Where(
             axes=_axes(outcome.fitter, change),
             times_s=times,
