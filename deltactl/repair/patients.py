@@ -22,7 +22,7 @@ from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.rounds import flatten
 from deltactl.repair.compared import Seen
 
-LOOK_S, EVERY_S = 2.0, 0.03
+LOOK_S, MOST_LOOK_S, EVERY_S = 2.0, 10.0, 0.03
 POLL_S, VIRTUAL_POLL_S = 0.1, 0.5
 ANY_DEG = 360.0
 """Homing of a simulated robot puts the arms exactly where they count as homed."""
@@ -151,18 +151,22 @@ class DaemonPatient:
 def noise_m(controller: Controlled, sleep: Sleep) -> float:
     """Standard deviation of one reading at rest, of the worst sensor [m]. Raises NotReady."""
     seen_m: dict[str, list[float]] = {axis: [] for axis in AXES}
-    for _ in range(round(LOOK_S / EVERY_S)):
+    enough = LOOK_S / EVERY_S / 4
+    for number in range(round(MOST_LOOK_S / EVERY_S)):
+        if number * EVERY_S >= LOOK_S and min(map(len, seen_m.values())) >= enough:
+            break
         sleep(EVERY_S)
-        for sensor in controller.status().sensors:
+        status = controller.status()
+        for sensor in status.sensors:
             fresh = sensor.age_s is not None and sensor.age_s < 2.0 * EVERY_S
             if fresh and sensor.gate == "good" and sensor.distance_m is not None:
                 seen_m[sensor.axis].append(sensor.distance_m)
-    blind = [axis for axis, values in seen_m.items() if len(values) < LOOK_S / EVERY_S / 4]
-    if blind:
-        raise NotReady(
-            f"sensor {' and '.join(blind)} gives too few good readings;"
-            " see 'deltactl status sensors'"
+    if blind := [axis for axis, values in seen_m.items() if len(values) < enough]:
+        which = f"{'sensors' if len(blind) > 1 else 'sensor'} {', '.join(blind)}"
+        busy = (
+            ", or end other programs: they are simulated in real time" if status.simulated else ""
         )
+        raise NotReady(f"too few good readings of {which}; see 'deltactl status sensors'{busy}")
     return max(float(np.std(values, ddof=1)) for values in seen_m.values())
 
 
