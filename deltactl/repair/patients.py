@@ -163,9 +163,7 @@ def noise_m(controller: Controlled, sleep: Sleep) -> float:
                 seen_m[sensor.axis].append(sensor.distance_m)
     if blind := [axis for axis, values in seen_m.items() if len(values) < enough]:
         which = f"{'sensors' if len(blind) > 1 else 'sensor'} {', '.join(blind)}"
-        busy = (
-            ", or end other programs: they are simulated in real time" if status.simulated else ""
-        )
+        busy = "; simulated sensors are late on a busy computer" if status.simulated else ""
         raise NotReady(f"too few good readings of {which}; see 'deltactl status sensors'{busy}")
     return max(float(np.std(values, ddof=1)) for values in seen_m.values())
 
