@@ -141,7 +141,7 @@ def final_fit(explained: Explained, valid: BoolArray) -> tuple[Fitter, Solution]
         whitener = left_noise(fitter, solution, valid)
         calmer = _calmer(whitener, fitter.whiten)
         fitter = Fitter(fitter.model, whitener, fitter.nuisances)
-        most = ESTIMATION.most_fit_steps
+        most = ESTIMATION.steps_to_the_end
         solution = fitter.solve(solution.terms, solution.frees, solution.nuisances, steps=most)
         if not calmer:
             break
