@@ -109,3 +109,11 @@ def test_sizes_that_make_up_for_each_other_spread_together() -> None:
         row[: len(found)] = found
     np.testing.assert_allclose(rows @ rows.T, factor @ factor.T, rtol=0.02, atol=1e-9)
     assert np.linalg.norm(rows[0] + rows[1]) == pytest.approx(1e-3, rel=0.1)
+
+
+@pytest.mark.parametrize(("name", "at"), [("frame_tilt", [0.0] * 3), ("joint_compliance", [0.0])])
+def test_what_has_no_size_of_one_number_has_no_spread(name: str, at: list[float]) -> None:
+    """A vector alone, or a shaft that does not yield."""
+    terms = [Term(candidates_of(name, travel_rad=2.0, span_s=60.0)[0], np.array(at))]
+    solution = SimpleNamespace(terms=terms, columns_of=lambda number: slice(0, len(at)))
+    assert spreads(cast(Solution, solution), np.eye(len(at))) == [{}]

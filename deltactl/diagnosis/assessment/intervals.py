@@ -100,7 +100,7 @@ def spreads(solution: Solution, cov: FloatArray) -> list[dict[str, list[float]]]
     """See `Finding.spread`, for each term; cov: of all fitted numbers."""
     ways = _independent(cov)
     every = [_along(t, ways[:, solution.columns_of(k)]) for k, t in enumerate(solution.terms)]
-    rows = np.array([row for own in every for row in own.values()])
+    rows = np.array([row for own in every for row in own.values()]).reshape(-1, len(ways))
     together = iter(np.linalg.qr(rows.T)[1].T)
     trimmed = [{name: np.trim_zeros(next(together), "b") for name in own} for own in every]
     return [{n: [float(f"{x:.3g}") for x in row] for n, row in own.items()} for own in trimmed]
