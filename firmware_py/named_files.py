@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from deltactl.foundation.errors import ConfigError, MissingFile
@@ -20,11 +21,13 @@ NO_YAML = frozenset(
     {".csv", ".tsv", ".txt", ".gz", ".parquet", ".mat", ".mcap", ".gcode", ".nc", ".ngc", ".g"}
 )
 """Endings of recordings, tables of points and G-code."""
+WRITES = "'deltactl init delta my-robot.yaml' writes one; for others, init axis, sensor or chain"
+"""How a robot file comes about."""
 NEEDED = {
     JOB_KEY: "a job (YAML) is needed here: 'deltactl convert {file} job.yaml --robot ROBOT.yaml'"
     " makes one of points in mm or of G-code, and 'deltactl inspect {file}' looks into a"
     " recording",
-    ROBOT_KEY: "a robot file (YAML) is needed here: 'deltactl init delta my-robot.yaml' writes one",
+    ROBOT_KEY: "a robot file (YAML) is needed here; {writes}",
 }
 """What is said where a file of those is named for a job or a robot."""
 LOOKED_INTO = 200
@@ -41,22 +44,27 @@ def find(name: str, beside: Path | None = None, listing: bool = True, key: str =
     """
     given = Path(name)
     no_yaml = bool(key) and given.suffix.lower() in NO_YAML
-    project = "models/trained" if given.suffix == ".tflite" else "config"
     folders = [Path() if beside is None else beside.parent, CONFIG_FOLDER, TRAINED_FOLDER]
     for folder in folders:
         if (folder / given).is_file():
             if no_yaml:
-                raise ConfigError(f"{name}: {NEEDED[key].format(file=name)}")
+                raise ConfigError(f"{name}: {NEEDED[key].format(file=name, writes=WRITES)}")
             return folder / given
     suffix = "" if no_yaml or given.suffix == ".yml" else given.suffix  # both are YAML
-    shown = folders if listing else folders[1:]
-    paths = [path for folder in shown for path in folder.glob(f"*{suffix or '.yaml'}")]
-    there = sorted({path.name for path in paths[:LOOKED_INTO] if not key or _has(path, key)})
-    close = difflib.get_close_matches(given.name, there, n=1, cutoff=0.75)
-    few = ", ".join(there[:SHOWN]) + (" and more" if len(there) > SHOWN else "")
-    hint = f"did you mean '{close[0]}'?" if close else f"there are {few or 'none'}"
     place = "here" if beside is None else f"beside {beside}"
-    raise MissingFile(f"{name}: no such file {place} or in {project}; {hint}")
+    project = "models/trained" if given.suffix == ".tflite" else "config"
+    instead = _instead(given.name, folders if listing else folders[1:], suffix or ".yaml", key)
+    instead += f"; {WRITES}" if key == ROBOT_KEY else ""
+    raise MissingFile(f"{name}: no such file {place} or in {project}; {instead}")
+
+
+def _instead(name: str, folders: Sequence[Path], suffix: str, key: str) -> str:
+    """The file of these folders that may be meant, or those that there are."""
+    paths = [path for folder in folders for path in folder.glob(f"*{suffix}")]
+    there = sorted({path.name for path in paths[:LOOKED_INTO] if not key or _has(path, key)})
+    close = difflib.get_close_matches(name, there, n=1, cutoff=0.75)
+    few = ", ".join(there[:SHOWN]) + (" and more" if len(there) > SHOWN else "")
+    return f"did you mean '{close[0]}'?" if close else f"there are {few or 'none'}"
 
 
 def named_beside(file: Path, writer: Path) -> str:

@@ -62,11 +62,6 @@ class Ceiling:
     probability: float
     """Of the least certain of the true effects."""
 
-    @property
-    def tells(self) -> bool:
-        """Whether the true set is the best of all that were compared."""
-        return not self.against
-
 
 def ceiling(recording: Path, robot: Path, truth: Sequence[Name], said: Sequence[Name]) -> Ceiling:
     """Compare the true set with its neighbours and with the answer, on one recording.

@@ -218,13 +218,7 @@ class _Followed:
             self._cold.append(0.0 if size is None else abs(_off(size)))
         self._ran_s = time_s
         if size is not None:
-            if self._comes_and_goes and self._newest and _off(size) * _off(self._newest) < 0.0:
-                self._end()  # it swings about what the robot file says
-            self._newest = {**size, "recording": row["recording"], "robot": row["robot"]}
-            if self._comes_and_goes:
-                self._sizes.append((time_s, abs(_off(size))))
-                while self._sizes[0][0] < time_s - DAY_S:
-                    self._sizes.popleft()
+            self._note(row, size, time_s)
         self._had = [*self._had[1 - OF :], None if size is None else row]
         seen = [one for one in self._had if one is not None]
         if self._first is None:
@@ -236,6 +230,16 @@ class _Followed:
             self._end()
         ready = self._first is not None and self._lasted_s >= self._waits_s and not self._swings
         self._is_announced = self._is_announced or ready
+
+    def _note(self, row: Row, size: Row, time_s: float) -> None:
+        """The finding of a run; one that changes its sign begins anew."""
+        if self._comes_and_goes and self._newest and _off(size) * _off(self._newest) < 0.0:
+            self._end()  # it swings about what the robot file says
+        self._newest = {**size, "recording": row["recording"], "robot": row["robot"]}
+        if self._comes_and_goes:
+            self._sizes.append((time_s, abs(_off(size))))
+            while self._sizes[0][0] < time_s - DAY_S:
+                self._sizes.popleft()
 
     def announced(self) -> Announcement | None:
         """It, where it holds, and for as long as has to be waited."""

@@ -12,17 +12,18 @@ import numpy as np
 
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.contract import JobResult, Status
+from deltactl.firmware_py.controller.sensing.verify import good_ranges_m
 from deltactl.firmware_py.controller.states import State
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.firmware_py.run_report.reference import targets_at
 from deltactl.foundation.clock import sleep_s
-from deltactl.foundation.errors import ConfigError, MotionError, NotReady
+from deltactl.foundation.errors import ConfigError, MotionError
 from deltactl.models.robot import AXES
 from deltactl.recording.reading.reader import read_run
 from deltactl.recording.tables.rounds import flatten
 from deltactl.repair.compared import Seen
 
-LOOK_S, MOST_LOOK_S, EVERY_S = 2.0, 10.0, 0.03
+LOOK_S = 2.0
 POLL_S, VIRTUAL_POLL_S = 0.1, 0.5
 ANY_DEG = 360.0
 """Homing of a simulated robot puts the arms exactly where they count as homed."""
@@ -150,21 +151,7 @@ class DaemonPatient:
 
 def noise_m(controller: Controlled, sleep: Sleep) -> float:
     """Standard deviation of one reading at rest, of the worst sensor [m]. Raises NotReady."""
-    seen_m: dict[str, list[float]] = {axis: [] for axis in AXES}
-    enough = LOOK_S / EVERY_S / 4
-    for number in range(round(MOST_LOOK_S / EVERY_S)):
-        if number * EVERY_S >= LOOK_S and min(map(len, seen_m.values())) >= enough:
-            break
-        sleep(EVERY_S)
-        status = controller.status()
-        for sensor in status.sensors:
-            fresh = sensor.age_s is not None and sensor.age_s < 2.0 * EVERY_S
-            if fresh and sensor.gate == "good" and sensor.distance_m is not None:
-                seen_m[sensor.axis].append(sensor.distance_m)
-    if blind := [axis for axis, values in seen_m.items() if len(values) < enough]:
-        which = f"{'sensors' if len(blind) > 1 else 'sensor'} {', '.join(blind)}"
-        busy = "; simulated sensors are late on a busy computer" if status.simulated else ""
-        raise NotReady(f"too few good readings of {which}; see 'deltactl status sensors'{busy}")
+    seen_m = good_ranges_m(controller.status, sleep, LOOK_S)
     return max(float(np.std(values, ddof=1)) for values in seen_m.values())
 
 

@@ -13,7 +13,7 @@ from deltactl.firmware_py.controller.accepted_file import other_accepted
 from deltactl.firmware_py.controller.claim import CLIENT_WENT, Claim, Owner
 from deltactl.firmware_py.controller.condition import Condition
 from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, Status
-from deltactl.firmware_py.controller.control_loop import ControlLoop
+from deltactl.firmware_py.controller.control_loop import ControlLoop, Progress
 from deltactl.firmware_py.controller.emergency import LATCHED, Emergency
 from deltactl.firmware_py.controller.file_in_force import NAMED, FileInForce, keep_text
 from deltactl.firmware_py.controller.homing import Homing
@@ -21,7 +21,6 @@ from deltactl.firmware_py.controller.jobs.job_queue import QueuedJob, queued
 from deltactl.firmware_py.controller.jobs.jobs import Jobs
 from deltactl.firmware_py.controller.jobs.journal import Journal
 from deltactl.firmware_py.controller.observer import Observer
-from deltactl.firmware_py.controller.progress import Progress
 from deltactl.firmware_py.controller.report_status import Running, snapshot
 from deltactl.firmware_py.controller.sensing.ranging_loop import RangingLoop
 from deltactl.firmware_py.controller.states import (

@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Generator
 from pathlib import Path
-from types import TracebackType
 
 from deltactl.firmware_py import wire_errors
 from deltactl.firmware_py.controller.contract import HomeSeen, JobResult, SensorStatus, Status
@@ -49,12 +48,7 @@ class Client:
     def __enter__(self) -> Client:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def power_on(self) -> None:

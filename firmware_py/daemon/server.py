@@ -9,7 +9,6 @@ import socket
 import threading
 import time
 from pathlib import Path
-from types import TracebackType
 
 from deltactl.firmware_py import wire_errors
 from deltactl.firmware_py.controller.contract import OwnedController
@@ -104,12 +103,7 @@ class Server:
         self.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _accept(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import select
 import signal
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Any
 
 ASKED_TO_END = (signal.SIGTERM, signal.SIGINT)
@@ -31,12 +31,7 @@ class EndSignals:
         self._before = {one: signal.signal(one, self._came) for one in ASKED_TO_END}
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for one, handler in self._before.items():
             signal.signal(one, handler)
         os.close(self._reader)

@@ -105,7 +105,7 @@ def pulses_remark(text: str, pulses: float) -> list[str]:
 Answers = dict[str, str]
 """By the key of the question."""
 UNKNOWN = "unknown"
-"""Answer of somebody who does not know, where that may be said: where it is the default."""
+"""Answer of somebody who does not know, where that may be said."""
 PRODUCTS = ", or a product or quotient of numbers, as 1.17*9.81*0.15 or 1/3"
 _WITH_UNIT = re.compile(r"[-+]?[\d.,]+ ?[A-Za-zµ°%][A-Za-zµ°%/ ]*")
 _THOUSANDS = re.compile(r"(-?\d{1,3}),(\d{3})")
@@ -142,6 +142,8 @@ class Question:
     """Whether it counts something."""
     any_text: bool = False
     """Whether whatever is typed will do, as for a name."""
+    unknown: bool = False
+    """Whether the answer may be `UNKNOWN`."""
     guessed: bool = False
     """Whether the default is only what is most often met: it is said with what is missing."""
     unless: tuple[tuple[str, str], ...] = ()
@@ -156,7 +158,7 @@ class Question:
             return f"{answer!r}: must be {' or '.join(self.choices)}"
         if self.choices or self.any_text or answer.strip() == "none":
             return ""
-        if answer == self.default == UNKNOWN:
+        if self.unknown and answer == UNKNOWN:
             return ""
         found = read_numbers(answer, self.count, self.notation)
         if isinstance(found, str):

@@ -154,6 +154,7 @@ SERVO_AXIS: tuple[Question, ...] = (
         "Torque that holds a weight on the axis level, N m (kg * 9.81 * metres from the axis);"
         " 0: none hangs there, or the axis is upright; unknown: if you do not know",
         UNKNOWN,
+        unknown=True,
         unless=(("motion", "linear"),),
         only=TURNS,
     ),
@@ -167,8 +168,10 @@ SERVO_AXIS: tuple[Question, ...] = (
     Question(
         "constant_nm",
         "Torque that holds a load of one size at every angle, N m (a weight on a rope over a drum:"
-        " kg * 9.81 * its radius), negative if it holds towards lower positions; 0: there is none",
+        " kg * 9.81 * its radius), negative if it holds towards lower positions; 0: there is none;"
+        " unknown: if you do not know",
         "0",
+        unknown=True,
         unless=(*NO_EFFORT, ("motion", "linear")),
         only=TURNS,
     ),
@@ -178,6 +181,7 @@ SERVO_AXIS: tuple[Question, ...] = (
         " if it holds towards lower positions; 0: it is level, or balanced; unknown: if you do not"
         " know",
         UNKNOWN,
+        unknown=True,
         unless=(*NO_EFFORT, ("motion", "rotary")),
         only=SLIDES,
     ),

@@ -137,10 +137,13 @@ def _slope(answers: Answers) -> str:
 
 def _hanging(answers: Answers) -> str:
     """What weight does to an axis that turns; an example behind a # where nobody knows."""
-    torque_nm, constant_nm = _known(answers, "hanging_nm"), numbers(answers, "constant_nm")[0]
-    constant = f"constant_nm: {_number(constant_nm)}"
+    torque_nm, constant_nm = _known(answers, "hanging_nm"), _known(answers, "constant_nm")
+    constant = f"constant_nm: {_number(constant_nm or 1.0)}"
+    load = f"gravity: {{{constant}}}   #"
+    if constant_nm is None and not torque_nm:
+        return f"# {load} only where a load pulls at every angle: N m that hold it"
     if constant_nm and not torque_nm:
-        return f"gravity: {{{constant}}}   # the load: N m that hold it at every angle"
+        return f"{load} the load: N m that hold it at every angle"
     if torque_nm == 0.0:
         return f"gravity: {{torque_nm: 0}}   {NOTHING}"
     zero = _number(math.radians(numbers(answers, "hanging_deg")[0]))

@@ -47,6 +47,7 @@ def test_a_mistake_in_a_job_is_one_line(deltactl, tmp_path: Path, name: str) -> 
         (("run", "circle.yaml", "--record", "circle.csv"), "ends in .mcap"),
         (("status", "sensors", "--calibrate", "q=1"), "z=0.412"),
         (("export", "nothing.mcap", "x.csv"), "nothing.mcap"),
+        (("diagnose", "a.csv", "--robot", "axiss.yaml"), "deltactl init"),
     ],
 )
 def test_a_wrong_call_is_one_line(deltactl, arguments: tuple[str, ...], expected: str) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from deltactl.firmware_py.controller.build import build_controller
+from deltactl.firmware_py.controller.control_loop import Progress
 from deltactl.firmware_py.controller.controller import Controller
-from deltactl.firmware_py.controller.progress import Progress
 from deltactl.firmware_py.install.steps import PROGRAM
 from deltactl.foundation.clock import sleep_s
 

@@ -54,6 +54,8 @@ def test_a_weight_on_a_rope_may_hang_beside_one_on_an_arm(
     ).gravity
     assert both is not None
     assert (both.torque_nm, both.constant_nm) == (3.0, -2.0)
+    path = str(tmp_path / "unweighed.yaml")
+    assert _weight(deltactl, path, "--hanging-nm", "0", "--constant-nm", "unknown").gravity is None
 
 
 def test_a_weight_that_was_given_is_written(deltactl: Deltactl, tmp_path: Path) -> None:

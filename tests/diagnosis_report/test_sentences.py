@@ -78,7 +78,7 @@ def test_what_goes_on_is_called_no_noise_of_a_sensor(make: Any, verdict: str) ->
         return " ".join([answer.unexplained.says, fit_line(answer)])
 
     slow, quick = says(0.92), says(0.5)
-    assert "it stays the same for about 110 ms at a time (one reading every 10 ms was used)" in slow
+    assert "readings within about 110 ms err alike (one reading every 10 ms was used)" in slow
     assert "of noise" not in slow
     assert "correlation" not in quick
     assert "2.10 mm of noise" in quick
@@ -94,7 +94,7 @@ def test_what_known_effects_leave_is_said_in_one_piece(make: Any) -> None:
     answer = in_words(make("nothing_missing", findings=[], fit=fit, unexplained=rest))
     text = " ".join([answer.unexplained.says, fit_line(answer)])
     assert "is what the effects in the robot file usually leave" in text
-    assert "the same for about 2.1 s at a time" in text
+    assert "within about 2.1 s err alike" in text
     assert "noise" not in text
 
 

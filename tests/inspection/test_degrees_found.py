@@ -77,6 +77,7 @@ def test_a_joint_turns_in_a_unit_that_is_asked_for(tmp_path: Path) -> None:
 def test_more_than_a_turn_is_degrees_or_something_else(tmp_path: Path) -> None:
     found = table(tmp_path / "a.csv", "goal,read", 9.0)
     assert units(found) == ["deg", "deg"]
+    assert all(found.guesses[name].unit_guessed for name in ("goal", "read"))
     (question,) = found.warnings
     assert "[rad] in place of [deg]" in question
     assert "[mm] in place of [deg]" in question

@@ -78,7 +78,7 @@ def test_ties_take_turns_with_cases(tmp_path, ran, monkeypatch):
     def tie(seed, number):
         ran.append(f"tie {number}")
         return {
-            "truth": {"answers": []}, "rival": [], "settleable": True, "pair": "a or b",
+            "truth": {"answers": []}, "alternative": [], "settleable": True, "pair": "a or b",
             "proposed": None, "first": None, "second": None,
         }  # fmt: skip
 

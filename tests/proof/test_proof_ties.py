@@ -71,7 +71,7 @@ LAG, AZIMUTH = ("following_lag", "motor1"), ("motor_azimuth", "motor1")
 
 def tie_result(first, second=None, proposed=None, settleable=True):
     return {
-        "truth": {"answers": [{"effect": LAG[0], "where": LAG[1]}]}, "rival": [list(AZIMUTH)],
+        "truth": {"answers": [{"effect": LAG[0], "where": LAG[1]}]}, "alternative": [list(AZIMUTH)],
         "pair": "lag or azimuth", "settleable": settleable, "first": first, "second": second,
         "proposed": proposed,
     }  # fmt: skip

@@ -121,10 +121,11 @@ def _preview(seen: Inspection, shown: Sequence[str], narrow: bool, first: int) -
 
 
 def _unit(seen: Inspection, guess: Guess) -> str:
+    unit = f"{guess.unit or ''}{'?' * guess.unit_guessed}"
     if guess.scale != 1.0:
-        return f"{guess.scale:.4g} {guess.unit or ''}".rstrip()
+        return f"{guess.scale:.4g} {unit}".rstrip()
     if guess.unit is not None:
-        return guess.unit
+        return unit
     source = seen.mapping.columns.get(guess.name)
     taken = f"{source.unit}?" if source is not None and source.unit != "1" else None
     return taken or UNSAID.get(guess.role) or ("rad?" if guess.role in MOVED else "as it is")

@@ -21,7 +21,7 @@ from deltactl.cli.output import (
 )
 from deltactl.cli.recordings.notes import Notes, next_commands
 from deltactl.cli.recordings.tables import as_calibration, mapping_of, read_plain
-from deltactl.firmware_py.named_files import CONFIG_FOLDER, find
+from deltactl.firmware_py.named_files import CONFIG_FOLDER, ROBOT_KEY, find
 from deltactl.foundation.errors import ConfigError, DeltactlError
 from deltactl.foundation.extras import needs
 from deltactl.foundation.one_screen import LINES, Part
@@ -79,7 +79,7 @@ def diagnose_recordings(
         from deltactl.diagnosis.report.next_run import written as what_is_written
         from deltactl.diagnosis.report.page import Origin, write_report
 
-    robot_file = find(robot)
+    robot_file = find(robot, key=ROBOT_KEY)
     refuse_missing([*recordings, *holdout])
     described = load_with_effects(robot_file)
     if columns and isinstance(described, ServoAxis):

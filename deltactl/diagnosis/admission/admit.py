@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-
 from deltactl.diagnosis.admission import axis_match, chain_columns, columns
 from deltactl.diagnosis.admission.another_kind import of_another_kind, refuse_several_motors
 from deltactl.diagnosis.admission.arm_columns import (
@@ -45,6 +43,7 @@ from deltactl.models.robot import (
     StepperAxis,
 )
 from deltactl.models.servo_drive import ServoDrive
+from deltactl.recording.column_measures import first_of
 from deltactl.recording.tables.chain_tables import measures_poses
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -320,7 +319,7 @@ def _judged_by_effort(robot: LoneRobot, recordings: Sequence[FlatRecording]) -> 
     return (
         isinstance(robot, ServoAxis)
         and robot.inertia is not None
-        and all(r.has("effort") and np.isfinite(r.columns["effort"]).any() for r in recordings)
+        and all(first_of(recording, ["effort"]) for recording in recordings)
     )
 
 

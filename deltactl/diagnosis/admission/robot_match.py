@@ -35,7 +35,8 @@ def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float)
     last = int((1.0 - ADMISSION.least_after) * len(apart))
     if last <= ADMISSION.least_before:
         return
-    ratio, at = max(_contrast(apart, at) for at in _moments(ADMISSION.least_before, last))
+    moments = np.linspace(ADMISSION.least_before, last, ADMISSION.moments_tried)
+    ratio, at = max(_contrast(apart, int(at)) for at in moments)
     after = float(np.quantile(apart[at:], 1.0 - ADMISSION.nearly_all))
     if (
         ratio < ADMISSION.worse
@@ -75,10 +76,6 @@ def refuse_once_near(model: DeltaModel, source: str, left: FloatArray) -> None:
 
 def _broke(model: DeltaModel, source: str, when_s: float, off: float) -> Refusal:
     return refusal("broke", source, t_s=when_s, off=off, unit=model.readings.units[0])
-
-
-def _moments(first: int, last: int) -> list[int]:
-    return [int(at) for at in np.linspace(first, last, ADMISSION.moments_tried)]
 
 
 def _contrast(apart: FloatArray, at: int) -> tuple[float, int]:

@@ -15,6 +15,7 @@ from deltactl.diagnosis.assessment.regression_holdout import scaled_covariance
 from deltactl.diagnosis.assessment.significance import charge
 from deltactl.diagnosis.evidence.detection import Detection
 from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.regression import Regressor, Shown, Size
 from deltactl.diagnosis.score_tests.library import Entry
 from deltactl.diagnosis.selection.named_first import Selected
@@ -25,46 +26,52 @@ NORMAL_FROM = 1e5
 
 def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable]]:
     """Both lists, by effect and component."""
-    library, scores = tests.prepared.library, tests.scores_of_empty
+    library = tests.prepared.library
     why = "nothing that was observed depends on it in this recording"
     unseen = [one for one in library.not_identifiable if not one.members]
     untested = [NotTestable.of(one.effect, one.component, why) for one in unseen]
     independent = tests.calibration.tests + tests.event_tests
-    scorer = tests.prepared.scorer
     held = _absorbed(tests)
     smallest: dict[tuple[str, ...], SmallestDetectable] = {}
     for number, entry in enumerate(library.entries):
-        if entry.candidate is None or entry.shape is None or not entry.shape.linear:
+        one = entry.candidate
+        if one is None or one.members or entry.shape is None or not entry.shape.linear:
             continue
-        if entry.candidate.members:
-            continue
-        scatter = float(scorer.variance_inflation[number])
-        factor = scatter * float(scorer.tolerance_factor[number])
-        left = scatter * float(scorer.left_by_measured[number])
-        needed = _needed(independent, entry.df, scatter, factor, left)
-        size = _size(entry, scores.information[number], needed)
-        if (spread := tests.left_by_measured.spread_of(entry.candidate)) is not None:
-            away = spread * math.sqrt(_needed(independent, entry.df, 1.0, 1.0, 0.0))
-            size = 1.0 / away if entry.candidate.kind.main.reciprocal else away
-        elif size is not None and number in held:
-            size = _beyond(entry, size, *held[number])
+        size = _smallest(tests, number, one, independent, held.get(number))
         if size is None:
             why = "what it would do cannot be distinguished from what is always fitted"
-            untested.append(NotTestable.of(entry.candidate.effect, entry.candidate.component, why))
-            continue
-        key = entry.key
-        if key not in smallest or _better(entry, size, smallest[key].value):
-            main = entry.candidate.kind.main
-            smallest[key] = SmallestDetectable(
-                effect=entry.candidate.effect,
-                component=entry.candidate.component,
-                parameter=main.name,
+            untested.append(NotTestable.of(one.effect, one.component, why))
+        elif entry.key not in smallest or _better(entry, size, smallest[entry.key].value):
+            smallest[entry.key] = SmallestDetectable(
+                effect=one.effect,
+                component=one.component,
+                parameter=one.kind.main.name,
                 value=size,
-                unit=main.unit,
+                unit=one.kind.main.unit,
             )
     seen = {(s.effect, s.component) for s in smallest.values()}
     unique = {(h.effect, h.component): h for h in untested if (h.effect, h.component) not in seen}
     return list(unique.values()), list(smallest.values())
+
+
+def _smallest(
+    tests: Detection,
+    number: int,
+    one: Candidate,
+    independent: float,
+    held: tuple[float, float] | None,
+) -> float | None:
+    """From which size on the test of an entry raises the alarm; held: as `_absorbed` has it."""
+    entry, scorer = tests.prepared.library.entries[number], tests.prepared.scorer
+    scatter = float(scorer.variance_inflation[number])
+    factor = scatter * float(scorer.tolerance_factor[number])
+    left = scatter * float(scorer.left_by_measured[number])
+    needed = _needed(independent, entry.df, scatter, factor, left)
+    size = _size(entry, tests.scores_of_empty.information[number], needed)
+    if (spread := tests.left_by_measured.spread_of(one)) is not None:
+        away = spread * math.sqrt(_needed(independent, entry.df, 1.0, 1.0, 0.0))
+        return 1.0 / away if one.kind.main.reciprocal else away
+    return size if size is None or held is None else _beyond(entry, size, *held)
 
 
 def _needed(tests: float, df: int, scatter: float, factor: float, left: float) -> float:

@@ -11,7 +11,6 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from deltactl.diagnosis.answer.verdict import ALARM
-from deltactl.diagnosis.estimation.budget import Budget
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.splines import Score
@@ -65,11 +64,6 @@ class Detection:
         self._fine[self.empty] = fine
         assert isinstance(calibration, Calibration)
         return calibration
-
-    @property
-    def budget(self) -> Budget:
-        """How much more the search may be."""
-        return self.fitter.budget
 
     @property
     def fitter(self) -> Fitter:

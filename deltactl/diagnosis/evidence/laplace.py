@@ -303,17 +303,12 @@ class Laplace:
             tangent = _side_by_side(len(white), shapes, taken)
             known = np.eye(tangent.shape[1]) + tangent.T @ tangent
         spreads = np.concatenate([c.spread for c in columns] + [[m[1].spread for m in moved]])
-        linear: dict[str, FloatArray] = {}
-        parts, names, first = [], [], 0
-        for key, c in zip(("", *sorted(keys)), columns, strict=True):
-            count = c.values.shape[1]
-            size = theta[first : first + count] * c.spread
-            if count:
-                parts.append((c.values, size))
-            linear[key] = size
-            given = c.names or tuple(str(i) for i in range(count))
-            names += [f"{key}.{name}" for name in given]
-            first += count
+        ends = np.cumsum([c.values.shape[1] for c in columns])[:-1]
+        each = dict(zip(("", *sorted(keys)), columns, strict=True))
+        shares = zip(each.items(), np.split(theta, ends), strict=True)
+        linear = {key: share * c.spread for (key, c), share in shares}
+        parts = [(c.values, linear[key]) for key, c in each.items() if c.values.shape[1]]
+        names = [f"{key}.{name}" for key, c in each.items() for name in c.sizes]
         names += [name for name, _ in moved]
         priors = sum(
             (point[name] / size.spread) ** 2 for name, size in moved if size.prior == "half"

@@ -48,6 +48,8 @@ def given_back(shapes: FloatArray, groups: IntArray, memory: float) -> GivenBack
         seen.append(max(own, seen[-1] if seen else 1.0))
         variance.append(float(np.mean(noise**2) / max(float(np.mean(left**2)), 1e-12)))
         longer.append(float(np.mean(autocorrelation_times(noise, groups))) / seen[-1])
+        if seen[-1] > memory:  # what follows is beyond what is asked for
+            break
     return GivenBack(
         float(np.interp(memory, seen, variance)), max(float(np.interp(memory, seen, longer)), 1.0)
     )
@@ -76,15 +78,17 @@ def autocorrelation_times(values: FloatArray, groups: IntArray) -> FloatArray:
     total = np.ones(values.shape[1])
     if count < 8:
         return total
-    x = values - values.mean(axis=0)
-    power = np.sum(x**2, axis=0) + 1e-300
-    going = np.ones(values.shape[1], dtype=bool)
+    x = np.ascontiguousarray((values - values.mean(axis=0)).T)
+    power, going = np.sum(x**2, axis=1) + 1e-300, np.arange(len(x))
     for lag in range(1, count // 3):
         near = groups[lag:] == groups[:-lag]
         pairs = int(near.sum())
-        if not pairs or not going.any():
+        if not pairs or not len(going):
             break
-        paired = np.einsum("ij,ij,i->j", x[lag:], x[:-lag], near.astype(float)) / power
-        going &= paired * count / pairs >= EVIDENCE.uncorrelated
-        total = total + np.where(going, 2.0 * paired, 0.0)
+        ahead = x[:, lag:] if pairs == len(near) else x[:, lag:] * near
+        paired = np.einsum("ji,ji->j", ahead, x[:, :-lag]) / power
+        on = paired * count / pairs >= EVIDENCE.uncorrelated
+        if not on.all():
+            x, power, paired, going = x[on], power[on], paired[on], going[on]
+        total[going] += 2.0 * paired
     return np.maximum(total, 1.0)

@@ -152,7 +152,7 @@ def _least_squares(jac: FloatArray, residual: FloatArray) -> FloatArray:
 def both_ways(run: Run, tie: Tie, repeats: float = 1.0, steps: int = 1) -> tuple[float, float]:
     """Expected evidence when the first explanation is true, and when the second one is.
 
-    None where the machine would not hold together if one of them is true.
+    Both are 0 where the machine would not hold together if one of them is true.
     """
     if not (run.of(tie.first)[1] and run.of(tie.second)[1]):
         return 0.0, 0.0

@@ -14,7 +14,7 @@ from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.foundation.scatter import MAD_TO_SIGMA
-from deltactl.recording.column_measures import step_of
+from deltactl.recording.column_measures import first_of, step_of
 from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
@@ -194,6 +194,13 @@ def bridged(recording: FlatRecording, name: str) -> FloatArray:
     values = recording.columns[name]
     known = np.isfinite(values)
     return np.interp(recording.t_s, recording.t_s[known], values[known])
+
+
+def known_loads(recordings: Sequence[FlatRecording]) -> FloatArray:
+    """The load that a column gives, (n,), of recordings laid end to end; 0 where none does."""
+    return np.concatenate(
+        [bridged(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
+    )
 
 
 def smoothly_bridged(recording: FlatRecording, name: str) -> FloatArray:

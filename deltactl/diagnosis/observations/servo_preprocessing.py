@@ -21,6 +21,7 @@ from deltactl.diagnosis.observations.readings import (
 )
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.chain.servo_delta import Motion, ServoChain
+from deltactl.recording.column_measures import first_of
 from deltactl.recording.tables.flat import FlatRecording
 
 JOINTS = (1, 2, 3)
@@ -58,10 +59,7 @@ def reads_disturbance(recording: FlatRecording) -> bool:
     """Whether angles and either disturbances or currents of all joints are there."""
 
     def known(stem: str) -> bool:
-        names = [f"{stem}_{joint}" for joint in JOINTS]
-        return recording.has(*names) and all(
-            bool(np.isfinite(recording.columns[name]).any()) for name in names
-        )
+        return all(first_of(recording, [f"{stem}_{joint}"]) for joint in JOINTS)
 
     return known("theta") and (known("disturbance") or known("current"))
 

@@ -255,25 +255,8 @@ def drawn(
 
     shift: standard deviation that discrepancy of the model adds to a size, by `key.size`.
     """
-    covariance = scaled_covariance(explanation)
     regressor = next(r for r in plant.regressors if r.key == key)
-    names, prefix = explanation.names, f"{key}."
-    rows = [i for i, n in enumerate(names) if n.startswith(prefix) or n == regressor.measured_by]
-    part = covariance[np.ix_(rows, rows)]
-    across, spread = np.linalg.eigh(part)[::-1]
-    noise = rng.standard_normal((count, len(rows))) * np.sqrt(np.maximum(spread, 0.0))
-    moved = noise @ across.T
-    values = own(explanation, key)
-    halves = {size.name for size in regressor.sizes if size.prior == "half"}
-    for at, name in enumerate(names[row].removeprefix(prefix) for row in rows):
-        if name in halves and part[at, at] > 0.0:
-            # A size below zero becomes zero, and the others change as they correlate with it.
-            short = np.minimum(values[name] + moved[:, at], 0.0)
-            moved -= short[:, None] * part[at] / part[at, at]
-    found = {}
-    for i, off in zip(rows, moved.T, strict=True):
-        off = off + shift.get(names[i], 0.0) * rng.standard_normal(count)
-        found[names[i].removeprefix(prefix)] = values[names[i].removeprefix(prefix)] + off
+    found, values = _in_gaussian(explanation, regressor, count, rng, shift), own(explanation, key)
     if regressor.measured_by:
         found.setdefault(regressor.measured_by, np.zeros(count))
     for size in regressor.sizes:
@@ -289,6 +272,34 @@ def drawn(
         above = found[name][found[name] > low]
         instead = rng.choice(above, count) if len(above) else np.abs(found[name])
         found[name] = np.where(found[name] > low, found[name], instead)
+    return found
+
+
+def _in_gaussian(
+    explanation: Explanation,
+    regressor: Regressor,
+    count: int,
+    rng: np.random.Generator,
+    shift: Mapping[str, float],
+) -> dict[str, FloatArray]:
+    """Draws of the sizes that have a covariance; where one would be below zero, it is zero."""
+    covariance, values = scaled_covariance(explanation), own(explanation, regressor.key)
+    names, prefix = explanation.names, f"{regressor.key}."
+    rows = [i for i, n in enumerate(names) if n.startswith(prefix) or n == regressor.measured_by]
+    part = covariance[np.ix_(rows, rows)]
+    across, spread = np.linalg.eigh(part)[::-1]
+    noise = rng.standard_normal((count, len(rows))) * np.sqrt(np.maximum(spread, 0.0))
+    moved = noise @ across.T
+    halves = {size.name for size in regressor.sizes if size.prior == "half"}
+    for at, name in enumerate(names[row].removeprefix(prefix) for row in rows):
+        if name in halves and part[at, at] > 0.0:
+            # A size below zero becomes zero, and the others change as they correlate with it.
+            short = np.minimum(values[name] + moved[:, at], 0.0)
+            moved -= short[:, None] * part[at] / part[at, at]
+    found = {}
+    for i, off in zip(rows, moved.T, strict=True):
+        off = off + shift.get(names[i], 0.0) * rng.standard_normal(count)
+        found[names[i].removeprefix(prefix)] = values[names[i].removeprefix(prefix)] + off
     return found
 
 

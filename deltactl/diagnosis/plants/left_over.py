@@ -32,6 +32,10 @@ class Way:
     """Whether it gives way to the shapes of a chosen set too."""
     acts: BoolArray | None = None
     """Rows (n,) on which it acts; all where None."""
+    as_built: float = 0.0
+    """Size up to which any machine has it."""
+    named: FloatArray | None = None
+    """Named shapes (n, j) that it may not take the place of; those of the plant where None."""
 
     def shapes(self, named: FloatArray, rows: IntArray) -> FloatArray:
         """Shapes (n, k) less what named ones (n, j) span, by some rows where it acts."""
@@ -71,7 +75,7 @@ class LeftOver(RegressionPlant):
         return [
             Regressor(
                 UNKNOWN + name, "unknown", self.unknown_log_odds, way.component,
-                follows=way.follows, left_over=True,
+                follows=way.follows, left_over=True, as_built=way.as_built,
             )
             for name, way in self.ways().items()
         ]  # fmt: skip
@@ -90,7 +94,8 @@ class LeftOver(RegressionPlant):
         found = {}
         for name, way in self.ways().items():
             beside = [self.beside] if way.gives_way else []
-            named = np.concatenate([self.spanned(name), *beside], axis=1)
+            own = self.spanned(name) if way.named is None else way.named
+            named = np.concatenate([own, *beside], axis=1)
             shapes = way.shapes(named, self.rows)
             count = shapes.shape[1]
             found[name] = Columns(shapes, np.full(count, self.spread_of(name, count)))

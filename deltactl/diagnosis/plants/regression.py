@@ -137,6 +137,11 @@ class Columns:
     curves: Callable[[], Curves] | None = None
     """How shapes change from row to row, where that is known without looking at their rows."""
 
+    @property
+    def sizes(self) -> Sequence[str]:
+        """Names of the sizes, numbers where they have none."""
+        return self.names or [str(number) for number in range(self.values.shape[1])]
+
     @classmethod
     def of(cls, shape: FloatArray, spread: float, *names: str) -> Columns:
         """One shape (n,)."""

@@ -195,11 +195,12 @@ def _try(seed: int, tier: str, machine: str, rng: np.random.Generator) -> AxisCa
         return None
     sizes: dict[str, Values] = {}
     for number, kind in enumerate(chosen):
-        ratio = SMALL * float(rng.uniform(0.5, 1.0))
+        ratio, least = SMALL * float(rng.uniform(0.5, 1.0)), 0.0
         if tier != "tolerance" or number == 0:
+            least = kind.least(scale)
             ratio = float(np.exp(rng.uniform(*np.log(RATIOS[tier]))))
         drawn = {**kind.extras(rng, scale), "sign": float(rng.choice([-1.0, 1.0]))}
-        sizes[kind.effect] = sized(observer, kind, drawn, scale, ratio)
+        sizes[kind.effect] = sized(observer, kind, drawn, scale, ratio, least)
     run = run.moved(sizes)
     observer = observer_of(run)
     hidden = [

@@ -68,6 +68,7 @@ class Kind:
     first: size x to begin with, most: largest, both in units that `build` knows. extras: what is
     drawn beside the size. needs: 'load', 'steps', 'zero' or 'inertia' where the machine must have
     it. follows: covariates of an unknown; beside: what may be named beside it without being wrong.
+    least: size below which it is no cause, as any machine is off by as much.
     """
 
     effect: str
@@ -80,6 +81,7 @@ class Kind:
     unknown: bool = False
     follows: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
+    least: Size = field(default=lambda scale: 0.0)
 
     def values(self, x: float, drawn: Drawn, scale: Scale) -> Values:
         """Parameters of this effect at a size."""
@@ -149,6 +151,9 @@ COMMANDED = (
          (0.25 * s.time) ** 2, lambda s: (0.4 * s.time) ** 2, _drawn("damping", 0.03, 0.25)),
     Kind("speed_limit", lambda x, d, s: {"limit": s.fastest / (1.0 + x)}, _flat(0.2), _flat(0.6)),
 )  # fmt: skip
+STATED = 0.02
+"""Parts are weighed, and torque constants stated, to a hundredth or so; an effort is held for a
+period, and stamped as early or as late as its logger likes."""
 FORCED = (
     Kind("joint_friction", _plain("torque"), _of("force"), _of("force", 5.0)),
     Kind("viscous_friction", lambda x, d, s: {"coefficient": x / s.speed}, _of("force"),
@@ -156,10 +161,11 @@ FORCED = (
     Kind("stribeck_friction", _with("torque", "speed"), _of("force"), _of("force", 3.0),
          _drawn("speed", 0.08, 0.25, "speed")),
     Kind("effort_offset", _plain("offset"), _of("force"), _of("force", 5.0), signed=True),
-    Kind("effort_gain", _scale, _flat(0.1), _flat(0.5), signed=True),
+    Kind("effort_gain", _scale, _flat(0.1), _flat(0.5), signed=True, least=_flat(STATED)),
     Kind("inertia", lambda x, d, s: {"inertia": s.inertia * (1.0 + x)}, _flat(0.1), _flat(0.6),
-         signed=True),
-    Kind("following_lag", _lag, _of("time", 0.02), _of("time", 0.06), _shares),
+         signed=True, least=_flat(STATED)),
+    Kind("following_lag", _lag, _of("time", 0.02), _of("time", 0.06), _shares,
+         least=_of("period")),
     Kind("effort_limit", lambda x, d, s: {"limit": s.highest / (1.0 + x)}, _flat(0.2), _flat(0.35)),
 )  # fmt: skip
 RANGING = (

@@ -16,6 +16,9 @@ class LuGre:
 
     coulomb: force of steady sliding. breakaway: how much more it is near standstill; it falls off
     with exp(-(v / stribeck_speed)^2). viscous: force per speed. bristle: stiffness before sliding.
+    damper: of the bristles near standstill. In sliding it falls with the speed, or friction would
+    drive the mass (Astrom and Canudas de Wit 2008, 'Revisiting the LuGre friction model', IEEE
+    Control Systems Magazine 28(6), condition of dissipation), and come before its speed.
     """
 
     coulomb: float
@@ -40,7 +43,8 @@ class LuGre:
         grow = 1.0 / (1.0 + self.bristle * np.abs(speed) * step_s / most)
         bent = linear_recursion(grow, grow * speed * step_s)
         rate = np.diff(bent, prepend=0.0) / step_s
-        force: FloatArray = self.bristle * bent + self.damper * rate + self.viscous * speed
+        damper = np.minimum(self.damper, most / np.maximum(np.abs(speed), 1e-12))
+        force: FloatArray = self.bristle * bent + damper * rate + self.viscous * speed
         return force
 
 

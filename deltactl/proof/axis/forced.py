@@ -215,9 +215,10 @@ class ForcedAxis:
                 most = coulomb
                 if breakaway:
                     most += breakaway * exp(-min((now / falls) ** 2, 50.0))
-                grow = 1.0 + bristle * abs(now) * step_s / max(most * factor, 1e-12)
-                new = (bent + now * step_s) / grow
-                rub = bristle * new + damper * (new - bent) / step_s + viscous * now
+                most, fast = max(most * factor, 1e-12), max(abs(now), 1e-12)
+                new = (bent + now * step_s) / (1.0 + bristle * fast * step_s / most)
+                damped = min(damper, most / fast)
+                rub = bristle * new + damped * (new - bent) / step_s + viscous * now
             rise = (real * limited - hold - rub) / mass
             out.append((at, now, rise, asked))
             bent = new

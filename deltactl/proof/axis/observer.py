@@ -100,11 +100,17 @@ class Observer:
 
 
 def sized(
-    observer: Observer, kind: Kind, drawn: Mapping[str, float], scale: Scale, ratio: float
+    observer: Observer,
+    kind: Kind,
+    drawn: Mapping[str, float],
+    scale: Scale,
+    ratio: float,
+    least: float = 0.0,
 ) -> Values:
     """The effect at such a size that its root mean square is `ratio` times the noise's.
 
-    As near as the largest plausible size allows: secants from zero, damped where they overshoot.
+    As near as the least and the largest plausible size allow: secants from zero, damped where they
+    overshoot.
     """
     target = ratio * observer.noise.scatter
     x, healthy = kind.first(scale), observer.signal({}, ideal=True)
@@ -116,7 +122,8 @@ def sized(
         if abs(reached / target - 1.0) < 0.03:
             break
         factor = (target / reached) ** (1.0 if step < 2 else 0.6)
-        x = float(np.clip(x * factor, 1e-6 * kind.first(scale), kind.most(scale)))
+        lowest = max(least, 1e-6 * kind.first(scale))
+        x = float(np.clip(x * factor, lowest, kind.most(scale)))
     if kind.signed and drawn.get("sign", 1.0) < 0.0:
         x = -x
     return kind.values(x, drawn, scale)

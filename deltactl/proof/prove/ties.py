@@ -138,9 +138,9 @@ def run_tie(seed: int, number: int) -> dict[str, Any]:
         if proposal is not None:
             second, failure = _second(case, proposal["job"], folder, seed)
     truth = {"seed": seed, "truth": case.truth(), "pair": tie.name, "settleable": tie.settleable}
-    others, job = [list(name) for name in alternative], proposal and proposal["job"]
-    said = {"rival": others, "first": first, "second": second, "proposed": job, "failure": failure}
-    return truth | said
+    answers = {"first": first, "second": second, "failure": failure}
+    job = proposal and proposal["job"]
+    return truth | answers | {"alternative": [list(n) for n in alternative], "proposed": job}
 
 
 def _second(
@@ -176,7 +176,7 @@ def score_tie(result: dict[str, Any]) -> TieScore:
     Where no motion can settle a pair, to admit the tie is all that can be right.
     """
     truth = {(line["effect"], line["where"]) for line in result["truth"]["answers"]}
-    alternative = {(effect, where) for effect, where in result["rival"]}
+    alternative = {(effect, where) for effect, where in result["alternative"]}
     named, offered = _names(result["first"])
     admitted = bool(truth & offered) and bool(alternative & offered)
     proposed = result["proposed"] is not None

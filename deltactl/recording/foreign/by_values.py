@@ -85,12 +85,7 @@ def _asked_and_read(
     moving = [n for n in [*movers, *free] if n in table and np.nanstd(table[n]) > 0.0]
     best, pair = -np.inf, None
     for one, other in itertools.combinations(moving, 2):
-        alike = follows_step(table[one], table[other])
-        as_named = {movers[n].role for n in (one, other) if n in movers} == {"command", "position"}
-        one_motion = {one, other} <= movers.keys() or of_one_motion(table[one], table[other])
-        if not as_named and not (alike >= GUESSES.alike and one_motion):
-            continue
-        if np.array_equal(table[one], table[other], equal_nan=True):
+        if not _may_be_one_axis(table, movers, one, other):
             continue
         follows_by, alike = lead(table[one], table[other])
         fits = min(-float(np.log10(max(1.0 - alike**2, 1e-9))), GUESSES.surest_fit)
@@ -104,6 +99,17 @@ def _asked_and_read(
             if score > best:
                 best, pair = score, (asked, read, alike)
     return {} if pair is None else _as_pair(*pair, table, said, movers)
+
+
+def _may_be_one_axis(
+    table: Mapping[str, FloatArray], movers: Mapping[str, Guess], one: str, other: str
+) -> bool:
+    """Whether two columns that differ are named as command and reading, or move alike."""
+    alike = follows_step(table[one], table[other])
+    as_named = {movers[n].role for n in (one, other) if n in movers} == {"command", "position"}
+    one_motion = {one, other} <= movers.keys() or of_one_motion(table[one], table[other])
+    differ = not np.array_equal(table[one], table[other], equal_nan=True)
+    return differ and (as_named or bool(alike >= GUESSES.alike and one_motion))
 
 
 def _as_pair(
@@ -217,8 +223,11 @@ def _best_effort(
 def _share_of_both(effort: FloatArray, position: FloatArray) -> float:
     """The share of an effort's variance that goes with the motion, 0 where acceleration alone or
     speed alone explains as much: the column is then one of these.
+
+    That of the half of the rows where it is less: a few rows that fit by chance lie in one.
     """
-    whole = _share_of_motion(effort, position)
+    halves = zip(np.array_split(effort, 2), np.array_split(position, 2), strict=True)
+    whole = min(_share_of_motion(*half) for half in halves)
     alone = max(_share_of_motion(effort, position, only) for only in ((0,), (1,)))
     return whole if whole - alone > GUESSES.more_than_alone else 0.0
 

@@ -106,7 +106,7 @@ def with_units(
             unit, why = time_unit(
                 table[name], _late_rows(guesses, table) if guess.why == "by its name" else 0
             )
-            out[name] = replace(guess, unit=unit)
+            out[name] = replace(guess, unit=unit, unit_guessed=unit != "s")
             if unit != "s":
                 warnings.append(f"{name}: taken for {unit} ({why}); the file gives no unit")
     for group in of_one_unit(guesses, table):
@@ -191,6 +191,16 @@ def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> lis
         if speed.unit is None and not sure:
             del guesses[speed.source]
         return []
+    return _by_ratio(guesses, speed, place, ratio, sure)
+
+
+def _by_ratio(
+    guesses: dict[str, Guess], speed: Guess, place: Guess, ratio: float, sure: bool
+) -> list[str]:
+    """The unit of a velocity, which is so many times the slope of a place; what is wrong with it.
+
+    sure: that it is a velocity is known, so that it is not left out of the guesses.
+    """
     own = ROTARY_SPEEDS if place.unit in ROTARY else LINEAR_SPEEDS if place.unit in LINEAR else ()
     fits = [u for u in own or SPEEDS if abs(ratio * IN_SI[u] - 1.0) < GUESSES.near_unit]
     unit = next(iter(fits), None)
@@ -209,7 +219,7 @@ def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> lis
         return [f"{words} in SI units, which is no unit known here; {right} would make it one"]
     shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m are not distinguishable
     why = f"{speed.why}, in {unit} by its size" if shown else speed.why
-    guesses[speed.source] = replace(speed, unit=shown, why=why)
+    guesses[speed.source] = replace(speed, unit=shown, why=why, unit_guessed=place.unit_guessed)
     return []
 
 

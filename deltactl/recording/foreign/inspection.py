@@ -131,35 +131,13 @@ class _Read:
 
 def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = None) -> Inspection:
     """What columns that are not said seem to be. moves: linear or rotary, where that is known."""
-    path, table, base, units, named = read.path, read.table, read.base, read.units, read.named
-    if not table or not len(next(iter(table.values()))):
-        raise RecordingError(f"{path}: has no rows")
-    known = {name: one for name, one in table.items() if np.isfinite(one).any()}
-    known = {name: one for name, one in known.items() if name not in base.leave_out}
-    chosen = [named_column(path, table, name, one) for name, one in said.items() if one.from_]
+    if not read.table or not len(next(iter(read.table.values()))):
+        raise RecordingError(f"{read.path}: has no rows")
+    known = {name: one for name, one in read.table.items() if np.isfinite(one).any()}
+    known = {name: one for name, one in known.items() if name not in read.base.leave_out}
     if not said and (whole := _measured_chain(read, known)) is not None:
         return whole
-    known, others = one_joint(known, chosen) if named else (known, [])
-    guesses = {
-        name: guess
-        for name, guess in guess_columns(known, units, named).items()
-        if guess.name in UNITS and guess.name not in base.leave_out
-    }
-    guesses = _as_said(path, table, guesses, said)
-    guesses, noted = unit_noted(guesses, read.before)
-    guesses, warnings = with_units(guesses, known, moves)
-    warnings += noted
-    guesses, of_steps = steps_of_a_slide(guesses, known)
-    warnings += of_steps
-    warnings += meant_otherwise(guesses, units)
-    warnings += _which_came_first(guesses)
-    others += of_other_joints(known, guesses)
-    if others:
-        warnings.append(
-            f"there are more joints than one: {', '.join(others[:6])}"
-            f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
-            f"{OF_AN_ARM if _are_of_an_arm(others) else ''}"
-        )
+    guesses, known, warnings = _guessed(read, known, said, moves)
     guesses, of_load = from_outside(guesses, known)
     left = [name for name, one in known.items() if name not in guesses and not rising(one)]
     constant = (name for name, one in said.items() if one.value is not None)
@@ -171,22 +149,86 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         motion = moves or ("rotary" if turns_by_name(guesses.values()) else None)
     if kind == "servo_axis":
         warnings += [*of_load, *may_be_asked(guesses, known)]
-    timeless = base.rate_hz is not None and "t" not in said
+    timeless = read.base.rate_hz is not None and "t" not in said
+    read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
+    base, columns = read.base, _as_columns(guesses, said, asked)
+    if base.heading and not read.named:
+        base, columns = _headed(base, columns)
+    mapping, zero = base.model_copy(update={"columns": columns}), zero_of(guesses, known)
+    found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
+    return Inspection(*found, [*warnings, *late], *left_out, named=read.named)
+
+
+def _guessed(
+    read: _Read,
+    known: dict[str, FloatArray],
+    said: AnyMapping[str, Source],
+    moves: str | None,
+) -> tuple[dict[str, Guess], dict[str, FloatArray], list[str]]:
+    """What columns are taken for, the columns of the joint that is looked at, and warnings."""
+    path, table = read.path, read.table
+    chosen = [named_column(path, table, name, one) for name, one in said.items() if one.from_]
+    known, others = one_joint(known, chosen) if read.named else (known, [])
+    guesses = {
+        name: guess
+        for name, guess in guess_columns(known, read.units, read.named).items()
+        if guess.name in UNITS and guess.name not in read.base.leave_out
+    }
+    guesses = _as_said(path, table, guesses, said)
+    guesses, noted = unit_noted(guesses, read.before)
+    guesses, warnings = with_units(guesses, known, moves)
+    warnings += noted
+    guesses, of_steps = steps_of_a_slide(guesses, known)
+    warnings += of_steps
+    warnings += meant_otherwise(guesses, read.units)
+    warnings += _which_came_first(guesses)
+    others += of_other_joints(known, guesses)
+    if others:
+        warnings.append(
+            f"there are more joints than one: {', '.join(others[:6])}"
+            f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
+            f"{OF_AN_ARM if _are_of_an_arm(others) else ''}"
+        )
+    return guesses, known, warnings
+
+
+def _timed(
+    read: _Read,
+    guesses: dict[str, Guess],
+    known: dict[str, FloatArray],
+    kind: str | None,
+    timeless: bool,
+) -> tuple[_Read, dict[str, Guess], list[str], tuple[str | None, str | None]]:
+    """The table with what is known of its times, guesses, and warnings.
+
+    Last: a column that counts the rows, and one whose times do not increase in every row.
+    timeless: somebody says the rate instead of a column of times.
+    """
+    base, stumbled = read.base, list[str]()
     counter = row_number(guesses, known) if kind == "range_sensor" else None
     if timeless or counter:
         guesses = _without_times(guesses)
     unsaid = base.rate_hz is None and not any(one.role == "t" for one in guesses.values())
     above = rate_said(read.before) if unsaid else None
-    timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None, above)
+    facts, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None, above)
     stumbles = None if timeless else stumbling(guesses, known, read.lines, kind)
     if stumbles:
-        warnings.append(stumbles.says)
+        stumbled = [stumbles.says]
         late = [one for one in late if one not in (NO_COLUMN, NO_TIMES)]
         base = base.model_copy(update={"rate_hz": stumbles.rate_hz or base.rate_hz})
     if kind not in (None, "range_sensor") and (above or NO_COLUMN in late):
         base = base.model_copy(update={"rate_hz": above[0] if above else GUESSES.rate_hz})
     if stumbles and stumbles.rate_hz:
         guesses = _without_times(guesses)
+    left_out = (counter, stumbles.name if stumbles else None)
+    timed = replace(read, base=base, facts=[*read.facts, *facts])
+    return timed, guesses, [*stumbled, *late], left_out
+
+
+def _as_columns(
+    guesses: AnyMapping[str, Guess], said: AnyMapping[str, Source], asked: AnyMapping[str, str]
+) -> dict[str, Source]:
+    """The columns of a mapping: what differs from the contract, and what was said of it."""
     columns = {
         guess.name: Source.model_validate(
             {"from": name, "unit": guess.unit or asked.get(guess.name, "1")}
@@ -199,18 +241,11 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         for name, source in columns.items()
         if source.from_ != name or IN_SI[source.unit] != 1.0 or source.scale != 1.0 or name in asked
     }
-    columns |= {
+    return columns | {
         name: one
         for name, one in said.items()
         if one.from_ is None or "scale" in one.model_fields_set or one.offset
     }
-    if base.heading and not named:
-        base, columns = _headed(base, columns)
-    mapping = base.model_copy(update={"columns": columns})
-    warnings += late
-    facts, zero = [*read.facts, *timing], zero_of(guesses, known)
-    found = (path, facts, table, guesses, kind, motion, why, zero, mapping, warnings, counter)
-    return Inspection(*found, named=named, stumbles=stumbles.name if stumbles else None)
 
 
 def _measured_chain(read: _Read, known: AnyMapping[str, FloatArray]) -> Inspection | None:

@@ -139,7 +139,7 @@ def _says_counts(heading: str, values: FloatArray) -> bool:
 
 
 def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:
-    return [replace(one, unit=unit, scale=scale) for one in group]
+    return [replace(one, unit=unit, scale=scale, unit_guessed=True) for one in group]
 
 
 def _rather(says: str, other: str, names: str, unit: str, instead_of: str) -> Hint:
@@ -178,12 +178,10 @@ def _of_steps(group: Sequence[Guess], table: Mapping[str, FloatArray]) -> list[G
     units = {unit for unit, _ in told.values()}
     if len(units) != 1:
         return None
+    (unit,) = units
     why = {name: f"reads {step}" for name, (_, step) in told.items()}
     like = f"in the unit of {next(iter(told))}"
-    return [
-        replace(one, why=f"{one.why}; {why.get(one.source, like)}")
-        for one in _all(group, units.pop())
-    ]
+    return [replace(one, unit=unit, why=f"{one.why}; {why.get(one.source, like)}") for one in group]
 
 
 def turns_by_name(group: Iterable[Guess]) -> bool:

@@ -155,6 +155,8 @@ class Guess:
     why: str
     scale: float = 1.0
     """How much of `unit` one of the column is."""
+    unit_guessed: bool = False
+    """Whether only the size of the values speaks for the unit."""
 
     @property
     def name(self) -> str:
@@ -176,14 +178,25 @@ def read_name(name: str, unit_line: str = "") -> Named:
         return Named("t", UNIT_OF[words[0]], None)
     words, ending = _without_unit(words)
     unit = unit or ending
-    if OF_NO_USE.intersection(words) or SUPPLY.intersection(words):
+    role = _role(words)
+    of_no_use = (OF_NO_USE | SUPPLY).intersection(words) or _asks_for_speed(words)
+    if of_no_use or (role != "temp_c" and OF_SURROUNDINGS.intersection(words)):
         return Named(None, unit, None, used=False)
-    if _asks_for_speed(words):
-        return Named(None, unit, None, used=False)
-    role, index = _role(words), None
-    if role != "temp_c" and OF_SURROUNDINGS.intersection(words):
-        return Named(None, unit, None, used=False)
-    whole = "_".join(words)
+    role, index, stem = _numbered(words, role)
+    if role == "steps" and unit in (*LINEAR, *ROTARY):
+        role = "command"  # a counter that is read in mm
+    if role == "steps" and MEASURED.intersection(words):
+        role = "position"
+    asked = "command" in {ROLE_OF.get(word) for word in [*words, *stem]} or _qualified(words)
+    return Named(role, unit, index, asked)
+
+
+def _numbered(words: list[str], role: str | None) -> tuple[str | None, str | None, list[str]]:
+    """Role of a name, the number of its joint, and the words beside the number.
+
+    role: that of all words together, which counts where those beside the number have none.
+    """
+    whole, index = "_".join(words), None
     stem, number = list[str](), None
     if (numbered := _NUMBERED.match(whole)) and numbered[1]:
         stem, number = numbered[1].split("_"), numbered[2]
@@ -198,12 +211,7 @@ def read_name(name: str, unit_line: str = "") -> Named:
         role, index = stemmed, number
     elif SEEN.intersection(stem) and not set(stem) - SEEN - OF_A_PART:
         role, index = "position", number
-    if role == "steps" and unit in (*LINEAR, *ROTARY):
-        role = "command"  # a counter that is read in mm
-    if role == "steps" and MEASURED.intersection(words):
-        role = "position"
-    asked = "command" in {ROLE_OF.get(word) for word in [*words, *stem]} or _qualified(words)
-    return Named(role, unit, index, asked)
+    return role, index, stem
 
 
 def of_contract(name: str) -> tuple[str, str | None]:

@@ -186,16 +186,9 @@ def truth(t_ns: int, position_m: Three, angles_rad: Three) -> Message:
     return {"t_ns": t_ns} | _position(position_m) | _numbers(angles)
 
 
-_SERVO = tuple(
-    f"{stem}_{joint}_{unit}"
-    for stem, unit in (
-        ("reference", "rad"),
-        ("theta", "rad"),
-        ("current", "a"),
-        ("disturbance", "a"),
-    )
-    for joint in (1, 2, 3)
-)
+OF_A_JOINT = (("reference", "rad"), ("theta", "rad"), ("current", "a"), ("disturbance", "a"))
+"""Stems and units of what a servo drive tells of each joint."""
+_SERVO = tuple(f"{stem}_{joint}_{unit}" for stem, unit in OF_A_JOINT for joint in (1, 2, 3))
 
 
 def servo(t_ns: int, sample: ServoLike) -> Message:

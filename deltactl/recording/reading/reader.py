@@ -24,6 +24,7 @@ from deltactl.recording.format.channels import (
     TARGET,
     TRUTH,
 )
+from deltactl.recording.format.messages import OF_A_JOINT
 from deltactl.recording.reading.run import (
     Columns,
     Commanded,
@@ -208,12 +209,7 @@ def _servo(columns: Columns) -> Servo:
     t_ns, order = _order(columns)
     parts = [
         columns.numbers(*(f"{stem}_{motor}_{unit}" for motor in (1, 2, 3)))[order]
-        for stem, unit in (
-            ("reference", "rad"),
-            ("theta", "rad"),
-            ("current", "a"),
-            ("disturbance", "a"),
-        )
+        for stem, unit in OF_A_JOINT
     ]
     return Servo(t_ns, *parts)
 

@@ -31,17 +31,17 @@ from deltactl.models.training.dataset import IntArray
 from deltactl.proof.motions import survey
 from deltactl.proof.ranging import read
 from deltactl.proof.recorded import Machine, record
-from deltactl.proof.robot.as_built import StepTrain, together
+from deltactl.proof.robot.as_built import StepTrain
 from deltactl.proof.robot.run import run
 from deltactl.recording.tables.flat_files import write_flat
 from deltactl.repair.played import Played
 from deltactl.reproduction.zhao_2023.as_built import AsBuiltFile
 from deltactl.reproduction.zhao_2023.tracking import (
-    REST_S,
     TRAINED_T_PWM_S,
     BoolArray,
     at_times,
     good,
+    train_through,
 )
 
 SURVEY_T_PWM_S = 0.002
@@ -97,11 +97,7 @@ def with_feedback(
 
     As many as `PASSES`: the same steps did not come out again, and the run is not quite closed.
     """
-    dwell_s = np.zeros(len(counts))
-    dwell_s[-1] = REST_S
-    train = together(counts[0], counts, dwell_s, t_pwm_s)
-    ticks = np.cumsum(np.abs(np.diff(counts, axis=0, prepend=counts[:1])).max(axis=1))
-    reached_s = ticks * t_pwm_s
+    train, reached_s = train_through(counts, t_pwm_s)
     planned = _ticks(train)
     made = planned
     passes = 0

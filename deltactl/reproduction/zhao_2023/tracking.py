@@ -21,7 +21,7 @@ from deltactl.models.robot import FloatArray, Sensors
 from deltactl.models.training.dataset import SAMPLES, DataSet, DataSetWriter, IntArray, load_dataset
 from deltactl.proof.ranging import read
 from deltactl.proof.recorded import Machine, sample_times
-from deltactl.proof.robot.as_built import together
+from deltactl.proof.robot.as_built import StepTrain, together
 from deltactl.proof.robot.run import run
 from deltactl.reproduction.zhao_2023.as_built import AsBuiltFile
 
@@ -89,11 +89,7 @@ def follow(
 
     Raises UnreachablePoint when the robot cannot take a pose.
     """
-    dwell_s = np.zeros(len(counts))
-    dwell_s[-1] = REST_S
-    train = together(counts[0], counts, dwell_s, t_pwm_s)
-    ticks = np.cumsum(np.abs(np.diff(counts, axis=0, prepend=counts[:1])).max(axis=1))
-    reached_s = ticks * t_pwm_s
+    train, reached_s = train_through(counts, t_pwm_s)
     truth = run(machine.robot, train)
     true_m = at_times(truth.t_s, truth.position_m, reached_s)
     t_s = sample_times(train)
@@ -111,6 +107,14 @@ def follow(
         length_m=float(np.linalg.norm(np.diff(target_m, axis=0), axis=1).sum()),
         seconds=float(reached_s[-1]),
     )
+
+
+def train_through(counts: IntArray, t_pwm_s: float) -> tuple[StepTrain, FloatArray]:
+    """Steps through counts (n, 3) with a rest at the last, and when each is reached, (n,) [s]."""
+    dwell_s = np.zeros(len(counts))
+    dwell_s[-1] = REST_S
+    ticks = np.cumsum(np.abs(np.diff(counts, axis=0, prepend=counts[:1])).max(axis=1))
+    return together(counts[0], counts, dwell_s, t_pwm_s), ticks * t_pwm_s
 
 
 def at_times(known_s: FloatArray, values: FloatArray, t_s: FloatArray) -> FloatArray:

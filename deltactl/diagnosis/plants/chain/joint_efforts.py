@@ -231,7 +231,8 @@ class JointEfforts(LeftOver):
                     name = f"{what}_of_{self.joints[other]}"
                     along = values[self.layout.sample, other]
                     each[name] = Way(along, 0, (name,), given=along[:, None])
+            joint, off = self.joints[j], CHAIN.as_built * float(self.sizes[j])
             for name, way in each.items():
-                of_joint = replace(way, component=self.joints[j], acts=self.own[:, j])
-                found[f"{self.joints[j]} {name}"] = of_joint
+                acts = self.own[:, j]
+                found[f"{joint} {name}"] = replace(way, component=joint, acts=acts, as_built=off)
         return found

@@ -9,7 +9,6 @@ load, which all of them feel, is one regressor.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -117,8 +116,7 @@ class ChainPlant(JointEfforts):
         found.append(
             Regressor(LOAD, LOAD, load_log_odds(), self.chain.tip, alone=False, takes_over=last)
         )
-        usual = dict(zip(self.joints, CHAIN.as_built * self.sizes, strict=True))
-        return [*found, *(replace(r, as_built=usual[r.component]) for r in self.unknowns())]
+        return [*found, *self.unknowns()]
 
     def _differing(self, key: str, joint: int) -> dict[str, Any]:
         """How the regressor of an effect at a joint differs from others."""

@@ -31,6 +31,7 @@ from deltactl.models.effects import CARDS, VOCABULARY, Port, Trait, has
 from deltactl.models.effects.card import Coordinate
 from deltactl.models.linkage import forward, jacobian
 from deltactl.models.robot import AXES, DeltaRobot
+from deltactl.recording.column_measures import first_of
 from deltactl.recording.tables.flat import FlatRecording
 
 RANGES = tuple(f"range_{axis}" for axis in AXES)
@@ -111,7 +112,8 @@ class DeltaModel:
     @staticmethod
     def channels(robot: DeltaRobot, recordings: Sequence[FlatRecording]) -> list[str]:
         """What looks at the machine in these recordings."""
-        seen = [name for name in (*RANGES, *POSITIONS, *ANGLES) if _somewhere(recordings, name)]
+        channels = (*RANGES, *POSITIONS, *ANGLES)
+        seen = [name for name in channels if any(first_of(one, [name]) for one in recordings)]
         return seen if robot.sensors else [name for name in seen if name not in RANGES]
 
     @staticmethod
@@ -215,13 +217,6 @@ class DeltaModel:
                 block[:, column] = 1.0
                 inputs[name] = block
         return inputs
-
-
-def _somewhere(recordings: Sequence[FlatRecording], name: str) -> bool:
-    return any(
-        name in recording.columns and bool(np.isfinite(recording.columns[name]).any())
-        for recording in recordings
-    )
 
 
 MOTOR, SENSOR = "motor", "range_"

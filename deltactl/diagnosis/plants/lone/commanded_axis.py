@@ -35,7 +35,7 @@ from deltactl.diagnosis.plants.lone.drive_chain import DriveChain
 from deltactl.diagnosis.plants.lone.odds import ODDS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import SETTLED_S, RecordedAxis
-from deltactl.diagnosis.plants.regression import DELAY, Columns, Regressor, Shown, Sizes
+from deltactl.diagnosis.plants.regression import DELAY, Columns, Shown, Sizes
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.models.signals import between_rows
@@ -61,21 +61,9 @@ class CommandedAxis(RecordedAxis, LeftOver):
         super().__init__(robot, recordings)
         self.channel = self.name
         self._map: FineMap | None = None
-        unknowns = (replace(r, as_built=self._tolerated(r)) for r in self.unknowns())
-        self.regressors = (*regressors_of(self), *unknowns)
+        self.regressors = (*regressors_of(self), *self.unknowns())
         self._drive = DriveChain(self, begins_of(self))
         self._shapes = AxisShapes(self)
-
-    def _tolerated(self, unknown: Regressor) -> float:
-        """What an unknown that follows the acceleration is on any axis: a straight line between two
-        rows is off by an eighth of the square of their time apart, and a delay by half of its own
-        square, by whether it is dead time or a time constant.
-        """
-        if unknown.key != UNKNOWN + "acceleration":
-            return 0.0
-        usual = float(np.sqrt(np.mean(self.covariates["acceleration"][self.rows] ** 2)))
-        apart = EVIDENCE.tolerated * self.readings.period_s**2 / 8.0
-        return usual * (apart + 0.5 * max(self._late_s, 0.0) ** 2)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
@@ -127,14 +115,28 @@ class CommandedAxis(RecordedAxis, LeftOver):
         if self._map is not None and "position" in found:
             at = self.base(self._map.keys, self._map.sizes)
             found["position"] = replace(found["position"], along=at)
-        if "acceleration" in found:  # what follows it, no named effect is a function of
-            found["acceleration"] = replace(found["acceleration"], gives_way=False)
+        if "time" in found:
+            found["time"] = replace(found["time"], named=self._named[:, [0, 1]])
+        if "acceleration" in found:
+            found["acceleration"] = self._accelerated(found["acceleration"])
         if "direction" in found:
             at = (self.commanded - self.commanded[self.rows].mean()) / max(self.span, 1e-300)
             powers = np.stack([np.ones_like(at), at, at**2], axis=1)
             given = self.direction[:, None] * powers
             found["direction"] = replace(found["direction"], given=given)
         return found
+
+    def _accelerated(self, way: Way) -> Way:
+        """No named effect is a function of it, and a motion back and forth accelerates against its
+        place: there it may be a ratio as well. A straight line between two rows is off by an eighth
+        of the square of their time apart, and a delay by half of its own square, by whether it is
+        dead time or a time constant.
+        """
+        usual = float(np.sqrt(np.mean(way.along[self.rows] ** 2)))
+        apart = EVIDENCE.tolerated * self.readings.period_s**2 / 8.0
+        off = usual * (apart + 0.5 * max(self._late_s, 0.0) ** 2)
+        others = self._named[:, [0, *range(2, self._named.shape[1])]]
+        return replace(way, gives_way=False, as_built=off, named=others)
 
     @cached_property
     def _named(self) -> FloatArray:
@@ -169,12 +171,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
         return share * between_rows(self.commanded)
 
     def spanned(self, name: str) -> FloatArray:
-        """Named shapes (n, j) that no spline term over this covariate may take the place of.
-
-        A motion back and forth accelerates against its place: there it may be a ratio as well.
-        """
-        kept = {"time": [0, 1], "acceleration": [0, *range(2, self._named.shape[1])]}
-        return self._named[:, kept[name]] if name in kept else self._named
+        """Named shapes (n, j) that a spline term may not take the place of, unless its way says."""
+        return self._named
 
     def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
         """The same detail over the places that the axis comes to by another set."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
@@ -15,6 +16,7 @@ from deltactl.models.effects.axis_play import loose
 from deltactl.models.effects.speed_limit import rate_limited
 from deltactl.models.signals import late, linear, slopes_of
 
+ComplexArray = NDArray[np.complex128]
 STAGES = ("lag", "speed", "friction", "rubbing", "play", "ringing")
 """Parts of the chain from the command to the axis, in their order."""
 
@@ -26,6 +28,8 @@ class DriveChain:
         """begins: names of the sizes that say where in the play the first stretches begin."""
         self._axis, self._begins = axis, begins
         self._kept: dict[tuple[object, ...], FloatArray] = {}
+        self._rings: tuple[complex, tuple[ComplexArray, ...]] | None = None
+        self._begun: tuple[complex, Columns] | None = None
 
     def behind(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
@@ -86,25 +90,54 @@ class DriveChain:
 
         driven: what moves its foot, a column each, (n, k).
         """
-        pole, damping = _pole(sizes), sizes["ringing.damping"]
-        share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
-        step = self._axis.step_s
-        moves, span = step > 0.0, np.maximum(step, 1e-12)
-        decay = np.exp(pole * step)
-        speed = np.diff(driven, axis=0, prepend=driven[:1]) / span[:, None]
-        speed[~moves] = 0.0
-        kept = np.where(moves, (decay - 1.0) / pole, 0.0)
-        # Where the foot speeds up within a step: exact for a parabola.
-        bent = np.where(moves, kept / (pole * span) - 0.5 * (decay + 1.0) / pole, 0.0)
-        pushed = kept[:, None] * speed + bent[:, None] * _speeds_up(speed, moves)
-        gain = np.where(moves, decay, 0.0)
-        state = linear(gain, -share * pushed, np.zeros(driven.shape[1], complex))
+        gain, kept, bent = self._ringing(_pole(sizes), sizes["ringing.damping"])
+        speed = np.zeros(driven.shape)
+        np.multiply(driven[1:] - driven[:-1], self._per_s[1:], out=speed[1:])
+        change = (speed[1:] - speed[:-1]) * self._go_on[1:]
+        pushed = kept * speed
+        pushed[1:] += bent[1:] * change
+        pushed[:-1] += bent[:-1] * change
+        state = linear(gain, pushed, np.zeros(driven.shape[1], complex))
         rung: FloatArray = driven + state.real
         return rung
 
+    @cached_property
+    def _per_s(self) -> FloatArray:
+        """One over the time since the row before, 0 where a stretch begins, (n, 1)."""
+        step = self._axis.step_s[:, None]
+        per_s: FloatArray = np.divide(1.0, step, out=np.zeros(step.shape), where=step > 0.0)
+        return per_s
+
+    @cached_property
+    def _go_on(self) -> BoolArray:
+        """Rows before which the motion is known for a step, and for one more, (n, 1)."""
+        moves = self._per_s > 0.0
+        return moves & np.roll(moves, 1, axis=0)
+
+    def _ringing(self, pole: complex, damping: float) -> tuple[ComplexArray, ...]:
+        """Share of its state that a load keeps in each row's step, (n,), and what its foot's speed
+        and half the change of that speed do to it, (n, 1): exact for a parabola.
+        """
+        if self._rings is None or self._rings[0] != pole:
+            share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
+            moves, decay = self._per_s[:, 0] > 0.0, np.exp(pole * self._axis.step_s)
+            kept = np.where(moves, (decay - 1.0) / pole, 0.0)
+            bent = kept / pole * self._per_s[:, 0] - np.where(
+                moves, 0.5 * (decay + 1.0) / pole, 0.0
+            )
+            gain = np.where(moves, decay, 0.0)
+            self._rings = pole, (gain, -share * kept[:, None], -0.5 * share * bent[:, None])
+        return self._rings[1]
+
     def begun_ringing(self, sizes: Sizes) -> Columns:
         """How a load rings that was moving where a stretch begins: cosine and sine of each."""
-        axis, pole = self._axis, _pole(sizes)
+        pole = _pole(sizes)
+        if self._begun is None or self._begun[0] != pole:
+            self._begun = pole, self._rings_on(pole)
+        return self._begun[1]
+
+    def _rings_on(self, pole: complex) -> Columns:
+        axis = self._axis
         since_s = axis.t_s - axis.stretch_start_s
         stretch = np.cumsum(axis.readings.fresh) - 1
         first = np.flatnonzero(axis.readings.fresh)[: len(self._begins)]
@@ -116,11 +149,3 @@ class DriveChain:
 def _pole(sizes: Sizes) -> complex:
     damping = sizes["ringing.damping"]
     return complex(-damping, np.sqrt(1.0 - damping**2)) * 2.0 * np.pi * sizes["ringing.frequency"]
-
-
-def _speeds_up(speed: FloatArray, moves: BoolArray) -> FloatArray:
-    """Change of the speed (n, k) within each row's step, from the steps beside it."""
-    before, after = np.roll(speed, 1, axis=0), np.roll(speed, -1, axis=0)
-    first, last = ~np.roll(moves, 1), ~np.roll(moves, -1)
-    before[first], after[last] = speed[first], speed[last]
-    return 0.5 * (after - before)

@@ -25,8 +25,8 @@ from deltactl.diagnosis.observations.readings import (
     FloatArray,
     IntArray,
     Readings,
-    bridged,
     gather,
+    known_loads,
     smoothly_bridged,
 )
 from deltactl.diagnosis.observations.sampling_times import sampling_times
@@ -129,9 +129,7 @@ class ForcedAxis(LeftOver):
     def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
         """Effort less what inertia, gravity, load and accepted effects need, low-passed, (n,)."""
         motion, robot = self.motion, self.robot
-        load = np.concatenate(
-            [bridged(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
-        )
+        load = known_loads(recordings)
         effort = self.force / robot.effort_gain
         driven = Driven(
             t_s=self.t_s,

@@ -18,6 +18,7 @@ from deltactl.diagnosis.observations.readings import (
     Readings,
     bridged,
     gather,
+    known_loads,
 )
 from deltactl.diagnosis.plants.lone.known_effects import Foretold, begun, foretold_by, may_leave
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
@@ -118,12 +119,8 @@ class RecordedAxis:
     def _pull(self, recordings: Sequence[FlatRecording]) -> FloatArray:
         """Known load on the axis (n,): gravity where the axis is, and what a column gives."""
         at = np.where(self.readings.valid[:, 0], self.observed, self.commanded)
-        loads = [
-            bridged(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings
-        ]
         gravity = self.robot.gravity if isinstance(self.robot, ServoAxis) else None
-        load: FloatArray = np.concatenate(loads)
-        return load + gravity_pull(gravity, at)
+        return known_loads(recordings) + gravity_pull(gravity, at)
 
     def _rows(self) -> IntArray:
         hair = max(self.resolution, COMMANDED_AXIS.least_move_share * float(np.ptp(self.commanded)))
