@@ -37,8 +37,9 @@ def with_model(text: str, model: str) -> str:
 
 
 def _plain(entry: EffectEntry) -> dict[str, Any]:
-    """An entry as the file has it: that nothing was allowed for beside it goes without saying."""
+    """An entry as the file has it: what was not found or allowed for goes without saying."""
     plain = entry.model_dump(mode="json", exclude_none=True)
-    if entry.found is not None and not entry.found.loosely_built:
-        del plain["found"]["loosely_built"]
+    for key in ("loosely_built", "spread"):
+        if entry.found is not None and not getattr(entry.found, key):
+            del plain["found"][key]
     return plain

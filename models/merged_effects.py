@@ -122,7 +122,7 @@ def _table(before: dict[str, Number], after: dict[str, Number]) -> dict[str, Num
 def _moved(
     found: FoundBy | None, alone: dict[str, Number], total: dict[str, Number]
 ) -> FoundBy | None:
-    """Intervals of what was found, about the sizes that both amount to."""
+    """Intervals of what was found, about the sizes that both amount to, and how they spread."""
     if found is None:
         return None
     kept = {}
@@ -131,7 +131,8 @@ def _moved(
         if isinstance(value, float) and isinstance(now, float) and isinstance(interval[0], float):
             low, high = (float(np.ravel(end)[0]) for end in interval)
             kept[name] = (now + low - value, now + high - value)
-    return found.model_copy(update={"ci95": kept})
+    spread = {name: row for name, row in found.spread.items() if name in kept}
+    return found.model_copy(update={"ci95": kept, "spread": spread})
 
 
 def _sum(one: Number, other: Number) -> Number:

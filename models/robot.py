@@ -146,6 +146,8 @@ class FoundBy(StrictModel):
         default_factory=dict
     )
     """Interval of each parameter that was fitted; of a vector one a component."""
+    spread: dict[str, tuple[float, ...]] = Field(default_factory=dict)
+    """Its standard deviation in parts that move together."""
     probability: Annotated[float, Field(ge=0.0, le=1.0, description="a probability")] | None = None
     """That this effect acts at this component; absent where it was not worked out."""
     loosely_built: bool = False

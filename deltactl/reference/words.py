@@ -52,12 +52,13 @@ BY_KEY = {
     "drive_stiffness": "N m/rad or N/m",
     "parameters": "SI units",
     "ci95": "SI units",
+    "spread": "SI units",
     "scale": "ratio",
     "offset": "SI units",
     "value": "SI units",
 }
 
-BOUNDED_ELSEWHERE = {"parameters": "those of the effect", "ci95": "those of the effect"}
+BOUNDED_ELSEWHERE = dict.fromkeys(("parameters", "ci95", "spread"), "those of the effect")
 """Numbers whose bounds depend on another key."""
 
 

@@ -3,8 +3,8 @@
 Three errors are left when a robot file is right: counts are whole microsteps, made at whole
 moments; sizes are known only as well as the sensors measured them; and some effects are not
 compensated. The first and the last are found by simulating the accepted model with the counts of
-the plan, the second by moving each size by its standard deviation, one after the other: what
-intervals have in common is left out, so that sizes that make up for each other count too much.
+the plan, the second by moving sizes by a standard deviation: those of one diagnosis together, as
+they make up for each other, and those without a known spread one after the other.
 """
 
 from __future__ import annotations
@@ -34,6 +34,10 @@ ENOUGH, ENOUGH_M = 1.3, 0.15e-3
 """As good as can be asked: within this factor of the possible, or below this."""
 INTERVAL = 2.0 * 1.96
 """Width of a 95 % interval in standard deviations."""
+Size = tuple[int, str]
+"""Number of an effect, and name of a size of it."""
+Direction = tuple[object, object]
+"""Sizes that move together: from these recordings by the number of the direction, or one alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,28 +119,47 @@ def reached_on(
 
 
 def moved_by_sigma(effects: tuple[EffectEntry, ...]) -> list[tuple[EffectEntry, ...]]:
-    """The effects with one size after the other off by its standard deviation."""
-    moved = []
+    """The effects off by one standard deviation, in one independent direction after the other."""
+    directions: dict[Direction, dict[Size, float]] = {}
     for number, entry in enumerate(effects):
-        intervals = entry.found.ci95 if entry.found is not None else {}
-        for name, interval in intervals.items():
-            low, high = (end for end in interval)
-            value = entry.parameters.get(name)
-            if not isinstance(value, float) or not isinstance(low, float):
+        found = entry.found
+        for name, interval in ({} if found is None else found.ci95).items():
+            low, high = interval
+            if not isinstance(entry.parameters.get(name), float) or not isinstance(low, float):
                 continue
+            assert found is not None
             assert isinstance(high, float)
-            moved_to = _off_by(entry.effect, name, value, (high - low) / INTERVAL)
-            off = entry.model_copy(update={"parameters": entry.parameters | {name: moved_to}})
-            moved.append((*effects[:number], off, *effects[number + 1 :]))
-    return moved
+            alone = {(number, name): (high - low) / INTERVAL}
+            shared = {
+                (found.recordings, k): off for k, off in enumerate(found.spread.get(name, ()))
+            }
+            for direction, off in (shared or alone).items():
+                directions.setdefault(direction, {})[number, name] = off
+    return [_off(effects, sizes) for sizes in directions.values()]
 
 
-def _off_by(effect: str, name: str, value: float, sigma: float) -> float:
-    """A size off by its standard deviation, upwards unless its bound is there."""
-    parameter = next(known for known in effect_kind(effect).parameters if known.name == name)
-    if value + sigma <= parameter.high:
-        return value + sigma
-    return max(value - sigma, parameter.low)
+def _off(effects: tuple[EffectEntry, ...], sizes: dict[Size, float]) -> tuple[EffectEntry, ...]:
+    """With sizes off by so much, or all by as much the other way where fewer meet a bound."""
+    ways = [_bounded(effects, {size: way * off for size, off in sizes.items()}) for way in (1, -1)]
+    values = min(ways, key=lambda way: sum(met for _, met in way.values()))
+    moved = list(effects)
+    for (number, name), (value, _) in values.items():
+        parameters = moved[number].parameters | {name: value}
+        moved[number] = moved[number].model_copy(update={"parameters": parameters})
+    return tuple(moved)
+
+
+def _bounded(
+    effects: tuple[EffectEntry, ...], sizes: dict[Size, float]
+) -> dict[Size, tuple[float, bool]]:
+    """Sizes off by so much, and whether a bound is met."""
+    found = {}
+    for (number, name), off in sizes.items():
+        known = effect_kind(effects[number].effect).parameters
+        bounds = next((one.low, one.high) for one in known if one.name == name)
+        value = float(np.asarray(effects[number].parameters[name])) + off
+        found[number, name] = float(np.clip(value, *bounds)), not bounds[0] <= value <= bounds[1]
+    return found
 
 
 def rms_m(off_m: FloatArray) -> float:

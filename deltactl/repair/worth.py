@@ -177,9 +177,22 @@ def _left_by_operators(real: Effects) -> list[tuple[float, Effects]]:
     """For each effect that no operator describes exactly: how far its size may seem off in another
     motion, as a standard deviation and share of it, and the robot without it.
     """
-    left = [effect_kind(one.effect).discrepancy.elsewhere for one in real]
+    left = [_share_left(one.effect) for one in real]
     return [
         (float(np.sqrt(share)) / AT_MOST, (*real[:number], *real[number + 1 :]))
         for number, share in enumerate(left)
         if share > EXACT
     ]
+
+
+def _share_left(effect: str) -> float:
+    """Share of what it explains that its operator may leave in another motion.
+
+    Sizes of one unit divide what they do: another motion divides it otherwise, and changes their
+    sum as little as another pose does.
+    """
+    kind, fit = effect_kind(effect), card_of(effect).fit
+    units = {one.name: one.unit for one in kind.parameters}
+    parts = [] if fit is None else [units[c.parameter] for c in fit.coordinates if c.how == "plain"]
+    shared = len(set(parts)) < len(parts)
+    return kind.discrepancy.in_pose if shared else kind.discrepancy.elsewhere

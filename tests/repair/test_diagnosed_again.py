@@ -133,7 +133,8 @@ def test_what_is_named_is_more_probable_than_nothing(corrected: DeltaRobot, all_
 def test_a_delay_whose_parts_are_open_is_known_in_all() -> None:
     """Rows 44 ms apart leave its division open; both intervals are no room for a later drive."""
     ends = {"time": (0.0009, 0.0596), "dead_time": (0.0688, 0.1274)}
-    found = FoundBy(recordings=("a.csv",), on="2026-01-31", ci95=ends)
+    spread = {"time": (0.015,), "dead_time": (-0.015, 0.0005)}
+    found = FoundBy(recordings=("a.csv",), on="2026-01-31", ci95=ends, spread=spread)
     lag = EffectEntry(
         effect="following_lag", component="motor1",
         parameters={"time": 0.0215, "dead_time": 0.1069}, found=found,

@@ -16,7 +16,7 @@ from deltactl.firmware_py.program.includes import read_whole
 from deltactl.firmware_py.program.totals import program_of
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.models.robot import EffectEntry, FoundBy
-from deltactl.repair.limit import Limit, limit_of, limit_of_program
+from deltactl.repair.limit import Limit, limit_of, limit_of_program, moved_by_sigma
 
 JOB = CONFIG_FOLDER / "demo-heart.yaml"
 STEP_RAD = np.deg2rad(0.0225)
@@ -58,6 +58,32 @@ def test_a_size_half_as_well_known_opens_twice_as_much() -> None:
     assert 0.3 < once.sizes_m / (2e-4 * ELBOW_M) < 2.0
     assert once.left_m == 0.0
     assert once.rms_m == pytest.approx(np.hypot(once.steps_m, once.sizes_m))
+
+
+def lag(spread: dict[str, tuple[float, ...]]) -> EffectEntry:
+    ends = {"time": (0.05, 0.09), "dead_time": (0.04, 0.08)}
+    found = FoundBy(recordings=("survey.mcap",), on="2026-01-31", ci95=ends, spread=spread)
+    parameters = {"time": 0.07, "dead_time": 0.06}
+    return EffectEntry(
+        effect="following_lag", component="motor1", parameters=parameters, found=found
+    )
+
+
+def test_a_lag_that_is_known_in_all_leaves_little_open() -> None:
+    """Dead time and time constant make up for each other where they spread together."""
+    alone = limit(lag({}))
+    together = limit(lag({"time": (0.0102,), "dead_time": (-0.0102, 0.0005)}))
+    assert alone is not None
+    assert together is not None
+    assert together.sizes_m < 0.3 * alone.sizes_m
+
+
+def test_sizes_that_spread_together_move_the_way_that_their_bounds_leave() -> None:
+    """A dead time of nothing only grows: then the time constant shrinks by as much."""
+    found = lag({"time": (0.01,), "dead_time": (-0.01,)})
+    found = found.model_copy(update={"parameters": {"time": 0.07, "dead_time": 0.0}})
+    ((moved,),) = moved_by_sigma((found,))
+    assert moved.parameters == pytest.approx({"time": 0.06, "dead_time": 0.01})
 
 
 @pytest.mark.study

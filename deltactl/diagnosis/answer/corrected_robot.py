@@ -110,11 +110,8 @@ def sure_of_correction(finding: Finding) -> float:
 
 def corrected_alike(finding: Finding) -> list[Alternative]:
     """What may be the cause instead and calls for the same correction."""
-    return [
-        alternative
-        for alternative in finding.alternatives
-        if _corrected_alike(finding, alternative)
-    ]
+    moves = finding.component != COMPONENT and _moves(finding.effect)
+    return [one for one in finding.alternatives if moves and _moves(one.effect)]
 
 
 def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
@@ -132,10 +129,8 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     constant = has(finding.effect, Trait.CONSTANT_FORCE)
     if constant and differs_with_speed(finding, diagnosis.findings):
         return False
-    others = [
-        alternative for alternative in finding.alternatives if alternative.effect != "unknown"
-    ]
-    alike = [other for other in others if _corrected_alike(finding, other)]
+    others = [one for one in finding.alternatives if one.effect != "unknown"]
+    alike = corrected_alike(finding)
     if len(alike) == len(others) and _stands_beside_unknowns(finding, diagnosis):
         return True
     if finding.probability is None:
@@ -170,11 +165,6 @@ def _may_imitate(unknown: Finding, finding: Finding) -> bool:
     return True
 
 
-def _corrected_alike(finding: Finding, other: Alternative) -> bool:
-    lone = finding.component == COMPONENT
-    return not lone and _moves(finding.effect) and _moves(other.effect)
-
-
 def _moves(effect: str) -> bool:
     kind = VOCABULARY.get(effect)
     return kind is not None and kind.port in MOVED
@@ -202,6 +192,7 @@ def _origin(finding: Finding, diagnosis: Diagnosis, intervals: dict[str, Any]) -
         recordings=tuple(Path(name).name for name in diagnosis.recordings),
         on=date.today().isoformat(),
         ci95=intervals,
+        spread={n: tuple(row) for n, row in finding.spread.items() if n in intervals},
         probability=finding.probability,
         loosely_built=diagnosis.loosely_built,
     )

@@ -128,6 +128,9 @@ class Finding(Record):
     says: str = ""
     """One sentence with the size; the report writes it."""
     parameters: dict[str, ParameterResult]
+    spread: dict[str, list[float]] = Field(default_factory=dict)
+    """How far sizes may be off together, in their units: number k of each is the part of its
+    standard deviation that moves along with number k of all sizes of the answer."""
     where: Where
     evidence: Evidence
     share_of_mismatch: float

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.priors.tolerances import giving_way, pull
 
 NORMAL_95 = 1.959964
+STRAIGHT = 1e-5
+"""Along so much of a standard deviation every size changes in proportion."""
 
 
 def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
@@ -60,21 +63,20 @@ def parameters(
         if name in candidate.fixed or name not in units:
             continue
         numbers = [i for i, c in enumerate(candidate.coordinates) if c.parameter == name]
+        ci: list[Any] = []
         if intervals and name in intervals:
             ci = list(intervals[name])
-            results[name] = ParameterResult(value=float(value), ci95=ci, unit=units[name])
         elif np.ndim(value) == 1:
             half = NORMAL_95 * spread[numbers]
-            both = [[float(v - h), float(v + h)] for v, h in zip(value, half, strict=True)]
-            results[name] = ParameterResult(value=value.tolist(), ci95=both, unit=units[name])
+            ci = np.stack([value - half, value + half], axis=1).tolist()
         elif name in ("amplitude", "phase"):
-            results[name] = _wave(candidate, term, name, cov, units[name])
+            reach = NORMAL_95 * float(np.linalg.norm(_along(term, _independent(cov))[name]))
+            ci = [float(value) - reach, float(value) + reach]
         elif numbers:
-            low, high = _ends(candidate, term, numbers[0], spread[numbers[0]])
-            ci = sorted([low, high])
-            if np.isinf(value) and np.isinf(ci[0]):
-                continue  # nothing of it, as in the robot file
-            results[name] = ParameterResult(value=float(value), ci95=ci, unit=units[name])
+            ci = sorted(_ends(candidate, term, numbers[0], spread[numbers[0]]))
+        if not ci or (np.ndim(value) == 0 and np.isinf(value) and np.isinf(ci[0])):
+            continue  # nothing of it, as in the robot file
+        results[name] = ParameterResult(value=value.tolist(), ci95=ci, unit=units[name])
     return results
 
 
@@ -94,17 +96,34 @@ def _ends(candidate: Candidate, term: Term, number: int, spread: float) -> tuple
     return low, high
 
 
-def _wave(
-    candidate: Candidate, term: Term, name: str, cov: FloatArray, unit: str
-) -> ParameterResult:
-    hows = [candidate.coordinates[i].how for i in candidate.moved]
-    s, c = hows.index("sine"), hows.index("cosine")
-    x, y = (float(term.at[candidate.moved[i]]) for i in (s, c))
-    size = max(float(np.hypot(x, y)), 1e-15)
-    gradient = np.array([x, y]) / size if name == "amplitude" else np.array([-y, x]) / size**2
-    half = NORMAL_95 * float(np.sqrt(gradient @ cov[np.ix_([s, c], [s, c])] @ gradient))
-    value = size if name == "amplitude" else float(np.arctan2(y, x))
-    return ParameterResult(value=value, ci95=[value - half, value + half], unit=unit)
+def spreads(solution: Solution, cov: FloatArray) -> list[dict[str, list[float]]]:
+    """See `Finding.spread`, for each term; cov: of all fitted numbers."""
+    ways = _independent(cov)
+    every = [_along(t, ways[:, solution.columns_of(k)]) for k, t in enumerate(solution.terms)]
+    rows = np.array([row for own in every for row in own.values()]).reshape(-1, len(ways))
+    together = iter(np.linalg.qr(rows.T)[1].T)
+    trimmed = [{name: np.trim_zeros(next(together), "b") for name in own} for own in every]
+    return [{n: [float(f"{x:.3g}") for x in row] for n, row in own.items()} for own in trimmed]
+
+
+def _independent(cov: FloatArray) -> FloatArray:
+    """Rows of how far numbers are off together, a standard deviation each, that are independent."""
+    sigma = np.sqrt(np.maximum(np.diag(cov), 1e-300))
+    values, vectors = np.linalg.eigh(cov / np.outer(sigma, sigma))
+    rows: FloatArray = (sigma[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))).T
+    return rows
+
+
+def _along(term: Term, ways: FloatArray) -> dict[str, FloatArray]:
+    """How far each size that is one finite number is off with every row of moved coordinates."""
+    steps = np.zeros((len(ways), len(term.at)))
+    steps[:, term.candidate.moved] = STRAIGHT * ways
+    ends = [[term.candidate.values(term.at + one) for one in (-step, step)] for step in steps]
+    return {
+        name: np.array([float(high[name] - low[name]) for low, high in ends]) / (2.0 * STRAIGHT)
+        for name, value in term.candidate.values(term.at).items()
+        if not np.ndim(value) and np.isfinite(value) and name not in term.candidate.fixed
+    }
 
 
 LOSS_95 = 3.841
@@ -125,8 +144,7 @@ def by_profile(
     bent = [how == "log" and s > ASSESSMENT.bent for how, s in zip(hows, spread, strict=True)]
     if len(moved) != 2 or sorted(hows) != ["log", "plain"] or not any(bent):
         return None
-    plain = np.linalg.pinv(solution.tangent.T @ solution.tangent, hermitian=True)
-    own = np.diag(plain)[solution.columns_of(number)]
+    own = np.diag(solution.covariance)[solution.columns_of(number)]
     widen = np.clip(spread**2 / np.maximum(own, 1e-300), 1.0, 9.0)
     ends = fitter.side_by_side(
         [

@@ -27,7 +27,9 @@ class EstimationOptions:
 
     # Fits.
     fit_steps: int = 6
-    """Levenberg-Marquardt steps to the end of a fit."""
+    """Levenberg-Marquardt steps of a fit that is compared with others."""
+    steps_to_the_end: int = 60
+    """Those of the fit that the answer gives, which ends where a step gains little."""
     close_enough: float = 0.02
     """A step that lowers the cost by less than this ends the fit."""
     little_gain: float = 2.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -42,7 +42,6 @@ from deltactl.diagnosis.score_tests.change_points import Stale, moment
 from deltactl.diagnosis.score_tests.chi2_tail import log_sf
 from deltactl.diagnosis.score_tests.hysteresis import has_memory, tied_drivers
 from deltactl.diagnosis.selection.ambiguity import Standing
-from deltactl.diagnosis.selection.credible_set import Name
 from deltactl.diagnosis.selection.imitation import Beside
 from deltactl.diagnosis.selection.model_choice import Explained
 from deltactl.diagnosis.selection.options import CREDIBLE
@@ -132,7 +131,6 @@ def _named(
     profiled = intervals.by_profile(outcome.fitter, solution, number, cov[part, part])
     readings = model.readings
     times, numbers = readings.whole, list(range(1, len(readings.shift_s) + 1))
-    plain = {name: np.asarray(v).tolist() for name, v in candidate.values(term.at).items()}
     if jump is not None:
         numbers = [readings.recording_of(jump.time_s)]
         begin, end = readings.whole[numbers[0] - 1]
@@ -140,19 +138,20 @@ def _named(
         low, high = (float(np.clip(x - shift, begin, end)) for x in jump.interval_s)
         profiled = {"time": (low, high)}
         times = [(jump.time_s - shift, end)]
-        plain["time"] = jump.time_s - shift
     sizes = parameters(term, cov[part, part], profiled)
     if jump is not None:
-        sizes["time"] = sizes["time"].model_copy(update={"value": plain["time"]})
+        sizes["time"] = sizes["time"].model_copy(update={"value": times[0][0]})
     whole = model.predict([*solution.nuisances, *solution.terms])
     change = outcome.fitter.change_by(solution, number, whole)
     held = share_and_left(outcome.fitter, outcome.explained.nominal, solution, number, whole)
     share, left = held or (stand.gain / total, left_without(outcome.fitter, solution, number))
     chances = outcome.explained.credible
+    other = chances.alternatives[number]
     return Finding(
         effect=candidate.effect,
         component=candidate.component,
         parameters=sizes,
+        spread=intervals.spreads(solution, cov)[number],
         where=Where(
             axes=_axes(outcome.fitter, change),
             times_s=times,
@@ -164,7 +163,10 @@ def _named(
         probability=chances.terms[number],
         alternatives=[
             *_imitated(chances.beside[number], stand.gain),
-            *_with_chances(stand.alternatives, chances.alternatives[number]),
+            *(
+                one.model_copy(update={"probability": other.get((one.effect, one.component), 0.0)})
+                for one in stand.alternatives
+            ),
         ],
     )
 
@@ -178,18 +180,6 @@ def _imitated(beside: Beside, gain: float) -> list[Alternative]:
         Alternative(
             effect="unknown", component=beside.place, delta_chi2=gain, probability=probability
         )
-    ]
-
-
-def _with_chances(
-    alternatives: Sequence[Alternative], chances: Mapping[Name, float]
-) -> list[Alternative]:
-    """Alternatives with their probabilities."""
-    return [
-        alternative.model_copy(
-            update={"probability": chances.get((alternative.effect, alternative.component), 0.0)}
-        )
-        for alternative in alternatives
     ]
 
 
@@ -211,7 +201,8 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     tied = tied_drivers(outcome.fitter, bare, free, search.prepared.shapes)
     instead = list(dict.fromkeys(name for covariate in tied for name in covariate.split(", ")))
     first = sum(f.size for f in solution.frees[:number])
-    values = free.basis @ solution.coefficients[first : first + free.size]
+    coefficients = solution.coefficients[first : first + free.size]
+    values = free.basis @ coefficients
     size = float(np.std(values[_decided(outcome.fitter, free)]))
     unit = traits_of(model).units.get(free.location, model.readings.units[0])
     half = 1.96 * size / max(np.sqrt(gain), 1.0)
@@ -233,7 +224,7 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
         depends_on=list(dict.fromkeys([*free.depends_on, *instead])),
         tied=[name for name in instead if name not in free.depends_on],
         has_memory=has_memory(outcome.fitter, solution, free, gain),
-        table=_table(outcome.fitter, free, solution.coefficients[first : first + free.size]),
+        table=_table(outcome.fitter, free, coefficients),
     )
 
 

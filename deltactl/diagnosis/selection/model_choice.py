@@ -8,6 +8,7 @@ from deltactl.diagnosis.estimation.budget import Until
 from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import Whitener, estimate
+from deltactl.diagnosis.estimation.options import ESTIMATION
 from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.evidence.left_by_measured import held_to
 from deltactl.diagnosis.evidence.noise_estimation import Prepared, once_more
@@ -140,7 +141,8 @@ def final_fit(explained: Explained, valid: BoolArray) -> tuple[Fitter, Solution]
         whitener = left_noise(fitter, solution, valid)
         calmer = _calmer(whitener, fitter.whiten)
         fitter = Fitter(fitter.model, whitener, fitter.nuisances)
-        solution = fitter.solve(solution.terms, solution.frees, solution.nuisances, steps=4)
+        most = ESTIMATION.steps_to_the_end
+        solution = fitter.solve(solution.terms, solution.frees, solution.nuisances, steps=most)
         if not calmer:
             break
     return fitter, solution

@@ -20,6 +20,7 @@ from deltactl.foundation.errors import MotionError, NotReady
 from deltactl.models.robot import AXES, FloatArray
 
 LOOK_S = 3.0
+LONGER = 5  # times as long, where a busy computer brings readings late
 EVERY_S = 0.03
 """Longer than a sensor's period, so that every look brings a new sample."""
 SIGMAS = 4.0
@@ -112,19 +113,24 @@ def _look(
 def good_ranges_m(
     status: Callable[[], Status], sleep: Callable[[float], None], look_s: float
 ) -> dict[str, list[float]]:
-    """Good ranges of each axis [m] within a time. Raises NotReady where they are too few."""
+    """Good ranges of each axis [m] within a time, or up to `LONGER` times it where a busy computer
+    brings them late. Raises NotReady where they are too few.
+    """
     seen_m: dict[str, list[float]] = {axis: [] for axis in AXES}
-    for _ in range(round(look_s / EVERY_S)):
+    looks = round(look_s / EVERY_S)
+    for number in range(LONGER * looks):
+        if number >= looks and min(map(len, seen_m.values())) >= looks / 4:
+            break
         sleep(EVERY_S)
-        for sensor in status().sensors:
+        now = status()
+        for sensor in now.sensors:
             fresh = sensor.age_s is not None and sensor.age_s < 2.0 * EVERY_S
             if fresh and sensor.gate == "good" and sensor.distance_m is not None:
                 seen_m[sensor.axis].append(sensor.distance_m)
-    if blind := [axis for axis, values in seen_m.items() if len(values) < look_s / EVERY_S / 4]:
-        raise NotReady(
-            f"sensor {' and '.join(blind)} gives too few good readings;"
-            " see 'deltactl status sensors'"
-        )
+    if blind := [axis for axis, values in seen_m.items() if len(values) < looks / 4]:
+        which = f"{'sensors' if len(blind) > 1 else 'sensor'} {', '.join(blind)}"
+        busy = "; simulated sensors are late on a busy computer" if now.simulated else ""
+        raise NotReady(f"too few good readings of {which}; see 'deltactl status sensors'{busy}")
     return seen_m
 
 

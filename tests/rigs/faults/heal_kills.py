@@ -41,7 +41,7 @@ ENGAGED = ("homing", "planning", "running", "paused")
 START_S, SETTLES_S, HEALS_S, WATCHED_S = 60.0, 10.0, 400.0, 0.5
 NOT_BEGUN = "no daemon answers"
 """Said where the daemon was killed before the healing had begun."""
-MOST_DISTURBED = 3
+MOST_DISTURBED = 10
 """So often a healing may end by itself in a row, as a machine without a free core makes it."""
 PROGRAM = Path(__file__).resolve().parents[3]
 
@@ -241,7 +241,7 @@ def campaign(
         judge(stand, healing, seen)
         yield seen
         stand.make_ready()
-        if healing.returncode == 0:  # the next one would have nothing to heal
+        if stand.state().get("answer") is not None:  # the next one would have nothing to heal
             _undo(stand)
     if finished:
         finish(stand, stand.heal())

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -118,7 +119,9 @@ def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance 
     together = None
     if len(moved) > 1 and np.ptp(total) == 0.0:
         sure = np.sqrt(kind.discrepancy.in_pose) * total[0]
-        together = float(np.hypot(_of_sum(read), sure))
+        rows = [entry.found.spread.get(name, ()) for name in {one.parameter for one in moved}]
+        parts = [sum(part) for part in zip_longest(*rows, fillvalue=0.0)]
+        together = float(np.hypot(np.linalg.norm(parts), sure))
     return Nuisance(Term(candidate, at), tuple(spread.tolist()), True, together)
 
 
@@ -135,16 +138,6 @@ def _alike(kind: EffectKind, moved: Sequence[Coordinate], at: FloatArray) -> Flo
         for unit, log in own
     ]
     return np.array(total)
-
-
-def _of_sum(spreads: Sequence[float]) -> float:
-    """Spread of the sum of sizes of which one takes what the other gives.
-
-    Rows far apart leave open how a delay divides, and say its sum to a millisecond: were both
-    intervals taken as chance of their own, a drive could become later by both unseen.
-    """
-    most = max(spreads)
-    return abs(2.0 * most - sum(spreads))
 
 
 def _without_phase(fixed: dict[str, Any], moved: tuple[Coordinate, ...]) -> dict[str, Any]:
