@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -15,16 +15,6 @@ from deltactl.diagnosis.plants.regression import Columns, Size
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Led:
-    """Columns, their curves, and what they are ahead by a dead time and a time constant."""
-
-    columns: Columns
-    curves: Curves
-    at: tuple[float, float]
-    led: Columns
-
-
 class LateDrive:
     """Forces as an effort shows them whose motion comes late: ahead of the motion.
 
@@ -33,20 +23,20 @@ class LateDrive:
 
     def __init__(self, in_time: AheadInTime):
         self._in_time = in_time
-        self._kept: dict[str, _Led] = {}
+        self._kept: dict[str, tuple[Columns, Curves, tuple[float, float], Columns]] = {}
+        """Columns, their curves, what they are ahead by, and as they are then."""
 
     def led(self, key: str, columns: Columns, dead_s: float, time_s: float) -> Columns:
         """Columns of one regressor ahead by a dead time and a time constant; the last are kept."""
         at, kept = (dead_s, time_s), self._kept.get(key)
-        if kept is not None and kept.columns is columns:
-            curves = kept.curves
-        else:
-            kept = None
+        if kept is None or kept[0] is not columns:
             curves = columns.curves() if columns.curves else self._in_time.curves(columns.values)
-        if kept is None or kept.at != at:
-            led = replace(columns, values=self._in_time.later(curves, *at), curves=None)
-            kept = self._kept[key] = _Led(columns, curves, at, led)
-        return kept.led
+            kept = (columns, curves, (0.0, 0.0), columns)
+        if kept[2] != at:
+            led = replace(columns, values=self._in_time.later(kept[1], *at), curves=None)
+            kept = (columns, kept[1], at, led)
+        self._kept[key] = kept
+        return kept[3]
 
 
 class EffortLimit:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
@@ -14,9 +13,8 @@ from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Columns, Sizes
 from deltactl.models.effects.axis_play import loose
 from deltactl.models.effects.speed_limit import rate_limited
-from deltactl.models.signals import late, linear, slopes_of
+from deltactl.models.signals import AnyArray, late, linear, slopes_of
 
-ComplexArray = NDArray[np.complex128]
 STAGES = ("lag", "speed", "friction", "rubbing", "play", "ringing")
 """Parts of the chain from the command to the axis, in their order."""
 
@@ -28,8 +26,8 @@ class DriveChain:
         """begins: names of the sizes that say where in the play the first stretches begin."""
         self._axis, self._begins = axis, begins
         self._kept: dict[tuple[object, ...], FloatArray] = {}
-        self._rings: tuple[complex, tuple[ComplexArray, ...]] | None = None
-        self._begun: tuple[complex, Columns] | None = None
+        self._rings = lru_cache(maxsize=1)(self._ringing)
+        self._begun = lru_cache(maxsize=1)(self._rings_on)
 
     def behind(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
@@ -90,51 +88,32 @@ class DriveChain:
 
         driven: what moves its foot, a column each, (n, k).
         """
-        gain, kept, bent = self._ringing(_pole(sizes), sizes["ringing.damping"])
+        per_s, goes_on, gain, kept, bent = self._rings(_pole(sizes))
         speed = np.zeros(driven.shape)
-        np.multiply(driven[1:] - driven[:-1], self._per_s[1:], out=speed[1:])
-        change = (speed[1:] - speed[:-1]) * self._go_on[1:]
+        np.multiply(driven[1:] - driven[:-1], per_s[1:], out=speed[1:])
+        change = (speed[1:] - speed[:-1]) * goes_on[1:]
         pushed = kept * speed
         pushed[1:] += bent[1:] * change
         pushed[:-1] += bent[:-1] * change
-        state = linear(gain, pushed, np.zeros(driven.shape[1], complex))
-        rung: FloatArray = driven + state.real
+        rung: FloatArray = driven + linear(gain, pushed, np.zeros(driven.shape[1], complex)).real
         return rung
 
-    @cached_property
-    def _per_s(self) -> FloatArray:
-        """One over the time since the row before, 0 where a stretch begins, (n, 1)."""
-        step = self._axis.step_s[:, None]
-        per_s: FloatArray = np.divide(1.0, step, out=np.zeros(step.shape), where=step > 0.0)
-        return per_s
-
-    @cached_property
-    def _go_on(self) -> BoolArray:
-        """Rows before which the motion is known for a step, and for one more, (n, 1)."""
-        moves = self._per_s > 0.0
-        return moves & np.roll(moves, 1, axis=0)
-
-    def _ringing(self, pole: complex, damping: float) -> tuple[ComplexArray, ...]:
-        """Share of its state that a load keeps in each row's step, (n,), and what its foot's speed
-        and half the change of that speed do to it, (n, 1): exact for a parabola.
+    def _ringing(self, pole: complex) -> tuple[FloatArray, BoolArray, AnyArray, AnyArray, AnyArray]:
+        """Of each row's step: one over its time, whether the one before it is known (n, 1), the
+        share of its state that a load keeps (n,), and what its foot's speed and half the change of
+        that speed do to it, exact for a parabola (n, 1).
         """
-        if self._rings is None or self._rings[0] != pole:
-            share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
-            moves, decay = self._per_s[:, 0] > 0.0, np.exp(pole * self._axis.step_s)
-            kept = np.where(moves, (decay - 1.0) / pole, 0.0)
-            bent = kept / pole * self._per_s[:, 0] - np.where(
-                moves, 0.5 * (decay + 1.0) / pole, 0.0
-            )
-            gain = np.where(moves, decay, 0.0)
-            self._rings = pole, (gain, -share * kept[:, None], -0.5 * share * bent[:, None])
-        return self._rings[1]
+        step = self._axis.step_s[:, None]
+        moves, decay = step > 0.0, np.exp(pole * step)
+        per_s: FloatArray = np.divide(1.0, step, out=np.zeros(step.shape), where=moves)
+        share, kept = 1.0 - 1j * pole.real / pole.imag, np.where(moves, (decay - 1.0) / pole, 0.0)
+        bent = kept / pole * per_s - np.where(moves, 0.5 * (decay + 1.0) / pole, 0.0)
+        goes_on = moves & np.roll(moves, 1, axis=0)
+        return per_s, goes_on, np.where(moves, decay, 0.0)[:, 0], -share * kept, -0.5 * share * bent
 
     def begun_ringing(self, sizes: Sizes) -> Columns:
         """How a load rings that was moving where a stretch begins: cosine and sine of each."""
-        pole = _pole(sizes)
-        if self._begun is None or self._begun[0] != pole:
-            self._begun = pole, self._rings_on(pole)
-        return self._begun[1]
+        return self._begun(_pole(sizes))
 
     def _rings_on(self, pole: complex) -> Columns:
         axis = self._axis

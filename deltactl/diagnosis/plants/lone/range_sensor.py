@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from operator import itemgetter
 
 import numpy as np
 
@@ -212,16 +213,17 @@ class RangeSensorPlant(LeftOver):
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the contract's effects."""
         table = {
-            "offset": [Shown("offset", "m", lambda v: v["offset"])],
+            "offset": [_plainly("offset", "m")],
             "scale": [Shown("scale", "1", lambda v: 1.0 + v["scale"], nothing=1.0)],
-            "crosstalk": [Shown("curvature", "1/m", lambda v: v["curvature"])],
-            "late": [Shown("time", "s", lambda v: v["time"])],
-            "drift": [
-                Shown("offset", "m", lambda v: v["offset"]),
-                Shown("time_constant", "s", lambda v: v["time_constant"]),
-            ],
+            "crosstalk": [_plainly("curvature", "1/m")],
+            "late": [_plainly("time", "s")],
+            "drift": [_plainly("offset", "m"), _plainly("time_constant", "s")],
         }
         return table.get(key, [])
+
+
+def _plainly(name: str, unit: str) -> Shown:
+    return Shown(name, unit, itemgetter(name))
 
 
 def _gross(left: FloatArray, valid: BoolArray) -> BoolArray:
