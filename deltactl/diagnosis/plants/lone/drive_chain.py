@@ -99,7 +99,7 @@ class DriveChain:
         return rung
 
     def _ringing(self, pole: complex) -> tuple[FloatArray, BoolArray, AnyArray, AnyArray, AnyArray]:
-        """Of each row's step: one over its time, whether the one before it is known (n, 1), the
+        """One over each row's step, whether it and the one before it are known (n, 1), the
         share of its state that a load keeps (n,), and what its foot's speed and half the change of
         that speed do to it, exact for a parabola (n, 1).
         """
