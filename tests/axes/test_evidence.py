@@ -322,5 +322,5 @@ def test_how_long_the_rest_goes_on_is_told(rigs: ModuleType, rho: float) -> None
     assert fit.left_correlation == pytest.approx(rho ** (apart_s / 0.02), abs=0.05)
     forgotten_s = 0.02 / -np.log(rho) if rho else 0.0
     assert fit.left_lasts_s == pytest.approx(max(forgotten_s, apart_s), rel=0.25)
-    assert ("at a time" in answer.unexplained.says) == (rho > 0.0)
+    assert ("err alike" in answer.unexplained.says) == (rho > 0.0)
     assert not contradictions(answer)

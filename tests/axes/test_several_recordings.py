@@ -81,7 +81,7 @@ def test_evidence_under_wider_priors_is_that_of_a_fit_with_them() -> None:
     plain, wide = RangeSensorPlant(RANGES, [recording]), WideSensor(RANGES, [recording])
     noise = saturated_noise(plain)
     by_key = {r.key: r for r in plain.regressors}
-    for keys in ((), ("offset",), ("offset", "scale", "late")):
+    for keys in ((), ("offset",), ("offset", "scale", "crosstalk")):
         narrow, other = Laplace(plain, noise)(keys), Laplace(wide, noise)(keys)
         expected = other.log_evidence - narrow.log_evidence
         assert _change(narrow, by_key, 3.0) == pytest.approx(expected, abs=1e-6)

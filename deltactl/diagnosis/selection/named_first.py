@@ -13,10 +13,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtr
 
 from deltactl.diagnosis.evidence.detection import Progress
-from deltactl.diagnosis.evidence.effective_size import TemperedNoise, spare
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
 from deltactl.diagnosis.evidence.tempering import noise_beyond, saturated_noise
 from deltactl.diagnosis.observations.readings import FloatArray
@@ -68,8 +67,7 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     evidence = Laplace(plant, noise)
     named = HillClimb(evidence).run()
     for _ in range(SELECTION.naming_rounds - 1):
-        beyond = noise_beyond(plant, _refuting(evidence) or named.best)
-        evidence = Laplace(plant, beyond, evidence)
+        evidence = Laplace(plant, noise_beyond(plant, named.best), evidence)
         again = HillClimb(evidence).run()
         settled, named = again.best.keys == named.best.keys, again
         if settled:
@@ -96,17 +94,6 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
         )
     chosen = _beside(plant, free, unknown, named, chances, nothing)
     return (_gaps_again(chosen, evidence) if mapped else None) or chosen
-
-
-def _refuting(evidence: Laplace) -> Explanation | None:
-    """The set that leaves least, where noise would hardly leave as little: a shape that no
-    saturated set has, such as a wave that is longer than the travel, counted as noise.
-    """
-    tried = evidence.evaluated
-    least = min(tried, key=lambda one: one.chi2)
-    freedom = spare(evidence.noise.effective, len(least.names))
-    refuted = chdtr(freedom, least.chi2) < (1.0 - SELECTION.sure) / len(tried)
-    return least if refuted else None
 
 
 def _unknown(named: Explanation, left: Posterior) -> frozenset[str]:
