@@ -2,7 +2,7 @@
 
 Each reading meets a few columns of a finely resolved spline only. An error that comes and goes in
 time (a table that sways, a lamp that flickers) would take so fine a spline that it followed noise.
-A line in the spectrum of what is left needs three numbers only: how often, and how much of sine
+A line in the spectrum of the residual needs three numbers only: how often, and how much of sine
 and cosine.
 """
 
