@@ -27,7 +27,7 @@ NEEDED = {
     JOB_KEY: "a job (YAML) is needed here: 'deltactl convert {file} job.yaml --robot ROBOT.yaml'"
     " makes one of points in mm or of G-code, and 'deltactl inspect {file}' looks into a"
     " recording",
-    ROBOT_KEY: "a robot file (YAML) is needed here; {writes}",
+    ROBOT_KEY: f"a robot file (YAML) is needed here; {WRITES}",
 }
 """What is said where a file of those is named for a job or a robot."""
 LOOKED_INTO = 200
@@ -48,7 +48,7 @@ def find(name: str, beside: Path | None = None, listing: bool = True, key: str =
     for folder in folders:
         if (folder / given).is_file():
             if no_yaml:
-                raise ConfigError(f"{name}: {NEEDED[key].format(file=name, writes=WRITES)}")
+                raise ConfigError(f"{name}: {NEEDED[key].format(file=name)}")
             return folder / given
     suffix = "" if no_yaml or given.suffix == ".yml" else given.suffix  # both are YAML
     place = "here" if beside is None else f"beside {beside}"

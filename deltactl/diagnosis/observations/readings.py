@@ -49,6 +49,17 @@ class Readings:
         """Usual time between samples [s]."""
         return float(np.median(np.diff(self.t_s)))
 
+    @cached_property
+    def step_s(self) -> FloatArray:
+        """Time since the row before (n,) [s]; 0 where a stretch begins."""
+        return np.where(self.fresh, 0.0, np.diff(self.t_s, prepend=self.t_s[0]))
+
+    @cached_property
+    def stretch_start_s(self) -> FloatArray:
+        """When the stretch of a row began (n,) [s]."""
+        began: FloatArray = self.t_s[self.fresh][np.cumsum(self.fresh) - 1]
+        return began
+
     @property
     def span_s(self) -> float:
         """Time from first to last sample [s]."""

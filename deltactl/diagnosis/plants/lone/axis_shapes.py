@@ -63,11 +63,13 @@ class AxisShapes:
         axis = self._axis
         if late_s <= 0.0:
             return axis.pull
-        return late(axis.pull, self._pull_slopes, axis.t_s, axis.stretch_start_s, 0.0, late_s)
+        return late(
+            axis.pull, self._pull_slopes, axis.t_s, axis.readings.stretch_start_s, 0.0, late_s
+        )
 
     @cached_property
     def _pull_slopes(self) -> FloatArray:
-        return slopes_of(self._axis.pull, self._axis.t_s, self._axis.step_s)
+        return slopes_of(self._axis.pull, self._axis.t_s, self._axis.readings.step_s)
 
     @cached_property
     def _known_late_s(self) -> float:

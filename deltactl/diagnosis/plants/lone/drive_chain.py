@@ -54,10 +54,12 @@ class DriveChain:
         """What one part of the chain makes of its input, (n,)."""
         if key == "lag":
             axis, dead_s, time_s = self._axis, sizes["lag.dead_time"], sizes["lag.time"]
-            return late(driven, self._slopes, axis.t_s, axis.stretch_start_s, dead_s, time_s)
+            return late(
+                driven, self._slopes, axis.t_s, axis.readings.stretch_start_s, dead_s, time_s
+            )
         if key == "speed":
             limit, before = sizes["speed.limit"], float(driven[0])
-            return rate_limited(driven, self._axis.step_s, limit, before)
+            return rate_limited(driven, self._axis.readings.step_s, limit, before)
         if key == "ringing":
             return self.rung(driven[:, None], sizes)[:, 0]
         pull = self._axis.pull if key == "play" else np.zeros(len(driven))
@@ -67,7 +69,7 @@ class DriveChain:
     def _slopes(self) -> FloatArray:
         """Slopes of the command, which comes to the first of the stages."""
         axis = self._axis
-        return slopes_of(axis.nominal, axis.t_s, axis.step_s)
+        return slopes_of(axis.nominal, axis.t_s, axis.readings.step_s)
 
     def _played(self, driven: FloatArray, sizes: Sizes, key: str, pull: FloatArray) -> FloatArray:
         starts = np.zeros(int(np.count_nonzero(self._axis.readings.fresh)))
@@ -103,7 +105,7 @@ class DriveChain:
         share of its state that a load keeps (n,), and what its foot's speed and half the change of
         that speed do to it, exact for a parabola (n, 1).
         """
-        step = self._axis.step_s[:, None]
+        step = self._axis.readings.step_s[:, None]
         moves, decay = step > 0.0, np.exp(pole * step)
         per_s: FloatArray = np.divide(1.0, step, out=np.zeros(step.shape), where=moves)
         share, kept = 1.0 - 1j * pole.real / pole.imag, np.where(moves, (decay - 1.0) / pole, 0.0)
@@ -117,7 +119,7 @@ class DriveChain:
 
     def _rings_on(self, pole: complex) -> Columns:
         axis = self._axis
-        since_s = axis.t_s - axis.stretch_start_s
+        since_s = axis.t_s - axis.readings.stretch_start_s
         stretch = np.cumsum(axis.readings.fresh) - 1
         first = np.flatnonzero(axis.readings.fresh)[: len(self._begins)]
         rings = np.exp(pole * since_s)[:, None] * (stretch[:, None] == np.arange(len(first)))

@@ -118,9 +118,8 @@ class RangeSensorPlant(LeftOver):
             found += [named("range/scale"), named("range/crosstalk")]
         if self.passes_places and self.in_time:
             spread_s, step_s = RANGE_SENSOR.late_range_spread_s, 1e-3
-            late = Size("time", "half", spread_s, 0.0, LONE.longest_lag_s, step_s)
-            starts = ((0.0,), (spread_s,))
-            found.append(named("range/late", sizes=(late,), starts=starts))
+            delay = Size("time", "half", spread_s, 0.0, LONE.longest_lag_s, step_s)
+            found.append(named("range/late", sizes=(delay,), starts=((0.0,), (spread_s,))))
         if self.in_time:
             found.append(self._warming())
         return [*found, *self.unknowns()]
@@ -144,10 +143,8 @@ class RangeSensorPlant(LeftOver):
     @cached_property
     def _late(self) -> Callable[[float], tuple[FloatArray, FloatArray]]:
         """Nominal reading and distance (n,) so long before; the last are kept."""
-        readings, t_s = self.readings, self.t_s
-        steps_s = np.where(readings.fresh, 0.0, np.diff(t_s, prepend=t_s[0]))
-        start_s = t_s[readings.fresh][np.cumsum(readings.fresh) - 1]
-        courses = [(x, slopes_of(x, t_s, steps_s)) for x in (self.nominal, self.distance)]
+        t_s, start_s, step_s = self.t_s, self.readings.stretch_start_s, self.readings.step_s
+        courses = [(x, slopes_of(x, t_s, step_s)) for x in (self.nominal, self.distance)]
 
         def before(time_s: float) -> tuple[FloatArray, FloatArray]:
             nominal, distance = (late(*one, t_s, start_s, time_s, 0.0) for one in courses)

@@ -213,19 +213,12 @@ class RecordedAxis:
         return max(apart, 1e-12 * max(self.span, 1e-12))
 
     @cached_property
-    def step_s(self) -> FloatArray:
-        """Time since the row before (n,) [s]; 0 where a stretch begins."""
-        steps = np.diff(self.t_s, prepend=self.t_s[0])
-        steps[self.readings.fresh] = 0.0
-        return steps
-
-    @cached_property
     def speeds(self) -> tuple[float, float]:
         """Mean and highest speed of the command: an axis below the mean would not arrive.
 
         The first is that which the readings keep up for some samples, where it is higher.
         """
-        moved, step_s = np.abs(np.diff(self.nominal)), self.step_s[1:]
+        moved, step_s = np.abs(np.diff(self.nominal)), self.readings.step_s[1:]
         within = step_s > 0.0
         highest = float(np.max(moved[within] / step_s[within], initial=1e-300))
         mean = float(moved[within].sum() / max(step_s.sum(), 1e-300))
@@ -249,7 +242,7 @@ class RecordedAxis:
 
     def behind_a_limit(self, limit: float) -> float:
         """How far an axis with a limit of its speed falls behind, but for a rounded command."""
-        held = rate_limited(self.nominal, self.step_s, limit, float(self.nominal[0]))
+        held = rate_limited(self.nominal, self.readings.step_s, limit, float(self.nominal[0]))
         return float(np.max(np.abs(self.nominal - held))) - self._command_step
 
     @cached_property
@@ -261,13 +254,6 @@ class RecordedAxis:
         """Speed of the command, root mean square over the rows that count."""
         speed = np.gradient(self.commanded, self.t_s)[self.rows]
         return float(np.sqrt(np.mean(speed**2)))
-
-    @cached_property
-    def stretch_start_s(self) -> FloatArray:
-        """When the stretch of a row began (n,) [s]."""
-        starts = self.t_s[self.readings.fresh]
-        began: FloatArray = starts[np.cumsum(self.readings.fresh) - 1]
-        return began
 
     @property
     def full_step(self) -> float:
