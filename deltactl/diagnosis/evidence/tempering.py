@@ -28,9 +28,10 @@ def saturated_noise(plant: RegressionPlant) -> TemperedNoise:
     """
     keys = frozenset(r.key for r in plant.regressors if r.saturated and not r.left_over)
     noise = _of_residual(plant, _fast_part(plant))
+    fits = None
     for _ in range(EVIDENCE.tempering_rounds):
-        fit = Laplace(plant, noise.untempered)(keys)
-        noise = _of(plant, fit)
+        fits = Laplace(plant, noise.untempered, fits)
+        noise = _of(plant, fits(keys))
     return noise
 
 

@@ -69,8 +69,10 @@ class AheadInTime:
         at = self._between(dead_s)
         values = curves.values + time_s * curves.slopes
         slopes = curves.slopes + time_s * curves.bends
-        found: FloatArray = at.of_values[0] * values[at.row] + at.of_slopes[0] * slopes[at.row]
-        found += at.of_values[1] * values[at.row + 1] + at.of_slopes[1] * slopes[at.row + 1]
+        found: FloatArray = at.of_values[0] * values.take(at.row, axis=0)
+        found += at.of_slopes[0] * slopes.take(at.row, axis=0)
+        found += at.of_values[1] * values.take(at.row + 1, axis=0)
+        found += at.of_slopes[1] * slopes.take(at.row + 1, axis=0)
         return found
 
     def _weights(self, dead_s: float) -> _Between:

@@ -48,9 +48,9 @@ def motion_of(
 
     narrower: share of the frequency where the position meets its noise at which the low-pass ends.
     """
-    # Takes 0.3 s to import. Splines: differences make a mass larger by (omega period)^2 / 3.
+    # Splines: differences make a mass larger by (omega period)^2 / 3.
+    from scipy.fft import dct, idct
     from scipy.interpolate import make_interp_spline
-    from scipy.signal import butter, sosfiltfilt, sosfreqz
 
     step_s = float(np.median(np.diff(t_s)))
     starts = [*np.flatnonzero(fresh).tolist(), len(t_s)]
@@ -68,7 +68,11 @@ def motion_of(
     evenly = resampled(position[longest], t_s[longest], even_s(longest))
     cut_off_hz = narrower * cut_off(evenly, step_s)
     of_nyquist = min(2.0 * cut_off_hz * step_s, OBSERVATIONS.highest_of_nyquist)
-    sections = butter(OBSERVATIONS.low_pass_order, of_nyquist, output="sos")
+
+    def kept(angle: FloatArray) -> FloatArray:
+        """Share (m,) of a Butterworth filter, run there and back, at angles (m,) a sample."""
+        ratio = np.tan(angle / 2.0) / np.tan(np.pi * of_nyquist / 2.0)
+        return np.asarray(1.0 / (1.0 + ratio ** (2 * OBSERVATIONS.low_pass_order)))
 
     def low_passed(values: FloatArray, slopes: int = 0) -> FloatArray:
         smooth = np.array(values, dtype=float) if slopes == 0 else np.zeros(values.shape)
@@ -80,14 +84,11 @@ def motion_of(
                 for _ in range(slopes):
                     evenly = np.asarray(make_interp_spline(grid_s, evenly, SPLINE)(grid_s, 1))
                 inner = evenly[FRAYED:-FRAYED]
-                pad = min(3 * int(1.0 / (cut_off_hz * step_s)) + 9, len(inner) - 2)
-                passed = sosfiltfilt(sections, inner, axis=0, padtype="even", padlen=pad)
+                share = kept(np.pi * np.arange(len(inner)) / len(inner))
+                waves = dct(inner, axis=0) * share.reshape(-1, *[1] * (values.ndim - 1))
+                passed = idct(waves, axis=0)
                 smooth[part] = resampled(np.pad(passed, frayed, "edge"), grid_s, own_s)
         return smooth
-
-    def passes(angle: FloatArray) -> FloatArray:
-        power: FloatArray = np.abs(np.asarray(sosfreqz(sections, angle)[1])) ** 4
-        return power  # twice: there and back
 
     def slope(values: FloatArray) -> FloatArray:
         changing = np.zeros_like(values)
@@ -110,7 +111,7 @@ def motion_of(
     top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
         low_passed(position), speed, rise, settled, cut_off_hz, float(noise), max(top, 1e-300),
-        low_passed, slope, passes,
+        low_passed, slope, lambda angle: kept(angle) ** 2,
     )  # fmt: skip
 
 
