@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.evidence.repeats import Repeats, repeats
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
-from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor
+from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
 from deltactl.diagnosis.plants.spline_terms import less_spanned, spline_over
 
 UNKNOWN = "unknown "
@@ -46,10 +50,20 @@ class Way:
         return left if self.acts is None else left * self.acts[:, None]
 
 
+@dataclass(frozen=True, slots=True)
+class FineMap:
+    """A spline term over position in as much detail as the residual of a set repeats."""
+
+    keys: frozenset[str]
+    sizes: Sizes
+    repeats: Repeats
+
+
 class LeftOver(RegressionPlant):
     """A plant with spline terms; regressors `unknown NAME`."""
 
     unknown_log_odds = SPLINE_TERMS.unknown_log_odds
+    _map: FineMap | None = None
 
     def pieces(self, name: str) -> int:
         """Into how many pieces the range of a covariate is cut."""
@@ -80,6 +94,40 @@ class LeftOver(RegressionPlant):
             for name, way in self.ways().items()
         ]  # fmt: skip
 
+    def places(self, keys: frozenset[str], sizes: Sizes) -> FloatArray | None:
+        """Places (n,) over which a model error may be mapped in detail; None: over none."""
+        return None
+
+    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
+        """The same detail over the places that the axis comes to by another set."""
+        if self._map is not None:
+            self._map = FineMap(keys, dict(sizes), self._map.repeats)
+            self.__dict__.pop("_unknown", None)
+
+    def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
+        """Over the places that the axis comes to, see `RegressionPlant`: of what repeats there more
+        than what happens between two samples, which a periodic motion repeats too.
+        """
+        at = self.places(keys, sizes)
+        if at is None or self._map is not None or "position" not in self.covariates:
+            return False
+        finest = len(self.rows) / EVIDENCE.rows_a_cell
+        found = repeats(left[self.rows], at[self.rows], self.groups[self.rows], finest)
+        between = np.zeros_like(left) if self.unsampled is None else self.unsampled
+        if found is None or found.size**2 <= float(np.mean(between[self.rows] ** 2)):
+            return False
+        self._map = FineMap(keys, dict(sizes), found)
+        self.__dict__.pop("_unknown", None)
+        return True
+
+    def detail(self, key: str) -> int:
+        """Detail of a map, see `RegressionPlant`."""
+        return self._map.repeats.cells if self._map and key == UNKNOWN + "position" else 0
+
+    def adopt(self, trained: Any) -> None:
+        """Map in detail of the recording that sizes were found on."""
+        self._map = trained._map
+
     def followed(self, key: str) -> FloatArray:
         """What an unknown follows, (n,); NaN where it does not act."""
         way = self.ways()[key.removeprefix(UNKNOWN)]
@@ -93,10 +141,17 @@ class LeftOver(RegressionPlant):
     def _unknown(self) -> Mapping[str, Columns]:
         found = {}
         for name, way in self.ways().items():
+            mapped = self._map if name == "position" else None
+            if mapped and (at := self.places(mapped.keys, mapped.sizes)) is not None:
+                way = replace(way, along=at, pieces=mapped.repeats.cells)
             beside = [self.beside] if way.gives_way else []
             own = self.spanned(name) if way.named is None else way.named
             named = np.concatenate([own, *beside], axis=1)
             shapes = way.shapes(named, self.rows)
             count = shapes.shape[1]
-            found[name] = Columns(shapes, np.full(count, self.spread_of(name, count)))
+            size = self.spread_of(name, count)
+            if mapped:  # what repeats is shared among all shapes
+                even = mapped.repeats.size / math.sqrt(max(count, 1))
+                size = max(SPLINE_TERMS.uneven_map * even, 1e-300)
+            found[name] = Columns(shapes, np.full(count, size))
         return found

@@ -22,6 +22,8 @@ class SplineTermOptions:
     unknown_log_odds: float = -5.0
     """Log odds of a model error that no named effect makes: one machine in 150 has it, for each
     covariate."""
+    uneven_map: float = 3.0
+    """Times the even share of what repeats that a shape of a map in detail usually has."""
 
 
 SPLINE_TERMS = SplineTermOptions()

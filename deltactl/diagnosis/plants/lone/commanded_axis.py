@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.evidence.repeats import Repeats, repeats
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver, Way
 from deltactl.diagnosis.plants.lone.axis_regressors import (
@@ -45,22 +44,12 @@ MOVES_THE_LOAD = frozenset({"ratio", *WAVES, "jump", "droop"})
 """Shapes that a load on a spring rings with."""
 
 
-@dataclass(frozen=True, slots=True)
-class FineMap:
-    """A spline term over position in as much detail as the residual of a set repeats."""
-
-    keys: frozenset[str]
-    sizes: Sizes
-    repeats: Repeats
-
-
 class CommandedAxis(RecordedAxis, LeftOver):
     """A single axis by its commands."""
 
     def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
         super().__init__(robot, recordings)
         self.channel = self.name
-        self._map: FineMap | None = None
         self.regressors = (*regressors_of(self), *self.unknowns())
         self._drive = DriveChain(self, begins_of(self))
         self._shapes = AxisShapes(self)
@@ -108,13 +97,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
         return found
 
     def ways(self) -> dict[str, Way]:
-        """Over position the place that the axis reaches, for a map in detail, rather than the one
-        commanded; by direction a difference between both ways, which may change over the travel.
-        """
+        """By direction a difference between both ways, which may change over the travel."""
         found = super().ways()
-        if self._map is not None and "position" in found:
-            at = self.base(self._map.keys, self._map.sizes)
-            found["position"] = replace(found["position"], along=at)
         if "time" in found:
             found["time"] = replace(found["time"], named=self._named[:, [0, 1]])
         if "acceleration" in found:
@@ -174,51 +158,24 @@ class CommandedAxis(RecordedAxis, LeftOver):
         """Named shapes (n, j) that a spline term may not take the place of, unless its way says."""
         return self._named
 
-    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
-        """The same detail over the places that the axis comes to by another set."""
-        if self._map is not None:
-            self._map = FineMap(keys, dict(sizes), self._map.repeats)
-            self.__dict__.pop("_unknown", None)
-
-    def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
-        """Over the places that the axis comes to, see `RegressionPlant`."""
-        if self._map is not None or UNKNOWN + "position" not in {r.key for r in self.regressors}:
-            return False
-        at, groups = self.base(keys, sizes)[self.rows], self.groups[self.rows]
-        finest = len(self.rows) / EVIDENCE.rows_a_cell
-        found = repeats(left[self.rows], at, groups, finest)
-        if found is None:
-            return False
-        self._map = FineMap(keys, dict(sizes), found)
-        self.__dict__.pop("_unknown", None)
-        return True
-
-    def detail(self, key: str) -> int:
-        """Detail of a map, see `RegressionPlant`."""
-        mapped = self._map is not None and key == UNKNOWN + "position"
-        return self.pieces("position") if mapped else 0
+    def places(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """The place that the axis reaches, rather than the one commanded, (n,)."""
+        return self.base(keys, sizes)
 
     def spread_of(self, name: str, shapes: int) -> float:
-        """Half of what reading and prediction are apart; of a map in detail, by the part that
-        repeats: it is shared among all its shapes.
-        """
-        if name != "position" or self._map is None:
-            return LONE.unknown_of_mismatch * self.mismatch
-        share = COMMANDED_AXIS.uneven_map / math.sqrt(max(shapes, 1))
-        return max(share * self._map.repeats.size, 1e-300)
+        """Half of what reading and prediction are apart."""
+        return LONE.unknown_of_mismatch * self.mismatch
 
     def pieces(self, name: str) -> int:
         """Twice as many over time, in which anything may come and go; fewer of a short table."""
-        if name == "position" and self._map is not None:
-            return self._map.repeats.cells
         most = COMMANDED_AXIS.axis_pieces * (2 if name == "time" else 1)
         stood_on = len(self.rows) // LONE.rows_a_piece
         return int(np.clip(stood_on, LONE.fewest_pieces, most))
 
     def adopt(self, trained: CommandedAxis) -> None:
         """Travel, spread and map in detail of the recording that sizes were found on."""
+        super().adopt(trained)
         self.span, self.mismatch = trained.span, trained.mismatch
-        self._map = trained._map
 
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the contract's effects, in the axis' own unit."""

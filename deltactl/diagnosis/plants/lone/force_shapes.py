@@ -99,10 +99,17 @@ class ForceShapes:
 
         In motions to and fro it looks like inertia, so it is chosen together with the named ones.
         """
+        shapes = self._by_place(len(self.middle) > 1) - self.middle
+        sizes = np.maximum(np.std(shapes[self.rows], axis=0), 1e-300)
+        return Columns(shapes, FORCED_AXIS.stribeck_of_size * self.size / sizes)
+
+    @cached_property
+    def middle(self) -> FloatArray:
+        """Middle of a force by position, (1,); of its sine and cosine, (2,), over a wide range."""
+        far = self.turns and np.ptp(self.motion.position[self.rows]) > FORCED_AXIS.weighed_rad
+        middle: FloatArray = self._by_place(bool(far))[self.rows].mean(axis=0)
+        return middle
+
+    def _by_place(self, far: bool) -> FloatArray:
         at = self.motion.position
-        far = float(np.ptp(at[self.rows])) > FORCED_AXIS.weighed_rad
-        forms = [np.sin(at), np.cos(at)] if far and self.turns else [at]
-        shapes = [form - float(np.mean(form[self.rows])) for form in forms]
-        sizes = [max(float(np.std(shape[self.rows])), 1e-300) for shape in shapes]
-        pull = FORCED_AXIS.stribeck_of_size * self.size
-        return Columns(np.stack(shapes, axis=1), pull / np.array(sizes))
+        return np.stack([np.sin(at), np.cos(at)] if far else [at], axis=1)

@@ -307,6 +307,10 @@ class ForcedAxis(LeftOver):
         named = [c.values[:, 0] for key, c in self._forces.linear.items() if key not in left_out]
         return np.stack(named, axis=1)
 
+    def places(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Where the axis is, (n,): what holds it comes back there."""
+        return self.motion.position
+
     def pieces(self, name: str) -> int:
         """The same over every covariate; fewer of a short motion."""
         stood_on = len(self.rows) // LONE.rows_a_piece
@@ -341,8 +345,10 @@ class ForcedAxis(LeftOver):
         return [NotTestable.of(name, "axis", why) for name, why in reasons.items()]
 
     def adopt(self, trained: ForcedAxis) -> None:
-        """Spreads and speeds of the recording that sizes were found on."""
-        self._forces.size, self._forces.speeds = trained._forces.size, trained._forces.speeds
+        """Spreads, speeds and map in detail of the recording that sizes were found on."""
+        super().adopt(trained)
+        own, other = self._forces, trained._forces
+        own.size, own.speeds, own.middle = other.size, other.speeds, other.middle
 
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the contract's effects, in N or N m."""

@@ -138,9 +138,6 @@ class CommandedAxisOptions:
     axis_pieces: int = 6
     """Over position, speed or load; twice as many over time, in which anything comes and goes."""
 
-    uneven_map: float = 3.0
-    """Times the even share of what repeats that a shape of a map in detail usually has."""
-
     # Where fits start.
     play_starts: tuple[float, ...] = (0.05, 0.15, 0.4, 1.0)
     """Widths of play, as shares of how far reading and prediction are apart,"""
