@@ -83,8 +83,9 @@ def _predicted(selected: Selected, other: RegressionPlant, sizes: Sizes) -> Floa
         if key.startswith("unknown "):
             predicted = predicted + _carried(selected, other, key)
             continue
-        shapes = other.columns(key, base, sizes).values
-        if shapes.shape[1]:
+        columns = other.columns(key, base, sizes)
+        shapes = columns.values
+        if columns.lasts and shapes.shape[1]:
             # Constants of the other recordings one by one say nothing of this one.
             predicted = predicted + shapes @ best.linear[key][: shapes.shape[1]]
     return predicted

@@ -136,6 +136,8 @@ class Columns:
     names: tuple[str, ...] = ()
     curves: Callable[[], Curves] | None = None
     """How shapes change from row to row, where that is known without looking at their rows."""
+    lasts: bool = True
+    """Whether the sizes hold in another recording; how a stretch began does not."""
 
     @property
     def sizes(self) -> Sequence[str]:

@@ -124,7 +124,8 @@ class DriveChain:
         first = np.flatnonzero(axis.readings.fresh)[: len(self._begins)]
         rings = np.exp(pole * since_s)[:, None] * (stretch[:, None] == np.arange(len(first)))
         spread = np.maximum(np.abs(self._slopes[first]) / abs(pole), 1e-300)
-        return Columns(np.concatenate([rings.real, rings.imag], axis=1), np.tile(spread, 2))
+        shapes = np.concatenate([rings.real, rings.imag], axis=1)
+        return Columns(shapes, np.tile(spread, 2), lasts=False)
 
 
 def _pole(sizes: Sizes) -> complex:
