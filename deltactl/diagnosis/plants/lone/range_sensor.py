@@ -140,39 +140,33 @@ class RangeSensorPlant(LeftOver):
         """What the robot file says the sensor reads, as late as it is said, (n,)."""
         return self._late(sizes["late.time"])[0] if "late" in keys else self.nominal
 
-    @cached_property
-    def _late(self) -> Callable[[float], tuple[FloatArray, FloatArray]]:
-        """Nominal reading and distance (n,) so long before; the last are kept."""
-        t_s, start_s, step_s = self.t_s, self.readings.stretch_start_s, self.readings.step_s
-        courses = [(x, slopes_of(x, t_s, step_s)) for x in (self.nominal, self.distance)]
-
-        def before(time_s: float) -> tuple[FloatArray, FloatArray]:
-            nominal, distance = (late(*one, t_s, start_s, time_s, 0.0) for one in courses)
-            return nominal, distance
-
-        return lru_cache(maxsize=4)(before)
-
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Errors (n, k) of one regressor."""
         if key.startswith(UNKNOWN):
             return self.unknown(key)
         if key == "drift":
             return self._drift(sizes["drift.time_constant"])
-        if key in ("scale", "crosstalk") and "late.time" in sizes:
-            return Columns.of(*self._shapes_at(self._late(sizes["late.time"])[1])[key])
-        return self._shapes[key] if key in self._shapes else Columns.none(len(base))
+        return self._late(sizes.get("late.time", 0.0))[1].get(key, Columns.none(len(base)))
 
     @cached_property
-    def _shapes(self) -> dict[str, Columns]:
-        return {key: Columns.of(*one) for key, one in self._shapes_at(self.distance).items()}
+    def _late(self) -> Callable[[float], tuple[FloatArray, dict[str, Columns]]]:
+        """Nominal reading (n,) and errors of a distance so long before; the last are kept."""
+        t_s, start_s, step_s = self.t_s, self.readings.stretch_start_s, self.readings.step_s
+        courses = [(x, slopes_of(x, t_s, step_s)) for x in (self.nominal, self.distance)]
 
-    def _shapes_at(self, distance: FloatArray) -> dict[str, tuple[FloatArray, float, str]]:
+        def before(time_s: float) -> tuple[FloatArray, dict[str, Columns]]:
+            nominal, distance = (late(*one, t_s, start_s, time_s, 0.0) for one in courses)
+            return nominal, self._errors(distance)
+
+        return lru_cache(maxsize=4)(before)
+
+    def _errors(self, distance: FloatArray) -> dict[str, Columns]:
         usual = RANGE_SENSOR.size_of_mismatch * self.mismatch
         far = max(float(np.max(np.abs(self.distance[self.rows]))), 1e-9)
         return {
-            "offset": (np.ones(len(self.t_s)), usual, "offset"),
-            "scale": (distance, FILE_SPREADS.range_scale_share, "scale"),
-            "crosstalk": (distance**2, usual / far**2, "curvature"),
+            "offset": Columns.of(np.ones(len(self.t_s)), usual, "offset"),
+            "scale": Columns.of(distance, FILE_SPREADS.range_scale_share, "scale"),
+            "crosstalk": Columns.of(distance**2, usual / far**2, "curvature"),
         }
 
     def _drift(self, time_constant_s: float) -> Columns:
