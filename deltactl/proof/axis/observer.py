@@ -7,6 +7,7 @@ make the same pattern in this motion (a tie), and how well a size can be known (
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -18,12 +19,13 @@ from deltactl.proof.axis.commanded import Sizes, Values
 from deltactl.proof.axis.motions import FloatArray
 from deltactl.proof.axis.sensing import Noise, whitened
 
-TIE = 20.0
-"""Chi-square below which an alternative explains an effect as well: 4.5 standard deviations."""
+TIE = 2.0 * math.log(0.95 / 0.05)
+"""Chi-square below which an alternative is a tie: an observer that knows machine, motion and noise
+is then usually less than 95 % sure."""
 SAME = 4.0
 """Chi-square below which nobody could prefer either: it is the same effect in this motion."""
 OF_IT = 0.2
-"""No larger share of the effect's own chi-square: of a faint one nearly everything is below 20."""
+"""No larger share of the effect's own chi-square: of a faint one nearly everything is below."""
 REFITS = 10
 """Secants of an alternative that is refitted; each gains a digit or so."""
 HOPELESS = 400.0

@@ -275,7 +275,9 @@ def _at_rest(client: Client, stand: HealStand, seen: Interrupted) -> None:
     status = client.status()
     seen.demand(Path(status.robot_path) == stand.robot_file, f"the daemon uses {status.robot_path}")
     time.sleep(WATCHED_S)
-    seen.demand(client.status().counts == status.counts, "moves afterwards")
+    after = client.status()
+    moved = f"moves afterwards: {status.state}, {after.state} {WATCHED_S} s later"
+    seen.demand(after.counts == status.counts, moved)
 
 
 def finish(stand: HealStand, healing: Started) -> None:
