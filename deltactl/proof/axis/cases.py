@@ -65,7 +65,7 @@ NO_TOLERANCE = (*LIMITS, "lost_steps", "resonance")
 _OF_A_SHAPE = ("resonance", "lost_steps", "joint_compliance", "transmission_error", "encoder_error")
 NEVER_TIED = (*LIMITS, *_OF_A_SHAPE)
 """Effects with a pattern of their own in any motion that shows them."""
-TRIES = 60
+TRIES = 400
 SAME_BY_WORD = {
     ("commanded", "following_lag"): ("viscous_friction",),
     ("effort", "following_lag"): ("sensor_latency",),
