@@ -105,8 +105,10 @@ class LeftOver(RegressionPlant):
             self.__dict__.pop("_unknown", None)
 
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
-        """Over the places that the axis comes to, see `RegressionPlant`: of what repeats there more
-        than what happens between two samples, which a periodic motion repeats too.
+        """Over the places that the axis comes to, see `RegressionPlant`.
+
+        What repeats has to exceed what happens between two samples: a periodic motion repeats that
+        as well.
         """
         at = self.places(keys, sizes)
         if at is None or self._map is not None or "position" not in self.covariates:
