@@ -65,6 +65,7 @@ NO_TOLERANCE = (*LIMITS, "lost_steps", "resonance")
 _OF_A_SHAPE = ("resonance", "lost_steps", "joint_compliance", "transmission_error", "encoder_error")
 NEVER_TIED = (*LIMITS, *_OF_A_SHAPE)
 """Effects with a pattern of their own in any motion that shows them."""
+NOT_OF_TIER = {"tolerance": NO_TOLERANCE, "ambiguous": NEVER_TIED}
 TRIES = 400
 SAME_BY_WORD = {
     ("commanded", "following_lag"): ("viscous_friction",),
@@ -224,20 +225,23 @@ def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> 
     if tier == "none":
         return []
     if tier == "unknown":
-        kinds = [
-            kind
-            for kind in UNKNOWN[plan.machine]
-            if kind.effect != "weight_not_given" or not (plan.linear or plan.states_gravity)
-        ]
+        kinds = _unknown_to(plan)
         return [kinds[int(rng.integers(len(kinds)))]]
-    kinds = [kind for kind in KINDS[plan.machine] if not kind.needs or has[kind.needs]]
-    if tier == "tolerance":
-        kinds = [kind for kind in kinds if kind.effect not in NO_TOLERANCE]
-    if tier == "ambiguous":
-        kinds = [kind for kind in kinds if kind.effect not in NEVER_TIED]
+    never = NOT_OF_TIER.get(tier, ())
+    kinds = [
+        kind
+        for kind in KINDS[plan.machine]
+        if (not kind.needs or has[kind.needs]) and kind.effect not in never
+    ]
     count = {"pair": 2, "three": 3, "tolerance": 3}.get(tier, 1)
     picked = rng.permutation(len(kinds))[:count].tolist()
     return [kinds[number] for number in picked] if len(picked) == count else None
+
+
+def _unknown_to(plan: Design) -> list[Kind]:
+    """What is in no vocabulary; a weight only where the robot file could have one and does not."""
+    weighs = not (plan.linear or plan.states_gravity)
+    return [kind for kind in UNKNOWN[plan.machine] if weighs or kind.effect != "weight_not_given"]
 
 
 def _seen(

@@ -183,18 +183,25 @@ def _contradicted(marks: AxisScore, truth: Json, answer: Json) -> list[str]:
     if hidden and answer["verdict"] in LIKE_TRUE and left > LEFT * high:
         wrong.append(f"{answer['verdict']} with {left / high:.1f} times the noise left")
     if marks.tier == "ambiguous":
-        open_ = {effect["effect"] for effect in answer.get("not_testable", [])}
-        for line in hidden:
-            tied = {*line["names"], *line["ties"]}
-            sure = [
-                f
-                for f in answer["findings"]
-                if f["effect"] in tied
-                and not f["alternatives"]
-                and (f["probability"] or 0.0) > SURE
-            ]
-            if sure and len(tied) > 1 and not tied & open_:
-                wrong.append(f"sure of {sure[0]['effect']}")
+        wrong += _sure_in_a_tie(hidden, answer)
+    return wrong
+
+
+def _sure_in_a_tie(hidden: list[Json], answer: Json) -> list[str]:
+    """Claims without alternatives about what this motion cannot separate from something else."""
+    open_ = {effect["effect"] for effect in answer.get("not_testable", [])}
+    wrong = []
+    for line in hidden:
+        tied = {*line["names"], *line["ties"]}
+        sure = [
+            finding["effect"]
+            for finding in answer["findings"]
+            if finding["effect"] in tied
+            and not finding["alternatives"]
+            and (finding["probability"] or 0.0) > SURE
+        ]
+        if sure and len(tied) > 1 and not tied & open_:
+            wrong.append(f"sure of {sure[0]}")
     return wrong
 
 
