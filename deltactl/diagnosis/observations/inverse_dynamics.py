@@ -48,7 +48,7 @@ def motion_of(
 
     narrower: share of the frequency where the position meets its noise at which the low-pass ends.
     """
-    # Splines: differences make a mass larger by (omega period)^2 / 3.
+    # Takes 0.3 s to import. Splines: differences make a mass larger by (omega period)^2 / 3.
     from scipy.fft import dct, idct
     from scipy.interpolate import make_interp_spline
 

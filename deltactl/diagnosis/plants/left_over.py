@@ -63,6 +63,8 @@ class LeftOver(RegressionPlant):
     """A plant with spline terms; regressors `unknown NAME`."""
 
     unknown_log_odds = SPLINE_TERMS.unknown_log_odds
+    maps_places = False
+    """Whether a model error over position may be mapped in detail."""
     _map: FineMap | None = None
 
     def pieces(self, name: str) -> int:
@@ -94,15 +96,14 @@ class LeftOver(RegressionPlant):
             for name, way in self.ways().items()
         ]  # fmt: skip
 
-    def places(self, keys: frozenset[str], sizes: Sizes) -> FloatArray | None:
-        """Places (n,) over which a model error may be mapped in detail; None: over none."""
-        return None
+    def places(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Places (n,) over which a model error is mapped in detail."""
+        return self.covariates["position"]
 
     def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
         """The same detail over the places that the axis comes to by another set."""
         if self._map is not None:
-            self._map = FineMap(keys, dict(sizes), self._map.repeats)
-            self.__dict__.pop("_unknown", None)
+            self._map_by(keys, sizes, self._map.repeats)
 
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
         """Over the places that the axis comes to, see `RegressionPlant`.
@@ -110,17 +111,19 @@ class LeftOver(RegressionPlant):
         What repeats has to exceed what happens between two samples: a periodic motion repeats that
         as well.
         """
-        at = self.places(keys, sizes)
-        if at is None or self._map is not None or "position" not in self.covariates:
+        if self._map is not None or not self.maps_places:
             return False
-        finest = len(self.rows) / EVIDENCE.rows_a_cell
-        found = repeats(left[self.rows], at[self.rows], self.groups[self.rows], finest)
-        between = np.zeros_like(left) if self.unsampled is None else self.unsampled
-        if found is None or found.size**2 <= float(np.mean(between[self.rows] ** 2)):
+        rows, at = self.rows, self.places(keys, sizes)
+        found = repeats(left[rows], at[rows], self.groups[rows], len(rows) / EVIDENCE.rows_a_cell)
+        between = 0.0 if self.unsampled is None else float(np.mean(self.unsampled[rows] ** 2))
+        if found is None or found.size**2 <= between:
             return False
+        self._map_by(keys, sizes, found)
+        return True
+
+    def _map_by(self, keys: frozenset[str], sizes: Sizes, found: Repeats) -> None:
         self._map = FineMap(keys, dict(sizes), found)
         self.__dict__.pop("_unknown", None)
-        return True
 
     def detail(self, key: str) -> int:
         """Detail of a map, see `RegressionPlant`."""
@@ -144,7 +147,8 @@ class LeftOver(RegressionPlant):
         found = {}
         for name, way in self.ways().items():
             mapped = self._map if name == "position" else None
-            if mapped and (at := self.places(mapped.keys, mapped.sizes)) is not None:
+            if mapped:
+                at = self.places(mapped.keys, mapped.sizes)
                 way = replace(way, along=at, pieces=mapped.repeats.cells)
             beside = [self.beside] if way.gives_way else []
             own = self.spanned(name) if way.named is None else way.named

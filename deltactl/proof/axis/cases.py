@@ -225,7 +225,7 @@ def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> 
     if tier == "none":
         return []
     if tier == "unknown":
-        kinds = _unknown_to(plan)
+        kinds = _unknown_kinds(plan)
         return [kinds[int(rng.integers(len(kinds)))]]
     never = NOT_OF_TIER.get(tier, ())
     kinds = [
@@ -238,8 +238,8 @@ def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> 
     return [kinds[number] for number in picked] if len(picked) == count else None
 
 
-def _unknown_to(plan: Design) -> list[Kind]:
-    """What is in no vocabulary; a weight only where the robot file could have one and does not."""
+def _unknown_kinds(plan: Design) -> list[Kind]:
+    """Kinds in no vocabulary; a weight only where the robot file could state one and does not."""
     weighs = not (plan.linear or plan.states_gravity)
     return [kind for kind in UNKNOWN[plan.machine] if weighs or kind.effect != "weight_not_given"]
 

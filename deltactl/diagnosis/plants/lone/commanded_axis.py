@@ -47,6 +47,8 @@ MOVES_THE_LOAD = frozenset({"ratio", *WAVES, "jump", "droop"})
 class CommandedAxis(RecordedAxis, LeftOver):
     """A single axis by its commands."""
 
+    maps_places = True
+
     def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
         super().__init__(robot, recordings)
         self.channel = self.name

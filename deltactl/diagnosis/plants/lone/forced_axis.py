@@ -74,6 +74,7 @@ class ForcedAxis(LeftOver):
     """A single axis by its effort; `observed` is effort that the robot file does not explain."""
 
     channel = "effort"
+    maps_places = True
 
     def __init__(
         self, robot: ServoAxis, recordings: Sequence[FlatRecording], narrower: float = 1.0
@@ -306,10 +307,6 @@ class ForcedAxis(LeftOver):
         left_out = {"offset"} if self.let_go else set()
         named = [c.values[:, 0] for key, c in self._forces.linear.items() if key not in left_out]
         return np.stack(named, axis=1)
-
-    def places(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """Where the axis is, (n,): what holds it comes back there."""
-        return self.motion.position
 
     def pieces(self, name: str) -> int:
         """The same over every covariate; fewer of a short motion."""
