@@ -8,6 +8,7 @@ solved for at each value of the nonlinear ones (variable projection, Golub and P
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -227,12 +228,13 @@ class Laplace:
         """Penalised cost and the vector (m + p + q,) whose square it is."""
         _, white, blocks = self._whitened(keys, point)
         theta, explained, _ = self._most_probable(white, blocks, self._taken(keys))
-        penalties = np.array(
-            [point[name] / size.spread for name, size in self._moved(keys) if size.prior == "half"]
-        )
-        parts = [white - explained, theta, penalties]
-        left = np.concatenate(parts)
+        left = np.concatenate([white - explained, theta, self._penalties(keys, point)])
         return float(left @ left), left
+
+    def _penalties(self, keys: frozenset[str], point: Point) -> FloatArray:
+        """Half-normal sizes of a set, (q,), each in its prior spread."""
+        sizes = [(point[name], size) for name, size in self._moved(keys)]
+        return np.array([at / size.spread for at, size in sizes if size.prior == "half"])
 
     def _columns(self, keys: frozenset[str], base: FloatArray, point: Point) -> list[Columns]:
         return [self._free, *(self.plant.columns(key, base, point) for key in sorted(keys))]
@@ -291,7 +293,7 @@ class Laplace:
     def at(self, keys: frozenset[str], point: Point) -> Explanation:
         """A set with its nonlinear sizes as they are known."""
         base, white, blocks = self._whitened(keys, point)
-        columns = self._columns(keys, base, point)
+        columns = dict(zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True))
         taken = self._taken(keys)
         theta, explained, known = self._most_probable(white, blocks, taken)
         left = white - explained
@@ -302,54 +304,58 @@ class Laplace:
             shapes += [slope[:, None] for slope in slopes]
             tangent = _side_by_side(len(white), shapes, taken)
             known = np.eye(tangent.shape[1]) + tangent.T @ tangent
-        spreads = np.concatenate([c.spread for c in columns] + [[m[1].spread for m in moved]])
-        ends = np.cumsum([c.values.shape[1] for c in columns])[:-1]
-        each = dict(zip(("", *sorted(keys)), columns, strict=True))
-        shares = zip(each.items(), np.split(theta, ends), strict=True)
-        linear = {key: share * c.spread for (key, c), share in shares}
-        parts = [(c.values, linear[key]) for key, c in each.items() if c.values.shape[1]]
-        names = [f"{key}.{name}" for key, c in each.items() for name in c.sizes]
+        spreads = np.concatenate([c.spread for c in columns.values()])
+        ends = np.cumsum([len(c.spread) for c in columns.values()])[:-1]
+        linear = dict(zip(columns, np.split(theta * spreads, ends), strict=True))
+        names = [f"{key}.{name}" for key, c in columns.items() for name in c.sizes]
         names += [name for name, _ in moved]
-        priors = sum(
-            (point[name] / size.spread) ** 2 for name, size in moved if size.prior == "half"
-        )
+        priors = float(np.sum(self._penalties(keys, point) ** 2))
         penalised = float(left @ left + theta @ theta + priors)
         occam = float(np.linalg.slogdet(known)[1])
-        chosen = sum(
-            2.0 * np.log(size.choices)
-            for key in keys
-            for size in self.by_key[key].sizes
-            if not size.smooth
-        )
-        halves = self._within(keys, point, known, moved)
+        odds = self._odds(keys, point, linear)
+        if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
+            odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
+        volume = self._chosen(keys) - self._within(point, known, moved)
+        return Explanation(
+            keys=keys, found=self._found(keys, point, linear),
+            sizes=point, linear=linear, base=base,
+            parts=tuple((c.values, linear[key]) for key, c in columns.items() if len(c.spread)),
+            observed=self.plant.observed, chi2=float(left @ left), penalised=penalised,
+            log_evidence=odds - 0.5 * (penalised + occam + volume), shapes=tuple(shapes),
+            taken=taken, names=tuple(names),
+            spreads=np.concatenate([spreads, [size.spread for _, size in moved]]), white=left,
+        )  # fmt: skip
+
+    def _odds(self, keys: frozenset[str], point: Point, linear: dict[str, FloatArray]) -> float:
+        """Log prior odds of a set; rows it calls silent are as improbable as rows with noise."""
         odds = sum(self.by_key[key].log_odds for key in keys)
         odds += self.plant.further_odds(keys, linear)
         silent = self.plant.without_noise(keys, point)
-        if silent is not None:  # they are as improbable as rows with their noise are
-            odds -= 0.5 * float(
-                np.sum((self.noise.scale * self.noise.sigma)[silent[self.noise.rows]] ** 2)
-            )
-        if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
-            odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
-        return Explanation(
-            keys=keys, found=frozenset(key for key in keys if self._is_found(key, linear, point)),
-            sizes=point, linear=linear, base=base, parts=tuple(parts),
-            observed=self.plant.observed, chi2=float(left @ left),
-            penalised=penalised,
-            log_evidence=odds - 0.5 * (penalised + occam + chosen - halves),
-            shapes=tuple(shapes), taken=taken, names=tuple(names), spreads=spreads, white=left,
-        )  # fmt: skip
+        if silent is None:
+            return odds
+        noise = self.noise.scale * self.noise.sigma
+        return odds - 0.5 * float(np.sum(noise[silent[self.noise.rows]] ** 2))
 
-    def _is_found(self, key: str, linear: dict[str, FloatArray], point: Point) -> bool:
-        regressor = self.by_key[key]
-        sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
-        size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
-        return not regressor.as_built or size > regressor.as_built
+    def _chosen(self, keys: frozenset[str]) -> float:
+        """2 log of how many values the sizes of a set could have that are chosen, not fitted."""
+        sizes = (size for key in keys for size in self.by_key[key].sizes)
+        return sum(2.0 * math.log(size.choices) for size in sizes if not size.smooth)
+
+    def _found(
+        self, keys: frozenset[str], point: Point, linear: dict[str, FloatArray]
+    ) -> frozenset[str]:
+        """Those of a set that are larger than on any machine as built."""
+        found = set()
+        for key in keys:
+            regressor = self.by_key[key]
+            sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
+            size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
+            if not regressor.as_built or size > regressor.as_built:
+                found.add(key)
+        return frozenset(found)
 
     @staticmethod
-    def _within(
-        keys: frozenset[str], point: Point, known: FloatArray, moved: list[tuple[str, Size]]
-    ) -> float:
+    def _within(point: Point, known: FloatArray, moved: list[tuple[str, Size]]) -> float:
         """2 log of how much of each half-normal size's Gaussian lies above zero, doubled."""
         if not moved:
             return 0.0

@@ -45,15 +45,17 @@ def agreement(selected: Selected, singles: Sequence[RegressionPlant]) -> list[Ag
         (plant, _alone(selected, plant, some)) for plant, some in zip(singles, tried, strict=True)
     ]
     by_key = {r.key: r for r in selected.plant.regressors}
-    found = []
-    for key in sorted(keys):
-        each = [_sizes(plant, fit, key) for plant, fit in fits]
-        for name in each[0]:
-            known = [one[name] for one in each if name in one]
-            if name not in NOT_COMPARED and len(known) == len(each):
-                effect, component = by_key[key].effect, by_key[key].component
-                found.append(_compared(effect, component, name, known))
-    return found
+    return [
+        _compared(by_key[key].effect, by_key[key].component, name, known)
+        for key in sorted(keys)
+        for name, known in _in_all([_sizes(plant, fit, key) for plant, fit in fits]).items()
+        if name not in NOT_COMPARED
+    ]
+
+
+def _in_all(each: Sequence[Mapping[str, ParameterResult]]) -> dict[str, list[ParameterResult]]:
+    """The sizes that every recording has, by name."""
+    return {name: [one[name] for one in each] for name in each[0] if all(name in one for one in each)}
 
 
 def _alone(selected: Selected, plant: RegressionPlant, keys: frozenset[str]) -> Explanation:

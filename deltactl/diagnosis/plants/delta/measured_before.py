@@ -21,7 +21,7 @@ from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.models.effects import VOCABULARY
 from deltactl.models.effects.card import Coordinate
 from deltactl.models.effects.kind import EXACT, EffectKind
-from deltactl.models.robot import DeltaRobot, EffectEntry
+from deltactl.models.robot import DeltaRobot, EffectEntry, FoundBy
 
 NARROWEST = 1e-3
 """Share of the step of a derivative: what is known more exactly is no more exact in a fit."""
@@ -95,16 +95,11 @@ def beside(measured: Sequence[Nuisance], tolerances: Sequence[Nuisance]) -> list
 
 def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance | None:
     kind = VOCABULARY.get(entry.effect)
-    if entry.found is None or kind is None:
-        return None
-    if kind.discrepancy.elsewhere <= EXACT:
+    if entry.found is None or kind is None or kind.discrepancy.elsewhere <= EXACT:
         return None
     every = candidates_of(entry.effect, travel_rad, span_s)
     row = next((one for one in every if one.component == entry.component), None)
-    if row is None:
-        return None
-    intervals = entry.found.ci95
-    if kind.main.name not in intervals:
+    if row is None or kind.main.name not in entry.found.ci95:
         return None
     moved = tuple(one for one in row.coordinates if one.how != "log")
     values: dict[str, Any] = {p.name: p.default for p in kind.parameters if p.default is not None}
@@ -114,15 +109,19 @@ def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance 
     candidate = Candidate(kind, entry.component, moved, (), _without_phase(fixed, moved))
     at = np.array([_coordinate(one, values[one.parameter], values) for one in moved])
     total = _alike(kind, moved, at)
-    read = [_spread(one, intervals.get(one.parameter), values) for one in moved]
+    read = [_spread(one, entry.found.ci95.get(one.parameter), values) for one in moved]
     spread = np.hypot(read, np.sqrt(kind.discrepancy.elsewhere) * total)
-    together = None
-    if len(moved) > 1 and np.ptp(total) == 0.0:
-        sure = np.sqrt(kind.discrepancy.in_pose) * total[0]
-        rows = [entry.found.spread.get(name, ()) for name in {one.parameter for one in moved}]
-        parts = [sum(part) for part in zip_longest(*rows, fillvalue=0.0)]
-        together = float(np.hypot(np.linalg.norm(parts), sure))
+    together = _together(entry.found, kind, own, total)
     return Nuisance(Term(candidate, at), tuple(spread.tolist()), True, together)
+
+
+def _together(found: FoundBy, kind: EffectKind, own: set[str], total: FloatArray) -> float | None:
+    """Standard deviation of the sum of coordinates of one unit; None where they have no sum."""
+    if len(total) < 2 or np.ptp(total) > 0.0:
+        return None
+    parts = zip_longest(*(found.spread.get(name, ()) for name in own), fillvalue=0.0)
+    read = np.linalg.norm([sum(part) for part in parts])
+    return float(np.hypot(read, np.sqrt(kind.discrepancy.in_pose) * total[0]))
 
 
 def _alike(kind: EffectKind, moved: Sequence[Coordinate], at: FloatArray) -> FloatArray:

@@ -226,6 +226,7 @@ def delta_traits(inputs: Iterable[str], channels: Iterable[str]) -> Traits:
     """Traits of a delta with these input locations and channels."""
     inputs = list(inputs)
     motors = [location for location in inputs if location.startswith(MOTOR)]
+    confused = [(name, one) for name, card in CARDS.items() for one in card.confusions]
     return Traits(
         events={location: partial(lost_steps, location) for location in motors},
         repeating=tuple(name for name in channels if name.startswith(SENSOR)),
@@ -235,16 +236,10 @@ def delta_traits(inputs: Iterable[str], channels: Iterable[str]) -> Traits:
         build_effects=frozenset(
             name for name, card in CARDS.items() if card.build_spread is not None
         ),
-        exactly={
-            name: one.other
-            for name, card in CARDS.items()
-            for one in card.confusions
-            if one.exactly
-        },
+        exactly={name: one.other for name, one in confused if one.exactly},
         exactly_together={
             name: (len(motors), one.other, one.exactly_together_at)
-            for name, card in CARDS.items()
-            for one in card.confusions
+            for name, one in confused
             if one.exactly_together_at
         },
     )
