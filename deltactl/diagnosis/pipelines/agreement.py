@@ -8,7 +8,8 @@ size is only as sure as the recordings agree (Birge 1932, Phys. Rev. 40, 207-227
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import repeat
 
 import numpy as np
 from scipy.special import chdtrc
@@ -41,21 +42,22 @@ def agreement(selected: Selected, singles: Sequence[RegressionPlant]) -> list[Ag
     keys = frozenset.intersection(*tried)
     if not keys:
         return []
-    fits = [
-        (plant, _alone(selected, plant, some)) for plant, some in zip(singles, tried, strict=True)
-    ]
+    fits = [_alone(selected, *one) for one in zip(singles, tried, strict=True)]
     by_key = {r.key: r for r in selected.plant.regressors}
     return [
         _compared(by_key[key].effect, by_key[key].component, name, known)
         for key in sorted(keys)
-        for name, known in _in_all([_sizes(plant, fit, key) for plant, fit in fits]).items()
+        for name, known in _in_all(map(_sizes, singles, fits, repeat(key))).items()
         if name not in NOT_COMPARED
     ]
 
 
-def _in_all(each: Sequence[Mapping[str, ParameterResult]]) -> dict[str, list[ParameterResult]]:
+def _in_all(sizes: Iterable[Mapping[str, ParameterResult]]) -> dict[str, list[ParameterResult]]:
     """The sizes that every recording has, by name."""
-    return {name: [one[name] for one in each] for name in each[0] if all(name in one for one in each)}
+    each = list(sizes)
+    return {
+        name: [one[name] for one in each] for name in each[0] if all(name in one for one in each)
+    }
 
 
 def _alone(selected: Selected, plant: RegressionPlant, keys: frozenset[str]) -> Explanation:

@@ -86,12 +86,22 @@ class LeftOver(RegressionPlant):
         """Prior spread of each of the shapes of a spline term, in the unit of `observed`."""
         raise NotImplementedError
 
+    @property
+    def _between(self) -> float:
+        """Root mean square of what happens between two samples: a periodic motion repeats it, so
+        that it follows any covariate.
+        """
+        if self.unsampled is None:
+            return 0.0
+        return float(np.sqrt(np.mean(self.unsampled[self.rows] ** 2)))
+
     def unknowns(self) -> list[Regressor]:
         """The regressors."""
         return [
             Regressor(
                 UNKNOWN + name, "unknown", self.unknown_log_odds, way.component,
-                follows=way.follows, left_over=True, as_built=way.as_built,
+                follows=way.follows, left_over=True,
+                as_built=max(way.as_built, self._between),
             )
             for name, way in self.ways().items()
         ]  # fmt: skip
@@ -100,30 +110,17 @@ class LeftOver(RegressionPlant):
         """Places (n,) over which a model error is mapped in detail."""
         return self.covariates["position"]
 
-    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
-        """The same detail over the places that the axis comes to by another set."""
-        if self._map is not None:
-            self._map_by(keys, sizes, self._map.repeats)
-
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
-        """Over the places that the axis comes to, see `RegressionPlant`.
-
-        What repeats has to exceed what happens between two samples: a periodic motion repeats that
-        as well.
-        """
+        """Over the places that the axis comes to, see `RegressionPlant`."""
         if self._map is not None or not self.maps_places:
             return False
         rows, at = self.rows, self.places(keys, sizes)
         found = repeats(left[rows], at[rows], self.groups[rows], len(rows) / EVIDENCE.rows_a_cell)
-        between = 0.0 if self.unsampled is None else float(np.mean(self.unsampled[rows] ** 2))
-        if found is None or found.size**2 <= between:
+        if found is None or found.size <= self._between:
             return False
-        self._map_by(keys, sizes, found)
-        return True
-
-    def _map_by(self, keys: frozenset[str], sizes: Sizes, found: Repeats) -> None:
         self._map = FineMap(keys, dict(sizes), found)
         self.__dict__.pop("_unknown", None)
+        return True
 
     def detail(self, key: str) -> int:
         """Detail of a map, see `RegressionPlant`."""

@@ -295,9 +295,6 @@ class RegressionPlant:
         self.beside = shapes
         self.__dict__.pop("_unknown", None)
 
-    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
-        """Where there is a spline term in such detail, lay it over the places of another set."""
-
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
         """Make the spline term over position as detailed as what a set leaves (n,) repeats there.
 

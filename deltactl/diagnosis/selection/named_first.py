@@ -22,7 +22,6 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
 from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior, posterior
 from deltactl.diagnosis.selection.options import SELECTION
-from deltactl.models.effects import Trait, with_trait
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,63 +74,16 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     progress("what the named effects leave")
     plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
     free, left = _left_over(plant, named.best)
-    mapped = plant.map_finely(named.best.keys, named.best.sizes, left.best.residual)
-    if mapped:
+    if plant.map_finely(named.best.keys, named.best.sizes, left.best.residual):
         named, free, left = _beside_map(plant, evidence, named)
     chances = {r.key: (left if r.left_over else named).probability(r.key) for r in plant.regressors}
     nothing = named.nothing * left.without([r.key for r in plant.regressors if r.left_over])
-    unknown = _unknown(named.best, left)
+    beyond = left.best.keys - named.best.keys
+    unknown = frozenset(key for key in beyond if left.probability(key) > SELECTION.likely)
     if not unknown:
-        return Selected(
-            plant,
-            evidence,
-            named,
-            chances,
-            nothing,
-            named.best,
-            _shift(plant, named.best),
-            free,
-        )
-    chosen = _beside(plant, free, unknown, named, chances, nothing)
-    return (_gaps_again(chosen, evidence) if mapped else None) or chosen
-
-
-def _unknown(named: Explanation, left: Posterior) -> frozenset[str]:
-    keys = left.best.keys - named.keys
-    return frozenset(key for key in keys if left.probability(key) > SELECTION.likely)
-
-
-def _gaps_again(chosen: Selected, evidence: Laplace) -> Selected | None:
-    """What holds the two directions apart, once more beside a map of places; then that map anew.
-
-    A rough screw is larger than the gap, and as long as it counts as noise a delay and a friction
-    look alike. None where the same is found.
-    """
-    plant, before = chosen.plant, chosen.best
-    apart = with_trait(Trait.HYSTERESIS, Trait.DRIVE_DELAY)
-    gaps = {r.key for r in plant.regressors if r.effect in apart}
-    again = HillClimb(chosen.left_over, before.keys - gaps, among=sorted(gaps)).run()
-    best = again.best
-    if best.keys == before.keys:
-        return None
-    keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
-    sizes = {name: size for name, size in best.sizes.items() if name.rpartition(".")[0] in keys}
-    _lay_around(plant, keys, sizes)
-    named = evidence.at(keys, sizes)
-    free, left = _left_over(plant, named)
-    chances = {**chosen.probability, **{key: again.probability(key) for key in gaps}}
-    unknown = _unknown(named, left)
-    if not unknown:
-        _lay_around(plant, chosen.named.keys, chosen.named.sizes)
-        return None
-    free(keys | unknown, [named])  # begins at these sizes, which a fit without a map moves away
-    return _beside(plant, free, unknown, Posterior([named], [1.0]), chances, chosen.nothing)
-
-
-def _lay_around(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> None:
-    """Spline terms beside a set, and the map of places where the axis comes to by it."""
-    plant.keep_beside(shapes_of(plant, keys, sizes))
-    plant.map_around(keys, sizes)
+        shift = _shift(plant, named.best)
+        return Selected(plant, evidence, named, chances, nothing, named.best, shift, free)
+    return _beside(plant, free, unknown, named, chances, nothing)
 
 
 def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Posterior]:
@@ -184,15 +136,12 @@ def _beside(
         plant.keep_beside(shapes_of(plant, sure, sizes))
         free = Laplace(plant, free.noise)
     kept = _pruned(free, sure | unknown, unknown)
-    opened = [
-        key
-        for key, p in chances.items()
-        if SELECTION.open < p <= SELECTION.sure and key not in unknown
-    ]
+    from_, placed = SELECTION.open, set[str]()
     if sure == named.best.keys:
+        from_ = SELECTION.nearly
         placed = {r.key for r in plant.regressors if r.places is not None}
-        opened = [key for key in opened if chances[key] > SELECTION.nearly and key not in placed]
-    opened += sorted(sure - kept)
+    opened = [key for key, p in chances.items() if from_ < p <= SELECTION.sure]
+    opened = sorted(({*opened} - unknown - placed) | (sure - kept))
     both = HillClimb(free, kept, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}
     return Selected(plant, free, both, found, nothing, named.best, _shift(plant, both.best), free)

@@ -104,21 +104,22 @@ def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance 
     moved = tuple(one for one in row.coordinates if one.how != "log")
     values: dict[str, Any] = {p.name: p.default for p in kind.parameters if p.default is not None}
     values |= entry.parameters
-    own = {one.parameter for one in moved}
-    fixed = {name: value for name, value in values.items() if name not in own}
-    candidate = Candidate(kind, entry.component, moved, (), _without_phase(fixed, moved))
+    candidate = Candidate(kind, entry.component, moved, (), _fixed(values, moved))
     at = np.array([_coordinate(one, values[one.parameter], values) for one in moved])
     total = _alike(kind, moved, at)
     read = [_spread(one, entry.found.ci95.get(one.parameter), values) for one in moved]
     spread = np.hypot(read, np.sqrt(kind.discrepancy.elsewhere) * total)
-    together = _together(entry.found, kind, own, total)
+    together = _together(entry.found, kind, moved, total)
     return Nuisance(Term(candidate, at), tuple(spread.tolist()), True, together)
 
 
-def _together(found: FoundBy, kind: EffectKind, own: set[str], total: FloatArray) -> float | None:
+def _together(
+    found: FoundBy, kind: EffectKind, moved: Sequence[Coordinate], total: FloatArray
+) -> float | None:
     """Standard deviation of the sum of coordinates of one unit; None where they have no sum."""
     if len(total) < 2 or np.ptp(total) > 0.0:
         return None
+    own = {one.parameter for one in moved}
     parts = zip_longest(*(found.spread.get(name, ()) for name in own), fillvalue=0.0)
     read = np.linalg.norm([sum(part) for part in parts])
     return float(np.hypot(read, np.sqrt(kind.discrepancy.in_pose) * total[0]))
@@ -139,10 +140,11 @@ def _alike(kind: EffectKind, moved: Sequence[Coordinate], at: FloatArray) -> Flo
     return np.array(total)
 
 
-def _without_phase(fixed: dict[str, Any], moved: tuple[Coordinate, ...]) -> dict[str, Any]:
-    """A wave's two coordinates have its phase."""
+def _fixed(values: dict[str, Any], moved: tuple[Coordinate, ...]) -> dict[str, Any]:
+    """Values of the parameters that stay; a wave's two coordinates have its phase."""
     waves = any(one.how in ("sine", "cosine") for one in moved)
-    return {name: value for name, value in fixed.items() if not (waves and name == "phase")}
+    own = {one.parameter for one in moved} | ({"phase"} if waves else set())
+    return {name: value for name, value in values.items() if name not in own}
 
 
 def _coordinate(coordinate: Coordinate, value: Any, values: Mapping[str, Any]) -> float:

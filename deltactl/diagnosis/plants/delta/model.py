@@ -227,15 +227,14 @@ def delta_traits(inputs: Iterable[str], channels: Iterable[str]) -> Traits:
     inputs = list(inputs)
     motors = [location for location in inputs if location.startswith(MOTOR)]
     confused = [(name, one) for name, card in CARDS.items() for one in card.confusions]
+    built = [name for name, card in CARDS.items() if card.build_spread]
     return Traits(
         events={location: partial(lost_steps, location) for location in motors},
         repeating=tuple(name for name in channels if name.startswith(SENSOR)),
         own_place={location: location.replace(MOTOR, "theta_") for location in inputs},
         sensible=sensible,
-        units={location: "rad" if location in motors else "m" for location in inputs},
-        build_effects=frozenset(
-            name for name, card in CARDS.items() if card.build_spread is not None
-        ),
+        units={**dict.fromkeys(inputs, "m"), **dict.fromkeys(motors, "rad")},
+        build_effects=frozenset(built),
         exactly={name: one.other for name, one in confused if one.exactly},
         exactly_together={
             name: (len(motors), one.other, one.exactly_together_at)

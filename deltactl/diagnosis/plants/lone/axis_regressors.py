@@ -11,7 +11,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
-from deltactl.diagnosis.plants.regression import Regressor, Size, Sizes, instead, named
+from deltactl.diagnosis.plants.regression import Equivalent, Regressor, Size, Sizes, instead, named
 from deltactl.models.effects import column_of
 from deltactl.models.robot import ServoAxis, StepperAxis
 
@@ -36,48 +36,17 @@ def begins_of(axis: RecordedAxis) -> list[str]:
 
 def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     """Every named effect that this recording can tell anything of."""
-    spread_s, longest_s = LONE.lag_spread_s, LONE.longest_lag_s
-    lag = (
-        Size("time", "half", spread_s, 0.0, longest_s, 1e-3),
-        Size("dead_time", "half", spread_s, 0.0, longest_s, 1e-3),
-    )
-    width = _play(axis)
-    starts = tuple(Size(name, "flat", 1.0, -1.0, 1.0, 0.05) for name in begins_of(axis))
-    known_pull = bool(np.ptp(axis.pull[axis.rows]) > 0.0)
-    stepper = isinstance(axis.robot, StepperAxis)
-    rotary = isinstance(axis.robot, ServoAxis) and axis.robot.motion == "rotary"
-    # A weight that the file leaves out bends a rotary servo by nearly the same everywhere, or
-    # nearly in proportion to its angle; slides are mostly level.
-    may_yield = rotary and not known_pull and not is_said_to_be_free(axis)
-    drive = "stepper" if stepper else "servo"
-    ratio = column_of(f"{drive}/ratio")[0]
-    of_ratio = [*(instead("steady/ratio", ratio) if axis.steady else ())]
-    of_ratio += instead("loaded/ratio", ratio) if may_yield else ()
-    # A rotary servo reads the encoder that it closes its loop over.
-    of_ratio += () if rotary else instead("linear/ratio", ratio)
+    longest = Size("time", "half", LONE.lag_spread_s, 0.0, LONE.longest_lag_s, 1e-3)
+    lag = {"sizes": (longest, replace(longest, name="dead_time")), "starts": LONE.lag_starts_s}
     found = [
-        named(f"{drive}/ratio", equivalents=tuple(of_ratio), apart_from=("offset",)),
-        named(
-            "command/lag", sizes=lag, equivalents=instead("command/lag"), starts=LONE.lag_starts_s
-        ),
+        named(f"{_drive(axis)}/ratio", equivalents=_of_ratio(axis), apart_from=("offset",)),
+        named("command/lag", equivalents=instead("command/lag"), **lag),
     ]
     if axis.robot.zero == "absolute":
         zero = column_of("command/offset")[0]
-        of_home = instead("loaded/offset", zero) if may_yield else ()
+        of_home = instead("loaded/offset", zero) if _may_yield(axis) else ()
         found.append(named("command/offset", equivalents=of_home))
-    if known_pull:
-        friction = _grip(axis, width)
-        found += [
-            named("command/droop", above=0.0),
-            named("pulled/play", sizes=(width, *starts)),
-            named("pulled/friction", sizes=(width, *starts), saturated=False),
-            named(
-                "pulled/rubbing", sizes=(width, friction, *starts), beside=("droop",), alone=False
-            ),
-        ]
-    else:
-        either = instead(f"{drive}/play")
-        found.append(named(f"{drive}/play", sizes=(width, *starts), equivalents=either))
+    found += _hysteresis(axis)
     places = (_fastest(axis), *(_waves(axis, key) for key in WAVES), _jump(axis), _ringing(axis))
     found += [one for one in places if one is not None]
     found.append(named("command/drift", follows=("time",), alone=False))
@@ -87,6 +56,52 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
         replace(one, constant=True, saturated=False) if one.key in same else one
         for one in found
         if one.key not in blind
+    ]
+
+
+def _drive(axis: RecordedAxis) -> str:
+    return "stepper" if isinstance(axis.robot, StepperAxis) else "servo"
+
+
+def _is_rotary_servo(axis: RecordedAxis) -> bool:
+    return isinstance(axis.robot, ServoAxis) and axis.robot.motion == "rotary"
+
+
+def _known_pull(axis: RecordedAxis) -> bool:
+    return bool(np.ptp(axis.pull[axis.rows]) > 0.0)
+
+
+def _may_yield(axis: RecordedAxis) -> bool:
+    """A weight that the file leaves out bends a rotary servo by nearly the same everywhere, or
+    nearly in proportion to its angle; slides are mostly level.
+    """
+    return _is_rotary_servo(axis) and not _known_pull(axis) and not is_said_to_be_free(axis)
+
+
+def _of_ratio(axis: RecordedAxis) -> tuple[Equivalent, ...]:
+    """What a ratio may be instead; a rotary servo reads the encoder that closes its loop."""
+    may_be = {
+        "steady/ratio": axis.steady,
+        "loaded/ratio": _may_yield(axis),
+        "linear/ratio": not _is_rotary_servo(axis),
+    }
+    ratio = column_of(f"{_drive(axis)}/ratio")[0]
+    return tuple(one for place, may in may_be.items() if may for one in instead(place, ratio))
+
+
+def _hysteresis(axis: RecordedAxis) -> list[Regressor]:
+    """What holds the two directions apart, and what yields, where a load is known."""
+    width = _play(axis)
+    starts = tuple(Size(name, "flat", 1.0, -1.0, 1.0, 0.05) for name in begins_of(axis))
+    if not _known_pull(axis):
+        either = instead(f"{_drive(axis)}/play")
+        return [named(f"{_drive(axis)}/play", sizes=(width, *starts), equivalents=either)]
+    rubbing = (width, _grip(axis, width), *starts)
+    return [
+        named("command/droop", above=0.0),
+        named("pulled/play", sizes=(width, *starts)),
+        named("pulled/friction", sizes=(width, *starts), saturated=False),
+        named("pulled/rubbing", sizes=rubbing, beside=("droop",), alone=False),
     ]
 
 
