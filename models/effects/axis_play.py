@@ -4,12 +4,15 @@ As positions show them they are one operator (reference sheet of the diagnosis):
 until the drive has crossed the width. A known load that pulls holds loose teeth on one flank; it
 does nothing to friction. `start` says where in the play the axis stood at first, -1..1; `unloaded`
 which share of the friction is there without a load: bearings and teeth rub by what they carry.
+`build_up`: contacts yield before they slide, so that the friction of a servo builds up over a way,
+in widths. Friction that grows with a load builds up at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +31,10 @@ from deltactl.models.signals import clipped
 
 LEAST_PULL = 0.1
 """Share of the largest load below which bearings hold the axis where it is within the play."""
+SUDDEN = 1e-3
+"""Share of the width below which friction builds up at once."""
+TO_GO = np.concatenate([np.linspace(1.0, 5e-3, 2000), np.logspace(-2.3, -14.0, 600)[1:]])
+"""Half the share of the friction that is still to build up: what the way to it is tabulated by."""
 
 
 def loose(
@@ -36,26 +43,33 @@ def loose(
     width: float | FloatArray,
     starts: FloatArray,
     pull: FloatArray,
-    before: float,
+    before: tuple[float, float],
+    build_up: float = 0.0,
 ) -> FloatArray:
-    """The axis behind play of a width, all (n,); `before` is where it stood before the first.
+    """The axis behind play of a width, all (n,); `before`: where drive and axis stood before that.
 
     width: one, or (n,) where friction grows with the load that the bearings and teeth carry.
     starts: where in the play each stretch begins, -1..1; (number of stretches,).
+    build_up: of friction of one width: the way over which it builds up, in widths.
     """
     half = 0.5 * width
     low, high = driven - half, driven + half
     most = float(np.abs(pull).max(initial=0.0))
     if most == 0.0 and isinstance(half, float):
-        return _between_turns(driven, fresh, half, starts, before)
+        return _between_turns(driven, fresh, half, starts, before, build_up)
     side = np.where(np.abs(pull) > LEAST_PULL * most, np.sign(pull), 0.0)
     begin = np.where(side[fresh] != 0.0, side[fresh], starts)
     low[fresh] = high[fresh] = driven[fresh] + (half * np.ones(len(driven)))[fresh] * begin
-    return clipped(2.0 * half * side, low, high, before)
+    return clipped(2.0 * half * side, low, high, before[1])
 
 
 def _between_turns(
-    driven: FloatArray, fresh: BoolArray, half: float, starts: FloatArray, before: float
+    driven: FloatArray,
+    fresh: BoolArray,
+    half: float,
+    starts: FloatArray,
+    before: tuple[float, float],
+    build_up: float,
 ) -> FloatArray:
     """The same with no load: from one turning point of the drive to the next in one go."""
     steps = np.sign(np.diff(driven))
@@ -63,26 +77,44 @@ def _between_turns(
     turns = moving[1:][np.diff(steps[moving]) != 0.0] + 1
     begins = dict(zip(np.flatnonzero(fresh).tolist(), starts.tolist(), strict=True))
     edges = np.unique(np.concatenate([[0], turns, [*begins], [len(driven)]]))
-    axis, at = np.empty_like(driven), before
+    axis, (drive, at) = np.empty_like(driven), before
+    ways = _way(TO_GO, build_up) if build_up > SUDDEN and half > 0.0 else None
     for first, end in pairwise(edges.astype(int).tolist()):
         part = driven[first:end]
         if first in begins:
-            at = float(part[0] + half * begins[first])
-        falling = part[-1] < (driven[first - 1] if first and first not in begins else part[0])
-        axis[first:end] = np.minimum(at, part + half) if falling else np.maximum(at, part - half)
-        at = float(axis[end - 1])
+            drive, at = float(part[0]), float(part[0] + half * begins[first])
+        way = -1.0 if part[-1] < drive else 1.0
+        if ways is None:
+            axis[first:end] = way * np.maximum(way * at, way * part - half)
+        else:
+            to_go = min(max(0.5 * (1.0 + way * (at - drive) / half), TO_GO[-1]), TO_GO[0])
+            gone = _way(to_go, build_up) + 0.5 * way * (part - drive) / half
+            axis[first:end] = part - way * half * (1.0 - 2.0 * np.interp(gone, ways, TO_GO))
+        drive, at = float(part[-1]), float(axis[end - 1])
     return axis
 
 
+def _way(to_go: Any, build_up: float) -> Any:
+    """Way of a drive, in widths, from full friction against it: a spring has to wind up to friction
+    that grows with the axis' way towards its final size (Dahl 1968, A Solid Friction Model).
+    """
+    return 1.0 - to_go - build_up * np.log(to_go)
+
+
 def _play(
-    flow: Flow, values: Values, memory: Memory, width: float | FloatArray, pull: FloatArray
+    flow: Flow,
+    values: Values,
+    memory: Memory,
+    width: float | FloatArray,
+    pull: FloatArray,
+    build_up: float = 0.0,
 ) -> None:
-    driven = flow.angles_rad[:, 0]
-    before = float(memory.get("arm", driven[0]))
+    driven = flow.angles_rad[:, 0].copy()
+    before = float(memory.get("drive", driven[0])), float(memory.get("arm", driven[0]))
     start = scalar(values, "start")
     starts = np.full(int(np.count_nonzero(flow.fresh)), start)
-    arm = loose(driven, flow.fresh, width, starts, pull, before)
-    memory["arm"] = arm[-1]
+    arm = loose(driven, flow.fresh, width, starts, pull, before, build_up)
+    memory["drive"], memory["arm"] = driven[-1], arm[-1]
     flow.angles_rad[:, 0] = arm
 
 
@@ -95,7 +127,8 @@ def _rubbing(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     share, load = scalar(values, "unloaded"), np.abs(flow.load.torque_nm[:, 0])
     if share < 1.0 and load.any():
         width = width * (share + (1.0 - share) * load / load.mean())
-    _play(flow, values, memory, width, np.zeros(len(flow.t_s)))
+    build_up = scalar(values, "build_up")
+    _play(flow, values, memory, width, np.zeros(len(flow.t_s)), build_up)
 
 
 def _kind(
@@ -127,5 +160,8 @@ FRICTION = _kind(
     "joint_friction",
     _rubbing,
     "friction holds the axis back by {:.4g} mrad in all between its two directions",
-    (Parameter("unloaded", "1", 0.0, 1.0, step=0.02, default=1.0),),
+    (
+        Parameter("unloaded", "1", 0.0, 1.0, step=0.02, default=1.0),
+        Parameter("build_up", "1", 0.0, 1.0, step=0.01, default=0.0),
+    ),
 )

@@ -170,14 +170,14 @@ class Laplace:
     def _with_none_of_it(self, key: str, starts: Sequence[Point]) -> list[Point]:
         """The starts of a regressor, and one at which it does nothing.
 
-        A set that may begin where a part of it ended never fits worse than that part.
+        A set that may begin where a part of it ended never fits worse than that part. A size that
+        the starts leave out begins as it usually is.
         """
-        nothing = {
-            f"{key}.{size.name}": size.low
-            for size in self.by_key[key].sizes
-            if size.smooth and size.prior == "half"
-        }
-        return [*starts, {**starts[0], **nothing}] if nothing and starts else list(starts)
+        halves = [size for size in self.by_key[key].sizes if size.smooth and size.prior == "half"]
+        usual = {f"{key}.{size.name}": size.spread for size in halves}
+        nothing = {f"{key}.{size.name}": size.low for size in halves}
+        more = [{**starts[0], **nothing}] if halves and starts else []
+        return [*({**usual, **start} for start in starts), *more]
 
     def _descend(
         self, keys: frozenset[str], point: Point, moved: list[tuple[str, Size]]

@@ -87,10 +87,8 @@ class LeftOver(RegressionPlant):
         raise NotImplementedError
 
     @property
-    def _between(self) -> float:
-        """Root mean square of what happens between two samples: a periodic motion repeats it, so
-        that it follows any covariate.
-        """
+    def between(self) -> float:
+        """Root mean square of what happens between two samples: a periodic motion repeats it."""
         if self.unsampled is None:
             return 0.0
         return float(np.sqrt(np.mean(self.unsampled[self.rows] ** 2)))
@@ -100,8 +98,7 @@ class LeftOver(RegressionPlant):
         return [
             Regressor(
                 UNKNOWN + name, "unknown", self.unknown_log_odds, way.component,
-                follows=way.follows, left_over=True,
-                as_built=max(way.as_built, self._between),
+                follows=way.follows, left_over=True, as_built=way.as_built,
             )
             for name, way in self.ways().items()
         ]  # fmt: skip
@@ -116,7 +113,7 @@ class LeftOver(RegressionPlant):
             return False
         rows, at = self.rows, self.places(keys, sizes)
         found = repeats(left[rows], at[rows], self.groups[rows], len(rows) / EVIDENCE.rows_a_cell)
-        if found is None or found.size <= self._between:
+        if found is None or found.size <= self.between:
             return False
         self._map = FineMap(keys, dict(sizes), found)
         self.__dict__.pop("_unknown", None)

@@ -101,6 +101,7 @@ _RATIOS: dict[str, Scale] = {
     "asymmetry": Scale(100.0, "%"),
     "damping": Scale(100.0, "% of critical"),
     "share": Scale(100.0, "%"),
+    "build_up": Scale(100.0, "%"),
     "unloaded": Scale(100.0, "%"),
 }
 MOMENT = "at"

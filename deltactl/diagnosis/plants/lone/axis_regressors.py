@@ -93,14 +93,16 @@ def _hysteresis(axis: RecordedAxis) -> list[Regressor]:
     """What holds the two directions apart, and what yields, where a load is known."""
     width = _play(axis)
     starts = tuple(Size(name, "flat", 1.0, -1.0, 1.0, 0.05) for name in begins_of(axis))
+    share = Size("build_up", "half", COMMANDED_AXIS.build_up, 0.0, 1.0, 0.01)
     if not _known_pull(axis):
         either = instead(f"{_drive(axis)}/play")
-        return [named(f"{_drive(axis)}/play", sizes=(width, *starts), equivalents=either)]
+        sizes = (width, *([] if _drive(axis) == "stepper" else [share]), *starts)
+        return [named(f"{_drive(axis)}/play", sizes=sizes, equivalents=either)]
     rubbing = (width, _grip(axis, width), *starts)
     return [
         named("command/droop", above=0.0),
         named("pulled/play", sizes=(width, *starts)),
-        named("pulled/friction", sizes=(width, *starts), saturated=False),
+        named("pulled/friction", sizes=(width, share, *starts), saturated=False),
         named("pulled/rubbing", sizes=rubbing, beside=("droop",), alone=False),
     ]
 

@@ -207,7 +207,10 @@ class CommandedAxis(RecordedAxis, LeftOver):
         }  # fmt: skip
         table["slow"] = table["teeth"] = table["gear"]
         load = usual_load(self)
-        table["play"] = table["friction"] = [Shown("width", unit, lambda v: v["width"])]
+        table["play"] = table["friction"] = [
+            Shown("width", unit, lambda v: v["width"]),
+            Shown("build_up", "1", lambda v: v.get("build_up", 0.0 * v["width"]), as_without=0.0),
+        ]
         table["rubbing"] = [
             Shown("width", unit, lambda v: v["width"] + load * v["grip"]),
             Shown("unloaded", "1", lambda v: _share(v["width"], load * v["grip"]), as_without=1.0),

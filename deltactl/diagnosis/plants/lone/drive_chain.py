@@ -78,7 +78,8 @@ class DriveChain:
         width: float | FloatArray = sizes[f"{key}.width"]
         if key == "rubbing":
             width = width + sizes["rubbing.grip"] * np.abs(self._axis.pull)
-        return loose(driven, self._axis.readings.fresh, width, starts, pull, float(driven[0]))
+        fresh, before = self._axis.readings.fresh, (float(driven[0]), float(driven[0]))
+        return loose(driven, fresh, width, starts, pull, before, sizes.get(f"{key}.build_up", 0.0))
 
     def before_ringing(self, sizes: Sizes) -> FloatArray:
         """Command behind all but the load that rings, (n,)."""

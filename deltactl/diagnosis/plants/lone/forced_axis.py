@@ -9,6 +9,7 @@ Technol. 21, 428-444).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -30,7 +31,7 @@ from deltactl.diagnosis.observations.readings import (
     smoothly_bridged,
 )
 from deltactl.diagnosis.observations.sampling_times import sampling_times
-from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
+from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver, Way
 from deltactl.diagnosis.plants.lone.clear_motion import (
     clocks_apart_s,
     direction_of,
@@ -317,6 +318,10 @@ class ForcedAxis(LeftOver):
         """Bounds of the noise: what passed the low-pass, and effort and position beyond it."""
         noise = EffortNoise(self.motion, self.inertia, self.readings.period_s, self.groups)
         return noise.bounds(left, self.force, self.position, self._counts)
+
+    def ways(self) -> dict[str, Way]:
+        """What happens between two samples may follow each: any axis has as much of it."""
+        return {name: replace(way, as_built=self.between) for name, way in super().ways().items()}
 
     def spread_of(self, name: str, shapes: int) -> float:
         """A third of all forces."""

@@ -88,6 +88,9 @@ class CommandedAxisOptions:
     """Usual play, in times the model error that it makes: half of it lies on either side,"""
     play_of_travel: float = 0.02
     """and at least this share of the travel, so that a small model error does not forbid it."""
+    build_up: float = 0.1
+    """Usual way over which a servo's friction builds up, in widths of the gap between directions:
+    contacts are stiffer than the position loop that winds up against them."""
     yielding_of_mismatch: float = 2.0
     """Usual droop under the load's standard deviation, in times the model error: it may be all of
     it, and be hidden by a lag."""
