@@ -10,7 +10,9 @@ in widths. Friction that grows with a load builds up at once.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -33,7 +35,7 @@ LEAST_PULL = 0.1
 """Share of the largest load below which bearings hold the axis where it is within the play."""
 SUDDEN = 1e-3
 """Share of the width below which friction builds up at once."""
-TO_GO = np.concatenate([np.linspace(1.0, 5e-3, 2000), np.logspace(-2.3, -14.0, 600)[1:]])
+TO_GO = np.concatenate([np.linspace(1.0, 0.02, 600), np.geomspace(0.02, 1e-14, 300)[1:]])
 """Half the share of the friction that is still to build up: what the way to it is tabulated by."""
 
 
@@ -72,33 +74,61 @@ def _between_turns(
     build_up: float,
 ) -> FloatArray:
     """The same with no load: from one turning point of the drive to the next in one go."""
+    if half <= 0.0:
+        return driven.copy()
     steps = np.sign(np.diff(driven))
     moving = np.flatnonzero(steps)
     turns = moving[1:][np.diff(steps[moving]) != 0.0] + 1
     begins = dict(zip(np.flatnonzero(fresh).tolist(), starts.tolist(), strict=True))
-    edges = np.unique(np.concatenate([[0], turns, [*begins], [len(driven)]]))
-    axis, (drive, at) = np.empty_like(driven), before
-    ways = _way(TO_GO, build_up) if build_up > SUDDEN and half > 0.0 else None
-    for first, end in pairwise(edges.astype(int).tolist()):
-        part = driven[first:end]
+    edges = np.unique(np.concatenate([[0], turns, [*begins], [len(driven)]])).astype(int)
+    slides = _AtOnce(half) if build_up <= SUDDEN else _BuildingUp(half, build_up)
+    (drive, at), begun = before, []
+    for first, end in pairwise(edges.tolist()):
         if first in begins:
-            drive, at = float(part[0]), float(part[0] + half * begins[first])
-        way = -1.0 if part[-1] < drive else 1.0
-        if ways is None:
-            axis[first:end] = way * np.maximum(way * at, way * part - half)
-        else:
-            to_go = min(max(0.5 * (1.0 + way * (at - drive) / half), TO_GO[-1]), TO_GO[0])
-            gone = _way(to_go, build_up) + 0.5 * way * (part - drive) / half
-            axis[first:end] = part - way * half * (1.0 - 2.0 * np.interp(gone, ways, TO_GO))
-        drive, at = float(part[-1]), float(axis[end - 1])
-    return axis
+            drive = float(driven[first])
+            at = drive + half * begins[first]
+        last = float(driven[end - 1])
+        way = -1.0 if last < drive else 1.0
+        begun.append((way, way * drive, slides.begin(way * drive, way * at)))
+        drive, at = last, way * float(slides.go_on(way * last, *begun[-1][1:]))
+    ways, drives, began = np.repeat(np.array(begun), np.diff(edges), axis=0).T
+    behind: FloatArray = ways * slides.go_on(ways * driven, drives, began)
+    return behind
 
 
-def _way(to_go: Any, build_up: float) -> Any:
-    """Way of a drive, in widths, from full friction against it: a spring has to wind up to friction
-    that grows with the axis' way towards its final size (Dahl 1968, A Solid Friction Model).
+@dataclass(frozen=True)
+class _AtOnce:
+    """Play, or friction that is there at once: the axis stays until the drive has come to it."""
+
+    half: float
+
+    def begin(self, drive: float, at: float) -> float:
+        """What is kept of a turning point: where the axis is."""
+        return at
+
+    def go_on(self, driven: Any, drive: Any, at: Any) -> Any:
+        """The axis behind a drive that goes forward."""
+        return np.maximum(at, driven - self.half)
+
+
+class _BuildingUp:
+    """Friction that grows with the axis' way towards its final size, while a spring winds up to it
+    (Dahl 1968, A Solid Friction Model).
     """
-    return 1.0 - to_go - build_up * np.log(to_go)
+
+    def __init__(self, half: float, build_up: float) -> None:
+        self._half, self._build_up = half, build_up
+        self._ways = 1.0 - TO_GO - build_up * np.log(TO_GO)
+
+    def begin(self, drive: float, at: float) -> float:
+        """Way of the drive, in widths, from full friction against it to a turning point."""
+        to_go = min(max(0.5 * (1.0 + (at - drive) / self._half), float(TO_GO[-1])), 1.0)
+        return 1.0 - to_go - self._build_up * math.log(to_go)
+
+    def go_on(self, driven: Any, drive: Any, begun: Any) -> Any:
+        """The axis behind a drive that goes forward."""
+        way = begun + 0.5 * (driven - drive) / self._half
+        return driven - self._half * (1.0 - 2.0 * np.interp(way, self._ways, TO_GO))
 
 
 def _play(
