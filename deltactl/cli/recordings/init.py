@@ -169,9 +169,7 @@ def _describe(
     measure, columns = recorded
     questions = QUESTIONS[kind] + (WIRING if wiring else ())
     keys = {question.key for question in questions}
-    if extra := [key for key in given if key not in keys]:
-        names = ", ".join("--" + key.replace("_", "-") for key in extra)
-        raise ConfigError(f"{names}: a {kind} has no such thing; leave it out")
+    _refuse_all_but(keys, kind, given)
     known = given
     if file.exists() and not force:
         raise ConfigError(f"{file}: exists already; name another file, or add --force")
@@ -188,6 +186,12 @@ def _describe(
         (say if line.startswith(COPIED) else tell)(line)
     if kind != "delta":
         say(f"next: {_diagnosing(file, measure, columns)}")
+
+
+def _refuse_all_but(keys: set[str], kind: str, given: Answers) -> None:
+    if extra := [key for key in given if key not in keys]:
+        names = ", ".join("--" + key.replace("_", "-") for key in extra)
+        raise ConfigError(f"{names}: a {kind} has no such thing; leave it out")
 
 
 ANSWER = 12
