@@ -277,13 +277,12 @@ def _of_tier(tier: str, hidden: Sequence[Hidden], observer: Observer) -> bool:
         return False
     if tier == "gross":
         return culprits[0].rms > 12.0 * noise and not culprits[0].alike.ties
-    tied = [cause for cause in culprits if cause.alike.ties]
     if tier == "ambiguous":
         # Beyond what is one operator in any motion: the motion itself makes this tie.
         return bool(_by_motion(culprits[0]))
     if tier == "unknown":
         return culprits[0].alike.nearest > SEEN
-    return not tied and not any(_by_motion(cause) for cause in culprits)
+    return not any(cause.alike.ties or _by_motion(cause) for cause in culprits)
 
 
 ALWAYS = (
