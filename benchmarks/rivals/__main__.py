@@ -28,6 +28,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NoReturn
 
 from benchmarks.rivals.arms import scored_arms, write_arms
 from benchmarks.rivals.cases import (
@@ -192,6 +193,22 @@ def _empty(folder: Path) -> Path:
     return folder
 
 
+DRAWN = {"axes": axes, "deltas": deltas, "arms": arms}
+
+
+def _refuse_wrong(options: argparse.Namespace, refuse: Callable[[str], NoReturn]) -> None:
+    for name in DRAWN:
+        count = getattr(options, name)
+        if count < 0 or count == 1:
+            refuse(f"--{name} {count}: 0, or at least a healthy one and another")
+    if options.seed < 0:
+        refuse(f"--seed {options.seed}: at least 0")
+    if options.arms and options.here:
+        refuse("--arms: Pinocchio draws them, in the second environment; leave --here out")
+    if options.out.exists() and not options.out.is_dir():
+        refuse(f"--out {options.out}: is a file; name a folder")
+
+
 def main(words: Sequence[str] | None = None) -> int:
     """Print a table a group; status 2 where something is missing."""
     parser = argparse.ArgumentParser(
@@ -210,24 +227,13 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other machines")
     parser.add_argument("--out", type=Path, default=HOME / "out", help="folder for what is written")
     options = parser.parse_args(words)
-    for name, count in (
-        ("axes", options.axes),
-        ("deltas", options.deltas),
-        ("arms", options.arms),
-    ):
-        if count < 0 or count == 1:
-            parser.error(f"--{name} {count}: 0, or at least a healthy one and another")
-    if options.seed < 0:
-        parser.error(f"--seed {options.seed}: at least 0")
-    if options.arms and options.here:
-        parser.error("--arms: Pinocchio draws them, in the second environment; leave --here out")
-    if options.out.exists() and not options.out.is_dir():
-        parser.error(f"--out {options.out}: is a file; name a folder")
+    _refuse_wrong(options, parser.error)
     out = options.out.resolve()
     try:
-        groups = [axes(options.axes, options.seed, out)] if options.axes else []
-        groups += [deltas(options.deltas, options.seed, out)] if options.deltas else []
-        groups += [arms(options.arms, options.seed, out)] if options.arms else []
+        groups: list[Group] = []
+        for name, drawn_group in DRAWN.items():
+            if count := getattr(options, name):
+                groups.append(drawn_group(count, options.seed, out))
         groups += real(options.real, out, options.here) if options.real else []
         tables: list[dict[str, dict[str, str]]] = []
         for group in groups:
