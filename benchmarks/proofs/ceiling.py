@@ -176,9 +176,8 @@ def share(of: list[Score]) -> str:
         return "-"
     right = sum(marks.exact for marks in of)
     low, high = wilson(right, len(of))
-    return (
-        f"{right} of {len(of)}, {100 * right / len(of):.1f} % [{100 * low:.0f}, {100 * high:.0f}]"
-    )
+    limits = f"[{100 * low:.0f}, {100 * high:.0f}]"
+    return f"{right} of {len(of)}, {100 * right / len(of):.1f} % {limits}"
 
 
 def looked_at(out: Path, minutes: float) -> Iterator[tuple[Score, str]]:

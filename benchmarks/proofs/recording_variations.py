@@ -347,9 +347,8 @@ def main() -> None:
     grades: dict[str, Counter[str]] = {kind: Counter() for kind in kinds}
     pairs: dict[str, Counter[bool]] = {kind: Counter() for kind in kinds}
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
-        for job, (results, sizes) in zip(
-            jobs, pool.map(partial(scored, folder), jobs), strict=True
-        ):
+        answers = pool.map(partial(scored, folder), jobs)
+        for job, (results, sizes) in zip(jobs, answers, strict=True):
             for name, agrees in agreeing(sizes):
                 pairs[job[0]][agrees] += 1
                 if not agrees:

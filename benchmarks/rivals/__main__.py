@@ -96,12 +96,8 @@ def outside(python: Path, tool: str, cases: Path, out: Path) -> Answers:
 def versions(here: bool) -> str:
     """What ran, and on what kind of machine."""
     pinned = CONSTRAINTS.read_text(encoding="utf-8").split()
-    tools = [
-        line.replace("==", " ")
-        for line in pinned
-        if line.startswith(("lmfit", "pysindy", "mujoco", "figaroh"))
-    ]
-    tools = [] if here else tools
+    named = () if here else ("lmfit", "pysindy", "mujoco", "figaroh")
+    tools = [line.replace("==", " ") for line in pinned if line.startswith(named)]
     own = [f"deltactl {own_version()}", *tools, f"Python {platform.python_version()}"]
     return f"{', '.join(own)}; {platform.machine()}, {os.cpu_count()} cores"
 
@@ -127,15 +123,13 @@ def compare(group: Group, halves: bool, here: bool) -> tuple[str, dict[str, dict
         out = group.folder.with_name(
             f"{group.folder.name}-{tool.replace(', ', '-').replace(' ', '-')}.json"
         )
-        answers = (
-            by_deltactl(group.folder)
-            if tool == "deltactl"
-            else outside(python, tool, group.folder, out)
-        )
-        own = group.score(answers)
         if tool == "deltactl":
+            answers = by_deltactl(group.folder)
             said = {"answers": answers.by_case, "peak_mb": answers.peak_mb}
             out.write_text(json.dumps(said), encoding="utf-8")
+        else:
+            answers = outside(python, tool, group.folder, out)
+        own = group.score(answers)
         columns[tool] = column(tool, own, answers.peak_mb)
         mistakes += wrong(tool, own)
     text = f"{group.title}; {versions(here)}\n\n{markdown(columns)}"
@@ -173,10 +167,8 @@ def arms(count: int, seed: int, out: Path) -> Group:
 
 def real(given: Path, out: Path, here: bool) -> Iterator[Group]:
     """Real recordings, of single axes and of arms; prints what is left out and why."""
-    for name, kinds, tools in (
-        ("recordings", SINGLE, OUTSIDE),
-        ("arms", ARMS, OUTSIDE_OF_REAL_ARMS),
-    ):
+    groups = (("recordings", SINGLE, OUTSIDE), ("arms", ARMS, OUTSIDE_OF_REAL_ARMS))
+    for name, kinds, tools in groups:
         folder = _empty(out / f"real-{name}")
         known, skipped = write_real(given, folder, kinds)
         for line in skipped:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -197,22 +197,17 @@ def _range(part: Json) -> tuple[float, float]:
     return -np.inf, np.inf
 
 
-def _without(finding: Json, text: str) -> bool:
-    other = text.split(" without ")[1].split()[0]
-    return other not in [one["effect"] for one in finding["alternatives"]]
-
-
-def _is_no_ratio_near_one(finding: Json) -> bool:
-    scale = finding["parameters"].get("scale", {}).get("value")
-    return scale is None or abs(scale - 1.0) > RATIO_NEAR_ONE
-
-
-CONDITIONS: dict[str, Callable[[Json, Sequence[Json], str], bool]] = {
-    " as the main": lambda finding, findings, text: finding is findings[0],
-    " without ": lambda finding, findings, text: _without(finding, text),
-    "(a ratio of": lambda finding, findings, text: _is_no_ratio_near_one(finding),
-}
-"""Words of what must not be claimed -> whether a finding of that effect claims it."""
+def _claimed_under(text: str, finding: Json, first: Json) -> bool | None:
+    """Whether a finding meets the condition in what must not be claimed; None without one."""
+    if " as the main" in text:
+        return finding is first
+    if " without " in text:
+        other = text.split(" without ")[1].split()[0]
+        return other not in [one["effect"] for one in finding["alternatives"]]
+    if "(a ratio of" in text:
+        scale = finding["parameters"].get("scale", {}).get("value")
+        return scale is None or abs(scale - 1.0) > RATIO_NEAR_ONE
+    return None
 
 
 def claims(text: str, findings: Sequence[Json], one: Json) -> bool:
@@ -222,9 +217,9 @@ def claims(text: str, findings: Sequence[Json], one: Json) -> bool:
         return False
     effect, limit, unit = words.groups()
     own = [finding for finding in findings if finding["effect"] == effect]
-    for words_of_it, is_claimed in CONDITIONS.items():
-        if words_of_it in text:
-            return any(is_claimed(finding, findings, text) for finding in own)
+    under = [_claimed_under(text, finding, findings[0]) for finding in own]
+    if None not in under:
+        return any(under)
     if limit is None and QUALIFIED.search(text):
         return False
     own = [finding for finding in own if not any(same(part, finding) for part in one["expected"])]

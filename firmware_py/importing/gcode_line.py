@@ -105,8 +105,11 @@ def takes_rest(number: float, rest: str) -> bool:
 
 def command_of(line: str, means: Meanings) -> Command:
     """What a line asks for. Raises ValueError with what is wrong, and what to do."""
-    if (plain := _plain_move(line)) is not None:  # what nearly all lines of a long file are
-        return plain
+    if plain := _PLAIN.fullmatch(line):  # what nearly all lines of a long file are
+        pairs = _PLAIN_WORD.findall(plain[2])
+        given = {letter: float(number) for letter, number in pairs}
+        if len(given) == len(pairs):
+            return Command([float(plain[1])], given, passed=["E"] if "E" in given else [])
     command = Command()
     for word in _words(line):
         if word.letter == "M":
@@ -124,15 +127,6 @@ def command_of(line: str, means: Meanings) -> Command:
     if command.given.get("S") == 0.0:  # a speed or a power of nothing beside what switches on
         command.switched = dict.fromkeys(command.switched, False)
     return command
-
-
-def _plain_move(line: str) -> Command | None:
-    plain = _PLAIN.fullmatch(line)
-    pairs = _PLAIN_WORD.findall(plain[2]) if plain else []
-    given = {letter: float(number) for letter, number in pairs}
-    if plain is None or len(given) < len(pairs):
-        return None
-    return Command([float(plain[1])], given, passed=["E"] if "E" in given else [])
 
 
 def _words(line: str) -> list[Word]:
@@ -202,7 +196,10 @@ def _pass_over(command: Command, number: float, text: str, rest: str) -> None:
 
 def _judge(command: Command, means: Meanings) -> None:
     """The G codes of a line, and each letter. Raises ValueError."""
-    _refuse_two_of_a_group(command.codes)
+    for name, group in GROUPS.items():
+        if sum(code in group for code in command.codes) > 1:
+            listed = ", ".join(f"G{code:g}" for code in group)
+            raise ValueError(f"two of the {name} {listed} on one line")
     for code in command.codes:
         text = f"G{code:g}"
         if text in means.skipped:
@@ -214,13 +211,6 @@ def _judge(command: Command, means: Meanings) -> None:
         return
     _refuse_shared_words(command)
     _judge_letters(command)
-
-
-def _refuse_two_of_a_group(codes: list[float]) -> None:
-    for name, group in GROUPS.items():
-        if sum(code in group for code in codes) > 1:
-            listed = ", ".join(f"G{code:g}" for code in group)
-            raise ValueError(f"two of the {name} {listed} on one line")
 
 
 def _refuse_shared_words(command: Command) -> None:
@@ -277,24 +267,19 @@ def _judge_letters(command: Command) -> None:
     if "O" in command.given:
         raise ValueError("O words (loops, calls) are not carried out; write the moves out")
     for letter, value in command.given.items():
-        if letter not in may:
-            _refuse_unless_idle(letter, value)
+        if letter in TURNED and letter not in may:
+            if value != 0.0:
+                raise ValueError(
+                    f"{letter}{value:g}: a delta has the axes X, Y and Z; take {letter} out of the"
+                    " program that made the file"
+                )
             command.passed.append(letter)
+        elif letter not in may:
+            raise ValueError(f"{letter}{value:g} has no meaning on this line; correct or delete it")
         elif letter == "T":
             command.passed.append(f"T{value:g}")
         elif letter not in (*AXES, *CENTRE, "R", "F") and WAIT not in codes:
             command.passed.append(letter)
-
-
-def _refuse_unless_idle(letter: str, value: float) -> None:
-    """Raise ValueError for a letter that would have to be carried out."""
-    if letter not in TURNED:
-        raise ValueError(f"{letter}{value:g} has no meaning on this line; correct or delete it")
-    if value != 0.0:
-        raise ValueError(
-            f"{letter}{value:g}: a delta has the axes X, Y and Z; take {letter} out of the"
-            " program that made the file"
-        )
 
 
 Place = tuple[float, float]

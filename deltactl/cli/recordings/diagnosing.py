@@ -117,11 +117,8 @@ def diagnose_recordings(
         after.append(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
         if save_robot.read_bytes() != robot_file.read_bytes():
             after += next_commands(recordings, save_robot, columns, described)
-    print_answer(
-        Shown(answer, described, ways, saved=None if save_robot is None else save_all),
-        after,
-        remarks,
-    )
+    saved = None if save_robot is None else save_all
+    print_answer(Shown(answer, described, ways, saved=saved), after, remarks)
 
 
 @dataclass(frozen=True, slots=True)

@@ -296,11 +296,7 @@ def _first_job(file: Path, force: bool) -> list[str]:
             f" {file} leave the arms room to move"
         )
         return []
-    lines = [
-        f"job: {job}, {what}",
-        f"next: deltactl check {job}",
-        f"then: deltactl run {job}",
-    ]
+    lines = [f"job: {job}, {what}", f"next: deltactl check {job}", f"then: deltactl run {job}"]
     if robot.sensors is not None:
         return [*lines, f"then: deltactl diagnose RECORDING --robot {file}"]
     return [*lines, BY_OTHERS, _homing(unseen_by_none_deg(robot))]

@@ -12,12 +12,7 @@ from pathlib import Path
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from deltactl.cli.output import console, duration, errors, facts, millimetres, print_json, say, warn
-from deltactl.firmware_py.controller.contract import (
-    JobResult,
-    RobotController,
-    SensorStatus,
-    Status,
-)
+from deltactl.firmware_py.controller.contract import JobResult, RobotController, Status
 from deltactl.firmware_py.controller.states import State, said, way_out
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.foundation.clock import Clock, sleep_s
@@ -68,18 +63,23 @@ def show_status(watch: bool, json_out: bool, socket: Path | None) -> None:
 
 def status_table(status: Status) -> object:
     """The status for people; lines that have nothing to say are left out."""
+    job = f"{status.job}, {status.progress:.0%} done, {duration(status.seconds_left)} left"
+    blind = f"for {status.blind_s or 0.0:.1f} s: the sensors do not show the arms"
     rows = [
         ("state", status.state + (f" ({status.why})" if status.why else "")),
         ("arm angles", _numbers(status.angles_rad, 57.29577951308232, "8.3f", "degrees")),
         ("platform", _numbers(status.position_m, 1e3, "8.2f", "mm")),
         ("step counts", "  ".join(f"{count:8d}" for count in status.counts)),
-        ("job", _progress(status)),
+        ("job", job if status.job is not None else ""),
         ("planning", ", ".join(status.planning)),
         ("queue", ", ".join(status.queued)),
-        ("blind", _blind(status.blind_s)),
+        ("blind", blind if status.blind_s is not None else ""),
         ("outputs", _switched(status.outputs)),
         ("inputs", _switched(status.inputs)),
-        *((f"sensor {sensor.axis}", _seen(sensor)) for sensor in status.sensors),
+        *(
+            (f"sensor {one.axis}", f"{_far(one.distance_m)} ({one.gate}, {one.health})")
+            for one in status.sensors
+        ),
         ("recording", status.recording or ""),
         ("not recorded", status.recording_error),
         ("robot file", status.robot_file_changed),
@@ -93,23 +93,12 @@ def _numbers(values: Sequence[float] | None, scale: float, form: str, unit: str)
     return "  ".join([*(f"{value * scale:{form}}" for value in values), unit]) if values else ""
 
 
-def _progress(status: Status) -> str:
-    if status.job is None:
-        return ""
-    return f"{status.job}, {status.progress:.0%} done, {duration(status.seconds_left)} left"
-
-
-def _blind(blind_s: float | None) -> str:
-    return "" if blind_s is None else f"for {blind_s:.1f} s: the sensors do not show the arms"
-
-
 def _switched(lines: dict[str, bool]) -> str:
     return ", ".join(f"{name} {'on' if on else 'off'}" for name, on in lines.items())
 
 
-def _seen(sensor: SensorStatus) -> str:
-    far = "-" if sensor.distance_m is None else millimetres(sensor.distance_m)
-    return f"{far} ({sensor.gate}, {sensor.health})"
+def _far(distance_m: float | None) -> str:
+    return "-" if distance_m is None else millimetres(distance_m)
 
 
 def announced(robot: str) -> list[str]:

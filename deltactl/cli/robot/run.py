@@ -10,11 +10,7 @@ from pathlib import Path
 
 from deltactl.cli.output import NO_ROBOT, errors, print_json, say, tell, waiting, warn
 from deltactl.cli.robot.check import say_covered
-from deltactl.cli.robot.remote import (
-    follow,
-    interrupted_between_sleeps,
-    refuse_unless_done,
-)
+from deltactl.cli.robot.remote import follow, interrupted_between_sleeps, refuse_unless_done
 from deltactl.cli.robot.show import show_tracking, write_report
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.contract import JobResult, RobotController, Status
@@ -192,7 +188,6 @@ def _in_this_process(
     quiet, realtime = asked.json_out, asked.realtime
     robot = robot_file or find(job_of(path, files).robot, beside=path, key=ROBOT_KEY)
     with waiting("building the simulated robot", quiet):
-        from deltactl.firmware_py.controller.build import build_controller
         from deltactl.firmware_py.planning.prepared import Readers
 
         controller = build_controller(
@@ -240,9 +235,6 @@ def _show(result: JobResult, asked: Asked) -> None:
         warn(f"warning: {result.slower}")
     if result.warning:
         warn(result.warning)
-
-
-POLL_S = 0.1
 
 
 def verify_job(job: Path, simulate: bool, json_out: bool, socket: Path | None) -> None:

@@ -17,35 +17,10 @@ from deltactl.proof.axis.sensing import Mess, Noise, RangeSensor, Rows
 RATES_HZ = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 LENGTHS_S = (20.0, 30.0, 60.0, 120.0, 300.0, 900.0, 3600.0)
 ROWS = (400.0, 18000.0)
+FORCED_RATES_HZ, FORCED_LENGTHS_S = RATES_HZ[3:], LENGTHS_S[:5]
+GRID = {"commanded": (120_000, 0.25), "effort": (90_000, 0.5), "range": (60_000, 0.5)}
+"""Most steps of a simulation, which keep a case to about a second; the longest, in rows."""
 HOLDOUT_SHARE = 0.6
-
-
-@dataclass(frozen=True)
-class Grid:
-    """How finely a kind of machine is simulated, and how it is recorded."""
-
-    steps: int
-    """Most of a simulation, which keep a case to about a second."""
-    share: float
-    """Longest step, in the time from row to row."""
-    slowest_hz: float = 0.0
-    longest_s: float = np.inf
-
-    def drawn(self, rng: np.random.Generator) -> tuple[float, float]:
-        """Rate of the rows [Hz] and length [s]."""
-        rates = [rate for rate in RATES_HZ if rate >= self.slowest_hz]
-        lengths = [length for length in LENGTHS_S if length <= self.longest_s]
-        while True:
-            rate, seconds = float(rng.choice(rates)), float(rng.choice(lengths))
-            if ROWS[0] <= rate * seconds <= ROWS[1]:
-                return rate, seconds
-
-
-GRIDS = {
-    "commanded": Grid(120_000, 0.25),
-    "effort": Grid(90_000, 0.5, slowest_hz=50.0, longest_s=300.0),
-    "range": Grid(60_000, 0.5),
-}
 
 
 @dataclass(frozen=True)
@@ -79,12 +54,15 @@ def design(
     machine: str, rng: np.random.Generator, fine: bool = False, style: str | None = None
 ) -> Design:
     """Draw one. fine: readings so good that something gross is a hundred times their noise."""
-    grid = GRIDS[machine]
-    rate, seconds = grid.drawn(rng)
+    rate, seconds = _rate_and_length(machine, rng)
     low, high = max(15.0 / rate, 0.3, seconds / 400.0), min(seconds / 8.0, 40.0)
     stroke_s = _between(rng, low, max(high, low))
-    linear, stroke = _stroke(machine, rng)
-    step_s = max(min(grid.share / rate, stroke_s / 400.0), seconds / grid.steps)
+    linear = bool(rng.random() < 0.4)
+    stroke = _between(rng, 0.02, 1.0) if linear else _between(rng, 0.2, 6.0)
+    if machine == "range":
+        linear, stroke = True, _between(rng, 0.3, 6.0)
+    steps, longest = GRID[machine]
+    step_s = max(min(longest / rate, stroke_s / 400.0), seconds / steps)
     noise = _noise(machine, stroke, rng, fine)
     inertia = _between(rng, 0.3, 60.0) if linear else _between(rng, 1e-3, 2.0)
     force = inertia * stroke / stroke_s**2
@@ -124,11 +102,13 @@ def _between(rng: np.random.Generator, low: float, high: float) -> float:
     return float(np.exp(rng.uniform(*np.log([low, high]))))
 
 
-def _stroke(machine: str, rng: np.random.Generator) -> tuple[bool, float]:
-    """Whether it slides, and how far it goes."""
-    linear = bool(rng.random() < 0.4)
-    stroke = _between(rng, 0.02, 1.0) if linear else _between(rng, 0.2, 6.0)
-    return (True, _between(rng, 0.3, 6.0)) if machine == "range" else (linear, stroke)
+def _rate_and_length(machine: str, rng: np.random.Generator) -> tuple[float, float]:
+    forced = machine == "effort"
+    rates, lengths = (FORCED_RATES_HZ, FORCED_LENGTHS_S) if forced else (RATES_HZ, LENGTHS_S)
+    while True:
+        rate, seconds = float(rng.choice(rates)), float(rng.choice(lengths))
+        if ROWS[0] <= rate * seconds <= ROWS[1]:
+            return rate, seconds
 
 
 def _noise(machine: str, stroke: float, rng: np.random.Generator, fine: bool) -> Noise:

@@ -256,9 +256,8 @@ def bound(observer: Observer, sizes: Sizes) -> dict[str, dict[str, float]]:
     length[length == 0.0] = 1.0
     inverse = np.linalg.pinv((white / length).T @ (white / length), rcond=1e-12)
     found: dict[str, dict[str, float]] = {}
-    for (effect, name), size, deviation in zip(
-        free, length, np.sqrt(np.diag(inverse)), strict=True
-    ):
+    deviations = np.sqrt(np.diag(inverse))
+    for (effect, name), size, deviation in zip(free, length, deviations, strict=True):
         if deviation > 0.0:
             found.setdefault(effect, {})[name] = float(deviation / size)
     return found

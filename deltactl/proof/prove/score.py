@@ -93,12 +93,9 @@ def score(result: dict[str, Any]) -> Score:
     _mark_unknown(marks, truth["answers"], found)
     _mark_sizes(marks, truth["answers"], found, result.get("bound"))
     floor = np.sqrt(truth["sigma"] ** 2 + ROUNDING_M**2 / 12.0)
-    before, after = (
-        diagnosis.fit.holdout_rms_before_m,
-        diagnosis.fit.holdout_rms_after_m,
-    )
+    before, after = diagnosis.fit.holdout_rms_before_m, diagnosis.fit.holdout_rms_after_m
     marks.holdout_improved = after < before
-    marks.holdout_over_floor = diagnosis.fit.holdout_rms_after_m / float(floor)
+    marks.holdout_over_floor = after / float(floor)
     return marks
 
 

@@ -209,10 +209,7 @@ def middle(figure: str, values: Sequence[float], goal: str, most: float | None) 
 
 def markdown(rows: Sequence[Row]) -> str:
     """The table as Markdown."""
-    lines = [
-        "| figure | goal | reached | 95 % limits | cases | met |",
-        "|---|---|---|---|---|---|",
-    ]
+    lines = ["| figure | goal | reached | 95 % limits | cases | met |", "|---|---|---|---|---|---|"]
     words = {True: "yes", False: "**no**", None: ""}
     lines += [
         f"| {r.figure} | {r.goal} | {r.value} | {r.limits} | {r.cases} | {words[r.met]} |"

@@ -153,11 +153,8 @@ def line(outcome: Outcome) -> str:
     ties = f" (or {', '.join(' '.join(part) for part in outcome.alternatives)})" * bool(
         outcome.alternatives
     )
-    truth = (
-        f"{outcome.effect} {outcome.component} {outcome.size:.3g}".strip()
-        if outcome.size
-        else outcome.effect
-    )
+    size = f" {outcome.component} {outcome.size:.3g}" if outcome.size else ""
+    truth = f"{outcome.effect}{size}"
     value = f" {outcome.value:.4g}" if outcome.value is not None else ""
     return f"{outcome.number}: {truth} -> {said}{value}{ties}{'' if outcome.right else '  WRONG'}"
 
