@@ -138,7 +138,7 @@ def _words(line: str) -> list[Word]:
 
 
 def _m_number(command: Command, word: Word) -> float:
-    """Raises ValueError where it is none, or not alone, as what has the rest of its line must."""
+    """The number of an M word. Raises ValueError where it is none, or has to be alone."""
     number, rest = word.value, word.rest or ""
     if number is None or number < 0.0 or (number % 1.0 and int(number) not in TEXTS):
         raise ValueError(f"'{word.text}' is no M word")

@@ -195,7 +195,7 @@ class _Watched:
 
 
 def _astray(scope: Scope, headers: dict[str, str], talks: bool) -> Refusal | None:
-    """Why nothing that this page's own browser asks comes so; talks: as a connection to a page."""
+    """Refuses what no browser at this page sends; talks: over the connection of a page."""
     if (talks or scope["method"] not in ("GET", "HEAD")) and not _same_origin(headers):
         return Refusal(403, "that came from another site's page, and is not carried out")
     if talks and scope["type"] != "websocket":
