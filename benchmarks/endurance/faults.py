@@ -29,6 +29,12 @@ from tests.rigs.faults.campaign import (
 from tests.rigs.faults.verdict import Verdict
 
 
+def _print_problems(number: int, verdict: Verdict) -> None:
+    for problem in verdict.problems:
+        waited = f"(waited {verdict.waited_s:.2f} s for a core)"
+        print(f"{number:4d} {verdict.kind}: {problem} {waited}", flush=True)
+
+
 def main() -> int:
     """Exit status 1 when a fault was not handled as specified."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -38,13 +44,14 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kind", action="append", help="only kinds whose name holds this")
     options = parser.parse_args()
-    wanted = options.kind or [""]
-    kinds = [kind for kind in KINDS if any(part in kind.name for part in wanted)]
+
+    def wanted(name: str) -> bool:
+        return any(part in name for part in options.kind or [""])
+
+    kinds = [kind for kind in KINDS if wanted(kind.name)]
     verdicts: list[Verdict] = []
     start_s = time.monotonic()
-    rest = {
-        name: kind for name, kind in BESIDE_KINDS.items() if any(part in name for part in wanted)
-    }
+    rest = {name: kind for name, kind in BESIDE_KINDS.items() if wanted(name)}
     parts = (
         campaign(options.faults, options.seed, kinds) if kinds else iter(()),
         rest_campaign(options.rest, options.seed, rest) if rest else iter(()),
@@ -52,9 +59,7 @@ def main() -> int:
     )
     for verdict in itertools.chain(*parts):
         verdicts.append(verdict)
-        for problem in verdict.problems:
-            waited = f"(waited {verdict.waited_s:.2f} s for a core)"
-            print(f"{len(verdicts):4d} {verdict.kind}: {problem} {waited}", flush=True)
+        _print_problems(len(verdicts), verdict)
     busy = sum(bool(verdict.problems) and not verdict.counts for verdict in verdicts)
     verdicts = [settled(partial(once_more, verdict.kind), verdict) for verdict in verdicts]
     print(f"{busy} tried again, because the machine had no core for the robot")

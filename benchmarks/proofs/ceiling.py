@@ -176,9 +176,31 @@ def share(of: list[Score]) -> str:
         return "-"
     right = sum(marks.exact for marks in of)
     low, high = wilson(right, len(of))
-    return (
-        f"{right} of {len(of)}, {100 * right / len(of):.1f} % [{100 * low:.0f}, {100 * high:.0f}]"
-    )
+    limits = f"[{100 * low:.0f}, {100 * high:.0f}]"
+    return f"{right} of {len(of)}, {100 * right / len(of):.1f} % {limits}"
+
+
+def looked_at(out: Path, minutes: float) -> Iterator[tuple[Score, str]]:
+    """What was answered, and what speaks against the truth: empty where the recording tells it."""
+    until = time.monotonic() + 60.0 * minutes
+    for result, marks, kept in cases(out):
+        if marks.exact:
+            yield marks, ""
+            continue
+        if time.monotonic() > until:
+            print(f"stopped after {minutes:g} minutes; the same command goes on")
+            break
+        try:
+            yield marks, observed(result, marks, kept).against
+        except DeltactlError as error:
+            print(f"{marks.case}: {error}", file=sys.stderr)
+
+
+def _print_row(group: str, seen: Sequence[tuple[Score, str]]) -> None:
+    told = [marks for marks, why in seen if not why]
+    if seen:
+        all_ = share([marks for marks, _ in seen])
+        print(f"| {group} | {all_} | {len(told)} | {share(told)} |")
 
 
 def main() -> int:
@@ -188,28 +210,12 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=float("inf"))
     parser.add_argument("--missed", action="store_true", help="list what the observer would tell")
     options = parser.parse_args()
-    until = time.monotonic() + 60.0 * options.minutes
-    seen: list[tuple[Score, str]] = []
-    """What was answered, and what speaks against the truth: empty where the recording tells it."""
-    for result, marks, kept in cases(options.out):
-        if marks.exact:
-            seen.append((marks, ""))
-            continue
-        if time.monotonic() > until:
-            print(f"stopped after {options.minutes:g} minutes; the same command goes on")
-            break
-        try:
-            seen.append((marks, observed(result, marks, kept).against))
-        except DeltactlError as error:
-            print(f"{marks.case}: {error}", file=sys.stderr)
+    seen = list(looked_at(options.out, options.minutes))
     print("| group | named exactly, of all | the recording tells | named exactly, of these |")
     print("|---|---|---|---|")
-    for group in (*GROUPS, ""):
-        own = [pair for pair in seen if pair[0].group == group or not group]
-        told = [marks for marks, why in own if not why]
-        if own:
-            all_ = share([marks for marks, _ in own])
-            print(f"| {group or 'all'} | {all_} | {len(told)} | {share(told)} |")
+    for group in GROUPS:
+        _print_row(group, [pair for pair in seen if pair[0].group == group])
+    _print_row("all", seen)
     reasons = Counter(_kind(why) for _, why in seen if why)
     print("\n".join(f"{count} x {reason}" for reason, count in reasons.most_common()))
     if options.missed:

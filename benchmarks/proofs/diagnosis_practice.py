@@ -46,23 +46,27 @@ def judge(case: Case) -> str:
     found = [(f["effect"], f["component"]) for f in case["result"]["findings"]]
     if not truth:
         return "false alarm" if found else "silent"
+    if not found:
+        return "missed"
     if any(effect == "unknown" for effect, _ in truth):
-        if not found:
-            return "missed"
-        flagged = found[0][0] == "unknown"
-        driver = case["result"]["findings"][0]["depends_on"]
-        right = driver and driver[0] == case["answers"][0]["depends_on"]
-        return ("unknown, right driver" if right else "unknown") if flagged else "misnamed"
+        return _judge_unknown(case)
     if set(found) == truth:
         return "exact"
-    if found and found[0] in truth:
+    if found[0] in truth:
         return "first" if len(truth) == 1 else "first of several"
     others = {
         (a["effect"], a["component"]) for f in case["result"]["findings"] for a in f["alternatives"]
     }
-    if not found:
-        return "missed"
     return "alternative" if truth & (others | set(found)) else "misnamed"
+
+
+def _judge_unknown(case: Case) -> str:
+    first = case["result"]["findings"][0]
+    if first["effect"] != "unknown":
+        return "misnamed"
+    driver = first["depends_on"]
+    right = driver and driver[0] == case["answers"][0]["depends_on"]
+    return "unknown, right driver" if right else "unknown"
 
 
 def sizes(case: Case) -> str:

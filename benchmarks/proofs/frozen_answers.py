@@ -230,14 +230,18 @@ def paired(pairs: Sequence[Pair]) -> Row:
 def changed(old: Any, new: Any, place: str = "") -> list[str]:
     """Where two answers differ, as paths; lists of other lengths as a whole."""
     if isinstance(old, dict) and isinstance(new, dict):
-        names = [n for n in {**old, **new} if place or n not in ALWAYS_NEW]
-        there = [f"{place}.{n}" for n in names if (n in old) != (n in new) and _says(old, new, n)]
-        both = [n for n in names if n in old and n in new and n not in WORDS]
-        return there + [line for n in both for line in changed(old[n], new[n], f"{place}.{n}")]
+        return _changed_keys(old, new, place)
     if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
         pairs = enumerate(zip(old, new, strict=True))
         return [line for i, (a, b) in pairs for line in changed(a, b, f"{place}[{i}]")]
     return [] if old == new else [place]
+
+
+def _changed_keys(old: dict[str, Any], new: dict[str, Any], place: str) -> list[str]:
+    names = [n for n in {**old, **new} if place or n not in ALWAYS_NEW]
+    there = [f"{place}.{n}" for n in names if (n in old) != (n in new) and _says(old, new, n)]
+    both = [n for n in names if n in old and n in new and n not in WORDS]
+    return there + [line for n in both for line in changed(old[n], new[n], f"{place}.{n}")]
 
 
 def _says(old: dict[str, Any], new: dict[str, Any], name: str) -> bool:

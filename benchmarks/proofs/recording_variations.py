@@ -347,20 +347,27 @@ def main() -> None:
     grades: dict[str, Counter[str]] = {kind: Counter() for kind in kinds}
     pairs: dict[str, Counter[bool]] = {kind: Counter() for kind in kinds}
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
-        for job, (results, sizes) in zip(
-            jobs, pool.map(partial(scored, folder), jobs), strict=True
-        ):
+        answers = pool.map(partial(scored, folder), jobs)
+        for job, (results, sizes) in zip(jobs, answers, strict=True):
             for name, agrees in agreeing(sizes):
                 pairs[job[0]][agrees] += 1
                 if not agrees:
-                    known = [case[name] for case in sizes if name in case]
-                    each = "; ".join("{:.4g} [{:.4g}, {:.4g}]".format(*size) for size in known)
                     place = f"{job[0]} {job[1]}/{job[2]}"
-                    print(f"disagrees {place}: {' '.join(name)} {each}", flush=True)
+                    print(f"disagrees {place}: {_side_by_side(name, sizes)}", flush=True)
             for grade, line in results:
                 grades[job[0]][grade] += 1
                 if grade != "right" or options.all:
                     print(f"{grade:9} {line}", flush=True)
+    _print_tables(grades, pairs)
+
+
+def _side_by_side(name: tuple[str, str], sizes: Sequence[Sizes]) -> str:
+    known = [case[name] for case in sizes if name in case]
+    each = "; ".join("{:.4g} [{:.4g}, {:.4g}]".format(*size) for size in known)
+    return f"{' '.join(name)} {each}"
+
+
+def _print_tables(grades: dict[str, Counter[str]], pairs: dict[str, Counter[bool]]) -> None:
     print(f"{'variation':14} cases  right  wrong  dishonest  refused")
     for kind, count in [*grades.items(), ("all", sum(grades.values(), Counter()))]:
         good = f"{count.total():5} {count['right']:6} {count['wrong']:6}"

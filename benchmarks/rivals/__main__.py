@@ -28,6 +28,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NoReturn
 
 from benchmarks.rivals.arms import scored_arms, write_arms
 from benchmarks.rivals.cases import (
@@ -95,12 +96,8 @@ def outside(python: Path, tool: str, cases: Path, out: Path) -> Answers:
 def versions(here: bool) -> str:
     """What ran, and on what kind of machine."""
     pinned = CONSTRAINTS.read_text(encoding="utf-8").split()
-    tools = [
-        line.replace("==", " ")
-        for line in pinned
-        if line.startswith(("lmfit", "pysindy", "mujoco", "figaroh"))
-    ]
-    tools = [] if here else tools
+    named = () if here else ("lmfit", "pysindy", "mujoco", "figaroh")
+    tools = [line.replace("==", " ") for line in pinned if line.startswith(named)]
     own = [f"deltactl {own_version()}", *tools, f"Python {platform.python_version()}"]
     return f"{', '.join(own)}; {platform.machine()}, {os.cpu_count()} cores"
 
@@ -126,15 +123,13 @@ def compare(group: Group, halves: bool, here: bool) -> tuple[str, dict[str, dict
         out = group.folder.with_name(
             f"{group.folder.name}-{tool.replace(', ', '-').replace(' ', '-')}.json"
         )
-        answers = (
-            by_deltactl(group.folder)
-            if tool == "deltactl"
-            else outside(python, tool, group.folder, out)
-        )
-        own = group.score(answers)
         if tool == "deltactl":
+            answers = by_deltactl(group.folder)
             said = {"answers": answers.by_case, "peak_mb": answers.peak_mb}
             out.write_text(json.dumps(said), encoding="utf-8")
+        else:
+            answers = outside(python, tool, group.folder, out)
+        own = group.score(answers)
         columns[tool] = column(tool, own, answers.peak_mb)
         mistakes += wrong(tool, own)
     text = f"{group.title}; {versions(here)}\n\n{markdown(columns)}"
@@ -172,10 +167,8 @@ def arms(count: int, seed: int, out: Path) -> Group:
 
 def real(given: Path, out: Path, here: bool) -> Iterator[Group]:
     """Real recordings, of single axes and of arms; prints what is left out and why."""
-    for name, kinds, tools in (
-        ("recordings", SINGLE, OUTSIDE),
-        ("arms", ARMS, OUTSIDE_OF_REAL_ARMS),
-    ):
+    groups = (("recordings", SINGLE, OUTSIDE), ("arms", ARMS, OUTSIDE_OF_REAL_ARMS))
+    for name, kinds, tools in groups:
         folder = _empty(out / f"real-{name}")
         known, skipped = write_real(given, folder, kinds)
         for line in skipped:
@@ -190,6 +183,22 @@ def _empty(folder: Path) -> Path:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     return folder
+
+
+DRAWN = {"axes": axes, "deltas": deltas, "arms": arms}
+
+
+def _refuse_wrong(options: argparse.Namespace, refuse: Callable[[str], NoReturn]) -> None:
+    for name in DRAWN:
+        count = getattr(options, name)
+        if count < 0 or count == 1:
+            refuse(f"--{name} {count}: 0, or at least a healthy one and another")
+    if options.seed < 0:
+        refuse(f"--seed {options.seed}: at least 0")
+    if options.arms and options.here:
+        refuse("--arms: Pinocchio draws them, in the second environment; leave --here out")
+    if options.out.exists() and not options.out.is_dir():
+        refuse(f"--out {options.out}: is a file; name a folder")
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -210,24 +219,13 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other machines")
     parser.add_argument("--out", type=Path, default=HOME / "out", help="folder for what is written")
     options = parser.parse_args(words)
-    for name, count in (
-        ("axes", options.axes),
-        ("deltas", options.deltas),
-        ("arms", options.arms),
-    ):
-        if count < 0 or count == 1:
-            parser.error(f"--{name} {count}: 0, or at least a healthy one and another")
-    if options.seed < 0:
-        parser.error(f"--seed {options.seed}: at least 0")
-    if options.arms and options.here:
-        parser.error("--arms: Pinocchio draws them, in the second environment; leave --here out")
-    if options.out.exists() and not options.out.is_dir():
-        parser.error(f"--out {options.out}: is a file; name a folder")
+    _refuse_wrong(options, parser.error)
     out = options.out.resolve()
     try:
-        groups = [axes(options.axes, options.seed, out)] if options.axes else []
-        groups += [deltas(options.deltas, options.seed, out)] if options.deltas else []
-        groups += [arms(options.arms, options.seed, out)] if options.arms else []
+        groups: list[Group] = []
+        for name, drawn_group in DRAWN.items():
+            if count := getattr(options, name):
+                groups.append(drawn_group(count, options.seed, out))
         groups += real(options.real, out, options.here) if options.real else []
         tables: list[dict[str, dict[str, str]]] = []
         for group in groups:

@@ -173,28 +173,16 @@ def off(run: Run, values: Values, kept: Any = None) -> Array:
 
 def by_lmfit(run: Run) -> tuple[list[Json], Values]:
     """Findings, and the sizes of the best set."""
-    import lmfit
-
-    kept = run.kept.copy()
-    slopes = {entry: _slope(run, entry) for entry in ENTRIES}
+    slopes = np.array([_slope(run, entry) for entry in ENTRIES])
     start = run.read_m - model(run, {})
-    table = np.column_stack([slope[kept] for slope in slopes.values()])
-    left = np.full(run.read_m.shape, np.nan)
-    left[kept] = start[kept]
-    for _ in range(3):
-        use = np.isfinite(left) & (np.abs(left - np.nanmedian(left)) < WILD * _robust(left))
-        table = np.column_stack([slope[use] for slope in slopes.values()])
-        sizes = np.linalg.lstsq(table, start[use], rcond=1e-10)[0]
-        every = start - np.tensordot(sizes, np.array(list(slopes.values())), 1)
-        left[kept] = every[kept]
-    kept = use
+    kept, left = _without_wild(run, slopes, start)
     rest = np.where(kept, left, 0.0)
     pairs = kept[1:] & kept[:-1]
     r = float(np.clip((rest[1:] * rest[:-1])[pairs].sum() / (rest[1:] ** 2)[pairs].sum(), 0, 0.99))
     count = int(kept.sum())
     rows = count * (1.0 - r) / (1.0 + r)
     names = list(ENTRIES)
-    table, aim = np.column_stack([slope[kept] for slope in slopes.values()]), start[kept]
+    table, aim = np.column_stack([slope[kept] for slope in slopes]), start[kept]
     gram, pull, total = table.T @ table, table.T @ aim, float(aim @ aim)
 
     def bic(squares: float, free: int) -> float:
@@ -211,15 +199,7 @@ def by_lmfit(run: Run) -> tuple[list[Json], Values]:
         chosen_names, result = [names[place] for place in own], None
         squares = total
         if own:
-            parameters = lmfit.Parameters()
-            for entry in chosen_names:
-                _, _, begin, low, high = ENTRIES[entry]
-                parameters.add(_key(entry), value=begin, min=low, max=high)
-
-            def miss(p: Any, entries: list[str] = chosen_names) -> Array:
-                return off(run, {entry: p[_key(entry)].value for entry in entries}, kept)
-
-            result = lmfit.minimize(miss, parameters, max_nfev=60 * len(own), epsfcn=1e-10)
+            result = _fitted(run, chosen_names, kept)
             squares = float(np.sum(result.residual**2))
         if (score := bic(squares, len(own))) < best[0]:
             best = score, chosen_names, result
@@ -231,6 +211,31 @@ def by_lmfit(run: Run) -> tuple[list[Json], Values]:
         finding(entry, values[entry], None if error is None else widen * error)
         for entry, error in errors.items()
     ], values
+
+
+def _without_wild(run: Run, slopes: Array, start: Array) -> tuple[Any, Array]:
+    """Readings to use (n, 3), and what all entries together leave of those that are valid."""
+    left = np.where(run.kept, start, np.nan)
+    for _ in range(3):
+        use = np.isfinite(left) & (np.abs(left - np.nanmedian(left)) < WILD * _robust(left))
+        table = np.column_stack([slope[use] for slope in slopes])
+        sizes = np.linalg.lstsq(table, start[use], rcond=1e-10)[0]
+        left = np.where(run.kept, start - np.tensordot(sizes, slopes, 1), np.nan)
+    return use, left
+
+
+def _fitted(run: Run, entries: list[str], kept: Any) -> Any:
+    import lmfit
+
+    parameters = lmfit.Parameters()
+    for entry in entries:
+        _, _, begin, low, high = ENTRIES[entry]
+        parameters.add(_key(entry), value=begin, min=low, max=high)
+
+    def miss(p: Any) -> Array:
+        return off(run, {entry: p[_key(entry)].value for entry in entries}, kept)
+
+    return lmfit.minimize(miss, parameters, max_nfev=60 * len(entries), epsfcn=1e-10)
 
 
 def _key(entry: str) -> str:

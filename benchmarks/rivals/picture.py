@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from xml.sax.saxutils import escape
 
 SHARE = re.compile(r"(\d+) of (\d+) \[([\d.]+), ([\d.]+)\]")
@@ -30,21 +31,16 @@ def drawing(tables: Sequence[Mapping[str, Mapping[str, str]]], brief: bool = Fal
     """
     parts: list[str] = []
     y = TOP
-    for columns in tables:
-        for figure in dict.fromkeys(name for rows in columns.values() for name in rows):
-            if brief and not figure.startswith(BRIEF):
-                continue
-            marks = [(tool, SHARE.match(rows.get(figure, ""))) for tool, rows in columns.items()]
-            own = [(tool, found) for tool, found in marks if found is not None]
-            if not own:
-                continue
-            title = figure + (" (less is better)" if figure.startswith("false") else "")
-            middle = y + LINE * len(own) // 2
-            parts.append(f'<text x="{LEFT - 10}" y="{middle}" text-anchor="end">{title}</text>')
-            for tool, found in own:
-                parts.append(_mark(y, tool, found))
-                y += LINE
-            y += GAP
+    for figure, own in chain.from_iterable(map(_shares, tables)):
+        if brief and not figure.startswith(BRIEF):
+            continue
+        title = figure + (" (less is better)" if figure.startswith("false") else "")
+        middle = y + LINE * len(own) // 2
+        parts.append(f'<text x="{LEFT - 10}" y="{middle}" text-anchor="end">{title}</text>')
+        for tool, found in own:
+            parts.append(_mark(y, tool, found))
+            y += LINE
+        y += GAP
     height = y + 10
     grid = [
         f'<path d="M{LEFT + WIDTH * share:.0f} {TOP - 8}V{y}" stroke="#ddd"/>'
@@ -63,6 +59,16 @@ def drawing(tables: Sequence[Mapping[str, Mapping[str, str]]], brief: bool = Fal
         'fill="#ffffff"/>'
     )
     return "\n".join([head, legend, *grid, *parts, "</svg>"]) + "\n"
+
+
+def _shares(
+    columns: Mapping[str, Mapping[str, str]],
+) -> Iterator[tuple[str, list[tuple[str, re.Match[str]]]]]:
+    """Figures of a table, each with the tools that have a share of it."""
+    for figure in dict.fromkeys(name for rows in columns.values() for name in rows):
+        marks = [(tool, SHARE.match(rows.get(figure, ""))) for tool, rows in columns.items()]
+        if own := [(tool, found) for tool, found in marks if found is not None]:
+            yield figure, own
 
 
 def _mark(y: int, tool: str, found: re.Match[str]) -> str:

@@ -12,6 +12,7 @@ import json
 import re
 import shutil
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ import yaml
 from benchmarks.rivals.arm_signals import URDF
 from benchmarks.rivals.cases import ROBOT_JSON, Answers, Scored, agreement
 from deltactl.proof.cases import HOLDOUT, RECORDING, ROBOT_FILE
+from deltactl.proof.prove.table import gathered
 from deltactl.recording.tables.flat_files import read_flat
 
 Json = dict[str, Any]
@@ -105,45 +107,57 @@ def judged(known: Sequence[Json], answers: Answers, group: str = GROUP) -> list[
     Right: each expected effect is a finding whose size is in its range, or an alternative of a
     finding (play and friction give the same positions), and nothing is claimed that must not be.
     """
-    found = []
-    for one in known:
-        own = answers.by_case[one["case"]]
-        if own["seconds"] is None:
-            continue
-        findings = (own["diagnosis"] or {"findings": []})["findings"]
-        hits = [
-            (part, [finding for finding in findings if same(part, finding)])
-            for part in one["expected"]
-        ]
-        false = [text for text in one.get("must_not_claim") or [] if claims(text, findings, one)]
-        stated = [
-            [ok for finding in hit if (ok := in_range(part, finding)) is not None]
-            for part, hit in hits
-        ]
-        sizes = [any(own_sizes) for own_sizes in stated if own_sizes]
-        others = [other for finding in findings for other in finding["alternatives"]]
-        offered = [hit or any(same(part, other) for other in others) for part, hit in hits]
-        fits = not false and all(sizes) and own["failure"] is None
-        over = np.nan
-        if own["heldout"] is not None and not one["forced"] and one.get("rms_with_effect"):
-            over = own["heldout"] / one["rms_with_effect"]
-        found.append(
-            Scored(
-                one["case"],
-                group,
-                [part["effect"] for part in one["expected"]],
-                [finding["effect"] for finding in findings],
-                all(offered) and fits,
-                bool(false),
-                own["seconds"],
-                own["failure"],
-                sizes,
-                heldout_over_noise=float(over),
-                agree=agreement(answers, one["case"]),
-                outright=all(hit for _, hit in hits) and fits,
-            )
-        )
-    return found
+    taken = [one for one in known if answers.by_case[one["case"]]["seconds"] is not None]
+    return [_scored(one, answers, group) for one in taken]
+
+
+@dataclass(frozen=True, slots=True)
+class Met:
+    """What findings say of one expected effect."""
+
+    found: bool
+    offered: bool
+    """Found, or among the alternatives."""
+    in_range: bool | None
+    """Whether a size that is stated is in its range; None without one."""
+
+
+def _met(part: Json, findings: Sequence[Json]) -> Met:
+    hits = [finding for finding in findings if same(part, finding)]
+    others = gathered(findings, lambda finding: finding["alternatives"])
+    stated = [ok for finding in hits if (ok := in_range(part, finding)) is not None]
+    offered = any(same(part, one) for one in (*hits, *others))
+    return Met(bool(hits), offered, any(stated) if stated else None)
+
+
+def _scored(one: Json, answers: Answers, group: str) -> Scored:
+    own = answers.by_case[one["case"]]
+    findings = (own["diagnosis"] or {"findings": []})["findings"]
+    met = [_met(part, findings) for part in one["expected"]]
+    false = any(claims(text, findings, one) for text in one.get("must_not_claim") or [])
+    sizes = [part.in_range for part in met if part.in_range is not None]
+    fits = not false and all(sizes) and own["failure"] is None
+    return Scored(
+        one["case"],
+        group,
+        [part["effect"] for part in one["expected"]],
+        [finding["effect"] for finding in findings],
+        fits and all(part.offered for part in met),
+        false,
+        own["seconds"],
+        own["failure"],
+        sizes,
+        heldout_over_noise=_over_noise(one, own["heldout"]),
+        agree=agreement(answers, one["case"]),
+        outright=fits and all(part.found for part in met),
+    )
+
+
+def _over_noise(one: Json, heldout: float | None) -> float:
+    """Held-out error over what the known effects leave, where there is such a figure."""
+    if heldout is None or one["forced"] or not one.get("rms_with_effect"):
+        return float("nan")
+    return float(heldout / one["rms_with_effect"])
 
 
 def same(part: Json, finding: Json) -> bool:
@@ -183,6 +197,19 @@ def _range(part: Json) -> tuple[float, float]:
     return -np.inf, np.inf
 
 
+def _claimed_under(text: str, finding: Json, first: Json) -> bool | None:
+    """Whether a finding meets the condition in what must not be claimed; None without one."""
+    if " as the main" in text:
+        return finding is first
+    if " without " in text:
+        other = text.split(" without ")[1].split()[0]
+        return other not in [one["effect"] for one in finding["alternatives"]]
+    if "(a ratio of" in text:
+        scale = finding["parameters"].get("scale", {}).get("value")
+        return scale is None or abs(scale - 1.0) > RATIO_NEAR_ONE
+    return None
+
+
 def claims(text: str, findings: Sequence[Json], one: Json) -> bool:
     """Whether findings claim what must not be claimed."""
     words = CLAIM.match(text)
@@ -190,14 +217,9 @@ def claims(text: str, findings: Sequence[Json], one: Json) -> bool:
         return False
     effect, limit, unit = words.groups()
     own = [finding for finding in findings if finding["effect"] == effect]
-    if " as the main" in text:
-        return bool(findings) and findings[0]["effect"] == effect
-    if " without " in text:
-        other = text.split(" without ")[1].split()[0]
-        return any(other not in [a["effect"] for a in f["alternatives"]] for f in own)
-    if "(a ratio of" in text:
-        scales = [finding["parameters"].get("scale", {}).get("value") for finding in own]
-        return any(scale is None or abs(scale - 1.0) > RATIO_NEAR_ONE for scale in scales)
+    under = [_claimed_under(text, finding, findings[0]) for finding in own]
+    if None not in under:
+        return any(under)
     if limit is None and QUALIFIED.search(text):
         return False
     own = [finding for finding in own if not any(same(part, finding) for part in one["expected"])]

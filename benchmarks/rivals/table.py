@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.rivals.cases import Scored
 from deltactl.proof.prove.reliability import wilson
+from deltactl.proof.prove.table import gathered
 
 DASH = "-"
 TOLD = "sysid, true set"
@@ -52,12 +53,13 @@ OUTSIDE_THE_LIST = {
 """Effects that the written protocol of a tool has no name for."""
 
 
-def share(hits: Sequence[bool]) -> str:
-    """Hits of all and the 95 % limits of the share."""
-    if not hits:
+def share(hits: Sequence[bool | None]) -> str:
+    """Hits of all that are no None, and the 95 % limits of the share."""
+    known = [hit for hit in hits if hit is not None]
+    if not known:
         return DASH
-    low, high = wilson(sum(hits), len(hits))
-    return f"{sum(hits)} of {len(hits)} [{low:.2f}, {high:.2f}]"
+    low, high = wilson(sum(known), len(known))
+    return f"{sum(known)} of {len(known)} [{low:.2f}, {high:.2f}]"
 
 
 def middle(values: Sequence[float], digits: int = 2) -> str:
@@ -85,26 +87,23 @@ def column(tool: str, answers: Sequence[Scored], peak_mb: float) -> dict[str, st
 
 def _rows(tool: str, group: str, own: Sequence[Scored]) -> dict[str, str]:
     faulty = [one for one in own if one.truth]
-    real, told = group.startswith("real"), tool == TOLD
-    sizes = "sizes in range" if real else "95 % intervals that hold"
-    return {
-        f"names right, {group}": DASH if told else share([one.right for one in faulty]),
-        f"... of what its list has, {group}": share(
-            [one.right for one in faulty if in_list(tool, one) and not told]
-        ),
-        f"... by findings alone, {group}": share(
-            [one.outright for one in faulty if one.outright is not None]
-        ),
-        f"false claims{'' if real else ' on healthy machines'}, {group}": share(
-            [one.false for one in own if one.false is not None]
-        ),
-        f"{sizes}, {group}": share([hit for one in own for hit in one.sizes]),
-        f"intervals: size errors over Cramer-Rao, median, {group}": middle(
-            [error for one in own for error in one.over_bound]
-        ),
-        f"intervals of two halves agree, {group}": share([ok for one in own for ok in one.agree]),
-        f"held-out error over noise, {group}": middle([one.heldout_over_noise for one in own]),
+    found = [] if tool == TOLD else faulty
+    listed = [one for one in found if in_list(tool, one)]
+    false, sizes = "false claims on healthy machines", "95 % intervals that hold"
+    if group.startswith("real"):
+        false, sizes = "false claims", "sizes in range"
+    over_bound = gathered(own, lambda one: one.over_bound)
+    rows = {
+        "names right": share([one.right for one in found]),
+        "... of what its list has": share([one.right for one in listed]),
+        "... by findings alone": share([one.outright for one in faulty]),
+        false: share([one.false for one in own]),
+        sizes: share(gathered(own, lambda one: one.sizes)),
+        "intervals: size errors over Cramer-Rao, median": middle(over_bound),
+        "intervals of two halves agree": share(gathered(own, lambda one: one.agree)),
+        "held-out error over noise": middle([one.heldout_over_noise for one in own]),
     }
+    return {f"{figure}, {group}": value for figure, value in rows.items()}
 
 
 def markdown(columns: Mapping[str, Mapping[str, str]]) -> str:

@@ -46,6 +46,7 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -113,6 +114,29 @@ def candidates(given: Signals) -> dict[str, list[Open]]:
     return found
 
 
+@dataclass(frozen=True)
+class Fit:
+    """A set of entries, fitted, and what it leaves."""
+
+    names: Sequence[str]
+    parameters: Any
+    left: Array
+
+    def bic(self, rows: float) -> float:
+        """For so many independent rows."""
+        return float(rows * np.log(np.mean(self.left**2)) + len(self.parameters) * np.log(rows))
+
+    def sizes(self, values: Sequence[str], rows: float) -> Json:
+        """Values with their intervals."""
+        widen = 1.96 * float(np.sqrt(len(self.left) / rows))
+        found = {}
+        for value in values:
+            one = self.parameters[value]
+            error = None if one.stderr is None else widen * one.stderr
+            found[value] = size_of(one.value, error)
+        return found
+
+
 def by_lmfit(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
     """Findings, and a prediction of another recording."""
     import lmfit
@@ -121,51 +145,38 @@ def by_lmfit(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]:
     nameless = [] if given.sets.get("zero", "absolute") == "absolute" else ["angle"]
     kept = given.kept.copy()
 
-    def fit(names: Sequence[str]) -> Any:
+    def fit(names: Sequence[str]) -> Fit:
         parameters = lmfit.Parameters()
         for free in nameless:
             parameters.add(free, value=float(np.median(given.rest())))
         for name in names:
             for value, start, low, high in entries[name]:
                 parameters.add(value, value=start, min=low, max=high)
-        if not len(parameters):
-            return None
-        return lmfit.minimize(
-            lambda p: (given.y - axis_model(given, p.valuesdict()))[kept], parameters, max_nfev=400
-        )
 
-    def left(result: Any) -> Array:
-        values = result.params.valuesdict() if result is not None else {}
-        return np.asarray((given.y - axis_model(given, values))[kept], dtype=np.float64)
+        def miss(p: Any) -> Array:
+            off = (given.y - axis_model(given, p.valuesdict()))[kept]
+            return np.asarray(off, dtype=np.float64)
+
+        if not len(parameters):
+            return Fit(names, parameters, miss(parameters))
+        found = lmfit.minimize(miss, parameters, max_nfev=400).params
+        return Fit(names, found, miss(found))
 
     off = np.zeros(len(given.y))
-    off[kept] = left(fit(list(entries)))
+    off[kept] = fit(list(entries)).left
     middle = np.median(off[kept])
     kept &= np.abs(off - middle) < WILD * 1.4826 * np.median(np.abs(off[kept] - middle)) + 1e-15
     rest = off[kept] - off[kept].mean()
     r = float(np.clip((rest[1:] @ rest[:-1]) / (rest @ rest), 0.0, 0.99))
     rows = len(rest) * (1.0 - r) / (1.0 + r)
-    best: tuple[float, tuple[str, ...], Any] = (np.inf, (), None)
-    for count in range(MOST_NAMES + 1):
-        for names in itertools.combinations(entries, count):
-            result = fit(names)
-            free = 0 if result is None else len(result.params)
-            bic = rows * np.log(np.mean(left(result) ** 2)) + free * np.log(rows)
-            if bic < best[0]:
-                best = (float(bic), names, result)
-    _, names, result = best
-    widen = 1.96 * float(np.sqrt(len(rest) / rows))
-    findings = []
-    for name in names:
-        sizes = {}
-        for value, *_ in entries[name]:
-            one = result.params[value]
-            error = None if one.stderr is None else widen * one.stderr
-            sizes[value] = size_of(one.value, error)
-        late_s = sum(result.params[value].value for value, *_ in entries[name])
+    sets = (itertools.combinations(entries, count) for count in range(MOST_NAMES + 1))
+    best = min(map(fit, itertools.chain.from_iterable(sets)), key=lambda one: one.bic(rows))
+    findings, values = [], best.parameters.valuesdict()
+    for name in best.names:
+        own = [value for value, *_ in entries[name]]
+        late_s = sum(values[value] for value in own)
         if name not in LAGS or late_s > LEAST_LAG_PERIODS * given.step_s:
-            findings.append(finding_of(name, sizes))
-    values = result.params.valuesdict() if result is not None else {}
+            findings.append(finding_of(name, best.sizes(own, rows)))
     return findings, lambda other: axis_model(other, values)
 
 

@@ -53,6 +53,10 @@ class Section:
     keys: tuple[Key, ...]
     model: type[BaseModel]
 
+    def is_chosen_by(self, key: Key) -> bool:
+        """Whether a key is the one that selects it."""
+        return self.choice == f"{key.name}: {key.type.strip('`')}"
+
 
 def sections(
     model: type[BaseModel], place: str = "", seen: set[type[BaseModel]] | None = None
@@ -138,28 +142,32 @@ def _type(annotation: Any) -> str:
 
 def _bounds(field: Any) -> tuple[str, str]:
     """Bounds and their reason, of a field or of what its type is made of."""
-    metadata = (
-        field.metadata if isinstance(field, FieldInfo) else getattr(field, "__metadata__", ())
-    )
-    reason = (field.description if isinstance(field, FieldInfo) else None) or ""
+    metadata, reason, annotation = getattr(field, "__metadata__", ()), "", field
+    if isinstance(field, FieldInfo):
+        metadata, reason, annotation = field.metadata, field.description or "", field.annotation
     words: dict[str, str] = {}
     for bound in metadata:
         if isinstance(bound, FieldInfo):
-            inner, why = _bounds(bound)
-            words["field"] = inner
+            words["field"], why = _bounds(bound)
             reason = reason or why
-            continue
-        for name, sign in (SIGNS | LENGTHS).items():
-            if (value := getattr(bound, name, None)) is not None:
-                words[name] = f"{sign} {value:,}" if isinstance(value, int) else f"{sign} {value:g}"
+        else:
+            words |= _limits(bound)
     if words:
-        return " ".join(word for word in words.values() if word), reason
-    annotation = field.annotation if isinstance(field, FieldInfo) else field
+        return " ".join(filter(None, words.values())), reason
     for part in typing.get_args(annotation):
         inner, why = _bounds(part)
         if inner:
             return inner, reason or why
     return "", reason
+
+
+def _limits(bound: Any) -> dict[str, str]:
+    """One bound in words, by its name."""
+    return {
+        name: f"{sign} {value:,}" if isinstance(value, int) else f"{sign} {value:g}"
+        for name, sign in (SIGNS | LENGTHS).items()
+        if (value := getattr(bound, name, None)) is not None
+    }
 
 
 def _shown(field: FieldInfo) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -40,7 +41,8 @@ class KeyTables:
 
     def __init__(self) -> None:
         self._written: set[type[BaseModel]] = set()
-        self._rows: set[tuple[str, Row]] = set()
+        self._rows: defaultdict[str, set[Row]] = defaultdict(set)
+        """Of each place that has choices."""
 
     def of(self, model: type[BaseModel], file: str = "The file") -> list[str]:
         """Headings, sentences and tables of a file and its sections.
@@ -58,35 +60,39 @@ class KeyTables:
         fresh: list[list[Section]] = []
         for inner, shared in places.items():
             if inner in self._written:
-                again += [f"`{section.place}`" for section in shared]
+                again += [section.place for section in shared]
                 continue
             self._written.add(inner)
             fresh.append(shared)
         for many in _together(fresh):
             parts += _choices(many) if len(many) > 1 else self._section(many[0], file)
-        if again:
-            parts.append(f"{', '.join(dict.fromkeys(again))}: as above.")
-        return parts
+        return [*parts, *_as_above(again)]
 
     def _section(self, shared: list[Section], file: str) -> list[str]:
-        first = shared[0]
-        places = sorted({section.place for section in shared if section.place}, key=_by_length)
-        head = ", ".join(f"`{place}`" for place in places) or file
+        first, places = shared[0], _places(shared)
         choice = f", `{first.choice}`" if first.choice and places else ""
-        keys = [key for key in first.keys if first.choice != f"{key.name}: {key.type.strip('`')}"]
-        rows = {key.name: _row(first, key) for key in keys}
-        again = [name for name, row in rows.items() if (first.place, row) in self._rows]
+        rows = {key.name: _row(first, key) for key in first.keys if not first.is_chosen_by(key)}
+        again = [name for name, row in rows.items() if row in self._rows[first.place]]
         if first.choice:
-            self._rows.update((first.place, row) for row in rows.values())
+            self._rows[first.place].update(rows.values())
         fresh = _in_one_row([row for name, row in rows.items() if name not in again])
-        parts = [f"### {head}{choice}"]
+        parts = [f"### {places or file}{choice}"]
         if first.says and not (len(rows) == 1 and fresh[0][2] == first.says.rstrip(".")):
             parts.append(" ".join(first.says.split()))
         if fresh:
             parts.append(table(COLUMNS, fresh))
-        if again:
-            parts.append(f"{', '.join(f'`{name}`' for name in again)}: as above.")
-        return parts
+        return [*parts, *_as_above(again)]
+
+
+def _as_above(names: Iterable[str]) -> list[str]:
+    listed = ", ".join(f"`{name}`" for name in dict.fromkeys(names))
+    return [f"{listed}: as above."] if listed else []
+
+
+def _places(shared: Iterable[Section]) -> str:
+    """The places in a file that have a section, the shortest first."""
+    places = sorted({section.place for section in shared if section.place}, key=_by_length)
+    return ", ".join(f"`{place}`" for place in places)
 
 
 def _in_one_row(rows: Iterable[Row]) -> list[Row]:
@@ -119,12 +125,8 @@ def _choices(many: list[list[Section]]) -> list[str]:
         first, *others = (_row(shared[0], key) for key in shared[0].keys)
         does = " ".join(shared[0].says.split())
         rows += [(*first[:2], does if first[2] == BELOW else f"{does} {first[2]}"), *others]
-    places = sorted({section.place for shared in many for section in shared}, key=_by_length)
-    return [
-        f"### {', '.join(f'`{place}`' for place in places)}",
-        "One of these.",
-        table(COLUMNS, rows),
-    ]
+    places = _places(section for shared in many for section in shared)
+    return [f"### {places}", "One of these.", table(COLUMNS, rows)]
 
 
 def _row(section: Section, key: Key) -> Row:

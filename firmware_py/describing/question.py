@@ -154,23 +154,24 @@ class Question:
 
     def wrong(self, answer: str) -> str:
         """Why an answer cannot be taken, to be asked again at once; empty where it may do."""
-        if self.choices and answer not in self.choices:
-            return f"{answer!r}: must be {' or '.join(self.choices)}"
-        if self.choices or self.any_text or answer.strip() == "none":
-            return ""
-        if self.unknown and answer == UNKNOWN:
-            return ""
+        if self.choices:
+            why = "" if answer in self.choices else f"must be {' or '.join(self.choices)}"
+        elif self.any_text or answer.strip() == "none" or (self.unknown and answer == UNKNOWN):
+            why = ""
+        else:
+            why = self._wrong_number(answer)
+        return why and f"{answer!r}: {why}"
+
+    def _wrong_number(self, answer: str) -> str:
         found = read_numbers(answer, self.count, self.notation)
         if isinstance(found, str):
-            asked = f" ({self.text})" if _WITH_UNIT.fullmatch(answer.strip()) else ""
-            return f"{answer!r}: {found}{asked}"
+            return found + (f" ({self.text})" if _WITH_UNIT.fullmatch(answer.strip()) else "")
         if self.whole and any(one != round(one) for one in found):
-            return f"{answer!r}: must be a whole number"
-        least = self._least(answer)
-        if (smallest := min(found)) < least:
+            return "must be a whole number"
+        if (smallest := min(found)) < self._least(answer):
             said = self.too_small(smallest) if self.too_small else ""
-            return f"{answer!r}: {said or f'must not be below {self.least:g}'}"
-        return f"{answer!r}: must not be above {self.most:g}" if max(found) > self.most else ""
+            return said or f"must not be below {self.least:g}"
+        return f"must not be above {self.most:g}" if max(found) > self.most else ""
 
     def _least(self, answer: str) -> float:
         other = self.notation

@@ -53,36 +53,18 @@ def _in_metres(size: float) -> str:
 
 
 GEAR_OF_ARM = replace(GEAR, least=LEAST_RATIO, too_small=too_small_ratio)
+LENGTHS = tuple(
+    Question(key, text, least=LEAST_MM, most=MOST_MM, too_small=_in_metres)
+    for key, text in (
+        ("base_radius_mm", "Base radius: from the middle to a motor axis, mm"),
+        ("platform_radius_mm", "Platform radius: from its middle to a joint, mm"),
+        ("upper_arm_mm", "Upper arm: from the motor axis to the elbow, mm"),
+        ("forearm_mm", "Forearm: from the elbow to the platform's joint, mm"),
+    )
+)
 DELTA: tuple[Question, ...] = (
     NAME,
-    Question(
-        "base_radius_mm",
-        "Base radius: from the middle to a motor axis, mm",
-        least=LEAST_MM,
-        most=MOST_MM,
-        too_small=_in_metres,
-    ),
-    Question(
-        "platform_radius_mm",
-        "Platform radius: from its middle to a joint, mm",
-        least=LEAST_MM,
-        most=MOST_MM,
-        too_small=_in_metres,
-    ),
-    Question(
-        "upper_arm_mm",
-        "Upper arm: from the motor axis to the elbow, mm",
-        least=LEAST_MM,
-        most=MOST_MM,
-        too_small=_in_metres,
-    ),
-    Question(
-        "forearm_mm",
-        "Forearm: from the elbow to the platform's joint, mm",
-        least=LEAST_MM,
-        most=MOST_MM,
-        too_small=_in_metres,
-    ),
+    *LENGTHS,
     MICROSTEPS,
     GEAR_OF_ARM,
     Question(
@@ -125,6 +107,19 @@ ZERO = Question(
 TURNS = ("motion", "rotary", "a servo_axis that turns")
 SLIDES = ("motion", "linear", "a servo_axis that slides")
 NO_EFFORT = (("recorded", "command"),)
+INERTIA = Question(
+    "inertia",
+    "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown or no effort is recorded",
+    "0",
+    least=0.0,
+    unless=NO_EFFORT,
+)
+EFFORT_GAIN = Question(
+    "effort_gain",
+    "N m (or N) for one unit of the effort column; 1 if there is none",
+    "1",
+    unless=NO_EFFORT,
+)
 STEPPER_AXIS: tuple[Question, ...] = (NAME, MICROSTEPS, GEAR, ZERO)
 SERVO_AXIS: tuple[Question, ...] = (
     NAME,
@@ -136,19 +131,8 @@ SERVO_AXIS: tuple[Question, ...] = (
         "command",
         ("command", "effort", "both"),
     ),
-    Question(
-        "inertia",
-        "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown or no effort is recorded",
-        "0",
-        least=0.0,
-        unless=NO_EFFORT,
-    ),
-    Question(
-        "effort_gain",
-        "N m (or N) for one unit of the effort column; 1 if there is none",
-        "1",
-        unless=NO_EFFORT,
-    ),
+    INERTIA,
+    EFFORT_GAIN,
     Question(
         "hanging_nm",
         "Torque that holds a weight on the axis level, N m (kg * 9.81 * metres from the axis);"

@@ -7,7 +7,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from deltactl.firmware_py.describing.question import UNKNOWN
-from deltactl.firmware_py.describing.questions import MICROSTEPS, Answers, numbers
+from deltactl.firmware_py.describing.questions import (
+    EFFORT_GAIN,
+    GEAR,
+    INERTIA,
+    LENGTHS,
+    MICROSTEPS,
+    Answers,
+    numbers,
+)
 from deltactl.foundation.errors import RecordingError
 
 if TYPE_CHECKING:
@@ -32,7 +40,7 @@ def robot_text(kind: str, answers: Answers, wired: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
-MOVED, GAIN = "inertia", "effort_gain"
+MOVED, GAIN = INERTIA.key, EFFORT_GAIN.key
 """Keys of an axis whose effort is recorded."""
 ZERO = "# absolute: at a command of 30 it reads 30; arbitrary: it may read 217, always as far off"
 NO_WIRING = [
@@ -43,8 +51,8 @@ NO_WIRING = [
 
 
 def _delta(answers: Answers) -> list[str]:
-    lengths = ("base_radius", "platform_radius", "upper_arm", "forearm")
-    metres = {key: numbers(answers, f"{key}_mm")[0] / 1000.0 for key in lengths}
+    keys = [length.key for length in LENGTHS]
+    metres = {key.removesuffix("_mm"): numbers(answers, key)[0] / 1000.0 for key in keys}
     below = metres["forearm"] + metres["upper_arm"]
     return [
         "",
@@ -80,7 +88,7 @@ def _sensors(below_m: float) -> list[str]:
 
 
 def _drive(answers: Answers) -> list[str]:
-    steps, gear = numbers(answers, "microsteps_per_rev")[0], numbers(answers, "gear_ratio")[0]
+    steps, gear = numbers(answers, MICROSTEPS.key)[0], numbers(answers, GEAR.key)[0]
     return [
         "",
         "drive:",
@@ -240,7 +248,7 @@ def _gear(recording: FlatRecording, known: Answers) -> tuple[Answers, list[str]]
         f"gear_ratio {gear:.6g}: {abs(rad_per_step):.4g} rad a step, measured; a diagnosis of this "
         "recording cannot find it wrong any more, so give the gear's own ratio where it is known"
     )
-    return {"gear_ratio": f"{gear:.6g}", "microsteps_per_rev": f"{microsteps:g}"}, [said]
+    return {GEAR.key: f"{gear:.6g}", MICROSTEPS.key: f"{microsteps:g}"}, [said]
 
 
 def _zero(recording: FlatRecording) -> tuple[Answers, list[str]]:

@@ -287,20 +287,21 @@ class _Reader:
         self._go(words)
         if code in ARCS and words.get("K", 0.0) != 0.0:
             raise ValueError(f"G{code:g} with K is an arc in another plane; arcs lie in XY (G17)")
-        arc: dict[str, Any] = {}
-        if code in ARCS:
-            check_words(words, self._placed)
-            unknown = any(place is None for place in (*begin, *self._at))
-            if doubtful or (unknown and self._doubtful):
-                return  # it may begin elsewhere than it seems
-            if unknown:
-                raise ValueError(
-                    "an arc needs a place to begin at: X, Y and Z before it" + self._too_early()
-                )
-            from_m, to_m = ((place[0] or 0.0, place[1] or 0.0) for place in (begin, self._at))
-            clockwise = code == ARCS[0]
-            x_m, y_m = centre_by_words(from_m, to_m, words, self._unit_m, clockwise, self._placed)
-            arc = {"centre_m": self._written((x_m, y_m)), "clockwise": clockwise}
+        if code not in ARCS:
+            self._arrive(number, code, {})
+            return
+        check_words(words, self._placed)
+        unknown = None in (*begin, *self._at)
+        if doubtful or (unknown and self._doubtful):
+            return  # it may begin elsewhere than it seems
+        if unknown:
+            raise ValueError(
+                "an arc needs a place to begin at: X, Y and Z before it" + self._too_early()
+            )
+        from_m, to_m = ((place[0] or 0.0, place[1] or 0.0) for place in (begin, self._at))
+        clockwise = code == ARCS[0]
+        centre_m = centre_by_words(from_m, to_m, words, self._unit_m, clockwise, self._placed)
+        arc = {"centre_m": self._written(centre_m), "clockwise": clockwise}
         self._arrive(number, code, arc)
 
     def _arrive(self, number: int, code: float, arc: dict[str, Any]) -> bool:

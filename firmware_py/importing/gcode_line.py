@@ -90,6 +90,11 @@ class Command:
     skipped: list[float] = field(default_factory=list)
     """G codes that --skip leaves out, with the places of their line."""
 
+    @property
+    def has_others(self) -> bool:
+        """Whether there are words beside M words."""
+        return bool(self.codes or self.given or self.bare)
+
 
 def takes_rest(number: float, rest: str) -> bool:
     """Whether an M word has the rest of its line for itself: its arguments, or a text."""
@@ -106,10 +111,7 @@ def command_of(line: str, means: Meanings) -> Command:
         if len(given) == len(pairs):
             return Command([float(plain[1])], given, passed=["E"] if "E" in given else [])
     command = Command()
-    text = _FIRST_M.match(line)
-    is_text = text is not None and float(text[1]) in TEXTS
-    words = [Word("M", float(text[1]), text[2].strip())] if text and is_text else None
-    for word in words_of(line, takes_rest) if words is None else words:
+    for word in _words(line):
         if word.letter == "M":
             _take_m(command, word, means)
         elif word.value is None:
@@ -120,25 +122,35 @@ def command_of(line: str, means: Meanings) -> Command:
             raise ValueError(f"two words {word.letter} on one line")
         else:
             command.given[word.letter] = word.value
-    if command.codes or command.given or command.bare:
+    if command.has_others:
         _judge(command, means)
     if command.given.get("S") == 0.0:  # a speed or a power of nothing beside what switches on
         command.switched = dict.fromkeys(command.switched, False)
     return command
 
 
-def _take_m(command: Command, word: Word, means: Meanings) -> None:
-    if (
-        word.value is None
-        or word.value < 0.0
-        or (word.value % 1.0 and int(word.value) not in TEXTS)
-    ):
+def _words(line: str) -> list[Word]:
+    """The words of a line; an M word with a text is alone on it."""
+    text = _FIRST_M.match(line)
+    if text is not None and float(text[1]) in TEXTS:
+        return [Word("M", float(text[1]), text[2].strip())]
+    return words_of(line, takes_rest)
+
+
+def _m_number(command: Command, word: Word) -> float:
+    """The number of an M word. Raises ValueError where it is none, or has to be alone."""
+    number, rest = word.value, word.rest or ""
+    if number is None or number < 0.0 or (number % 1.0 and int(number) not in TEXTS):
         raise ValueError(f"'{word.text}' is no M word")
-    number, text, rest = word.value, word.text, word.rest or ""
-    if rest and int(number) not in TEXTS and (within := _CODE_WITHIN.search(rest)):
-        raise ValueError(f"{text} and {within[0]} on one line; give each a line of its own")
-    if rest and (command.codes or command.given or command.bare):
-        raise ValueError(f"{text} with words of its own; give it a line of its own")
+    if int(number) not in TEXTS and (within := _CODE_WITHIN.search(rest)):
+        raise ValueError(f"{word.text} and {within[0]} on one line; give each a line of its own")
+    if rest and command.has_others:
+        raise ValueError(f"{word.text} with words of its own; give it a line of its own")
+    return number
+
+
+def _take_m(command: Command, word: Word, means: Meanings) -> None:
+    number, text, rest = _m_number(command, word), word.text, word.rest or ""
     if text in means.switched:
         output, is_on = means.switched[text]
         power = _POWER.search(rest)
@@ -185,7 +197,7 @@ def _pass_over(command: Command, number: float, text: str, rest: str) -> None:
 def _judge(command: Command, means: Meanings) -> None:
     """The G codes of a line, and each letter. Raises ValueError."""
     for name, group in GROUPS.items():
-        if len([code for code in command.codes if code in group]) > 1:
+        if sum(code in group for code in command.codes) > 1:
             listed = ", ".join(f"G{code:g}" for code in group)
             raise ValueError(f"two of the {name} {listed} on one line")
     for code in command.codes:
@@ -197,12 +209,17 @@ def _judge(command: Command, means: Meanings) -> None:
     if command.skipped:
         _skip_line(command)
         return
+    _refuse_shared_words(command)
+    _judge_letters(command)
+
+
+def _refuse_shared_words(command: Command) -> None:
+    """Raise ValueError where the places of a line could be those of two codes, or of none."""
     own = [code for code in command.codes if code in OWN_WORDS]
     if len(own) > 1 or (own and any(code in MOVES for code in command.codes)):
         raise ValueError(f"G{own[0]:g} and another code on one line; give each a line of its own")
     if own and own[0] in NO_AXES and (axes := set(command.given) & set(AXES)):
         raise ValueError(f"{min(axes)} has no meaning here on a line with G{own[0]:g}; delete one")
-    _judge_letters(command)
 
 
 def _judge_code(command: Command, code: float, text: str) -> None:
@@ -229,16 +246,21 @@ def _skip_line(command: Command) -> None:
     command.given |= dict.fromkeys(command.bare & set(AXES), 0.0)
 
 
+def _letters_beside(codes: set[float]) -> set[str]:
+    """What a line with these codes may carry."""
+    if WAIT in codes:
+        return set("PSXU")
+    if codes & PLACED:
+        return {*AXES, *ANYWHERE}
+    if EXTRUDER in codes:
+        return set("ES")
+    own = {letter for code in codes for letter in WORDS_OF.get(code, "")}
+    return {*AXES, *ANYWHERE, *CENTRE, "R", *own}
+
+
 def _judge_letters(command: Command) -> None:
     codes = set(command.codes)
-    may = set(AXES) | set(ANYWHERE) | set(CENTRE) | {"R"}
-    may |= {letter for code in codes for letter in WORDS_OF.get(code, "")}
-    if WAIT in codes:
-        may = set("PSXU")
-    elif codes & PLACED:
-        may = {*AXES, *ANYWHERE}
-    elif EXTRUDER in codes:
-        may = set("ES")
+    may = _letters_beside(codes)
     homed = set(AXES) if codes & PLACED else set()
     if bare := command.bare - homed:
         raise ValueError(f"{min(bare)} has no number")

@@ -71,30 +71,34 @@ def wrong_headings(
     """What cannot be taken as it says; skip: headings that are left out."""
     seen: dict[str, str] = {}
     for heading, unit in zip(headings, units, strict=True):
-        if heading in skip:
-            continue
-        said = _HEADING.fullmatch(heading.strip().lower())
-        if said is None or said[1] not in NAMES:
-            yield (
-                f"'{heading}' is no column of a point ({', '.join(NAMES)}); correct it, or leave it"
-                f' out with --skip "{heading}"'
-            )
-            continue
-        kind = NAMES[said[1]][0]
-        below = unit.strip("[]() ").lower()
-        given = said[2] or below
-        if given and given not in UNITS[kind]:
-            yield f"'{heading}' is in {given}; units of {kind} are {', '.join(UNITS[kind])}"
-        elif said[2] and below and said[2] != below:
-            yield f"'{heading}' is in {said[2]}, and in {below} in the line below; correct one"
-        if kind in seen:
-            yield f"'{seen[kind]}' and '{heading}' both give {kind}; delete one of these columns"
-        seen.setdefault(kind, heading)
+        if heading not in skip:
+            yield from _wrong_heading(heading, unit, seen)
     if missing := [name for name in "xy" if name not in seen]:
         yield f"has no column {', '.join(missing)}; it has {', '.join(headings)}"
     for heading in skip:
         if heading not in headings:
             yield f'--skip "{heading}": is no column of it; it has {", ".join(headings)}'
+
+
+def _wrong_heading(heading: str, unit: str, seen: dict[str, str]) -> Iterator[str]:
+    """seen: headings before it by what they give; this one is added."""
+    said = _HEADING.fullmatch(heading.strip().lower())
+    if said is None or said[1] not in NAMES:
+        yield (
+            f"'{heading}' is no column of a point ({', '.join(NAMES)}); correct it, or leave it"
+            f' out with --skip "{heading}"'
+        )
+        return
+    kind = NAMES[said[1]][0]
+    below = unit.strip("[]() ").lower()
+    given = said[2] or below
+    if given and given not in UNITS[kind]:
+        yield f"'{heading}' is in {given}; units of {kind} are {', '.join(UNITS[kind])}"
+    elif said[2] and below and said[2] != below:
+        yield f"'{heading}' is in {said[2]}, and in {below} in the line below; correct one"
+    if kind in seen:
+        yield f"'{seen[kind]}' and '{heading}' both give {kind}; delete one of these columns"
+    seen.setdefault(kind, heading)
 
 
 def headings_of(form: TableFormat) -> tuple[str, ...]:

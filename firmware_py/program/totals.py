@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from operator import mul
 from pathlib import Path
+from typing import TypeVar
 
 from deltactl.drivers.steps.contract import Counts
 from deltactl.firmware_py.job_targets import kinematics_of
@@ -24,6 +27,8 @@ from deltactl.firmware_py.program.instructions import (
 )
 from deltactl.firmware_py.robot_file import RobotFile, load_robot
 from deltactl.foundation.clock import NS_PER_S, ns
+
+Figure = TypeVar("Figure")
 
 
 @dataclass
@@ -70,36 +75,34 @@ def summarise_program(program: Program, from_counts: Counts) -> CheckSummary:
     if program.job.steps is None and program.first is not None:
         return summarise(program.first, from_counts)
     found = totals(program, from_counts)
-    each = [(summarise(plan, counts), times) for plan, counts, times in found.moves]
-    if not each:
-        return _without_moves(program, found)
-    ones = [one for one, _ in each]
-    moving_s = sum(times * one.moving_s for one, times in each)
-    length_m = sum(times * one.path_length_m for one, times in each)
-    in_all = sum(times * one.targets_in_all for one, times in each)
+    still = _without_moves(program, found)
+    if not found.moves:
+        return still
+    plans, starts, times = zip(*found.moves, strict=True)
+    ones = list(map(summarise, plans, starts))
+
+    def every(figure: Callable[[CheckSummary], Figure]) -> list[Figure]:
+        return [figure(one) for one in ones]
+
+    moving_s = sum(map(mul, times, every(lambda one: one.moving_s)))
+    length_m = sum(map(mul, times, every(lambda one: one.path_length_m)))
+    in_all = sum(map(mul, times, every(lambda one: one.targets_in_all)))
     return replace(
-        ones[0],
-        job=program.job.name,
-        inverse_kinematics=_either([one.inverse_kinematics for one in ones]),
-        timing=_either([one.timing for one in ones]),
+        still,
+        inverse_kinematics=_either(every(lambda one: one.inverse_kinematics)),
+        timing=_either(every(lambda one: one.timing)),
         targets=in_all,
-        repeats=1,
         targets_in_all=in_all,
         path_length_m=length_m,
-        duration_s=found.duration_ns / NS_PER_S,
-        approach_s=sum(times * one.approach_s for one, times in each),
+        approach_s=sum(map(mul, times, every(lambda one: one.approach_s))),
         moving_s=moving_s,
         mean_speed_mps=length_m / moving_s if moving_s > 0.0 else 0.0,
-        path_per_step_period_m=None,
-        peak_step_rate_hz=_largest([one.peak_step_rate_hz for one in ones]),
-        approach_step_rate_hz=max(one.approach_step_rate_hz for one in ones),
-        arm_range_deg=_ranges([one.arm_range_deg for one in ones]),
-        smallest_margin=min(one.smallest_margin for one in ones),
-        box_m=_ranges([one.box_m for one in ones]),
-        instructions=found.instructions,
-        waits_at_most_s=found.waits_s,
-        pauses=found.pauses,
-        slower=slower(plan for plan, _, _ in found.moves),
+        peak_step_rate_hz=_largest(every(lambda one: one.peak_step_rate_hz)),
+        approach_step_rate_hz=max(every(lambda one: one.approach_step_rate_hz)),
+        arm_range_deg=_ranges(every(lambda one: one.arm_range_deg)),
+        smallest_margin=min(every(lambda one: one.smallest_margin)),
+        box_m=_ranges(every(lambda one: one.box_m)),
+        slower=slower(plans),
     )
 
 

@@ -19,7 +19,6 @@ EXPERIMENT = {"benchmarks/proofs/detection_limit.py": 8}
 """What an experiment hides, by the contract's names, as `proof` does."""
 HOMONYMS = {
     "benchmarks/proofs/recording_variations.py": 2,
-    "deltactl/cli/recordings/init.py": 3,
     "deltactl/diagnosis/plants/lone/force_shapes.py": 2,
     "deltactl/diagnosis/plants/lone/forced_axis.py": 3,
     "models/rigid_chain.py": 1,
@@ -29,7 +28,6 @@ HOMONYMS = {
     "deltactl/repair/corrected_model.py": 1,
     "firmware_py/robot_file.py": 1,
     "firmware_py/describing/questions.py": 3,
-    "firmware_py/describing/robot_text.py": 5,
 }
 """Keys of robot files, questions of `deltactl init`, a tag of URDF, and a parameter that have an
 effect's name."""

@@ -82,9 +82,8 @@ def diagnose_recordings(
     robot_file = find(robot, key=ROBOT_KEY)
     refuse_missing([*recordings, *holdout])
     described = load_with_effects(robot_file)
-    if columns and isinstance(described, ServoAxis):
+    if columns:
         _refuse_other_motion(columns, described)
-    if columns and isinstance(described, ChainRobot):
         _refuse_of_one_axis(columns, described)
     notes = Notes(described, columns)
     read = notes.around(read_with(columns, described, notes.warn))
@@ -98,11 +97,10 @@ def diagnose_recordings(
     notes.say_of(answer)
     remarks = notes.print_remarks(MOST_REMARKS)
     ways = notes.ways(answer, recordings)
-    if save_robot is not None:
-        ways = replace(ways, save="")
     if next_job is not None and answer.next_experiment is not None:
         write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
     if save_robot is not None:
+        ways = replace(ways, save="")
         save_corrected(robot_file, answer, save_robot, save_all, replace=wanted.force)
     if report is not None:
         command = shlex.join(["deltactl", *sys.argv[1:]])
@@ -119,11 +117,8 @@ def diagnose_recordings(
         after.append(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
         if save_robot.read_bytes() != robot_file.read_bytes():
             after += next_commands(recordings, save_robot, columns, described)
-    print_answer(
-        Shown(answer, described, ways, saved=None if save_robot is None else save_all),
-        after,
-        remarks,
-    )
+    saved = None if save_robot is None else save_all
+    print_answer(Shown(answer, described, ways, saved=saved), after, remarks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,19 +161,19 @@ def _job(answer: Diagnosis, robot: RobotModel, path: Path) -> str:
     return f"none, as {why}"
 
 
-def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
+def _refuse_other_motion(columns: list[str], robot: RobotModel) -> None:
     """Raise ConfigError where a length was said of an axis that turns, or an angle of a slide."""
     from deltactl.recording.foreign.doubts import other_motion
 
     units = {name: column.unit for name, column in mapping_of(columns).columns.items()}
-    if why := other_motion(units, robot.motion):
+    if isinstance(robot, ServoAxis) and (why := other_motion(units, robot.motion)):
         raise ConfigError(f"--set: {why}")
 
 
-def _refuse_of_one_axis(columns: list[str], robot: ChainRobot) -> None:
+def _refuse_of_one_axis(columns: list[str], robot: RobotModel) -> None:
     """Raise ConfigError where a column was said that only a single axis has."""
     named = [name for name in mapping_of(columns).columns if name in OF_ONE_AXIS]
-    if named:
+    if named and isinstance(robot, ChainRobot):
         raise ConfigError(
             f"--set {named[0]}: the robot file describes {count(len(robot.joints), 'joint')},"
             f" whose columns are theta_1, effort_1 and so on, or called by the joint"

@@ -12,7 +12,15 @@ import typer
 
 from deltactl.cli.file_arguments import ForceOption, written_if_right
 from deltactl.cli.output import console, say, tell, warn
-from deltactl.firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
+from deltactl.firmware_py.describing.questions import (
+    EFFORT_GAIN,
+    GEAR,
+    INERTIA,
+    QUESTIONS,
+    WIRING,
+    gather,
+    remarks,
+)
 from deltactl.firmware_py.describing.robot_text import robot_text
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.extras import needs
@@ -30,7 +38,6 @@ SAID = {
 WIRED = "For hardware (all are asked for with --wiring)"
 FORCED = "Where an effort is recorded (force, torque or current)"
 STEPPED = "With --drive stepper"
-GEAR = "gear_ratio"
 ABOUT = """Describe a machine in a robot file. Asks for what no option gives.
 
 ```
@@ -69,7 +76,7 @@ def delta(
     upper_arm_mm: Annotated[str | None, _asked("upper_arm_mm")] = None,
     forearm_mm: Annotated[str | None, _asked("forearm_mm")] = None,
     microsteps_per_rev: Annotated[str | None, _asked("microsteps_per_rev")] = None,
-    gear_ratio: Annotated[str | None, _asked(GEAR)] = None,
+    gear_ratio: Annotated[str | None, _asked(GEAR.key)] = None,
     sensors: Annotated[str | None, _asked("sensors")] = None,
     name: Annotated[str | None, _asked("name")] = None,
     wiring: Annotated[
@@ -119,14 +126,14 @@ def axis(
     measure: MeasureOption = None,
     columns: SetOption = None,
     force: ForceOption = False,
-    inertia: Annotated[str | None, _asked("inertia", FORCED)] = None,
-    effort_gain: Annotated[str | None, _asked("effort_gain", FORCED)] = None,
+    inertia: Annotated[str | None, _asked(INERTIA.key, FORCED)] = None,
+    effort_gain: Annotated[str | None, _asked(EFFORT_GAIN.key, FORCED)] = None,
     hanging_nm: Annotated[str | None, _asked("hanging_nm", FORCED)] = None,
     hanging_deg: Annotated[str | None, _asked("hanging_deg", FORCED)] = None,
     constant_nm: Annotated[str | None, _asked("constant_nm", FORCED)] = None,
     slope_n: Annotated[str | None, _asked("slope_n", FORCED)] = None,
     microsteps_per_rev: Annotated[str | None, _asked("microsteps_per_rev", STEPPED)] = None,
-    gear_ratio: Annotated[str | None, _asked(GEAR, STEPPED)] = None,
+    gear_ratio: Annotated[str | None, _asked(GEAR.key, STEPPED)] = None,
 ) -> None:
     """Describe a single axis that turns or slides.
 
@@ -169,9 +176,7 @@ def _describe(
     measure, columns = recorded
     questions = QUESTIONS[kind] + (WIRING if wiring else ())
     keys = {question.key for question in questions}
-    if extra := [key for key in given if key not in keys]:
-        names = ", ".join("--" + key.replace("_", "-") for key in extra)
-        raise ConfigError(f"{names}: a {kind} has no such thing; leave it out")
+    _refuse_all_but(keys, kind, given)
     known = given
     if file.exists() and not force:
         raise ConfigError(f"{file}: exists already; name another file, or add --force")
@@ -188,6 +193,12 @@ def _describe(
         (say if line.startswith(COPIED) else tell)(line)
     if kind != "delta":
         say(f"next: {_diagnosing(file, measure, columns)}")
+
+
+def _refuse_all_but(keys: set[str], kind: str, given: Answers) -> None:
+    if extra := [key for key in given if key not in keys]:
+        names = ", ".join("--" + key.replace("_", "-") for key in extra)
+        raise ConfigError(f"{names}: a {kind} has no such thing; leave it out")
 
 
 ANSWER = 12
@@ -292,11 +303,7 @@ def _first_job(file: Path, force: bool) -> list[str]:
             f" {file} leave the arms room to move"
         )
         return []
-    lines = [
-        f"job: {job}, {what}",
-        f"next: deltactl check {job}",
-        f"then: deltactl run {job}",
-    ]
+    lines = [f"job: {job}, {what}", f"next: deltactl check {job}", f"then: deltactl run {job}"]
     if robot.sensors is not None:
         return [*lines, f"then: deltactl diagnose RECORDING --robot {file}"]
     return [*lines, BY_OTHERS, _homing(unseen_by_none_deg(robot))]

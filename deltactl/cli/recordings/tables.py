@@ -46,9 +46,7 @@ def read_plain(
     except RecordingError as error:
         wrong = error
     else:
-        there = recording.columns.keys()
-        axis = isinstance(robot, ServoAxis | StepperAxis)
-        whole = bool(ASKED & there) and (not axis or bool(READ & there))
+        whole = _is_whole(recording, robot)
         return recording if whole else _as_inspected(path, robot, tell) or recording
     if is_data_set(path):
         raise one_joint_at_a_time(path)
@@ -60,10 +58,11 @@ def read_plain(
         from deltactl.recording.foreign.reading import read_mapped
     told: list[str] = []
     try:
-        at_rest = isinstance(robot, ChainRobot) and _has_places(path) and not ours
-        if at_rest:
+        mapping = Mapping()
+        if not ours and _has_places(path, robot):
+            mapping = Mapping(rate_hz=1.0)
             told.append(f"{path.name}: has no times, and poses at rest need none")
-        recording = read_mapped(path, Mapping(rate_hz=1.0 if at_rest else None), told.append)
+        recording = read_mapped(path, mapping, told.append)
         if ours and not told:
             raise wrong
     except RecordingError as error:
@@ -77,9 +76,17 @@ def read_plain(
     return recording
 
 
-def _has_places(path: Path) -> bool:
+def _is_whole(recording: FlatRecording, robot: RobotModel | None) -> bool:
+    """Whether it holds what was asked for, and of an axis what it answered."""
+    there = recording.columns.keys()
+    needed = (ASKED, READ) if isinstance(robot, ServoAxis | StepperAxis) else (ASKED,)
+    return all(names & there for names in needed)
+
+
+def _has_places(path: Path, robot: RobotModel | None) -> bool:
     """Whether a table has the places of targets on a chain."""
-    return any(TARGET.fullmatch(name) for name in first_cells(path))
+    is_chain = isinstance(robot, ChainRobot)
+    return is_chain and any(TARGET.fullmatch(name) for name in first_cells(path))
 
 
 def _as_inspected(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -62,40 +62,43 @@ def show_status(watch: bool, json_out: bool, socket: Path | None) -> None:
 
 
 def status_table(status: Status) -> object:
-    """The status for people."""
-    rows = [("state", status.state + (f" ({status.why})" if status.why else ""))]
-    if status.angles_rad is not None:
-        angles = "  ".join(f"{angle * 57.29577951308232:8.3f}" for angle in status.angles_rad)
-        rows.append(("arm angles", f"{angles}  degrees"))
-    if status.position_m is not None:
-        place = "  ".join(f"{value * 1e3:8.2f}" for value in status.position_m)
-        rows.append(("platform", f"{place}  mm"))
-    rows.append(("step counts", "  ".join(f"{count:8d}" for count in status.counts)))
-    if status.job is not None:
-        left = duration(status.seconds_left)
-        rows.append(("job", f"{status.job}, {status.progress:.0%} done, {left} left"))
-    if status.planning:
-        rows.append(("planning", ", ".join(status.planning)))
-    if status.queued:
-        rows.append(("queue", ", ".join(status.queued)))
-    if status.blind_s is not None:
-        rows.append(("blind", f"for {status.blind_s:.1f} s: the sensors do not show the arms"))
-    for what, lines in (("outputs", status.outputs), ("inputs", status.inputs)):
-        if lines:
-            each = (f"{name} {'on' if on else 'off'}" for name, on in lines.items())
-            rows.append((what, ", ".join(each)))
-    for sensor in status.sensors:
-        far = "-" if sensor.distance_m is None else millimetres(sensor.distance_m)
-        rows.append((f"sensor {sensor.axis}", f"{far} ({sensor.gate}, {sensor.health})"))
-    if status.recording:
-        rows.append(("recording", status.recording))
-    if status.recording_error:
-        rows.append(("not recorded", status.recording_error))
-    if status.robot_file_changed:
-        rows.append(("robot file", status.robot_file_changed))
-    rows += [("new finding", text) for text in announced(status.robot)]
+    """The status for people; lines that have nothing to say are left out."""
+    job = f"{status.job}, {status.progress:.0%} done, {duration(status.seconds_left)} left"
+    blind = f"for {status.blind_s or 0.0:.1f} s: the sensors do not show the arms"
+    rows = [
+        ("state", status.state + (f" ({status.why})" if status.why else "")),
+        ("arm angles", _numbers(status.angles_rad, 57.29577951308232, "8.3f", "degrees")),
+        ("platform", _numbers(status.position_m, 1e3, "8.2f", "mm")),
+        ("step counts", "  ".join(f"{count:8d}" for count in status.counts)),
+        ("job", job if status.job is not None else ""),
+        ("planning", ", ".join(status.planning)),
+        ("queue", ", ".join(status.queued)),
+        ("blind", blind if status.blind_s is not None else ""),
+        ("outputs", _switched(status.outputs)),
+        ("inputs", _switched(status.inputs)),
+        *(
+            (f"sensor {one.axis}", f"{_far(one.distance_m)} ({one.gate}, {one.health})")
+            for one in status.sensors
+        ),
+        ("recording", status.recording or ""),
+        ("not recorded", status.recording_error),
+        ("robot file", status.robot_file_changed),
+        *(("new finding", text) for text in announced(status.robot)),
+    ]
     name = f"{status.robot} (simulated)" if status.simulated else status.robot
-    return facts(name, rows)
+    return facts(name, [(what, text) for what, text in rows if text])
+
+
+def _numbers(values: Sequence[float] | None, scale: float, form: str, unit: str) -> str:
+    return "  ".join([*(f"{value * scale:{form}}" for value in values), unit]) if values else ""
+
+
+def _switched(lines: dict[str, bool]) -> str:
+    return ", ".join(f"{name} {'on' if on else 'off'}" for name, on in lines.items())
+
+
+def _far(distance_m: float | None) -> str:
+    return "-" if distance_m is None else millimetres(distance_m)
 
 
 def announced(robot: str) -> list[str]:

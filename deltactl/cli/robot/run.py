@@ -10,11 +10,7 @@ from pathlib import Path
 
 from deltactl.cli.output import NO_ROBOT, errors, print_json, say, tell, waiting, warn
 from deltactl.cli.robot.check import say_covered
-from deltactl.cli.robot.remote import (
-    follow,
-    interrupted_between_sleeps,
-    refuse_unless_done,
-)
+from deltactl.cli.robot.remote import follow, interrupted_between_sleeps, refuse_unless_done
 from deltactl.cli.robot.show import show_tracking, write_report
 from deltactl.firmware_py.controller.build import build_controller
 from deltactl.firmware_py.controller.contract import JobResult, RobotController, Status
@@ -78,28 +74,13 @@ def run_job(job: Path, asked: Asked) -> None:
         )
     robot_file = None if asked.robot is None else find(asked.robot, key=ROBOT_KEY)
     if not asked.simulate and daemon_answers(asked.socket):
-        if robot_file is not None:
-            raise ConfigError(
-                f"--robot {asked.robot}: the daemon runs a robot file of its own; 'deltactl home"
-                f" --robot {asked.robot}' puts this one in its place, or use --simulate"
-            )
-        refuse_unseen(asked.accept_unseen_deg)
-        if asked.seed is not None:
-            raise ConfigError("--seed: the noise of a simulated robot; add --simulate")
+        _refuse_beside_daemon(asked)
         if asked.detach:
-            if asked.report is not None:
-                raise ConfigError("--detach: nobody waits to write --report; use 'deltactl report'")
             _hand_over(path, asked.record, asked.socket, asked.json_out)
             return
         result = _through_daemon(path, asked, files)
     else:
-        if asked.detach:
-            raise ConfigError("--detach: needs a daemon that goes on with the job; none answers")
-        if asked.socket is not None and not asked.simulate:
-            raise ServiceError(
-                f"no daemon answers at {asked.socket}; start it, or leave --socket out"
-            )
-        _say_where(asked.simulate, asked.json_out)
+        _say_where(asked)
         if not asked.json_out:
             say_covered(coverage_of(path, robot_file, files))
         result = _in_this_process(path, robot_file, asked, files)
@@ -112,6 +93,20 @@ def run_job(job: Path, asked: Asked) -> None:
     refuse_unless_done(result)
 
 
+def _refuse_beside_daemon(asked: Asked) -> None:
+    """Raise ConfigError for what only a robot in this process could do."""
+    if asked.robot is not None:
+        raise ConfigError(
+            f"--robot {asked.robot}: the daemon runs a robot file of its own; 'deltactl home"
+            f" --robot {asked.robot}' puts this one in its place, or use --simulate"
+        )
+    refuse_unseen(asked.accept_unseen_deg)
+    if asked.seed is not None:
+        raise ConfigError("--seed: the noise of a simulated robot; add --simulate")
+    if asked.detach and asked.report is not None:
+        raise ConfigError("--detach: nobody waits to write --report; use 'deltactl report'")
+
+
 def refuse_unseen(accept_unseen_deg: float) -> None:
     """Raise ConfigError where arms are to be accepted unseen by a command that does not home."""
     if accept_unseen_deg:
@@ -121,15 +116,20 @@ def refuse_unseen(accept_unseen_deg: float) -> None:
         )
 
 
-def _say_where(simulate: bool, quiet: bool) -> None:
-    if simulate:
+def _say_where(asked: Asked) -> None:
+    """Say that the robot is simulated. Raises what a job without a daemon is refused with."""
+    if asked.detach:
+        raise ConfigError("--detach: needs a daemon that goes on with the job; none answers")
+    if asked.simulate:
         return
+    if asked.socket is not None:
+        raise ServiceError(f"no daemon answers at {asked.socket}; start it, or leave --socket out")
     if is_raspberry_pi():
         raise ServiceError(
             "no daemon answers; start it with 'sudo systemctl start deltactl',"
             " or use --simulate to run the simulated robot"
         )
-    if not quiet:
+    if not asked.json_out:
         tell(NO_ROBOT.format("running"), errors)
 
 
@@ -188,7 +188,6 @@ def _in_this_process(
     quiet, realtime = asked.json_out, asked.realtime
     robot = robot_file or find(job_of(path, files).robot, beside=path, key=ROBOT_KEY)
     with waiting("building the simulated robot", quiet):
-        from deltactl.firmware_py.controller.build import build_controller
         from deltactl.firmware_py.planning.prepared import Readers
 
         controller = build_controller(
@@ -236,9 +235,6 @@ def _show(result: JobResult, asked: Asked) -> None:
         warn(f"warning: {result.slower}")
     if result.warning:
         warn(result.warning)
-
-
-POLL_S = 0.1
 
 
 def verify_job(job: Path, simulate: bool, json_out: bool, socket: Path | None) -> None:

@@ -17,8 +17,9 @@ from deltactl.proof.axis.sensing import Mess, Noise, RangeSensor, Rows
 RATES_HZ = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 LENGTHS_S = (20.0, 30.0, 60.0, 120.0, 300.0, 900.0, 3600.0)
 ROWS = (400.0, 18000.0)
-GRID = {"commanded": 120_000, "effort": 90_000, "range": 60_000}
-"""Most steps of a simulation, which keep a case to about a second."""
+FORCED_RATES_HZ, FORCED_LENGTHS_S = RATES_HZ[3:], LENGTHS_S[:5]
+GRID = {"commanded": (120_000, 0.25), "effort": (90_000, 0.5), "range": (60_000, 0.5)}
+"""Most steps of a simulation, which keep a case to about a second; the longest, in rows."""
 HOLDOUT_SHARE = 0.6
 
 
@@ -53,33 +54,19 @@ def design(
     machine: str, rng: np.random.Generator, fine: bool = False, style: str | None = None
 ) -> Design:
     """Draw one. fine: readings so good that something gross is a hundred times their noise."""
-    rates = [rate for rate in RATES_HZ if machine != "effort" or rate >= 50.0]
-    lengths = [length for length in LENGTHS_S if machine != "effort" or length <= 300.0]
-    while True:
-        rate, seconds = float(rng.choice(rates)), float(rng.choice(lengths))
-        if ROWS[0] <= rate * seconds <= ROWS[1]:
-            break
+    rate, seconds = _rate_and_length(machine, rng)
     low, high = max(15.0 / rate, 0.3, seconds / 400.0), min(seconds / 8.0, 40.0)
-    stroke_s = float(np.exp(rng.uniform(np.log(low), np.log(max(high, low)))))
+    stroke_s = _between(rng, low, max(high, low))
     linear = bool(rng.random() < 0.4)
-    stroke = float(np.exp(rng.uniform(*np.log([0.02, 1.0] if linear else [0.2, 6.0]))))
+    stroke = _between(rng, 0.02, 1.0) if linear else _between(rng, 0.2, 6.0)
     if machine == "range":
-        linear, stroke = True, float(np.exp(rng.uniform(*np.log([0.3, 6.0]))))
-    finest = 0.25 / rate if machine == "commanded" else 0.5 / rate
-    step_s = max(min(finest, stroke_s / 400.0), seconds / GRID[machine])
-    size = 10.0 ** rng.uniform(-4.3, -3.3 if fine else -2.3)
-    if machine == "effort":
-        size = 10.0 ** rng.uniform(-5.5, -4.0)
-    sigma = stroke * size
-    noise = Noise(
-        sigma,
-        float(rng.choice([0.0, 0.0, 0.3, 0.6, 0.85])),
-        float(rng.choice([0.0, 0.0, 0.002, 0.006])),
-        float(rng.choice([0.0, 1.0, 2.5])) * sigma,
-    )
-    inertia = float(np.exp(rng.uniform(*np.log([0.3, 60.0] if linear else [1e-3, 2.0]))))
+        linear, stroke = True, _between(rng, 0.3, 6.0)
+    steps, longest = GRID[machine]
+    step_s = max(min(longest / rate, stroke_s / 400.0), seconds / steps)
+    noise = _noise(machine, stroke, rng, fine)
+    inertia = _between(rng, 0.3, 60.0) if linear else _between(rng, 1e-3, 2.0)
     force = inertia * stroke / stroke_s**2
-    falls = force * float(np.exp(rng.uniform(*np.log([0.5, 10.0]))))
+    falls = force * _between(rng, 0.5, 10.0)
     weighs = bool(rng.random() < 0.45)
     counted = machine == "commanded" and bool(rng.random() < 0.4)
     return Design(
@@ -107,6 +94,33 @@ def design(
         states_gravity=weighs or bool(rng.random() < 0.7),
         loaded=bool(rng.random() < 0.2),
         speed_column=bool(rng.random() < 0.3),
+    )
+
+
+def _between(rng: np.random.Generator, low: float, high: float) -> float:
+    """Draw one whose logarithm is uniform."""
+    return float(np.exp(rng.uniform(*np.log([low, high]))))
+
+
+def _rate_and_length(machine: str, rng: np.random.Generator) -> tuple[float, float]:
+    forced = machine == "effort"
+    rates, lengths = (FORCED_RATES_HZ, FORCED_LENGTHS_S) if forced else (RATES_HZ, LENGTHS_S)
+    while True:
+        rate, seconds = float(rng.choice(rates)), float(rng.choice(lengths))
+        if ROWS[0] <= rate * seconds <= ROWS[1]:
+            return rate, seconds
+
+
+def _noise(machine: str, stroke: float, rng: np.random.Generator, fine: bool) -> Noise:
+    size = 10.0 ** rng.uniform(-4.3, -3.3 if fine else -2.3)
+    if machine == "effort":
+        size = 10.0 ** rng.uniform(-5.5, -4.0)
+    sigma = stroke * size
+    return Noise(
+        sigma,
+        float(rng.choice([0.0, 0.0, 0.3, 0.6, 0.85])),
+        float(rng.choice([0.0, 0.0, 0.002, 0.006])),
+        float(rng.choice([0.0, 1.0, 2.5])) * sigma,
     )
 
 

@@ -130,18 +130,14 @@ class AxisCase:
         """In the form of the practice axes' answers."""
         plan, noise = self.design, self.observer.noise.scatter
         signal = self.observer.signal(self.sizes) - self.observer.signal({})
-        unit = (
-            ("N" if plan.linear else "N m")
-            if plan.machine == "effort"
-            else ("m" if plan.linear else "rad")
-        )
+        linear, turning = ("N", "N m") if plan.machine == "effort" else ("m", "rad")
         high = max(noise, untidy(self.run, np.random.default_rng([self.seed, 47])))
         return {
             "case": f"axis_{self.seed:06d}",
             "seed": self.seed,
             "tier": self.tier,
             "machine": plan.machine,
-            "unit": unit,
+            "unit": linear if plan.linear else turning,
             "answers": [cause.truth(plan.machine) for cause in self.hidden if cause.culprit],
             "also": self.also,
             "noise_rms": noise,
@@ -217,11 +213,7 @@ def _try(seed: int, tier: str, machine: str, rng: np.random.Generator) -> AxisCa
 
 def _choose(tier: str, plan: Design, scale: Scale, rng: np.random.Generator) -> list[Kind] | None:
     """What to hide: of the vocabulary, or beyond it."""
-    has = {
-        "zero": plan.absolute,
-        "load": scale.load > 0.0,
-        "steps": plan.counted,
-    }
+    has = {"zero": plan.absolute, "load": scale.load > 0.0, "steps": plan.counted}
     if tier == "none":
         return []
     if tier == "unknown":
@@ -277,13 +269,12 @@ def _of_tier(tier: str, hidden: Sequence[Hidden], observer: Observer) -> bool:
         return False
     if tier == "gross":
         return culprits[0].rms > 12.0 * noise and not culprits[0].alike.ties
-    tied = [cause for cause in culprits if cause.alike.ties]
     if tier == "ambiguous":
         # Beyond what is one operator in any motion: the motion itself makes this tie.
         return bool(_by_motion(culprits[0]))
     if tier == "unknown":
         return culprits[0].alike.nearest > SEEN
-    return not tied and not any(_by_motion(cause) for cause in culprits)
+    return not any(cause.alike.ties or _by_motion(cause) for cause in culprits)
 
 
 ALWAYS = (
@@ -341,11 +332,7 @@ def write_answers(case: AxisCase, path: Path) -> None:
 def table(case: AxisCase, run: Run, rng: np.random.Generator) -> dict[str, FloatArray]:
     """The columns of one recording."""
     plan, rows = case.design, run.rows
-    once = (
-        case.sizes
-        if run is case.run
-        else {name: values for name, values in case.sizes.items() if name != "lost_steps"}
-    )
+    once = case.sizes if run is case.run else _again(case.sizes)
     columns = {"t": rows.stamp_s}
     if isinstance(run.axis, ForcedAxis):
         at, speed, asked = run.axis.recorded(rows.true_s)

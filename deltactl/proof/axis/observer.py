@@ -34,6 +34,7 @@ BEYOND = 4.0
 """Times the largest that is drawn an alternative may have: half the gain is twice the mass."""
 NUDGE = 1e-3
 """Share of a size by which it is moved, to see what it does: small beside any interval drawn."""
+WAVES = ("transmission_error", "encoder_error")
 PART = 0.02
 """Change of a size for a derivative, in sizes."""
 
@@ -168,15 +169,10 @@ def alternatives(
 
 def _shapes(kind: Kind, scale: Scale, truth: Values) -> Iterator[dict[str, float]]:
     """Values of what is drawn beside a size, over a coarse grid that has the truth's own."""
-    if "period" in truth or kind.effect in ("transmission_error", "encoder_error"):
-        if kind.effect not in ("transmission_error", "encoder_error"):
-            yield from _shapes(kind, scale, {})
-            return
-        periods = [truth["period"]] if "period" in truth else [0.5, 1.0]
+    if kind.effect in WAVES:
+        periods = [truth["period"]] if "period" in truth else [0.5 * scale.length, scale.length]
         for period in periods:
-            length = period if "period" in truth else period * scale.length
-            for phase in (0.0, 0.5 * np.pi):
-                yield {"period": length, "phase": phase}
+            yield from ({"period": period, "phase": phase} for phase in (0.0, 0.5 * np.pi))
         return
     grids: dict[str, list[dict[str, float]]] = {
         "following_lag": [{"share": share} for share in (0.0, 1.0)],
@@ -185,7 +181,8 @@ def _shapes(kind: Kind, scale: Scale, truth: Values) -> Iterator[dict[str, float
         "sensor_drift": [{"time_constant": part * scale.span} for part in (0.1, 0.2, 0.35)],
         "resonance": [{"damping": damping} for damping in (0.05, 0.3, 0.9)],
     }
-    own = {name: truth[name] for name in ("time", "damping") if name in truth}
+    kept = () if "period" in truth else ("time", "damping")
+    own = {name: truth[name] for name in kept if name in truth}
     for shape in grids.get(kind.effect, [{}]):
         yield {**own, **shape}
 
@@ -259,9 +256,8 @@ def bound(observer: Observer, sizes: Sizes) -> dict[str, dict[str, float]]:
     length[length == 0.0] = 1.0
     inverse = np.linalg.pinv((white / length).T @ (white / length), rcond=1e-12)
     found: dict[str, dict[str, float]] = {}
-    for (effect, name), size, deviation in zip(
-        free, length, np.sqrt(np.diag(inverse)), strict=True
-    ):
+    deviations = np.sqrt(np.diag(inverse))
+    for (effect, name), size, deviation in zip(free, length, deviations, strict=True):
         if deviation > 0.0:
             found.setdefault(effect, {})[name] = float(deviation / size)
     return found

@@ -17,11 +17,11 @@ import numpy as np
 from deltactl.proof.prove.reliability import Claim
 from deltactl.proof.prove.table import (
     EXACT,
-    ROBUST,
     Row,
+    bound_rows,
+    gathered,
     inside,
     middle,
-    portion,
     reliability_rows,
     share,
 )
@@ -288,7 +288,6 @@ def axis_rows(scores: Sequence[AxisScore]) -> list[Row]:
         return [marks for marks in scores if marks.tier in tiers]
 
     named = of("single", "faint", "gross", "pair", "three", "tolerance")
-    claims = [claim for marks in scores for claim in marks.claims]
     faint = of("faint")
     rows = [
         share("false alarms, nothing missing", of("none"), attrgetter("alarmed"), 0.01, "most"),
@@ -309,16 +308,12 @@ def axis_rows(scores: Sequence[AxisScore]) -> list[Row]:
               lambda s: s.flagged and not s.misnamed, 0.85),
         share("... misnamed", of("unknown"), lambda s: s.misnamed),
         share("... needless names beside it", of("unknown"), lambda s: bool(s.needless)),
-        portion("... right driver", [marks.right_driver for marks in of("unknown")
-                                     if marks.right_driver is not None]),
+        share("... right driver", of("unknown"), lambda s: s.right_driver),
         share("answers that contradict what was hidden", scores,
               lambda s: bool(s.contradictions), 0.0, "most"),
-        inside("coverage of 95 % intervals", [hit for marks in named for hit in marks.covered]),
-        middle("error over Cramer-Rao bound, median",
-               [x for marks in named for x in marks.over_bound], "at most 1.25", 1.25),
-        middle("... its robust spread over the bound",
-               [x / ROBUST for marks in named for x in marks.over_bound], "", None),
-        *reliability_rows(claims),
+        inside("coverage of 95 % intervals", gathered(named, lambda s: s.covered)),
+        *bound_rows(gathered(named, lambda s: s.over_bound)),
+        *reliability_rows(gathered(scores, lambda s: s.claims)),
         share("diagnosis failed with an error", scores, lambda s: s.failure is not None),
         middle("seconds of a diagnosis, median",
                [marks.diagnosed_s for marks in scores], "", None),

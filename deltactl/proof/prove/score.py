@@ -87,23 +87,15 @@ def score(result: dict[str, Any]) -> Score:
     if not found and diagnosis.verdict != "nothing_missing":
         marks.said = [("unknown", "anywhere")]
     marks.false_alarm_p = diagnosis.false_alarm_p
-    marks.first_right = bool(names) and bool(found) and marks.said[0] == names[0]
-    marks.offered = set(names) <= set(marks.said) | set(_open_names(found))
-    marks.exact = sorted(set(names)) == sorted(set(marks.said))
     true = [*names, *_through(truth["answers"])]
-    marks.named = {name for name in names if name[0] != "unknown"} <= set(marks.said)
-    marks.needless = any(name not in true for name in marks.said if name[0] != "unknown")
     marks.claims = claims_of(diagnosis, true)
-    marks.flagged = any(finding.effect == "unknown" for finding in found)
+    _mark_names(marks, true, found)
     _mark_unknown(marks, truth["answers"], found)
     _mark_sizes(marks, truth["answers"], found, result.get("bound"))
     floor = np.sqrt(truth["sigma"] ** 2 + ROUNDING_M**2 / 12.0)
-    before, after = (
-        diagnosis.fit.holdout_rms_before_m,
-        diagnosis.fit.holdout_rms_after_m,
-    )
+    before, after = diagnosis.fit.holdout_rms_before_m, diagnosis.fit.holdout_rms_after_m
     marks.holdout_improved = after < before
-    marks.holdout_over_floor = diagnosis.fit.holdout_rms_after_m / float(floor)
+    marks.holdout_over_floor = after / float(floor)
     return marks
 
 
@@ -114,6 +106,16 @@ def _through(truths: list[dict[str, Any]]) -> list[Name]:
 
 def _open_names(found: list[Finding]) -> list[Name]:
     return [(other.effect, other.component) for f in found for other in f.alternatives]
+
+
+def _mark_names(marks: Score, true: list[Name], found: list[Finding]) -> None:
+    names, said = marks.truth, set(marks.said)
+    marks.first_right = bool(names) and bool(found) and marks.said[0] == names[0]
+    marks.offered = set(names) <= said | set(_open_names(found))
+    marks.exact = set(names) == said
+    marks.named = {name for name in names if name[0] != "unknown"} <= said
+    marks.needless = any(name not in true for name in said if name[0] != "unknown")
+    marks.flagged = any(finding.effect == "unknown" for finding in found)
 
 
 def _mark_unknown(marks: Score, truths: list[dict[str, Any]], found: list[Finding]) -> None:

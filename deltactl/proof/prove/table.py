@@ -19,6 +19,7 @@ from deltactl.proof.prove.reliability import (
 from deltactl.proof.prove.score import Score
 
 Marks = TypeVar("Marks")
+Part = TypeVar("Part")
 FIRST, OFFERED, EXACT = attrgetter("first_right"), attrgetter("offered"), attrgetter("exact")
 ROBUST = 0.6745
 """Median of |error| over the standard deviation of a normal error."""
@@ -40,25 +41,22 @@ class Row:
 
 def table(scores: Sequence[Score]) -> list[Row]:
     """All rows, with the splits that explain them below."""
-    by = {group: [s for s in scores if s.group == group] for group in {s.group for s in scores}}
 
-    def of(group: str, motion: str | None = None) -> list[Score]:
-        chosen = by.get(group, [])
-        if motion is None:
-            return chosen
-        return [s for s in chosen if (s.motion == "survey") == (motion == "survey")]
+    def of(*groups: str) -> list[Score]:
+        return [s for group in groups for s in scores if s.group == group]
 
-    both = of("single") + of("faint")
-    sized = [s for g in ("single", "faint", "two", "three", "tolerance") for s in of(g)]
+    over_bound = gathered(of("single", "faint"), lambda s: s.over_bound)
+    sized = of("single", "faint", "two", "three", "tolerance")
     # Build tolerances leave an error that is no cause: only clean machines reach the floor.
-    clean = [s for g in ("nothing", "single", "faint", "two", "three") for s in of(g)]
+    clean = of("nothing", "single", "faint", "two", "three")
+    floors = [s.holdout_over_floor for s in clean if np.isfinite(s.holdout_over_floor)]
     return [
         share("false alarms, nothing missing", of("nothing"), lambda s: s.alarmed, 0.01, "most"),
-        share("... in surveys", of("nothing", "survey"), lambda s: s.alarmed),
-        share("... on curves only", of("nothing", "curves"), lambda s: s.alarmed),
+        share("... in surveys", _surveys(of("nothing")), lambda s: s.alarmed),
+        share("... on curves only", _curves(of("nothing")), lambda s: s.alarmed),
         share("single, moderate: named first", of("single"), FIRST, 0.98),
-        share("... in surveys", of("single", "survey"), FIRST),
-        share("... on curves only", of("single", "curves"), FIRST),
+        share("... in surveys", _surveys(of("single")), FIRST),
+        share("... on curves only", _curves(of("single")), FIRST),
         share("... or among the alternatives", of("single"), OFFERED),
         share("... of those that could be seen: named first", _clear(of("single")), FIRST),
         share("single, a third: named first", of("faint"), FIRST, 0.92),
@@ -78,22 +76,15 @@ def table(scores: Sequence[Score]) -> list[Row]:
         share("... right place", of("unknown"), lambda s: s.right_place),
         share("... unknown comes first", of("unknown"), _unknown_first),
         share("... and no named effect beside it", of("unknown"), _only_unknown),
-        portion("... right about memory, where it says",
-                [s.right_memory for s in of("unknown") if s.right_memory is not None]),
+        share("... right about memory, where it says", of("unknown"), lambda s: s.right_memory),
         share("... held-out RMS improved", of("unknown"), lambda s: s.holdout_improved),
-        middle("error over Cramer-Rao bound, median", [x for s in both for x in s.over_bound],
-               "at most 1.25", 1.25),
-        middle("... its robust spread over the bound",
-               [x / ROBUST for s in both for x in s.over_bound], "", None),
-        inside("coverage of 95 % intervals", [x for s in sized for x in s.covered]),
-        middle("held-out RMS over noise floor, median",
-               [s.holdout_over_floor for s in clean if np.isfinite(s.holdout_over_floor)],
-               "at most 1.05", 1.05),
-        portion("... at most 1.05",
-                [s.holdout_over_floor <= 1.05 for s in clean if np.isfinite(s.holdout_over_floor)]),
-        portion("event times within 0.1 s",
-                [x <= EVENT_S for s in sized for x in s.event_error_s], 0.95),
-        *reliability_rows([claim for s in scores for claim in s.claims]),
+        *bound_rows(over_bound),
+        inside("coverage of 95 % intervals", gathered(sized, lambda s: s.covered)),
+        middle("held-out RMS over noise floor, median", floors, "at most 1.05", 1.05),
+        share("... at most 1.05", floors, lambda floor: floor <= 1.05),
+        share("event times within 0.1 s", gathered(sized, lambda s: s.event_error_s),
+              lambda error_s: error_s <= EVENT_S, 0.95),
+        *reliability_rows(gathered(scores, lambda s: s.claims)),
         share("diagnosis failed with an error", scores, lambda s: s.failure is not None),
     ]  # fmt: skip
 
@@ -127,6 +118,15 @@ def more_rows(scores: Sequence[Score]) -> list[Row]:
     return rows if scores else []
 
 
+def bound_rows(over_bound: Sequence[float]) -> list[Row]:
+    """Errors in Cramer-Rao bounds: the median, and the spread that it stands for."""
+    spread = [error / ROBUST for error in over_bound]
+    return [
+        middle("error over Cramer-Rao bound, median", over_bound, "at most 1.25", 1.25),
+        middle("... its robust spread over the bound", spread, "", None),
+    ]
+
+
 def reliability_rows(claims: Sequence[Claim]) -> list[Row]:
     """Whether stated probabilities hold."""
     error = calibration_error(claims)
@@ -136,6 +136,19 @@ def reliability_rows(claims: Sequence[Claim]) -> list[Row]:
         Row("calibration error of probabilities", "at most 0.03", value, "-", len(claims), met),
         portion("... of what is claimed with at least 0.95: true", sure_claims(claims), 0.95),
     ]
+
+
+def gathered(scores: Sequence[Marks], parts: Callable[[Marks], Sequence[Part]]) -> list[Part]:
+    """What all of them have of something, in one list."""
+    return [part for marks in scores for part in parts(marks)]
+
+
+def _surveys(scores: Sequence[Score]) -> list[Score]:
+    return [s for s in scores if s.motion == "survey"]
+
+
+def _curves(scores: Sequence[Score]) -> list[Score]:
+    return [s for s in scores if s.motion != "survey"]
 
 
 def _clear(scores: Sequence[Score]) -> list[Score]:
@@ -154,12 +167,13 @@ def _only_unknown(marks: Score) -> bool:
 def share(
     figure: str,
     scores: Sequence[Marks],
-    test: Callable[[Marks], bool],
+    test: Callable[[Marks], bool | None],
     goal: float | None = None,
     way: str = "least",
 ) -> Row:
-    """Share of cases that pass a test."""
-    return portion(figure, [test(s) for s in scores], goal, way)
+    """Share of cases that pass a test, of those that it is about: it gives None for others."""
+    tested = [test(s) for s in scores]
+    return portion(figure, [passed for passed in tested if passed is not None], goal, way)
 
 
 def portion(
@@ -195,10 +209,7 @@ def middle(figure: str, values: Sequence[float], goal: str, most: float | None) 
 
 def markdown(rows: Sequence[Row]) -> str:
     """The table as Markdown."""
-    lines = [
-        "| figure | goal | reached | 95 % limits | cases | met |",
-        "|---|---|---|---|---|---|",
-    ]
+    lines = ["| figure | goal | reached | 95 % limits | cases | met |", "|---|---|---|---|---|---|"]
     words = {True: "yes", False: "**no**", None: ""}
     lines += [
         f"| {r.figure} | {r.goal} | {r.value} | {r.limits} | {r.cases} | {words[r.met]} |"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from deltactl.proof.hidden.hidden import ARMS, MOTORS, Parameters, either_sign
 from deltactl.proof.hidden.vocabulary import VOCABULARY, Planned, construct, hidden
 from deltactl.proof.motions import from_job
 from deltactl.proof.prove.one_case import diagnose_blind
-from deltactl.proof.prove.table import Row, portion
+from deltactl.proof.prove.table import Row, share
 from deltactl.proof.ranging import Noise
 from deltactl.proof.recorded import Machine, record
 from deltactl.recording.tables.flat_files import write_flat
@@ -202,22 +203,22 @@ def _names(answer: dict[str, Any] | None) -> tuple[set[Name], set[Name]]:
     return named, named | others
 
 
+SETTLED = attrgetter("settled")
+
+
 def tie_rows(scores: Sequence[TieScore]) -> list[Row]:
     """Rows for the table."""
     pairs = sorted({s.pair for s in scores})
     can = [s for s in scores if s.settleable]
+    cannot = [s for s in scores if not s.settleable]
+    ran = [s for s in can if s.proposed]
+    alone = [s for s in can if not s.proposed]
     return [
-        portion("ties: settled after the proposed run", [s.settled for s in can], 0.90),
-        portion("... where a run was proposed", [s.settled for s in can if s.proposed]),
-        portion(
-            "... where the first answer alone was to decide",
-            [s.settled for s in can if not s.proposed],
-        ),
-        portion("... the first answer offered both", [s.admitted for s in scores]),
-        portion("... a run was proposed", [s.proposed for s in can]),
-        portion(
-            "... no motion can settle: says which measurement",
-            [s.told for s in scores if not s.settleable],
-        ),
-        *(portion(f"... {p}", [s.settled for s in scores if s.pair == p]) for p in pairs),
+        share("ties: settled after the proposed run", can, SETTLED, 0.90),
+        share("... where a run was proposed", ran, SETTLED),
+        share("... where the first answer alone was to decide", alone, SETTLED),
+        share("... the first answer offered both", scores, lambda s: s.admitted),
+        share("... a run was proposed", can, lambda s: s.proposed),
+        share("... no motion can settle: says which measurement", cannot, lambda s: s.told),
+        *(share(f"... {p}", [s for s in scores if s.pair == p], SETTLED) for p in pairs),
     ]

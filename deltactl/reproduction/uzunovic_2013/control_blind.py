@@ -58,6 +58,16 @@ class Outcome:
         return self.said == truth
 
     @property
+    def first(self) -> str:
+        """Effect of the first finding."""
+        return self.said[0][0] if self.said else NOTHING
+
+    @property
+    def at_its_joint(self) -> bool:
+        """Whether the first finding is the hidden cause at its place."""
+        return self.right or (self.effect, self.component) in self.said[:1]
+
+    @property
     def covered(self) -> bool | None:
         """Whether the interval holds the true size; None without a right answer."""
         if not self.right or self.ci95 is None:
@@ -107,23 +117,18 @@ def _ends(
 def confusion(outcomes: Sequence[Outcome]) -> tuple[list[str], list[tuple[str, ...]]]:
     """Rows: the hidden cause. Columns: the first finding, at the right joint or elsewhere."""
     names = list(dict.fromkeys([NOTHING, *(outcome.effect for outcome in outcomes)]))
-    said = [outcome.said[0][0] if outcome.said else NOTHING for outcome in outcomes]
-    columns = [*names, *(name for name in dict.fromkeys(said) if name not in names)]
+    columns = list(dict.fromkeys([*names, *(outcome.first for outcome in outcomes)]))
     head = ["hidden", *columns, "at its joint", "exactly this", "interval holds"]
     rows: list[tuple[str, ...]] = []
     for name in names:
         own = [outcome for outcome in outcomes if outcome.effect == name]
-        counts = Counter(outcome.said[0][0] if outcome.said else NOTHING for outcome in own)
-        place = sum(
-            outcome.right or (outcome.effect, outcome.component) in outcome.said[:1]
-            for outcome in own
-        )
+        counts = Counter(outcome.first for outcome in own)
         held = [outcome.covered for outcome in own if outcome.covered is not None]
         rows.append(
             (
                 name,
                 *(str(counts[column] or "") for column in columns),
-                f"{place} of {len(own)}",
+                f"{sum(outcome.at_its_joint for outcome in own)} of {len(own)}",
                 f"{sum(outcome.right for outcome in own)} of {len(own)}",
                 f"{sum(held)} of {len(held)}" if held else "",
             )
@@ -148,11 +153,8 @@ def line(outcome: Outcome) -> str:
     ties = f" (or {', '.join(' '.join(part) for part in outcome.alternatives)})" * bool(
         outcome.alternatives
     )
-    truth = (
-        f"{outcome.effect} {outcome.component} {outcome.size:.3g}".strip()
-        if outcome.size
-        else outcome.effect
-    )
+    size = f" {outcome.component} {outcome.size:.3g}" if outcome.size else ""
+    truth = f"{outcome.effect}{size}"
     value = f" {outcome.value:.4g}" if outcome.value is not None else ""
     return f"{outcome.number}: {truth} -> {said}{value}{ties}{'' if outcome.right else '  WRONG'}"
 

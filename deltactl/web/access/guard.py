@@ -138,12 +138,8 @@ class Guard:
         if self.local_only and _name(host) not in LOCAL:
             return Refusal(403, f"this page is not called {_name(host)[:60]!r}; use 127.0.0.1")
         talks = scope["type"] == "websocket" or path.startswith(CONNECTIONS)
-        if (talks or scope["method"] not in ("GET", "HEAD")) and not _same_origin(headers, host):
-            return Refusal(403, "that came from another site's page, and is not carried out")
-        if talks and scope["type"] != "websocket":
-            return Refusal(400, "this page needs WebSockets; let the proxy before it pass them")
-        if path == PAGE and not talks and not _navigates(headers):
-            return Refusal(403, "a page is built for a browser that goes to it, for nothing else")
+        if (astray := _astray(scope, headers, talks)) is not None:
+            return astray
         if not self._allowance(peer, False).take():
             return Refusal(429, "too many requests; wait a moment")
         if _length(headers) > (MAX_UPLOAD if path == UPLOAD else MAX_BODY):
@@ -198,9 +194,20 @@ class _Watched:
             await self._send(message)
 
 
-def _same_origin(headers: dict[str, str], host: str) -> bool:
+def _astray(scope: Scope, headers: dict[str, str], talks: bool) -> Refusal | None:
+    """Refuses what no browser at this page sends; talks: over the connection of a page."""
+    if (talks or scope["method"] not in ("GET", "HEAD")) and not _same_origin(headers):
+        return Refusal(403, "that came from another site's page, and is not carried out")
+    if talks and scope["type"] != "websocket":
+        return Refusal(400, "this page needs WebSockets; let the proxy before it pass them")
+    if scope["path"] == PAGE and not talks and not _navigates(headers):
+        return Refusal(403, "a page is built for a browser that goes to it, for nothing else")
+    return None
+
+
+def _same_origin(headers: dict[str, str]) -> bool:
     """Browsers say where a request comes from; what says nothing is no browser."""
-    origin = headers.get("origin")
+    origin, host = headers.get("origin"), headers.get("host", "")
     if headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
         return False
     return origin is None or urlsplit(origin).netloc.lower() == host.lower()
