@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -162,6 +163,16 @@ class Guess:
     def name(self) -> str:
         """The column's name in the contract; velocity and others have none with a number."""
         return self.role if self.index is None else f"{self.role}_{self.index}"
+
+
+def of_role(guesses: Mapping[str, Guess], *roles: str) -> list[str]:
+    """Columns that are taken for one of the roles."""
+    return [name for name, guess in guesses.items() if guess.role in roles]
+
+
+def by_name(guesses: Mapping[str, Guess]) -> dict[str, Guess]:
+    """Guesses by the columns' names in the contract."""
+    return {guess.name: guess for guess in guesses.values()}
 
 
 def read_name(name: str, unit_line: str = "") -> Named:
