@@ -40,13 +40,20 @@ def one_joint(
     beside = _beside_commands(table)
     found = [beside] if beside else [_numbered(table), *_labelled(table), *_axes(table)]
     for groups in found:
-        wanted = next((j for g in groups for j, name in g.items() if name in chosen), None)
-        motion = [group for group in groups if _role(group) in ("command", "position")]
-        wanted = wanted or _first_that_moves(motion or groups, table)
+        wanted = _wanted(groups, table, chosen)
         for group in groups:  # one that the wanted joint has not is of the others alone
             kept = wanted or next(iter(group))
             others |= {name: None for j, name in group.items() if j != kept and name not in chosen}
     return {name: one for name, one in table.items() if name not in others}, list(others)
+
+
+def _wanted(
+    groups: Sequence[Group], table: Mapping[str, FloatArray], chosen: Collection[str]
+) -> str | None:
+    """The joint that is looked at; None where none of them moves."""
+    named = next((j for group in groups for j, name in group.items() if name in chosen), None)
+    motion = [group for group in groups if _role(group) in COMMANDED]
+    return named or _first_that_moves(motion or groups, table)
 
 
 def of_other_joints(table: Mapping[str, FloatArray], found: Mapping[str, Guess]) -> list[str]:
@@ -105,17 +112,25 @@ def _axes(names: Collection[str]) -> Iterator[Sequence[Group]]:
     X_SetPosition and Y_SetPosition, left_cmd and right_cmd, pos_x and pos_y.
     """
     for at in (_BEFORE, _BEHIND):
-        axes: dict[str, dict[str, str]] = {}
-        for found in filter(None, map(at.fullmatch, names)):
-            if _is_label(found["axis"]):
-                axes.setdefault(found["axis"], {})[found["of"]] = found[0]
-        whole = {one: group for one, group in axes.items() if _asked_and_read(group)}
+        whole = {one: group for one, group in _by_axis(names, at).items() if _asked_and_read(group)}
         arms = len(whole) == MOTORS and {one[-1] for one in whole} <= set("0123abcABC")
-        alike = [set(group) for group in whole.values()]
-        if len(whole) < 2 or arms or not _asked_and_read(set.intersection(*alike)):
+        if (
+            len(whole) < 2
+            or arms
+            or not _asked_and_read(set.intersection(*map(set, whole.values())))
+        ):
             continue
         stems = dict.fromkeys(stem for group in whole.values() for stem in group)
         yield [{one: g[stem] for one, g in whole.items() if stem in g} for stem in stems]
+
+
+def _by_axis(names: Iterable[str], at: re.Pattern[str]) -> dict[str, dict[str, str]]:
+    """Columns by their axis, and by their quantity."""
+    axes: dict[str, dict[str, str]] = {}
+    for found in filter(None, map(at.fullmatch, names)):
+        if _is_label(found["axis"]):
+            axes.setdefault(found["axis"], {})[found["of"]] = found[0]
+    return axes
 
 
 def _is_label(word: str) -> bool:
@@ -146,6 +161,17 @@ def _beside_commands(names: Iterable[str]) -> Sequence[Group]:
     """Commands called as their readings but for a word, of more joints than a delta has: left_s0
     and left_s0_cmd.
     """
+    labels = _by_what_asks(names)
+    read = labels.pop("", {})
+    groups = [{j: n for j, n in group.items() if j in read} for group in labels.values()]
+    asked = next((group for group in groups if len(group) > MOTORS), None)
+    if asked is None or len({joint.rstrip("0123456789") for joint in asked}) == 1:
+        return []  # joints with one name and numbers
+    return [asked, {joint: read[joint] for joint in asked}]
+
+
+def _by_what_asks(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Columns by the words that say a command, none for a reading, and by their other words."""
     labels: dict[str, dict[str, str]] = {}
     for name in names:
         words = re.split(r"[_. ]", name)
@@ -153,12 +179,7 @@ def _beside_commands(names: Iterable[str]) -> Sequence[Group]:
         if len(words) > 1 and len(asks) < len(words):
             label = "_".join(word for word in words if word not in asks)
             labels.setdefault("_".join(asks), {}).setdefault(label, name)
-    read = labels.pop("", {})
-    groups = [{j: n for j, n in group.items() if j in read} for group in labels.values()]
-    asked = next((group for group in groups if len(group) > MOTORS), None)
-    if asked is None or len({joint.rstrip("0123456789") for joint in asked}) == 1:
-        return []  # joints with one name and numbers
-    return [asked, {joint: read[joint] for joint in asked}]
+    return labels
 
 
 def _asked_and_read(stems: Iterable[str]) -> bool:
