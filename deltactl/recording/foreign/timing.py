@@ -152,6 +152,10 @@ class Stumbling(NamedTuple):
     """By which the rows are read in place of it; None where they are not evenly apart."""
     says: str
 
+    def instead_of(self, late: Sequence[str]) -> list[str]:
+        """What is to be looked at of the times, this in place of that there are none."""
+        return [self.says, *(one for one in late if one not in (NO_COLUMN, NO_TIMES))]
+
 
 def stumbling(
     guesses: Mapping[str, Guess],
