@@ -18,12 +18,14 @@ from deltactl.recording.foreign.names import (
     TORQUES,
     Guess,
     Named,
+    Taken,
     in_words,
     of_role,
     pulls,
 )
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import (
+    Table,
     asks,
     correlation,
     difference,
@@ -60,7 +62,7 @@ LEFT = "what is left; may be another"
 class Columns:
     """Columns of a table, what their names say, and what they are taken for so far."""
 
-    table: Mapping[str, FloatArray]
+    table: Table
     said: Mapping[str, Named]
     found: dict[str, Guess]
 
@@ -96,7 +98,7 @@ class Columns:
         """The same, with nothing known of some columns."""
         return replace(self, found={n: one for n, one in self.found.items() if n not in names})
 
-    def known(self, further: Mapping[str, Guess]) -> Columns:
+    def known(self, further: Taken) -> Columns:
         """The same, with more columns that are known."""
         return replace(self, found={**self.found, **further})
 
@@ -397,9 +399,7 @@ def _of_lone(columns: Columns, rest: list[str], with_slope: list[str]) -> Iterat
             yield columns.taken(name, "effort", None, LEFT)
 
 
-def _three_motors(
-    table: Mapping[str, FloatArray], moving: list[str], free: list[str]
-) -> list[Guess]:
+def _three_motors(table: Table, moving: list[str], free: list[str]) -> list[Guess]:
     """Three counts, and three readings that follow them: a delta. Empty where it is none."""
     counts = [name for name in moving if is_count(table[name])]
     if len(counts) != MOTORS:
@@ -437,9 +437,7 @@ def partners(columns: Columns) -> Iterator[Guess]:
             yield columns.taken(name, "distance", guess.index, LIKE.format(guess.source))
 
 
-def _nearest(
-    table: Mapping[str, FloatArray], known: list[Guess], free: list[str]
-) -> Iterator[tuple[Guess, str]]:
+def _nearest(table: Table, known: list[Guess], free: list[str]) -> Iterator[tuple[Guess, str]]:
     """Each of the known columns with the free one that moves most like it; each column once."""
     alike = [
         (round(likeness, 3), -_apart(table[guess.source], table[name]), guess, name)

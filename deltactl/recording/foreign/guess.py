@@ -20,6 +20,7 @@ from deltactl.recording.foreign.names import (
     Guess,
     Hint,
     Named,
+    Taken,
     by_name,
     may_be_outside,
     of_contract,
@@ -30,6 +31,7 @@ from deltactl.recording.foreign.names import (
 )
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import (
+    Table,
     copies_of_others,
     correlation,
     counts,
@@ -62,9 +64,7 @@ _AXIS = re.compile(r"((?:.*[^A-Za-z])?)([xyzXYZ])((?:_[a-z]+)?(?:\s*[\[(]\w+[\])
 """A name that ends as an axis and perhaps a unit: x_mm, Tracker X [mm]."""
 
 
-def guess_columns(
-    table: Mapping[str, FloatArray], units: Mapping[str, str], named: bool
-) -> dict[str, Guess]:
+def guess_columns(table: Table, units: Mapping[str, str], named: bool) -> dict[str, Guess]:
     """A guess for each column that one could be made for, by its name in the file."""
     spelled = _letters(list(table))
     said = {name: read_name(spelled[name], units.get(name, "")) for name in table}
@@ -313,7 +313,7 @@ KINDS = (
 
 
 def kind_of(
-    guesses: Mapping[str, Guess], left: Sequence[str], constant: Iterable[str] = ()
+    guesses: Taken, left: Sequence[str], constant: Iterable[str] = ()
 ) -> tuple[str | None, str | None, str]:
     """Kind of machine, linear or rotary, and why.
 
@@ -335,7 +335,7 @@ def kind_of(
 HERE = "here too:"
 
 
-def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
+def _lacking(guesses: Taken, left: Sequence[str]) -> str:
     """What is needed besides, and how it is said; `left`: columns that nothing is known of."""
     named = by_name(guesses)
     if {"pos_x", "pos_y", "pos_z"} <= named.keys():
@@ -378,7 +378,7 @@ def _lacking_beside(position: str, left: Sequence[str]) -> str:
     return f"a command or an effort was not found; say which column it is, {HERE} {example}{counts}"
 
 
-def zero_of(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> str | None:
+def zero_of(guesses: Taken, table: Table) -> str | None:
     """Whether command and reading of an axis share their zero."""
     named = by_name(guesses)
     for asked, seen in (("command", "position"), ("command_1", "theta_1")):
@@ -409,7 +409,7 @@ MAY_BE_ASKED = (
 )
 
 
-def may_be_asked(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+def may_be_asked(guesses: Taken, table: Table) -> list[str]:
     """A word of an effort that looks like the command of a position without one.
 
     u is what a controller gives, in the books the effort and in many a log what was asked for.
@@ -429,9 +429,7 @@ def may_be_asked(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) 
     return [MAY_BE_ASKED.format(effort.source, seen.source, shlex.quote(read))]
 
 
-def from_outside(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
-) -> tuple[dict[str, Guess], list[str]]:
+def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[str]]:
     """Guesses in which a torque that no drive gives is a load, and a word of what it was taken for.
 
     guesses: by column. table: columns, name -> (n,).

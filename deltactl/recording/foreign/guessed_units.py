@@ -12,9 +12,9 @@ from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import ANGULAR, slope_ratio
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.motion_units import PAIRS, is_open, of_one_unit, unit_of_motion
-from deltactl.recording.foreign.names import Guess, Hint, by_name, without_unit
+from deltactl.recording.foreign.names import Guess, Hint, Taken, by_name, without_unit
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import lead, same_range
+from deltactl.recording.foreign.shapes import Table, lead, same_range
 from deltactl.recording.foreign.units import (
     IN_SI,
     LINEAR,
@@ -63,9 +63,7 @@ ANGLE_WORDS = {
 _A_WORD = re.compile(r"(?<![\w.])(\d[\d.,]*[ -]?)?([A-Za-zµ]+)(?!\w)")
 
 
-def unit_noted(
-    guesses: Mapping[str, Guess], lines: Sequence[str]
-) -> tuple[dict[str, Guess], list[str]]:
+def unit_noted(guesses: Taken, lines: Sequence[str]) -> tuple[dict[str, Guess], list[str]]:
     """Angles in the one unit that comment lines before a table name, and a word of that.
 
     A word behind a number is a size (30 degrees); with a unit of length nothing is known.
@@ -90,7 +88,7 @@ def _angles_in(notes: str) -> set[str]:
 
 
 def with_units(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray], motion: str | None = None
+    guesses: Taken, table: Table, motion: str | None = None
 ) -> tuple[dict[str, Guess], list[str]]:
     """Guesses with a unit where the values tell one, and what to be warned of.
 
@@ -117,7 +115,7 @@ def with_units(
     return out, warnings
 
 
-def _late_rows(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> int:
+def _late_rows(guesses: Taken, table: Table) -> int:
     """Rows by which the reading of an axis follows its command; 0 where there are not both."""
     named = by_name(guesses)
     if not {"command", "position"} <= named.keys():
@@ -129,7 +127,7 @@ GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
 """Degrees in German, and gon in surveying."""
 
 
-def meant_otherwise(guesses: Mapping[str, Guess], units: Mapping[str, str]) -> list[str]:
+def meant_otherwise(guesses: Taken, units: Mapping[str, str]) -> list[str]:
     """What to say where a unit's sign has a second meaning. units: of a line under the heading."""
     said = [
         f"{name}: grad is read as degrees, as in German; were it gon, 400 to a turn, say"
@@ -151,7 +149,7 @@ def meant_otherwise(guesses: Mapping[str, Guess], units: Mapping[str, str]) -> l
     return said
 
 
-def _shared(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> dict[str, Guess]:
+def _shared(guesses: Taken, table: Table) -> dict[str, Guess]:
     """Where one of a pair has a unit and the other goes over the same numbers, both have it."""
     named = by_name(guesses)
     out = dict(guesses)
@@ -169,7 +167,7 @@ def _per_second(guess: Guess) -> Guess:
     return replace(guess, unit=speed) if guess.role == "velocity" and speed in SPEEDS else guess
 
 
-def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+def _of_slope(guesses: dict[str, Guess], table: Table) -> list[str]:
     """The unit of a velocity follows from the position that it is the slope of.
 
     One of which neither this nor a heading tells the unit is left out of the guesses.
@@ -222,7 +220,7 @@ def _by_ratio(
     return []
 
 
-def _pairs(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+def _pairs(guesses: dict[str, Guess], table: Table) -> list[str]:
     """Command and reading of one axis that differ by a factor between units."""
     named = by_name(guesses)
     warnings = []
@@ -249,9 +247,7 @@ def _pairs(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[s
     return warnings
 
 
-def steps_of_a_slide(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
-) -> tuple[dict[str, Guess], list[str]]:
+def steps_of_a_slide(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[str]]:
     """Steps beside a reading in mm as a command in mm, and what is to be looked at.
 
     Where a command is there too, it is compared with the reading, and the steps are not used: a

@@ -34,10 +34,10 @@ from deltactl.recording.foreign.guessed_units import (
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
 from deltactl.recording.foreign.mapping import BARE, Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
-from deltactl.recording.foreign.names import BY_NAME, Guess, of_contract, of_role, read_name
+from deltactl.recording.foreign.names import BY_NAME, Guess, Taken, of_contract, of_role, read_name
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
-from deltactl.recording.foreign.shapes import rising
+from deltactl.recording.foreign.shapes import Table, rising
 from deltactl.recording.foreign.timing import (
     NO_COLUMN,
     row_number,
@@ -157,10 +157,7 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
 
 
 def _of_an_axis(
-    guesses: AnyMapping[str, Guess],
-    known: AnyMapping[str, FloatArray],
-    motion: str | None,
-    moves: str | None,
+    guesses: Taken, known: Table, motion: str | None, moves: str | None
 ) -> tuple[dict[str, str], str | None, list[str]]:
     """Units that are asked for, motion, and questions, of an axis whose columns say this motion."""
     if motion is not None:
@@ -171,10 +168,7 @@ def _of_an_axis(
 
 
 def _guessed(
-    read: _Read,
-    known: dict[str, FloatArray],
-    said: AnyMapping[str, Source],
-    moves: str | None,
+    read: _Read, known: dict[str, FloatArray], said: AnyMapping[str, Source], moves: str | None
 ) -> tuple[dict[str, Guess], dict[str, FloatArray], list[str]]:
     """What columns are taken for, the columns of the joint that is looked at, and warnings."""
     path, table = read.path, read.table
@@ -245,7 +239,7 @@ def _rate_instead(
 
 
 def _as_columns(
-    guesses: AnyMapping[str, Guess], said: AnyMapping[str, Source], asked: AnyMapping[str, str]
+    guesses: Taken, said: AnyMapping[str, Source], asked: AnyMapping[str, str]
 ) -> dict[str, Source]:
     """The columns of a mapping: what differs from the contract, and what was said of it."""
     columns = {
@@ -267,7 +261,7 @@ def _as_columns(
     }
 
 
-def _measured_chain(read: _Read, known: AnyMapping[str, FloatArray]) -> Inspection | None:
+def _measured_chain(read: _Read, known: Table) -> Inspection | None:
     """More joints than a delta has beside places of a target; None where there are not both."""
     own = [name for name in known if OF_A_CHAIN.fullmatch(name)]
     joints = {name.partition("_")[2] for name in own if name.startswith(("theta_", "command_"))}
@@ -299,11 +293,11 @@ def _are_of_an_arm(others: Sequence[str]) -> bool:
     return len([one for one in read if any(map(str.isdigit, one))]) >= MOTORS
 
 
-def _without_times(guesses: AnyMapping[str, Guess]) -> dict[str, Guess]:
+def _without_times(guesses: Taken) -> dict[str, Guess]:
     return {name: one for name, one in guesses.items() if one.role != "t"}
 
 
-def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
+def _which_came_first(guesses: Taken) -> list[str]:
     """A word of two columns of which only the numbers say which was asked for."""
     asked = [guess.source for guess in guesses.values() if guess.why.endswith(EARLIER)]
     if not asked:
@@ -316,10 +310,7 @@ def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
 
 
 def _as_said(
-    path: Path,
-    table: AnyMapping[str, FloatArray],
-    guesses: AnyMapping[str, Guess],
-    said: AnyMapping[str, Source],
+    path: Path, table: Table, guesses: Taken, said: AnyMapping[str, Source]
 ) -> dict[str, Guess]:
     """Guesses, less those that somebody knows better. Raises RecordingError (no such column)."""
     sure: dict[str, Guess] = {}

@@ -9,9 +9,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from deltactl.recording.foreign.guess import COMMANDED, LETTERED
-from deltactl.recording.foreign.names import MEASURED, SEEN, Guess, label_of, read_name
+from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, label_of, read_name
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import correlation
+from deltactl.recording.foreign.shapes import Table, correlation
 from deltactl.recording.foreign.units import UNIT_OF
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
@@ -47,16 +47,14 @@ def one_joint(
     return {name: one for name, one in table.items() if name not in others}, list(others)
 
 
-def _wanted(
-    groups: Sequence[Group], table: Mapping[str, FloatArray], chosen: Collection[str]
-) -> str | None:
+def _wanted(groups: Sequence[Group], table: Table, chosen: Collection[str]) -> str | None:
     """The joint that is looked at; None where none of them moves."""
     named = next((j for group in groups for j, name in group.items() if name in chosen), None)
     motion = [group for group in groups if _role(group) in COMMANDED]
     return named or _first_that_moves(motion or groups, table)
 
 
-def of_other_joints(table: Mapping[str, FloatArray], found: Mapping[str, Guess]) -> list[str]:
+def of_other_joints(table: Table, found: Taken) -> list[str]:
     """Names of columns that are commands as well, of joints without numbers: shoulder, elbow.
 
     A second command of one joint has no word of its own: command_position, control_position.
@@ -68,7 +66,7 @@ def of_other_joints(table: Mapping[str, FloatArray], found: Mapping[str, Guess])
     return [one for one in others if label_of(one) - own and not _of_the_same(table, one, found)]
 
 
-def _of_the_same(table: Mapping[str, FloatArray], name: str, found: Mapping[str, Guess]) -> bool:
+def _of_the_same(table: Table, name: str, found: Taken) -> bool:
     """Whether a command rests, or is the speed that goes with a command that is known: v_des."""
     if not np.nanstd(table[name]) > 0.0:
         return True
@@ -80,7 +78,7 @@ def _role(group: Group) -> str | None:
     return read_name(next(iter(group.values()))).role
 
 
-def _first_that_moves(groups: Sequence[Group], table: Mapping[str, FloatArray]) -> str | None:
+def _first_that_moves(groups: Sequence[Group], table: Table) -> str | None:
     """The first joint of which no column rests or is a copy of another; None without any."""
     still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
     for one, other in itertools.combinations(groups, 2):
@@ -114,11 +112,9 @@ def _axes(names: Collection[str]) -> Iterator[Sequence[Group]]:
     for at in (_BEFORE, _BEHIND):
         whole = {one: group for one, group in _by_axis(names, at).items() if _asked_and_read(group)}
         arms = len(whole) == MOTORS and {one[-1] for one in whole} <= set("0123abcABC")
-        if (
-            len(whole) < 2
-            or arms
-            or not _asked_and_read(set.intersection(*map(set, whole.values())))
-        ):
+        if len(whole) < 2 or arms:
+            continue
+        if not _asked_and_read(set.intersection(*map(set, whole.values()))):
             continue
         stems = dict.fromkeys(stem for group in whole.values() for stem in group)
         yield [{one: g[stem] for one, g in whole.items() if stem in g} for stem in stems]
@@ -188,7 +184,7 @@ def _asked_and_read(stems: Iterable[str]) -> bool:
     return "position" in roles and bool(roles & (LETTERED - {"position"}))
 
 
-def of_data_set(table: Mapping[str, FloatArray]) -> tuple[dict[str, str], list[str]]:
+def of_data_set(table: Table) -> tuple[dict[str, str], list[str]]:
     """Units of the joints of a LeRobot data set by column, as far as their values show them, and
     what to be warned of.
     """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,13 +20,14 @@ from deltactl.recording.foreign.doubts import (
 from deltactl.recording.foreign.names import (
     Guess,
     Hint,
+    Taken,
     in_words,
     is_of_data_joint,
     is_of_joint,
     without_unit,
 )
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import same_range
+from deltactl.recording.foreign.shapes import Table, same_range
 from deltactl.recording.reading.run import FloatArray
 
 PAIRS = (
@@ -47,9 +48,7 @@ SLIDES = "and linear in place of rotary there"
 NO_UNIT = "nothing says the unit"
 
 
-def of_one_unit(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
-) -> Iterator[list[Guess]]:
+def of_one_unit(guesses: Taken, table: Table) -> Iterator[list[Guess]]:
     """Columns of motion, those together that have one unit though none is said: the angles of all
     arms, and the command and the reading of one axis that go over the same numbers.
     """
@@ -61,9 +60,7 @@ def of_one_unit(
     yield from ([one] for one in left.values() if one.name not in together)
 
 
-def _pairs_alike(
-    left: Mapping[str, Guess], table: Mapping[str, FloatArray]
-) -> Iterator[list[Guess]]:
+def _pairs_alike(left: Taken, table: Table) -> Iterator[list[Guess]]:
     """A command and its reading, a distance and its range, that go over the same numbers."""
     for names in PAIRS[:2]:
         pair = [left[name] for name in names if name in left and is_open(left[name])]
@@ -84,10 +81,7 @@ def is_open(guess: Guess) -> bool:
 
 
 def unit_of_motion(
-    group: Sequence[Guess],
-    table: Mapping[str, FloatArray],
-    turning: bool,
-    slides: bool = False,
+    group: Sequence[Guess], table: Table, turning: bool, slides: bool = False
 ) -> tuple[list[Guess], str]:
     """The columns of a group with their unit, and what to be warned of; empty where of nothing.
 
@@ -194,7 +188,7 @@ def _names(group: Sequence[Guess]) -> str:
     return ", ".join(one.source for one in group)
 
 
-def _of_steps(group: Sequence[Guess], table: Mapping[str, FloatArray]) -> list[Guess] | None:
+def _of_steps(group: Sequence[Guess], table: Table) -> list[Guess] | None:
     """The group in the unit that the steps of its readings tell; None where they tell none."""
     read = [one.source for one in group if one.role in ("position", "theta")]
     told = {name: found for name in read if (found := of_encoder(table[name])) is not None}
@@ -212,9 +206,7 @@ def turns_by_name(group: Iterable[Guess]) -> bool:
     return any(is_of_joint(one.source) for one in group)
 
 
-def ask_unit(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray], motion: str | None = None
-) -> tuple[dict[str, str], str]:
+def ask_unit(guesses: Taken, table: Table, motion: str | None = None) -> tuple[dict[str, str], str]:
     """The unit to be written for columns of an axis of which nothing tells one, by their name in
     the contract, and what to be asked of them; both empty where there are none.
 

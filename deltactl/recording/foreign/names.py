@@ -173,12 +173,16 @@ class Guess:
         return self.role if self.index is None else f"{self.role}_{self.index}"
 
 
-def of_role(guesses: Mapping[str, Guess], *roles: str) -> list[str]:
+Taken = Mapping[str, Guess]
+"""Columns of a file and what each is taken for."""
+
+
+def of_role(guesses: Taken, *roles: str) -> list[str]:
     """Columns that are taken for one of the roles."""
     return [name for name, guess in guesses.items() if guess.role in roles]
 
 
-def by_name(guesses: Mapping[str, Guess]) -> dict[str, Guess]:
+def by_name(guesses: Taken) -> dict[str, Guess]:
     """Guesses by the columns' names in the contract."""
     return {guess.name: guess for guess in guesses.values()}
 
