@@ -48,10 +48,12 @@ from deltactl.recording.reading.run import FloatArray
 
 _D = re.compile(r"_d(?![A-Za-z])")
 CURRENTS = frozenset(["current", "strom", "iq", "i_q", "courant", "corriente", "corrente", "amps"])
-MOVERS = ("command", "position")
+COMMANDED = ("command", "position")
 """What an axis was asked for, and what came of it."""
 ASKED = frozenset({"command", "steps", "distance"})
 """What a reading is compared with."""
+PARTNER = {"command": "position", "steps": "position", "distance": "range", "range": "distance"}
+"""What is compared with each of these."""
 EARLIER = "smoother or earlier"
 """Why one of two columns that move alike is the command, where no name says it."""
 LIKE = "moves like {}"
@@ -110,7 +112,7 @@ def scored(columns: Columns) -> dict[str, Guess]:
     reading follows its command late and with noise. `why` says what the values do.
     """
     pair = _asked_and_read(columns)
-    rest = columns.less(columns.of(*MOVERS)) if pair else columns
+    rest = columns.less(columns.of(*COMMANDED)) if pair else columns
     places = of_role(pair | rest.found, "position")
     if not places:
         return rest.found
@@ -139,7 +141,7 @@ def _asked_and_read(columns: Columns) -> dict[str, Guess]:
     """The command and the reading of an axis, of all pairs of columns that may be them the one
     that scores most; empty where none may.
     """
-    if any(columns.found[name].index is not None for name in columns.of(*MOVERS)):
+    if any(columns.found[name].index is not None for name in columns.of(*COMMANDED)):
         return {}
     best = max(_pairs_of_an_axis(columns), key=lambda pair: pair.score, default=None)
     return {} if best is None else _as_pair(columns, best)
@@ -147,7 +149,7 @@ def _asked_and_read(columns: Columns) -> dict[str, Guess]:
 
 def _pairs_of_an_axis(columns: Columns) -> Iterator[_Pair]:
     """All pairs of columns that may be command and reading, each both ways round."""
-    named = columns.of(*MOVERS)
+    named = columns.of(*COMMANDED)
     free = [] if not named or _settled(columns) else columns.free()
     moving = [n for n in [*named, *free] if np.nanstd(columns.table[n]) > 0.0]
     for one, other in itertools.combinations(moving, 2):
@@ -166,7 +168,7 @@ def _may_be_one_axis(columns: Columns, one: str, other: str) -> bool:
     a, b, roles = columns.table[one], columns.table[other], {*map(columns.role, (one, other))}
     alike = follows_step(a, b)
     one_motion = None not in roles or of_one_motion(a, b)
-    fits = roles == set(MOVERS) or bool(alike >= GUESSES.alike and one_motion)
+    fits = roles == set(COMMANDED) or bool(alike >= GUESSES.alike and one_motion)
     return fits and not np.array_equal(a, b, equal_nan=True)
 
 
@@ -188,7 +190,7 @@ def _both_ways(columns: Columns, one: str, other: str) -> Iterator[_Pair]:
 
 
 def _as_pair(columns: Columns, pair: _Pair) -> dict[str, Guess]:
-    """Guesses of two columns, with what they were taken for it."""
+    """Guesses of two columns, with what speaks for them."""
     _, asked, read, alike = pair
     table, found = columns.table, columns.found
     role, index, why = "command", None, f"{LIKE.format(read)}, {EARLIER}"
@@ -209,7 +211,7 @@ def _says_asked(columns: Columns, name: str) -> float:
     """1 where a name says that a column was asked for, -1 where it says that it was read."""
     if name not in columns.found:
         return 0.0
-    if columns.role(name) == "command" or _desired(name, columns.of(*MOVERS)):
+    if columns.role(name) == "command" or _desired(name, columns.of(*COMMANDED)):
         return 1.0
     return -1.0 if (MEASURED | SEEN).intersection(in_words(name)) else -GUESSES.plainly_named
 
@@ -233,7 +235,7 @@ def _slope_of(columns: Columns, position: str) -> Guess | None:
     alike = {name: correlation(table[name], slope) for name in free}
     called = [n for n in free if columns.said[n].role == "velocity" and alike[n] > 0.5]
     best = max(called or free, key=lambda name: alike[name])
-    among = [best, *columns.of(*MOVERS)]
+    among = [best, *columns.of(*COMMANDED)]
     if alike[best] < GUESSES.alike_slope or difference(table, among) == best:
         return None
     return columns.taken(best, "velocity", None, f"it is the slope of {position}")
@@ -261,7 +263,7 @@ def _best_effort(columns: Columns, position: str) -> Guess | None:
 
 def _as_an_effort_goes(columns: Columns, position: FloatArray) -> Iterator[tuple[str, float]]:
     """Columns that nothing is known of and that go as an effort would, and how much they do."""
-    table, movers = columns.table, columns.of(*MOVERS)
+    table, movers = columns.table, columns.of(*COMMANDED)
     for name in columns.free():
         if is_whole(table[name]) or pulls(name):  # a weight pulls too: it is asked
             continue
@@ -362,17 +364,13 @@ def _of_pairs(columns: Columns, pairs: list[tuple[str, str]]) -> Iterator[Guess]
     table = columns.table
     indices: Sequence[str | None] = ["1", "2", "3"] if len(pairs) == MOTORS else [None]
     for (asked, seen), index in zip(pairs, indices, strict=False):
-        role, seen_as, why = (
-            "command",
-            "theta" if index else "position",
-            f"{LIKE.format(seen)}, {EARLIER}",
-        )
-        unit = columns.said[asked].unit
+        like, unit = LIKE.format(seen), columns.said[asked].unit
+        role, seen_as, why = "command", "theta" if index else "position", f"{like}, {EARLIER}"
         if is_count(table[asked]) and not is_count(table[seen]):
-            role, seen_as, index, unit = "steps", "theta", index or "1", None
-            why = f"whole numbers; {LIKE.format(seen)}"
+            role, seen_as, why = "steps", "theta", f"whole numbers; {like}"
+            index, unit = index or "1", None
         elif is_stepwise(table[asked]) and len(pairs) == 1 and table[asked].min() >= 0.0:
-            role, seen_as, why = "distance", "range", f"rests in turns; {LIKE.format(seen)}"
+            role, seen_as, why = "distance", "range", f"rests in turns; {like}"
         yield Guess(asked, role, index, unit, why)
         yield columns.taken(seen, seen_as, index, LIKE.format(asked))
 
@@ -426,15 +424,15 @@ def partners(columns: Columns) -> Iterator[Guess]:
     """What moves like a column that is known by its name, and has no name itself: the reading of a
     command, the command of a reading, the range of a distance.
     """
-    table, found, free = columns.table, columns.found, columns.free()
-    asked, read = columns.of(*ASKED), columns.of("range")
+    known, asked = columns.of("range")[:1], columns.of(*ASKED)
     if asked and not columns.of("position", "range"):
-        for guess, name in _nearest(table, [found[one] for one in asked], free):
-            role = "range" if guess.role == "distance" else "position"
-            yield columns.taken(name, role, guess.index, LIKE.format(guess.source))
-    elif not asked and not columns.of("effort"):
-        for guess, name in _nearest(table, [found[one] for one in read[:1]], free):
-            yield columns.taken(name, "distance", guess.index, LIKE.format(guess.source))
+        known = asked
+    elif asked or columns.of("effort"):
+        return
+    guesses = [columns.found[name] for name in known]
+    for guess, name in _nearest(columns.table, guesses, columns.free()):
+        role = PARTNER[guess.role]
+        yield columns.taken(name, role, guess.index, LIKE.format(guess.source))
 
 
 def _nearest(table: Table, known: list[Guess], free: list[str]) -> Iterator[tuple[Guess, str]]:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from deltactl.recording.foreign.by_values import Columns, by_values, partners, scored
+from deltactl.recording.foreign.by_values import COMMANDED, Columns, by_values, partners, scored
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
     ALONE,
@@ -198,8 +198,7 @@ def _time(columns: Columns) -> None:
         del columns.found[name]
     if time is not None:
         unit = columns.said[time].unit
-        alone = ALONE if unit is None else f"{ALONE}, in {unit}"
-        why = BY_NAME if time in named else alone
+        why = BY_NAME if time in named else ", in ".join(filter(None, [ALONE, unit]))
         columns.found[time] = columns.taken(time, "t", None, why)
 
 
@@ -252,9 +251,9 @@ def _as_numbered(one: Guess, single: bool, places: bool) -> Guess:
         return replace(one, role="pos")
     if one.role in OF_A_MOTOR and single:
         return replace(one, index="1" if one.role == "steps" else None)
-    return (
-        replace(one, role="theta") if one.role == "position" and one.index in MOTOR_NUMBERS else one
-    )
+    if one.role == "position" and one.index in MOTOR_NUMBERS:
+        return replace(one, role="theta")
+    return one
 
 
 CALIBRATES = "no command is there, and it says where the platform was to be"
@@ -266,11 +265,9 @@ def _calibration(found: dict[str, Guess]) -> dict[str, Guess]:
     arms, places = {f"theta_{n}" for n in (1, 2, 3)}, {f"pos_{axis}" for axis in "xyz"}
     if not there >= arms | places or {"command_1", "steps_1"} & there:
         return found
-    return {
-        name: replace(one, role="command", why=f"{one.why}; {CALIBRATES}")
-        if one.role == "theta"
-        else one
-        for name, one in found.items()
+    return found | {
+        name: replace(found[name], role="command", why=f"{found[name].why}; {CALIBRATES}")
+        for name in of_role(found, "theta")
     }
 
 
@@ -283,15 +280,12 @@ def _unique(found: dict[str, Guess]) -> dict[str, Guess]:
     return first
 
 
-COMMANDED = ("command", "position")
-
-
 class _Kind(NamedTuple):
     """A kind of machine, by the columns of its recordings."""
 
     name: str
     needs: tuple[str, ...]
-    """Of each of these at least one column."""
+    """At least one column of each of these, names with spaces between."""
     why: str
     without: str = ""
 
