@@ -7,12 +7,25 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from deltactl.recording.foreign.names import MEASURED, SEEN, TORQUES, Guess, Named, in_words, pulls
+from deltactl.recording.foreign.names import (
+    MEASURED,
+    SEEN,
+    TORQUES,
+    Guess,
+    Named,
+    Taken,
+    in_words,
+    of_role,
+    pulls,
+)
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import (
+    Table,
     asks,
     correlation,
     difference,
@@ -35,114 +48,170 @@ from deltactl.recording.reading.run import FloatArray
 
 _D = re.compile(r"_d(?![A-Za-z])")
 CURRENTS = frozenset(["current", "strom", "iq", "i_q", "courant", "corriente", "corrente", "amps"])
+COMMANDED = ("command", "position")
+"""What an axis was asked for, and what came of it."""
+ASKED = frozenset({"command", "steps", "distance"})
+"""What a reading is compared with."""
+PARTNER = {"command": "position", "steps": "position", "distance": "range", "range": "distance"}
+"""What is compared with each of these."""
+EARLIER = "smoother or earlier"
+"""Why one of two columns that move alike is the command, where no name says it."""
+LIKE = "moves like {}"
+LEFT = "what is left; may be another"
 
 
-def scored(
-    table: Mapping[str, FloatArray], said: Mapping[str, Named], found: Mapping[str, Guess]
-) -> dict[str, Guess]:
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Columns of a table, what their names say, and what they are taken for so far."""
+
+    table: Table
+    said: Mapping[str, Named]
+    found: dict[str, Guess]
+
+    def of(self, *roles: str) -> list[str]:
+        """Columns that are taken for one of the roles."""
+        return of_role(self.found, *roles)
+
+    def role(self, name: str) -> str | None:
+        """What a column is taken for."""
+        return self.found[name].role if name in self.found else None
+
+    def taken(self, name: str, role: str, index: str | None, why: str) -> Guess:
+        """A guess of a column, in the unit that its name says."""
+        return Guess(name, role, index, self.said[name].unit, why)
+
+    def time(self) -> FloatArray | None:
+        """The column of times."""
+        return next((self.table[name] for name in self.of("t")), None)
+
+    def unknown(self) -> list[str]:
+        """Columns with numbers in most rows of which nothing is known."""
+        return [
+            name
+            for name, values in self.table.items()
+            if name not in self.found and np.isfinite(values).mean() > GUESSES.least_filled
+        ]
+
+    def free(self) -> list[str]:
+        """Columns that move, and of which nothing is known."""
+        return [name for name in self.unknown() if np.nanstd(self.table[name]) > 0.0]
+
+    def less(self, names: Collection[str]) -> Columns:
+        """The same, with nothing known of some columns."""
+        return replace(self, found={n: one for n, one in self.found.items() if n not in names})
+
+    def known(self, further: Taken) -> Columns:
+        """The same, with more columns that are known."""
+        return replace(self, found={**self.found, **further})
+
+
+def scored(columns: Columns) -> dict[str, Guess]:
     """The guesses of an axis, the likeliest command, reading, velocity and effort first.
 
     What a name says and what the values do are added up, for each pair of columns that move: a
     reading follows its command late and with noise. `why` says what the values do.
     """
-    first = _asked_and_read(table, said, found)
-    rest = {n: guess for n, guess in found.items() if n not in first}
-    if first:
-        rest = {n: one for n, one in rest.items() if one.role not in ("command", "position")}
-    position = next((n for n, one in {**first, **rest}.items() if one.role == "position"), None)
-    if position is None:
-        return first | rest
-    speeds = [n for n, guess in rest.items() if guess.role == "velocity"]
-    rest = {n: guess for n, guess in rest.items() if n not in speeds}
-    if any(guess.role == "command" for guess in first.values()):  # what rests moves nothing
-        rest = {n: one for n, one in rest.items() if one.role != "effort" or np.nanstd(table[n])}
-    others = {n: guess for n, guess in {**rest, **first}.items() if n not in speeds}
-    slope = _slope_of(table, said, others, position)
-    first |= {n: found.get(n, guess) for n, guess in slope.items()}
-    first |= {n: found[n] for n in speeds[:1] if not slope}
-    if effort := _best_effort(table, said, {**rest, **first}, position):
+    pair = _asked_and_read(columns)
+    rest = columns.less(columns.of(*COMMANDED)) if pair else columns
+    places = of_role(pair | rest.found, "position")
+    if not places:
+        return rest.found
+    speeds, asked = rest.of("velocity"), of_role(pair, "command")
+    still = [n for n in rest.of("effort") if asked and not np.nanstd(columns.table[n])]
+    known = rest.less([*speeds, *still]).known(pair)  # what rests moves nothing
+    slope = _slope_of(known, places[0])
+    named = [columns.found[name] for name in speeds[:1]]
+    speed = [columns.found.get(slope.source, slope)] if slope else named
+    first = pair | {one.source: one for one in speed}
+    if effort := _best_effort(known.known(first), places[0]):
         first[effort.source] = effort
-    return first | {n: guess for n, guess in rest.items() if n not in first}
+    return first | known.less(first).found
 
 
-def _asked_and_read(
-    table: Mapping[str, FloatArray], said: Mapping[str, Named], found: Mapping[str, Guess]
-) -> dict[str, Guess]:
+class _Pair(NamedTuple):
+    """Two columns as a command and its reading, and how much speaks for it."""
+
+    score: float
+    asked: str
+    read: str
+    alike: float
+
+
+def _asked_and_read(columns: Columns) -> dict[str, Guess]:
     """The command and the reading of an axis, of all pairs of columns that may be them the one
     that scores most; empty where none may.
     """
-    movers = {n: guess for n, guess in found.items() if guess.role in ("command", "position")}
-    if any(guess.index is not None for guess in movers.values()):
+    if any(columns.found[name].index is not None for name in columns.of(*COMMANDED)):
         return {}
-    named = {guess.role for guess in movers.values()}
-    effort = any(guess.role == "effort" for guess in found.values())
-    settled = len(named) == 2 and any(
-        correlation(table[one], table[other]) >= GUESSES.alike
-        for one, other in itertools.combinations(movers, 2)
-        if movers[one].role != movers[other].role
-    )
-    free = [] if settled or not movers else _free(table, found)
-    moving = [n for n in [*movers, *free] if n in table and np.nanstd(table[n]) > 0.0]
-    best, pair = -np.inf, None
+    best = max(_pairs_of_an_axis(columns), key=lambda pair: pair.score, default=None)
+    return {} if best is None else _as_pair(columns, best)
+
+
+def _pairs_of_an_axis(columns: Columns) -> Iterator[_Pair]:
+    """All pairs of columns that may be command and reading, each both ways round."""
+    named = columns.of(*COMMANDED)
+    free = [] if not named or _settled(columns) else columns.free()
+    moving = [n for n in [*named, *free] if np.nanstd(columns.table[n]) > 0.0]
     for one, other in itertools.combinations(moving, 2):
-        if not _may_be_one_axis(table, movers, one, other):
-            continue
-        follows_by, alike = lead(table[one], table[other])
-        fits = min(-float(np.log10(max(1.0 - alike**2, 1e-9))), GUESSES.surest_fit)
-        near = GUESSES.own_name * (_begins(one) == _begins(other))
-        first = asks(table[one], table[other])
-        for asked, read, leads in ((one, other, first), (other, one, not first)):
-            if effort and "command" not in named and not (leads and follows_by):
-                continue
-            says = _says_asked(asked, said, movers) - _says_asked(read, said, movers)
-            score = says + fits + near + (GUESSES.came_first if leads else -GUESSES.came_first)
-            if score > best:
-                best, pair = score, (asked, read, alike)
-    return {} if pair is None else _as_pair(*pair, table, said, movers)
+        if _may_be_one_axis(columns, one, other):
+            yield from _both_ways(columns, one, other)
 
 
-def _may_be_one_axis(
-    table: Mapping[str, FloatArray], movers: Mapping[str, Guess], one: str, other: str
-) -> bool:
+def _settled(columns: Columns) -> bool:
+    """Whether a command and a reading that are called so move alike."""
+    table, both = columns.table, itertools.product(columns.of("command"), columns.of("position"))
+    return any(correlation(table[one], table[other]) >= GUESSES.alike for one, other in both)
+
+
+def _may_be_one_axis(columns: Columns, one: str, other: str) -> bool:
     """Whether two columns that differ are named as command and reading, or move alike."""
-    alike = follows_step(table[one], table[other])
-    as_named = {movers[n].role for n in (one, other) if n in movers} == {"command", "position"}
-    one_motion = {one, other} <= movers.keys() or of_one_motion(table[one], table[other])
-    differ = not np.array_equal(table[one], table[other], equal_nan=True)
-    return differ and (as_named or bool(alike >= GUESSES.alike and one_motion))
+    a, b, roles = columns.table[one], columns.table[other], {*map(columns.role, (one, other))}
+    alike = follows_step(a, b)
+    one_motion = None not in roles or of_one_motion(a, b)
+    fits = roles == set(COMMANDED) or bool(alike >= GUESSES.alike and one_motion)
+    return fits and not np.array_equal(a, b, equal_nan=True)
 
 
-def _as_pair(
-    asked: str,
-    read: str,
-    alike: float,
-    table: Mapping[str, FloatArray],
-    said: Mapping[str, Named],
-    movers: Mapping[str, Guess],
-) -> dict[str, Guess]:
-    """Guesses of two columns, with what they were taken for it."""
-    follows_it = f"{read} follows it ({alike**2:.0%})" if alike**2 >= GUESSES.least_share else ""
-    as_asked = asked in movers and movers[asked].role == "command"
-    says = movers[asked].why if as_asked else ""
-    why = ", ".join(filter(None, [says.removesuffix(f", {EARLIER}"), follows_it]))
-    role = "command"
-    if not as_asked and read not in movers:
-        why = f"moves like {read}, {EARLIER}"
-    elif not as_asked:
-        why = f"moves like {read}, {EARLIER}"
-        role = "steps" if is_count(table[asked]) and not is_count(table[read]) else role
-    seen = movers[read].why if read in movers and movers[read].role == "position" else ""
+def _both_ways(columns: Columns, one: str, other: str) -> Iterator[_Pair]:
+    """Two columns as command and reading, and the other way round.
+
+    Beside an effort and without a name that says so, only one that comes first was asked for.
+    """
+    a, b = columns.table[one], columns.table[other]
+    ahead, alike = lead(a, b)
+    fits = min(-float(np.log10(max(1.0 - alike**2, 1e-9))), GUESSES.surest_fit)
+    near = GUESSES.own_name * (_begins(one) == _begins(other))
+    first, open_ = asks(a, b), columns.of("command") or not columns.of("effort")
+    for asked, read, leads in ((one, other, first), (other, one, not first)):
+        if open_ or (leads and ahead):
+            says = _says_asked(columns, asked) - _says_asked(columns, read)
+            came_first = GUESSES.came_first if leads else -GUESSES.came_first
+            yield _Pair(says + fits + near + came_first, asked, read, alike)
+
+
+def _as_pair(columns: Columns, pair: _Pair) -> dict[str, Guess]:
+    """Guesses of two columns, with what speaks for them."""
+    _, asked, read, alike = pair
+    table, found = columns.table, columns.found
+    role, index, why = "command", None, f"{LIKE.format(read)}, {EARLIER}"
+    if columns.role(asked) == "command":
+        says = found[asked].why.removesuffix(f", {EARLIER}")
+        follows_it = f"{read} follows it ({alike**2:.0%})"
+        why = f"{says}, {follows_it}" if alike**2 >= GUESSES.least_share else says
+    elif read in found and is_count(table[asked]) and not is_count(table[read]):
+        role, index = "steps", "1"
+    seen = found[read].why if columns.role(read) == "position" else LIKE.format(asked)
     return {
-        asked: Guess(asked, role, "1" if role == "steps" else None, said[asked].unit, why),
-        read: Guess(read, "position", None, said[read].unit, seen or f"moves like {asked}"),
+        asked: columns.taken(asked, role, index, why),
+        read: columns.taken(read, "position", None, seen),
     }
 
 
-def _says_asked(name: str, said: Mapping[str, Named], movers: Mapping[str, Guess]) -> float:
+def _says_asked(columns: Columns, name: str) -> float:
     """1 where a name says that a column was asked for, -1 where it says that it was read."""
-    if name not in movers:
+    if name not in columns.found:
         return 0.0
-    if movers[name].role == "command" or _desired(name, movers):
+    if columns.role(name) == "command" or _desired(name, columns.of(*COMMANDED)):
         return 1.0
     return -1.0 if (MEASURED | SEEN).intersection(in_words(name)) else -GUESSES.plainly_named
 
@@ -157,67 +226,61 @@ def _begins(name: str) -> str:
     return re.split(r"[^0-9A-Za-z]+", name)[0]
 
 
-def _slope_of(
-    table: Mapping[str, FloatArray],
-    said: Mapping[str, Named],
-    found: Mapping[str, Guess],
-    position: str,
-) -> dict[str, Guess]:
+def _slope_of(columns: Columns, position: str) -> Guess | None:
     """The column that is the slope of the reading, where none is called a velocity."""
-    time = next((table[n] for n, guess in found.items() if guess.role == "t"), None)
-    free = _free(table, found)
+    table, time, free = columns.table, columns.time(), columns.free()
     if time is None or not free or is_stepwise(table[position]):
-        return {}
+        return None
     slope = np.gradient(table[position], *([time] if rising(time) else []))
     alike = {name: correlation(table[name], slope) for name in free}
-    called = [name for name in free if said[name].role == "velocity" and alike[name] > 0.5]
+    called = [n for n in free if columns.said[n].role == "velocity" and alike[n] > 0.5]
     best = max(called or free, key=lambda name: alike[name])
-    if alike[best] < GUESSES.alike_slope or difference(table, [best, *_movers(found)]) == best:
-        return {}
-    return {best: Guess(best, "velocity", None, said[best].unit, f"it is the slope of {position}")}
+    among = [best, *columns.of(*COMMANDED)]
+    if alike[best] < GUESSES.alike_slope or difference(table, among) == best:
+        return None
+    return columns.taken(best, "velocity", None, f"it is the slope of {position}")
 
 
-def _movers(found: Mapping[str, Guess]) -> list[str]:
-    return [name for name, guess in found.items() if guess.role in ("command", "position")]
-
-
-def _best_effort(
-    table: Mapping[str, FloatArray],
-    said: Mapping[str, Named],
-    found: Mapping[str, Guess],
-    position: str,
-) -> Guess | None:
+def _best_effort(columns: Columns, position: str) -> Guess | None:
     """The effort that scores most by its name and by how it goes with the motion; of columns that
     are not called so, one that goes with acceleration and the sign of speed alike.
     """
-    called = [n for n, one in found.items() if one.role == "effort" and one.index is None]
-    shares = {name: _share_of_motion(table[name], table[position]) for name in called}
-    if not called:
-        shares = {
-            name: share
-            for name in _free(table, found)
-            if not (is_whole(table[name]) or pulls(name))  # a weight pulls too: it is asked
-            and (share := _share_of_both(table[name], table[position])) > GUESSES.alike**2
-            and difference(table, [name, *_movers(found)]) != name
-        }
-    if not shares or (len(called) == 1 and called[0] in found and shares[called[0]] == 0.0):
+    table, at = columns.table, columns.table[position]
+    called = [n for n in columns.of("effort") if columns.found[n].index is None]
+    shares = {name: _share_of_motion(table[name], at) for name in called}
+    shares = shares or dict(_as_an_effort_goes(columns, at))
+    lone = len(called) == 1
+    if not shares or (lone and shares[called[0]] == 0.0):
         return None
     own = {n for n in shares if _begins(n) == _begins(position)} or set(shares)
-
-    def score(name: str) -> float:
-        words = set(in_words(name))
-        direct = 2.0 if words & TORQUES else 1.0 if words & CURRENTS else 0.0
-        likely = 4.0 * (shares[name] >= GUESSES.least_share) + 8.0 * (direct > 0.0)
-        measured = 0.5 * bool(words & MEASURED) - 2.5 * (said[name].asked or _desired(name, shares))
-        return 16.0 * (name in own) + likely + direct + measured + 0.4 * shares[name]
-
-    best = max(shares, key=score)
-    by_name = "by its name" if called else ""
+    best = max(shares, key=lambda name: _score_of_effort(columns.said, shares, name, name in own))
     goes = f"it goes with the motion ({shares[best]:.0%})"
-    if len(called) == 1 or shares[best] < GUESSES.least_share:
-        goes = "" if called else goes
-    why = "; ".join(filter(None, [by_name, goes]))
-    return Guess(best, "effort", None, said[best].unit, why)
+    if called:
+        tells = not lone and shares[best] >= GUESSES.least_share
+        goes = f"by its name; {goes}" if tells else "by its name"
+    return columns.taken(best, "effort", None, goes)
+
+
+def _as_an_effort_goes(columns: Columns, position: FloatArray) -> Iterator[tuple[str, float]]:
+    """Columns that nothing is known of and that go as an effort would, and how much they do."""
+    table, movers = columns.table, columns.of(*COMMANDED)
+    for name in columns.free():
+        if is_whole(table[name]) or pulls(name):  # a weight pulls too: it is asked
+            continue
+        share = _share_of_both(table[name], position)
+        if share > GUESSES.alike**2 and difference(table, [name, *movers]) != name:
+            yield name, share
+
+
+def _score_of_effort(
+    said: Mapping[str, Named], shares: Mapping[str, float], name: str, own: bool
+) -> float:
+    """How likely a column is the effort of an axis; own: it is called as the reading is."""
+    words = set(in_words(name))
+    direct = 2.0 if words & TORQUES else 1.0 if words & CURRENTS else 0.0
+    likely = 4.0 * (shares[name] >= GUESSES.least_share) + 8.0 * (direct > 0.0)
+    measured = 0.5 * bool(words & MEASURED) - 2.5 * (said[name].asked or _desired(name, shares))
+    return 16.0 * own + likely + direct + measured + 0.4 * shares[name]
 
 
 def _share_of_both(effort: FloatArray, position: FloatArray) -> float:
@@ -258,155 +321,121 @@ def _share_of_motion(
     return max(shares)
 
 
-ASKED = frozenset({"command", "steps", "distance"})
-"""What a reading is compared with."""
-EARLIER = "smoother or earlier"
-"""Why one of two columns that move alike is the command, where no name says it."""
-
-
-def by_values(
-    table: Mapping[str, FloatArray], said: Mapping[str, Named], found: Mapping[str, Guess]
-) -> Iterator[Guess]:
-    """Roles from shapes: pairs that move alike are command and reading, slopes are velocities."""
-    filled = [n for n in table if np.isfinite(table[n]).mean() > GUESSES.least_filled]
-    free = [n for n in filled if n not in found]
+def by_values(columns: Columns) -> Iterator[Guess]:
+    """Roles from shapes: three counts are a delta, anything else is an axis."""
+    table, free = columns.table, columns.unknown()
     moving = [n for n in free if np.ptp(np.diff(table[n])) != 0.0]  # neither still nor a count
     if deltas := _three_motors(table, moving, free):
         yield from deltas
         return
-    for name in [n for n in moving if is_label(table[n])]:
-        moving.remove(name)
-        yield Guess(name, "segment", None, None, "few whole numbers, one after another")
-    time = next((table[n] for n, guess in found.items() if guess.role == "t"), None)
+    labels = [name for name in moving if is_label(table[name])]
+    yield from (
+        Guess(n, "segment", None, None, "few whole numbers, one after another") for n in labels
+    )
+    yield from _of_an_axis(columns, _less(moving, labels))
+
+
+def _of_an_axis(columns: Columns, moving: list[str]) -> Iterator[Guess]:
+    """Pairs that move alike are command and reading, slopes are velocities."""
+    table, time = columns.table, columns.time()
     if len(moving) <= GUESSES.few_columns and (error := difference(table, moving)):
-        moving.remove(error)
-    speeds = [] if time is None else list(slopes(table, moving, time))
-    with_slope = {of for _, of in speeds}
-    for velocity, of in speeds:
-        moving.remove(velocity)
-        yield Guess(velocity, "velocity", None, said[velocity].unit, f"it is the slope of {of}")
+        moving = _less(moving, [error])
+    speeds = {} if time is None else dict(slopes(table, moving, time))
+    for velocity, of in speeds.items():
+        yield columns.taken(velocity, "velocity", None, f"it is the slope of {of}")
+    moving, with_slope = _less(moving, speeds), dict.fromkeys(speeds.values())
     pairs = list(pairs_alike(table, moving))
-    pairs.sort(key=with_slope.isdisjoint)  # currents move alike too, and have no velocity
-    yield from _of_pairs(table, said, pairs)
-    rest = [n for n in moving if n not in {name for pair in pairs for name in pair}]
+    pairs.sort(key=with_slope.keys().isdisjoint)  # currents move alike too, and have no velocity
+    yield from _of_pairs(columns, pairs)
+    rest = _less(moving, list(itertools.chain(*pairs)))
     if not pairs:
-        yield from _of_lone(table, said, rest, list(with_slope))
+        switched = [n for n in rest if is_flag(table[n])]
+        yield from _of_lone(columns, _less(rest, switched), list(with_slope))
     elif len(pairs) == 1 and rest:
-        yield Guess(rest[0], "effort", None, said[rest[0]].unit, "what is left; may be another")
+        yield columns.taken(rest[0], "effort", None, LEFT)
 
 
-def _of_pairs(
-    table: Mapping[str, FloatArray], said: Mapping[str, Named], pairs: list[tuple[str, str]]
-) -> Iterator[Guess]:
+def _less(names: Sequence[str], without: Collection[str]) -> list[str]:
+    return [name for name in names if name not in without]
+
+
+def _of_pairs(columns: Columns, pairs: list[tuple[str, str]]) -> Iterator[Guess]:
     """What two columns are that move alike; of more pairs than a delta has motors the first."""
+    table = columns.table
     indices: Sequence[str | None] = ["1", "2", "3"] if len(pairs) == MOTORS else [None]
-    why = "moves like {}"
     for (asked, seen), index in zip(pairs, indices, strict=False):
-        like = why.format(asked)
+        like, unit = LIKE.format(seen), columns.said[asked].unit
+        role, seen_as, why = "command", "theta" if index else "position", f"{like}, {EARLIER}"
         if is_count(table[asked]) and not is_count(table[seen]):
-            words = f"whole numbers; {why.format(seen)}"
-            yield Guess(asked, "steps", index or "1", None, words)
-            yield Guess(seen, "theta", index or "1", said[seen].unit, like)
+            role, seen_as, why = "steps", "theta", f"whole numbers; {like}"
+            index, unit = index or "1", None
         elif is_stepwise(table[asked]) and len(pairs) == 1 and table[asked].min() >= 0.0:
-            words = f"rests in turns; {why.format(seen)}"
-            yield Guess(asked, "distance", None, said[asked].unit, words)
-            yield Guess(seen, "range", None, said[seen].unit, like)
-        else:
-            words = f"{why.format(seen)}, {EARLIER}"
-            yield Guess(asked, "command", index, said[asked].unit, words)
-            role = "position" if index is None else "theta"
-            yield Guess(seen, role, index, said[seen].unit, like)
+            role, seen_as, why = "distance", "range", f"rests in turns; {like}"
+        yield Guess(asked, role, index, unit, why)
+        yield columns.taken(seen, seen_as, index, LIKE.format(asked))
 
 
-def _of_lone(
-    table: Mapping[str, FloatArray],
-    said: Mapping[str, Named],
-    rest: list[str],
-    with_slope: list[str],
-) -> Iterator[Guess]:
+def _of_lone(columns: Columns, rest: list[str], with_slope: list[str]) -> Iterator[Guess]:
     """Columns of which no two move alike: a position, and what it was asked or driven by."""
-    rest = [n for n in rest if not is_flag(table[n])]
-    if not rest:
+    table = columns.table
+    steady = [n for n in rest if is_stepwise(table[n])][:1] if len(rest) > 1 else []
+    others = _less(rest, steady)
+    if not others:
         return
-    steady = [n for n in rest if is_stepwise(table[n])][: len(rest) - 1]
-    others = [n for n in rest if n not in steady[:1]]
     known = [n for n in with_slope if n in others]
-    place = known[0] if known else min(others, key=lambda n: roughness(table[n]))
+    place = min(known[:1] or others, key=lambda n: roughness(table[n]))
     if roughness(table[place]) > GUESSES.roughest:
         return
     why = "another column is its slope" if known else "the smoothest of the columns"
-    yield Guess(place, "position", None, said[place].unit, why)
-    others.remove(place)
-    for name in steady[:1]:
-        yield Guess(name, "command", None, said[name].unit, "it rests in turns")
-    for name in others[: 0 if steady else 1]:
+    yield columns.taken(place, "position", None, why)
+    if steady:
+        yield columns.taken(steady[0], "command", None, "it rests in turns")
+        return
+    for name in _less(others, [place])[:1]:
         goes = _share_of_both(table[name], table[place]) > GUESSES.alike**2
         if known or len(rest) == 2 or goes:  # of two there is nothing else that it could be
-            yield Guess(name, "effort", None, said[name].unit, "what is left; may be another")
+            yield columns.taken(name, "effort", None, LEFT)
 
 
-def _three_motors(
-    table: Mapping[str, FloatArray], moving: list[str], free: list[str]
-) -> list[Guess]:
+def _three_motors(table: Table, moving: list[str], free: list[str]) -> list[Guess]:
     """Three counts, and three readings that follow them: a delta. Empty where it is none."""
     counts = [name for name in moving if is_count(table[name])]
-    others = [name for name in moving if not is_whole(table[name])]
-    if len(counts) != 3:
+    if len(counts) != MOTORS:
         return []
-    others = [name for name in others if follows(table[name], [table[n] for n in counts])]
+    drivers = [table[name] for name in counts]
+    others = [n for n in moving if not is_whole(table[n]) and follows(table[n], drivers)]
     if len(others) < 3:
         return []
-    found = [
-        Guess(name, "steps", str(n + 1), None, "three columns of whole numbers")
-        for n, name in enumerate(counts)
+    small = [n for n in _less(free, counts) if is_whole(table[n])]
+    groups = (
+        ("steps", "123", counts, "three columns of whole numbers"),
+        ("range", "xyz", others[:3], "three readings beside three counts"),
+        ("status", "xyz", small, "small whole numbers, three of them"),
+    )
+    return [
+        Guess(name, role, index, None, why)
+        for role, indices, names, why in groups
+        if len(names) == 3
+        for name, index in zip(names, indices, strict=True)
     ]
-    found += [
-        Guess(name, "range", axis, None, "three readings beside three counts")
-        for name, axis in zip(others, "xyz", strict=False)
-    ]
-    small = [n for n in free if n not in counts and is_whole(table[n])]
-    if len(small) == 3:
-        found += [
-            Guess(name, "status", axis, None, "small whole numbers, three of them")
-            for name, axis in zip(small, "xyz", strict=True)
-        ]
-    return found
 
 
-def partners(
-    table: Mapping[str, FloatArray], said: Mapping[str, Named], found: Mapping[str, Guess]
-) -> Iterator[Guess]:
+def partners(columns: Columns) -> Iterator[Guess]:
     """What moves like a column that is known by its name, and has no name itself: the reading of a
     command, the command of a reading, the range of a distance.
     """
-    roles = {guess.role for guess in found.values()}
-    free = _free(table, found)
-
-    def of(*wanted: str) -> list[Guess]:
-        return [guess for guess in found.values() if guess.role in wanted]
-
-    if not roles & {"position", "range"} and roles & ASKED:
-        for guess, name in _nearest(table, of(*ASKED), free):
-            yield _read(guess, name, "range" if guess.role == "distance" else "position", said)
-    elif not roles & {*ASKED, "effort"}:
-        for guess, name in _nearest(table, of("range")[:1], free):
-            yield _read(guess, name, "distance", said)
+    known, asked = columns.of("range")[:1], columns.of(*ASKED)
+    if asked and not columns.of("position", "range"):
+        known = asked
+    elif asked or columns.of("effort"):
+        return
+    guesses = [columns.found[name] for name in known]
+    for guess, name in _nearest(columns.table, guesses, columns.free()):
+        role = PARTNER[guess.role]
+        yield columns.taken(name, role, guess.index, LIKE.format(guess.source))
 
 
-def _free(table: Mapping[str, FloatArray], found: Mapping[str, Guess]) -> list[str]:
-    """Columns that move, and of which nothing is known."""
-    return [
-        name
-        for name, values in table.items()
-        if name not in found
-        and np.isfinite(values).mean() > GUESSES.least_filled
-        and np.nanstd(values) > 0.0
-    ]
-
-
-def _nearest(
-    table: Mapping[str, FloatArray], known: list[Guess], free: list[str]
-) -> Iterator[tuple[Guess, str]]:
+def _nearest(table: Table, known: list[Guess], free: list[str]) -> Iterator[tuple[Guess, str]]:
     """Each of the known columns with the free one that moves most like it; each column once."""
     alike = [
         (round(likeness, 3), -_apart(table[guess.source], table[name]), guess, name)
@@ -424,7 +453,3 @@ def _nearest(
 
 def _apart(one: FloatArray, other: FloatArray) -> float:
     return float(np.nanmean(np.abs(one - other)))
-
-
-def _read(known: Guess, name: str, role: str, said: Mapping[str, Named]) -> Guess:
-    return Guess(name, role, known.index, said[name].unit, f"moves like {known.source}")

@@ -9,7 +9,7 @@ from pathlib import Path
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.found import Inspection
-from deltactl.recording.foreign.names import BY_NAME, Guess
+from deltactl.recording.foreign.names import BY_NAME, Guess, of_role
 from deltactl.recording.tables.chain_tables import columns_of
 from deltactl.recording.tables.flat import TARGET
 
@@ -45,18 +45,15 @@ def as_chain(seen: Inspection, joints: Sequence[str]) -> Inspection | None:
         for number, (_, others) in enumerate(columns_of(joints, stem), 1)
         if (name := next((one for one in others if one in seen.table), None)) is not None
     }
-    whole = {
-        role: [one.role for one in guesses.values()].count(role) == len(joints)
-        for role in ("theta", "command", EFFORT)
+    of_all = {
+        role for role in ("theta", "command", EFFORT) if len(of_role(guesses, role)) == len(joints)
     }
-    placed = any(map(TARGET.fullmatch, seen.table))
-    if not (whole["theta"] and whole[EFFORT]) and not (
-        placed and (whole["theta"] or whole["command"])
-    ):
+    placed = any(map(TARGET.fullmatch, seen.table)) and not of_all.isdisjoint(("theta", "command"))
+    if not (placed or of_all >= {"theta", EFFORT}):
         return None
-    times = {name: one for name, one in seen.guesses.items() if one.role == "t"}
+    times = {name: seen.guesses[name] for name in of_role(seen.guesses, "t")}
     columns = {name: one for name, one in seen.mapping.columns.items() if name == "t"}
-    asked = f"{'efforts' if whole[EFFORT] else 'places of a target'} and angles"
+    asked = f"{'efforts' if EFFORT in of_all else 'places of a target'} and angles"
     return replace(
         seen,
         guesses=times | guesses,

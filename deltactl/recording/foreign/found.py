@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from deltactl.recording.foreign.mapping import Mapping, as_option
+from deltactl.recording.foreign.mapping import Mapping, Source, as_option
 from deltactl.recording.foreign.names import (
     Guess,
     Hint,
@@ -101,18 +101,20 @@ class Inspection:
             if name not in ("columns", "leave_out") and value != default:
                 text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
                 said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
-        for name, source in self.mapping.columns.items():
-            if source.from_ is None:
-                said.append(f"{name}={source.value:.12g}")
-                continue
-            plain = without_unit(source.from_)
-            alike = [column for column in self.table if without_unit(column) == plain]
-            scale = source.scale if "scale" in source.model_fields_set else None
-            where = plain if len(alike) == 1 else source.from_
-            plainly = source.unit == unit_said(source.from_, name)  # which needs no saying
-            unit = "1" if plainly and IN_SI[source.unit] == 1.0 else source.unit
-            said.append(as_option(name, where, unit, scale, source.offset))
+        said += [self._option(name, source) for name, source in self.mapping.columns.items()]
         return [part for one in said for part in ("--set", one)]
+
+    def _option(self, name: str, source: Source) -> str:
+        """What `--set` takes for a column."""
+        if source.from_ is None:
+            return f"{name}={source.value:.12g}"
+        plain = without_unit(source.from_)
+        alike = [column for column in self.table if without_unit(column) == plain]
+        scale = source.scale if "scale" in source.model_fields_set else None
+        where = plain if len(alike) == 1 else source.from_
+        plainly = source.unit == unit_said(source.from_, name)  # which needs no saying
+        unit = "1" if plainly and IN_SI[source.unit] == 1.0 else source.unit
+        return as_option(name, where, unit, scale, source.offset)
 
     @property
     def columns(self) -> dict[str, str]:

@@ -8,10 +8,11 @@ import re
 import shlex
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from deltactl.recording.foreign.by_values import by_values, partners, scored
+from deltactl.recording.foreign.by_values import COMMANDED, Columns, by_values, partners, scored
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
     ALONE,
@@ -19,14 +20,18 @@ from deltactl.recording.foreign.names import (
     Guess,
     Hint,
     Named,
+    Taken,
+    by_name,
     may_be_outside,
     of_contract,
+    of_role,
     pulls,
     read_name,
     without_unit,
 )
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import (
+    Table,
     copies_of_others,
     correlation,
     counts,
@@ -45,6 +50,9 @@ from deltactl.recording.tables.flat import BESIDE, UNITS
 MOTIONS = frozenset({"position", "command", "steps", "range", "distance"})
 LETTERED = frozenset({"position", "command", "steps"})
 """What motors a, b and c have; letters after a current may as well be its phases."""
+OF_A_MOTOR = (*LETTERED, "effort", "velocity")
+"""What a motor has one of."""
+MOTOR_NUMBERS, AXES = tuple("123"), tuple("xyz")
 OURS = frozenset(name for name in UNITS if name.rpartition("_")[0] in ("status", "disturbance")) | {
     "t_pwm"
 }
@@ -56,37 +64,35 @@ _AXIS = re.compile(r"((?:.*[^A-Za-z])?)([xyzXYZ])((?:_[a-z]+)?(?:\s*[\[(]\w+[\])
 """A name that ends as an axis and perhaps a unit: x_mm, Tracker X [mm]."""
 
 
-def guess_columns(
-    table: Mapping[str, FloatArray], units: Mapping[str, str], named: bool
-) -> dict[str, Guess]:
+def guess_columns(table: Table, units: Mapping[str, str], named: bool) -> dict[str, Guess]:
     """A guess for each column that one could be made for, by its name in the file."""
     spelled = _letters(list(table))
     said = {name: read_name(spelled[name], units.get(name, "")) for name in table}
     ours = _ours(table, said) if named else {}
-    said |= ours
-    if not named:
-        said = {name: Named(None, said[name].unit, None) for name in table}
+    said |= ours if named else {name: Named(None, one.unit, None) for name, one in said.items()}
     thin = {name: values[: GUESSES.guessed_rows] for name, values in table.items()}
-    found: dict[str, Guess] = {}
-    for name, what in sorted(said.items(), key=lambda one: _asked_effort(one[1])):
-        if what.role is not None:
-            found[name] = Guess(name, what.role, what.index, what.unit, "by its name")
-    _counts_between(thin, found)
-    _twins(thin, found)
-    _ranges_that_follow(thin, found)
-    _measured_distance(found)
-    _distance_of_an_axis(thin, found)
-    _time(thin, said, found)
-    nothing = not MOTIONS & {guess.role for guess in found.values()}
-    by_numbers = by_values if nothing or not named else partners
-    copies = copies_of_others(thin, found)
+    first = Columns(thin, said, _by_name(said))
+    for correct in BY_NAME_THEN:
+        correct(first)
+    copies = copies_of_others(thin, first.found)
     usable = {n: values for n, values in thin.items() if said[n].used and n not in copies}
-    found |= {guess.source: guess for guess in by_numbers(usable, said, found)}
-    found = _numbered(found)
+    by_numbers = partners if named and first.of(*MOTIONS) else by_values
+    further = by_numbers(replace(first, table=usable))
+    found = _numbered(first.found | {guess.source: guess for guess in further})
     for name in ours.keys() & found.keys():
         found[name] = replace(found[name], index=ours[name].index)
     found = _calibration(found)
-    return _unique(scored(usable | {n: thin[n] for n in found}, said, found))
+    return _unique(scored(Columns(usable | {n: thin[n] for n in found}, said, found)))
+
+
+def _by_name(said: Mapping[str, Named]) -> dict[str, Guess]:
+    """What names alone say; an effort that was measured comes before one that was asked for."""
+    ordered = sorted(said.items(), key=lambda one: one[1].role == "effort" and one[1].asked)
+    return {
+        name: Guess(name, what.role, what.index, what.unit, BY_NAME)
+        for name, what in ordered
+        if what.role is not None
+    }
 
 
 def _ours(table: Collection[str], said: Mapping[str, Named]) -> dict[str, Named]:
@@ -100,11 +106,6 @@ def _ours(table: Collection[str], said: Mapping[str, Named]) -> dict[str, Named]
         elif name in BESIDE and "t" in table:
             ours[name] = Named(None, None, None, used=False)
     return ours
-
-
-def _asked_effort(what: Named) -> bool:
-    """Whether it is an effort that was asked for: one that was measured comes first."""
-    return what.role == "effort" and what.asked
 
 
 def _letters(names: list[str]) -> dict[str, str]:
@@ -130,114 +131,129 @@ def _letters(names: list[str]) -> dict[str, str]:
     } | places
 
 
-def _counts_between(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
+def _counts_between(columns: Columns) -> None:
     """Counts by which a command and a reading lie apart are no steps: droop pulses."""
-    movers = [name for name, guess in found.items() if guess.role in LETTERED]
+    movers = columns.of(*LETTERED)
     if len(movers) > GUESSES.few_columns:
         return
-    error = difference(table, movers)
-    if error is not None and found[error].role == "steps":
-        del found[error]
+    error = difference(columns.table, movers)
+    if error is not None and columns.role(error) == "steps":
+        del columns.found[error]
 
 
-def _twins(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
+def _twins(columns: Columns) -> None:
     """Counts named as a command's but for the stem are what came of it: cmd_counts, pos_counts."""
-    asked = [name for name, guess in found.items() if guess.role == "command"]
-    for name, guess in list(found.items()):
+    table, asked = columns.table, columns.of("command")
+    for name in columns.of("steps"):
         stem, _, end = name.rpartition("_")
-        if guess.role != "steps" or read_name(stem).role != "position":
+        if read_name(stem).role != "position":
             continue
         for twin in asked:
             if twin.rpartition("_")[2] == end and same_range(table[name], table[twin]):
-                found[name] = replace(guess, role="position", why=f"named and ranging as {twin}")
+                why = f"named and ranging as {twin}"
+                columns.found[name] = replace(columns.found[name], role="position", why=why)
 
 
-def _measured_distance(found: dict[str, Guess]) -> None:
+def _measured_distance(columns: Columns) -> None:
     """What was measured beside a true distance, and followed no command, is a range."""
-    roles = [guess.role for guess in found.values()]
-    if {"command", "steps", "range"} & set(roles) or "distance" not in roles:
+    seen, found = columns.of("position"), columns.found
+    if columns.of("command", "steps", "range") or not columns.of("distance") or len(seen) != 1:
         return
-    for name, guess in found.items():
-        if guess.role == "position" and roles.count("position") == 1:
-            found[name] = replace(guess, role="range", why="by its name, beside a true distance")
+    why = "by its name, beside a true distance"
+    found[seen[0]] = replace(found[seen[0]], role="range", why=why)
 
 
-def _distance_of_an_axis(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
+def _distance_of_an_axis(columns: Columns) -> None:
     """The only distance beside a command that it goes with is what an axis answered."""
+    found, table = columns.found, columns.table
     asked = [name for name, guess in found.items() if guess.name == "command"]
     seen = [name for name, guess in found.items() if guess.name in ("distance", "range")]
-    if len(asked) != 1 or len(seen) != 1 or "position" in {one.role for one in found.values()}:
+    if len(asked) != 1 or len(seen) != 1 or columns.of("position"):
         return
     if correlation(table[asked[0]], table[seen[0]]) >= GUESSES.alike:
         why = f"by its name, and it follows {asked[0]}"
         found[seen[0]] = replace(found[seen[0]], role="position", why=why)
 
 
-def _ranges_that_follow(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
+def _ranges_that_follow(columns: Columns) -> None:
     """A distance without a range that goes with it, where other columns move, is no true one."""
-    far = [name for name, guess in found.items() if guess.role == "distance"]
+    far, table = columns.of("distance"), columns.table
     near = [name for name in table if name not in far and np.nanstd(table[name]) > 0.0]
     for name in far:
         if not any(abs(correlation(table[name], table[n])) >= GUESSES.alike for n in near):
-            del found[name]
+            del columns.found[name]
 
 
-def _time(
-    table: Mapping[str, FloatArray], said: Mapping[str, Named], found: dict[str, Guess]
-) -> None:
+def _time(columns: Columns) -> None:
     """The one time column: named so, or the evenest of those that only increase.
 
     One that is named so may fail to increase in a few rows, which are mistakes.
     """
-    named = [name for name, guess in found.items() if guess.role == "t"]
-    named.sort(key=lambda name: "log_time" in name)  # a stamp of the sender's says more
-    parts = "segment" in {guess.role for guess in found.values()}
-    good = [name for name in named if rising(table[name])]
-    good = good or [name for name in named if parts and starts_again(table[name])]
-    good = good or [name for name in named if seldom_back(table[name])]
-    if not good:
-        even = {name: unevenness(one) for name, one in table.items() if rising(one)}
-        good = sorted(
-            (n for n in even if n not in found), key=lambda n: (counts(table[n]), even[n])
-        )
-        first = next(iter(table), "")
-        if not good and even.get(first, 1.0) < GUESSES.clockwork and len(table) > len(even) + 1:
-            good = [first]
+    named = sorted(columns.of("t"), key=lambda name: "log_time" in name)  # the sender's says more
+    tests = (rising, starts_again, seldom_back) if columns.of("segment") else (rising, seldom_back)
+    good = (name for test in tests for name in named if test(columns.table[name]))
+    time = next(good, None)
+    time = _evenest(columns) if time is None else time
     for name in named:
-        del found[name]
-    if good:
-        name = good[0]
-        why = ALONE if said[name].unit is None else f"{ALONE}, in {said[name].unit}"
-        why = "by its name" if name in named else why
-        found[name] = Guess(name, "t", None, said[name].unit, why)
+        del columns.found[name]
+    if time is not None:
+        unit = columns.said[time].unit
+        why = BY_NAME if time in named else ", in ".join(filter(None, [ALONE, unit]))
+        columns.found[time] = columns.taken(time, "t", None, why)
+
+
+def _evenest(columns: Columns) -> str | None:
+    """The evenest of the columns that only increase and are nothing else; else the first column
+    where it is as even as a clock.
+    """
+    table = columns.table
+    even = {name: unevenness(one) for name, one in table.items() if rising(one)}
+    free = [name for name in even if name not in columns.found]
+    if free:
+        return min(free, key=lambda name: (counts(table[name]), even[name]))
+    first = next(iter(table), "")
+    is_clock = even.get(first, 1.0) < GUESSES.clockwork and len(table) > len(even) + 1
+    return first if is_clock else None
+
+
+BY_NAME_THEN = (
+    _counts_between,
+    _twins,
+    _ranges_that_follow,
+    _measured_distance,
+    _distance_of_an_axis,
+    _time,
+)
+"""What puts the guesses by name right, one after the other."""
 
 
 def _numbered(found: dict[str, Guess]) -> dict[str, Guess]:
     """Numbers 0 to 2 become 1 to 3; single axes lose theirs; three arms are measured as theta."""
-    zero = any(guess.index == "0" for guess in found.values())
-    for name, guess in found.items():
-        index, role = guess.index, guess.role
-        if index in ("0", "1", "2") and zero:
-            index = str(int(index) + 1)
-        found[name] = replace(guess, index=index, role=role)
-    motors = {g.index for g in found.values() if g.index in ("1", "2", "3")}
-    places = {g.index for g in found.values() if g.role == "position"} >= set("xyz")
-    for name, guess in found.items():
-        index, role = guess.index, guess.role
-        if places and role == "position" and index in ("x", "y", "z"):
-            role = "pos"
-        if role in ("command", "steps", "position", "effort", "velocity") and len(motors) < 2:
-            index = "1" if role == "steps" else None
-        if role == "position" and index in ("1", "2", "3"):
-            role = "theta"
-        if role == "position" and index in ("x", "y", "z"):
-            role = "pos"
-        found[name] = replace(guess, index=index, role=role)
-    if any(guess.role == "steps" for guess in found.values()):
-        for name, guess in found.items():
-            if guess.role == "position" and guess.index is None:
-                found[name] = replace(guess, role="theta", index="1")
+    if any(guess.index == "0" for guess in found.values()):
+        from_one = {"0": "1", "1": "2", "2": "3"}
+        found = {
+            name: replace(one, index=from_one.get(one.index or "", one.index))
+            for name, one in found.items()
+        }
+    single = len({one.index for one in found.values()} & {*MOTOR_NUMBERS}) < 2
+    places = {found[name].index for name in of_role(found, "position")} >= {*AXES}
+    found = {name: _as_numbered(one, single, places) for name, one in found.items()}
+    if of_role(found, "steps"):
+        for name, one in found.items():
+            if one.name == "position":
+                found[name] = replace(one, role="theta", index="1")
     return found
+
+
+def _as_numbered(one: Guess, single: bool, places: bool) -> Guess:
+    """A column by its number; single: no second motor is there; places: x, y and z are."""
+    if one.role == "position" and one.index in AXES and (places or not single):
+        return replace(one, role="pos")
+    if one.role in OF_A_MOTOR and single:
+        return replace(one, index="1" if one.role == "steps" else None)
+    if one.role == "position" and one.index in MOTOR_NUMBERS:
+        return replace(one, role="theta")
+    return one
 
 
 CALIBRATES = "no command is there, and it says where the platform was to be"
@@ -249,11 +265,9 @@ def _calibration(found: dict[str, Guess]) -> dict[str, Guess]:
     arms, places = {f"theta_{n}" for n in (1, 2, 3)}, {f"pos_{axis}" for axis in "xyz"}
     if not there >= arms | places or {"command_1", "steps_1"} & there:
         return found
-    return {
-        name: replace(one, role="command", why=f"{one.why}; {CALIBRATES}")
-        if one.role == "theta"
-        else one
-        for name, one in found.items()
+    return found | {
+        name: replace(found[name], role="command", why=f"{found[name].why}; {CALIBRATES}")
+        for name in of_role(found, "theta")
     }
 
 
@@ -266,66 +280,88 @@ def _unique(found: dict[str, Guess]) -> dict[str, Guess]:
     return first
 
 
-COMMANDED = ("command", "position")
+class _Kind(NamedTuple):
+    """A kind of machine, by the columns of its recordings."""
+
+    name: str
+    needs: tuple[str, ...]
+    """At least one column of each of these, names with spaces between."""
+    why: str
+    without: str = ""
+
+    def fits(self, there: set[str]) -> bool:
+        """Whether the columns that are there are those of such a machine."""
+        lacks = any(there.isdisjoint(either.split()) for either in self.needs)
+        return not lacks and there.isdisjoint(self.without.split())
+
+
+PLACE, DRIVEN = "position theta_1", "command effort"
+KINDS = (
+    _Kind("delta", ("steps_2", "steps_3"), "commands of three motors"),
+    _Kind("delta", ("command_2", "command_3"), "commands of three motors"),
+    _Kind("stepper_axis", ("steps_1", PLACE), "a count of steps, and the angle that came of it"),
+    _Kind("range_sensor", ("range", "distance"), "distances, true and reported", DRIVEN),
+    _Kind("servo_axis", (PLACE, DRIVEN), "{} in, position out"),
+)
+"""The first that fits counts."""
 
 
 def kind_of(
-    guesses: Mapping[str, Guess], left: Sequence[str], constant: Iterable[str] = ()
+    guesses: Taken, left: Sequence[str], constant: Iterable[str] = ()
 ) -> tuple[str | None, str | None, str]:
     """Kind of machine, linear or rotary, and why.
 
     left: columns that nothing is known of. constant: what has one value in all rows.
     """
     there = {guess.name for guess in guesses.values()} | {*constant}
-    units = {
-        guess.unit for guess in guesses.values() if guess.role in ("command", "position", "theta")
-    }
+    units = {guesses[name].unit for name in of_role(guesses, "command", "position", "theta")}
     motion = "rotary" if units & set(ROTARY) else "linear" if units & set(LINEAR) else None
-    calibrated = [one for one in guesses.values() if one.why.endswith(CALIBRATES)]
-    if calibrated:
+    if any(one.why.endswith(CALIBRATES) for one in guesses.values()):
         return "delta", None, "angles of three arms, and where the platform was: a calibration"
-    if there >= {"steps_2", "steps_3"} or there >= {"command_2", "command_3"}:
-        return "delta", None, "commands of three motors"
-    if "steps_1" in there and {"theta_1", "position"} & there:
-        return "stepper_axis", None, "a count of steps, and the angle that came of it"
-    if {"range", "distance"} <= there and not {"command", "effort"} & there:
-        return "range_sensor", None, "distances, true and reported"
-    if {"position", "theta_1"} & there and {"command", "effort"} & there:
-        asked = " and ".join(sorted({"command", "effort"} & there))
-        return "servo_axis", motion, f"{asked} in, position out"
-    return None, motion, f"not enough is known: {_lacking(guesses, left)}"
+    kind = next((one for one in KINDS if one.fits(there)), None)
+    if kind is None:
+        return None, motion, f"not enough is known: {_lacking(guesses, left)}"
+    moves = motion if kind.name == "servo_axis" else None
+    asked = " and ".join(sorted(there & {*DRIVEN.split()}))
+    return kind.name, moves, kind.why.format(asked)
 
 
-def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
+HERE = "here too:"
+
+
+def _lacking(guesses: Taken, left: Sequence[str]) -> str:
     """What is needed besides, and how it is said; `left`: columns that nothing is known of."""
-    here = "here too:"
-    if {"pos_x", "pos_y", "pos_z"} <= {guess.name for guess in guesses.values()}:
+    named = by_name(guesses)
+    if {"pos_x", "pos_y", "pos_z"} <= named.keys():
         return (
             "places of a platform were found, and no angles or steps of its three motors beside"
-            f" them; say which columns these are, {here} --set command_1=COLUMN, or steps_1, to 3"
+            f" them; say which columns these are, {HERE} --set command_1=COLUMN, or steps_1, to 3"
         )
-    named = {guess.name: guess.source for guess in guesses.values()}
-    position = named.get("position")
-    if position is None and "range" in named:
+    if "position" in named:
+        return _lacking_beside(named["position"].source, left)
+    if "range" in named:
         return (
             "the true distance was not found; say which column it is, or the distance in m where it"
-            f" is one for all rows, {here} --set distance=0.5"
+            f" is one for all rows, {HERE} --set distance=0.5"
         )
-    if position is None:
-        likely = next((one for one in left if read_name(one).used and not pulls(one)), None)
-        name = without_unit(likely or "COLUMN")
-        asked, read = (shlex.join(["--set", f"{role}={name}"]) for role in ("position", "range"))
-        return (
-            f"a position or a reading was not found; say which column it is, {here} {asked}, or of"
-            f" a distance sensor {read}"
-        )
+    likely = next((one for one in left if read_name(one).used and not pulls(one)), None)
+    name = without_unit(likely or "COLUMN")
+    asked, read = (shlex.join(["--set", f"{role}={name}"]) for role in ("position", "range"))
+    return (
+        f"a position or a reading was not found; say which column it is, {HERE} {asked}, or of"
+        f" a distance sensor {read}"
+    )
+
+
+def _lacking_beside(position: str, left: Sequence[str]) -> str:
+    """What is needed beside a position: a command or an effort."""
     twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)
     if twin is not None:
         names = [without_unit(one) for one in (position, twin)]
         asked, read = (f"{role}={one}" for role, one in zip(COMMANDED, names, strict=True))
         return (
             f"{' and '.join(names)} both look like positions; say which was commanded and which was"
-            f" read, {here} {shlex.join(['--set', asked, '--set', read])}"
+            f" read, {HERE} {shlex.join(['--set', asked, '--set', read])}"
         )
     likely = next((one for one in left if pulls(one)), left[0] if left else "COLUMN")
     name = without_unit(likely)
@@ -333,16 +369,16 @@ def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
     counts = (
         "" if pulls(likely) else f"; or, if it counts steps, --set {shlex.quote(f'steps_1={name}')}"
     )
-    return f"a command or an effort was not found; say which column it is, {here} {example}{counts}"
+    return f"a command or an effort was not found; say which column it is, {HERE} {example}{counts}"
 
 
-def zero_of(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> str | None:
+def zero_of(guesses: Taken, table: Table) -> str | None:
     """Whether command and reading of an axis share their zero."""
-    by_name = {guess.name: guess for guess in guesses.values()}
+    named = by_name(guesses)
     for asked, seen in (("command", "position"), ("command_1", "theta_1")):
-        if asked not in by_name or seen not in by_name:
+        if asked not in named or seen not in named:
             continue
-        one, other = by_name[asked], by_name[seen]
+        one, other = named[asked], named[seen]
         if one.unit != other.unit:
             return None
         values = table[one.source]
@@ -367,14 +403,14 @@ MAY_BE_ASKED = (
 )
 
 
-def may_be_asked(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+def may_be_asked(guesses: Taken, table: Table) -> list[str]:
     """A word of an effort that looks like the command of a position without one.
 
     u is what a controller gives, in the books the effort and in many a log what was asked for.
     """
-    by_name = {guess.name: guess for guess in guesses.values()}
-    effort, seen = by_name.get("effort"), by_name.get("position") or by_name.get("theta_1")
-    if effort is None or seen is None or effort.why != BY_NAME or ASKED & by_name.keys():
+    named = by_name(guesses)
+    effort, seen = named.get("effort"), named.get("position") or named.get("theta_1")
+    if effort is None or seen is None or effort.why != BY_NAME or ASKED & named.keys():
         return []
     if effort.unit not in (None, *ROTARY, *LINEAR):  # a heading in N m says what it is
         return []
@@ -387,16 +423,14 @@ def may_be_asked(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) 
     return [MAY_BE_ASKED.format(effort.source, seen.source, shlex.quote(read))]
 
 
-def from_outside(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
-) -> tuple[dict[str, Guess], list[str]]:
+def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[str]]:
     """Guesses in which a torque that no drive gives is a load, and a word of what it was taken for.
 
     guesses: by column. table: columns, name -> (n,).
     """
-    by_name = {guess.name: guess for guess in guesses.values()}
-    effort, seen = by_name.get("effort"), by_name.get("position")
-    if effort is None or seen is None or "command" not in by_name or "load" in by_name:
+    named = by_name(guesses)
+    effort, seen = named.get("effort"), named.get("position")
+    if effort is None or seen is None or "command" not in named or "load" in named:
         return dict(guesses), []
     if effort.why == "as you say" or not may_be_outside(effort.source):
         return dict(guesses), []

@@ -11,17 +11,16 @@ import numpy as np
 from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import ANGULAR, slope_ratio
 from deltactl.recording.foreign.mapping import as_option
-from deltactl.recording.foreign.motion_units import PAIRS, of_one_unit, unit_of_motion
-from deltactl.recording.foreign.names import Guess, Hint, without_unit
+from deltactl.recording.foreign.motion_units import PAIRS, is_open, of_one_unit, unit_of_motion
+from deltactl.recording.foreign.names import Guess, Hint, Taken, by_name, without_unit
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import lead, same_range
+from deltactl.recording.foreign.shapes import Table, lead, same_range
 from deltactl.recording.foreign.units import (
     IN_SI,
     LINEAR,
-    LINEAR_SPEEDS,
     ROTARY,
-    ROTARY_SPEEDS,
     SPEEDS,
+    SPEEDS_OF,
     UNIT_OF,
 )
 from deltactl.recording.reading.run import FloatArray
@@ -64,34 +63,32 @@ ANGLE_WORDS = {
 _A_WORD = re.compile(r"(?<![\w.])(\d[\d.,]*[ -]?)?([A-Za-zµ]+)(?!\w)")
 
 
-def unit_noted(
-    guesses: Mapping[str, Guess], lines: Sequence[str]
-) -> tuple[dict[str, Guess], list[str]]:
+def unit_noted(guesses: Taken, lines: Sequence[str]) -> tuple[dict[str, Guess], list[str]]:
     """Angles in the one unit that comment lines before a table name, and a word of that.
 
     A word behind a number is a size (30 degrees); with a unit of length nothing is known.
     """
-    notes = " ".join(line for line in lines if line.lstrip()[:1] in "#%")
-    words = [word for size, word in _A_WORD.findall(notes) if not size]
-    units = {ANGLE_WORDS[word] for word in words if word in ANGLE_WORDS}
-    lengths = {word for word in words if len(word) > 1 and UNIT_OF.get(word) in LINEAR}
-    open_ = {
-        name: guess
-        for name, guess in guesses.items()
-        if guess.role in ANGULAR and guess.unit is None and guess.scale == 1.0
-    }
-    if len(units) != 1 or lengths or not open_:
+    units = _angles_in(" ".join(line for line in lines if line.lstrip()[:1] in "#%"))
+    open_ = [n for n, guess in guesses.items() if guess.role in ANGULAR and is_open(guess)]
+    if len(units) != 1 or not open_:
         return dict(guesses), []
     (unit,) = units
-    noted = {name: replace(guess, unit=unit) for name, guess in open_.items()}
+    noted = {name: replace(guesses[name], unit=unit) for name in open_}
     return {**guesses, **noted}, [
         f"{', '.join(noted)}: taken for {unit}, which a comment before the table names; where that"
         " is something else's, put the right unit into the printed command"
     ]
 
 
+def _angles_in(notes: str) -> set[str]:
+    """The units of angles that a text names; none where it names a unit of length."""
+    words = [word for size, word in _A_WORD.findall(notes) if not size]
+    lengths = any(len(word) > 1 and UNIT_OF.get(word) in LINEAR for word in words)
+    return set() if lengths else {ANGLE_WORDS[word] for word in words if word in ANGLE_WORDS}
+
+
 def with_units(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray], motion: str | None = None
+    guesses: Taken, table: Table, motion: str | None = None
 ) -> tuple[dict[str, Guess], list[str]]:
     """Guesses with a unit where the values tell one, and what to be warned of.
 
@@ -118,19 +115,19 @@ def with_units(
     return out, warnings
 
 
-def _late_rows(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> int:
+def _late_rows(guesses: Taken, table: Table) -> int:
     """Rows by which the reading of an axis follows its command; 0 where there are not both."""
-    by_name = {guess.name: guess.source for guess in guesses.values()}
-    if not {"command", "position"} <= by_name.keys():
+    named = by_name(guesses)
+    if not {"command", "position"} <= named.keys():
         return 0
-    return lead(table[by_name["command"]], table[by_name["position"]])[0]
+    return lead(table[named["command"].source], table[named["position"].source])[0]
 
 
 GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
 """Degrees in German, and gon in surveying."""
 
 
-def meant_otherwise(guesses: Mapping[str, Guess], units: Mapping[str, str]) -> list[str]:
+def meant_otherwise(guesses: Taken, units: Mapping[str, str]) -> list[str]:
     """What to say where a unit's sign has a second meaning. units: of a line under the heading."""
     said = [
         f"{name}: grad is read as degrees, as in German; were it gon, 400 to a turn, say"
@@ -152,12 +149,12 @@ def meant_otherwise(guesses: Mapping[str, Guess], units: Mapping[str, str]) -> l
     return said
 
 
-def _shared(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> dict[str, Guess]:
+def _shared(guesses: Taken, table: Table) -> dict[str, Guess]:
     """Where one of a pair has a unit and the other goes over the same numbers, both have it."""
-    by_name = {guess.name: guess for guess in guesses.values()}
+    named = by_name(guesses)
     out = dict(guesses)
     for names in PAIRS:
-        pair = [by_name[name] for name in names if name in by_name and by_name[name].scale == 1.0]
+        pair = [named[name] for name in names if name in named and named[name].scale == 1.0]
         units = [one.unit for one in pair if one.unit is not None]
         if len(pair) == 2 and len(units) == 1 and same_range(*(table[one.source] for one in pair)):
             out |= {one.source: replace(one, unit=units[0]) for one in pair}
@@ -170,13 +167,13 @@ def _per_second(guess: Guess) -> Guess:
     return replace(guess, unit=speed) if guess.role == "velocity" and speed in SPEEDS else guess
 
 
-def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+def _of_slope(guesses: dict[str, Guess], table: Table) -> list[str]:
     """The unit of a velocity follows from the position that it is the slope of.
 
     One of which neither this nor a heading tells the unit is left out of the guesses.
     """
-    by_name = {guess.name: guess for guess in guesses.values()}
-    speed, place, time = (by_name.get(name) for name in ("velocity", "position", "t"))
+    named = by_name(guesses)
+    speed, place, time = (named.get(name) for name in ("velocity", "position", "t"))
     if speed is None or place is None or speed.scale != 1.0:
         return []
     if time is None:  # whose unit may be that of the position
@@ -201,7 +198,7 @@ def _by_ratio(
 
     sure: that it is a velocity is known, so that it is not left out of the guesses.
     """
-    own = ROTARY_SPEEDS if place.unit in ROTARY else LINEAR_SPEEDS if place.unit in LINEAR else ()
+    own = SPEEDS_OF.get(place.unit, ())
     fits = [u for u in own or SPEEDS if abs(ratio * IN_SI[u] - 1.0) < GUESSES.near_unit]
     unit = next(iter(fits), None)
     if speed.unit in fits:
@@ -223,14 +220,14 @@ def _by_ratio(
     return []
 
 
-def _pairs(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+def _pairs(guesses: dict[str, Guess], table: Table) -> list[str]:
     """Command and reading of one axis that differ by a factor between units."""
-    by_name = {guess.name: guess for guess in guesses.values()}
+    named = by_name(guesses)
     warnings = []
     for asked, seen in PAIRS:
-        if asked not in by_name or seen not in by_name:
+        if asked not in named or seen not in named:
             continue
-        one, other = by_name[asked], by_name[seen]
+        one, other = named[asked], named[seen]
         wide, told = travel(table[one.source]), travel(table[other.source])
         if wide <= 0.0 or told <= 0.0 or (one.unit != other.unit and one.unit and other.unit):
             continue
@@ -250,9 +247,7 @@ def _pairs(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[s
     return warnings
 
 
-def steps_of_a_slide(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
-) -> tuple[dict[str, Guess], list[str]]:
+def steps_of_a_slide(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[str]]:
     """Steps beside a reading in mm as a command in mm, and what is to be looked at.
 
     Where a command is there too, it is compared with the reading, and the steps are not used: a
@@ -260,13 +255,13 @@ def steps_of_a_slide(
     shows: somebody who knows what the machine is set to must say so, or a wrong setting cannot be
     found.
     """
-    by_name = {guess.name: guess for guess in guesses.values()}
-    steps = by_name.get("steps_1")
-    seen = by_name.get("theta_1") or by_name.get("position")
+    named = by_name(guesses)
+    steps = named.get("steps_1")
+    seen = named.get("theta_1") or named.get("position")
     if steps is None or seen is None or seen.unit not in LINEAR:
         return dict(guesses), []
     position = replace(seen, role="position", index=None)
-    if "command" in by_name:
+    if "command" in named:
         left = {name: one for name, one in guesses.items() if one.role != "steps"}
         return {**left, seen.source: position}, []
     counts, read_mm = table[steps.source], table[seen.source] * IN_SI[seen.unit] * 1e3

@@ -34,13 +34,12 @@ from deltactl.recording.foreign.guessed_units import (
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
 from deltactl.recording.foreign.mapping import BARE, Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
-from deltactl.recording.foreign.names import BY_NAME, Guess, of_contract, read_name
+from deltactl.recording.foreign.names import BY_NAME, Guess, Taken, of_contract, of_role, read_name
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
-from deltactl.recording.foreign.shapes import rising
+from deltactl.recording.foreign.shapes import Table, rising
 from deltactl.recording.foreign.timing import (
     NO_COLUMN,
-    NO_TIMES,
     row_number,
     rows_and_times,
     stumbling,
@@ -133,8 +132,11 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     """What columns that are not said seem to be. moves: linear or rotary, where that is known."""
     if not read.table or not len(next(iter(read.table.values()))):
         raise RecordingError(f"{read.path}: has no rows")
-    known = {name: one for name, one in read.table.items() if np.isfinite(one).any()}
-    known = {name: one for name, one in known.items() if name not in read.base.leave_out}
+    known = {
+        name: one
+        for name, one in read.table.items()
+        if name not in read.base.leave_out and np.isfinite(one).any()
+    }
     if not said and (whole := _measured_chain(read, known)) is not None:
         return whole
     guesses, known, warnings = _guessed(read, known, said, moves)
@@ -143,27 +145,30 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     constant = (name for name, one in said.items() if one.value is not None)
     kind, motion, why = kind_of(guesses, left, constant)
     asked: dict[str, str] = {}
-    if kind == "servo_axis" and motion is None:
-        asked, question = ask_unit(guesses, known, moves)
-        warnings += [question] if question else []
-        motion = moves or ("rotary" if turns_by_name(guesses.values()) else None)
     if kind == "servo_axis":
-        warnings += [*of_load, *may_be_asked(guesses, known)]
+        asked, motion, questions = _of_an_axis(guesses, known, motion, moves)
+        warnings += [*questions, *of_load, *may_be_asked(guesses, known)]
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
-    base, columns = read.base, _as_columns(guesses, said, asked)
-    if base.heading and not read.named:
-        base, columns = _headed(base, columns)
+    base, columns = _headed(read, _as_columns(guesses, said, asked))
     mapping, zero = base.model_copy(update={"columns": columns}), zero_of(guesses, known)
     found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
     return Inspection(*found, [*warnings, *late], *left_out, named=read.named)
 
 
+def _of_an_axis(
+    guesses: Taken, known: Table, motion: str | None, moves: str | None
+) -> tuple[dict[str, str], str | None, list[str]]:
+    """Units that are asked for, motion, and questions, of an axis whose columns say this motion."""
+    if motion is not None:
+        return {}, motion, []
+    asked, question = ask_unit(guesses, known, moves)
+    by_name = "rotary" if turns_by_name(guesses.values()) else None
+    return asked, moves or by_name, [question] if question else []
+
+
 def _guessed(
-    read: _Read,
-    known: dict[str, FloatArray],
-    said: AnyMapping[str, Source],
-    moves: str | None,
+    read: _Read, known: dict[str, FloatArray], said: AnyMapping[str, Source], moves: str | None
 ) -> tuple[dict[str, Guess], dict[str, FloatArray], list[str]]:
     """What columns are taken for, the columns of the joint that is looked at, and warnings."""
     path, table = read.path, read.table
@@ -204,29 +209,37 @@ def _timed(
     Last: a column that counts the rows, and one whose times do not increase in every row.
     timeless: somebody says the rate instead of a column of times.
     """
-    base, stumbled = read.base, list[str]()
+    base = read.base
     counter = row_number(guesses, known) if kind == "range_sensor" else None
     if timeless or counter:
         guesses = _without_times(guesses)
-    unsaid = base.rate_hz is None and not any(one.role == "t" for one in guesses.values())
+    unsaid = base.rate_hz is None and not of_role(guesses, "t")
     above = rate_said(read.before) if unsaid else None
     facts, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None, above)
     stumbles = None if timeless else stumbling(guesses, known, read.lines, kind)
+    rate_hz = base.rate_hz
     if stumbles:
-        stumbled = [stumbles.says]
-        late = [one for one in late if one not in (NO_COLUMN, NO_TIMES)]
-        base = base.model_copy(update={"rate_hz": stumbles.rate_hz or base.rate_hz})
-    if kind not in (None, "range_sensor") and (above or NO_COLUMN in late):
-        base = base.model_copy(update={"rate_hz": above[0] if above else GUESSES.rate_hz})
-    if stumbles and stumbles.rate_hz:
-        guesses = _without_times(guesses)
+        late = stumbles.instead_of(late)
+        rate_hz = stumbles.rate_hz or rate_hz
+        guesses = _without_times(guesses) if stumbles.rate_hz else guesses
+    rate_hz = _rate_instead(kind, above, late) or rate_hz
+    if rate_hz != base.rate_hz:
+        base = base.model_copy(update={"rate_hz": rate_hz})
     left_out = (counter, stumbles.name if stumbles else None)
-    timed = replace(read, base=base, facts=[*read.facts, *facts])
-    return timed, guesses, [*stumbled, *late], left_out
+    return replace(read, base=base, facts=[*read.facts, *facts]), guesses, late, left_out
+
+
+def _rate_instead(
+    kind: str | None, above: tuple[float, str] | None, late: Sequence[str]
+) -> float | None:
+    """Rows a second of a machine without a column of times: as a line above the table says."""
+    if kind in (None, "range_sensor"):
+        return None
+    return above[0] if above else GUESSES.rate_hz if NO_COLUMN in late else None
 
 
 def _as_columns(
-    guesses: AnyMapping[str, Guess], said: AnyMapping[str, Source], asked: AnyMapping[str, str]
+    guesses: Taken, said: AnyMapping[str, Source], asked: AnyMapping[str, str]
 ) -> dict[str, Source]:
     """The columns of a mapping: what differs from the contract, and what was said of it."""
     columns = {
@@ -248,7 +261,7 @@ def _as_columns(
     }
 
 
-def _measured_chain(read: _Read, known: AnyMapping[str, FloatArray]) -> Inspection | None:
+def _measured_chain(read: _Read, known: Table) -> Inspection | None:
     """More joints than a delta has beside places of a target; None where there are not both."""
     own = [name for name in known if OF_A_CHAIN.fullmatch(name)]
     joints = {name.partition("_")[2] for name in own if name.startswith(("theta_", "command_"))}
@@ -280,11 +293,11 @@ def _are_of_an_arm(others: Sequence[str]) -> bool:
     return len([one for one in read if any(map(str.isdigit, one))]) >= MOTORS
 
 
-def _without_times(guesses: AnyMapping[str, Guess]) -> dict[str, Guess]:
+def _without_times(guesses: Taken) -> dict[str, Guess]:
     return {name: one for name, one in guesses.items() if one.role != "t"}
 
 
-def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
+def _which_came_first(guesses: Taken) -> list[str]:
     """A word of two columns of which only the numbers say which was asked for."""
     asked = [guess.source for guess in guesses.values() if guess.why.endswith(EARLIER)]
     if not asked:
@@ -297,10 +310,7 @@ def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
 
 
 def _as_said(
-    path: Path,
-    table: AnyMapping[str, FloatArray],
-    guesses: AnyMapping[str, Guess],
-    said: AnyMapping[str, Source],
+    path: Path, table: Table, guesses: Taken, said: AnyMapping[str, Source]
 ) -> dict[str, Guess]:
     """Guesses, less those that somebody knows better. Raises RecordingError (no such column)."""
     sure: dict[str, Guess] = {}
@@ -317,8 +327,11 @@ def _as_said(
     return left | sure
 
 
-def _headed(base: Mapping, columns: dict[str, Source]) -> tuple[Mapping, dict[str, Source]]:
+def _headed(read: _Read, columns: dict[str, Source]) -> tuple[Mapping, dict[str, Source]]:
     """Columns without names get those of the contract at once; units are left to say."""
+    base = read.base
+    if read.named or not base.heading:
+        return base, columns
     called = {source.from_: name for name, source in columns.items()}
     heading = tuple(called.get(name, name) for name in base.heading)
     left = {

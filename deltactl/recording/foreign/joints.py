@@ -8,10 +8,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from deltactl.recording.foreign.guess import COMMANDED, LETTERED
-from deltactl.recording.foreign.names import MEASURED, SEEN, Guess, label_of, read_name
+from deltactl.recording.foreign.by_values import COMMANDED
+from deltactl.recording.foreign.guess import LETTERED
+from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, label_of, read_name
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import correlation
+from deltactl.recording.foreign.shapes import Table, correlation
 from deltactl.recording.foreign.units import UNIT_OF
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
@@ -40,16 +41,21 @@ def one_joint(
     beside = _beside_commands(table)
     found = [beside] if beside else [_numbered(table), *_labelled(table), *_axes(table)]
     for groups in found:
-        wanted = next((j for g in groups for j, name in g.items() if name in chosen), None)
-        motion = [group for group in groups if _role(group) in ("command", "position")]
-        wanted = wanted or _first_that_moves(motion or groups, table)
+        wanted = _wanted(groups, table, chosen)
         for group in groups:  # one that the wanted joint has not is of the others alone
             kept = wanted or next(iter(group))
             others |= {name: None for j, name in group.items() if j != kept and name not in chosen}
     return {name: one for name, one in table.items() if name not in others}, list(others)
 
 
-def of_other_joints(table: Mapping[str, FloatArray], found: Mapping[str, Guess]) -> list[str]:
+def _wanted(groups: Sequence[Group], table: Table, chosen: Collection[str]) -> str | None:
+    """The joint that is looked at; None where none of them moves."""
+    named = next((j for group in groups for j, name in group.items() if name in chosen), None)
+    motion = [group for group in groups if _role(group) in COMMANDED]
+    return named or _first_that_moves(motion or groups, table)
+
+
+def of_other_joints(table: Table, found: Taken) -> list[str]:
     """Names of columns that are commands as well, of joints without numbers: shoulder, elbow.
 
     A second command of one joint has no word of its own: command_position, control_position.
@@ -61,7 +67,7 @@ def of_other_joints(table: Mapping[str, FloatArray], found: Mapping[str, Guess])
     return [one for one in others if label_of(one) - own and not _of_the_same(table, one, found)]
 
 
-def _of_the_same(table: Mapping[str, FloatArray], name: str, found: Mapping[str, Guess]) -> bool:
+def _of_the_same(table: Table, name: str, found: Taken) -> bool:
     """Whether a command rests, or is the speed that goes with a command that is known: v_des."""
     if not np.nanstd(table[name]) > 0.0:
         return True
@@ -73,7 +79,7 @@ def _role(group: Group) -> str | None:
     return read_name(next(iter(group.values()))).role
 
 
-def _first_that_moves(groups: Sequence[Group], table: Mapping[str, FloatArray]) -> str | None:
+def _first_that_moves(groups: Sequence[Group], table: Table) -> str | None:
     """The first joint of which no column rests or is a copy of another; None without any."""
     still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
     for one, other in itertools.combinations(groups, 2):
@@ -105,17 +111,23 @@ def _axes(names: Collection[str]) -> Iterator[Sequence[Group]]:
     X_SetPosition and Y_SetPosition, left_cmd and right_cmd, pos_x and pos_y.
     """
     for at in (_BEFORE, _BEHIND):
-        axes: dict[str, dict[str, str]] = {}
-        for found in filter(None, map(at.fullmatch, names)):
-            if _is_label(found["axis"]):
-                axes.setdefault(found["axis"], {})[found["of"]] = found[0]
-        whole = {one: group for one, group in axes.items() if _asked_and_read(group)}
+        whole = {one: group for one, group in _by_axis(names, at).items() if _asked_and_read(group)}
         arms = len(whole) == MOTORS and {one[-1] for one in whole} <= set("0123abcABC")
-        alike = [set(group) for group in whole.values()]
-        if len(whole) < 2 or arms or not _asked_and_read(set.intersection(*alike)):
+        if len(whole) < 2 or arms:
+            continue
+        if not _asked_and_read(set.intersection(*map(set, whole.values()))):
             continue
         stems = dict.fromkeys(stem for group in whole.values() for stem in group)
         yield [{one: g[stem] for one, g in whole.items() if stem in g} for stem in stems]
+
+
+def _by_axis(names: Iterable[str], at: re.Pattern[str]) -> dict[str, dict[str, str]]:
+    """Columns by their axis, and by their quantity."""
+    axes: dict[str, dict[str, str]] = {}
+    for found in filter(None, map(at.fullmatch, names)):
+        if _is_label(found["axis"]):
+            axes.setdefault(found["axis"], {})[found["of"]] = found[0]
+    return axes
 
 
 def _is_label(word: str) -> bool:
@@ -146,13 +158,7 @@ def _beside_commands(names: Iterable[str]) -> Sequence[Group]:
     """Commands called as their readings but for a word, of more joints than a delta has: left_s0
     and left_s0_cmd.
     """
-    labels: dict[str, dict[str, str]] = {}
-    for name in names:
-        words = re.split(r"[_. ]", name)
-        asks = [word for word in words if read_name(word).role == "command"]
-        if len(words) > 1 and len(asks) < len(words):
-            label = "_".join(word for word in words if word not in asks)
-            labels.setdefault("_".join(asks), {}).setdefault(label, name)
+    labels = _by_what_asks(names)
     read = labels.pop("", {})
     groups = [{j: n for j, n in group.items() if j in read} for group in labels.values()]
     asked = next((group for group in groups if len(group) > MOTORS), None)
@@ -161,13 +167,25 @@ def _beside_commands(names: Iterable[str]) -> Sequence[Group]:
     return [asked, {joint: read[joint] for joint in asked}]
 
 
+def _by_what_asks(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Columns by the words that say a command, none for a reading, and by their other words."""
+    labels: dict[str, dict[str, str]] = {}
+    for name in names:
+        words = re.split(r"[_. ]", name)
+        asks = [word for word in words if read_name(word).role == "command"]
+        if len(words) > 1 and len(asks) < len(words):
+            label = "_".join(word for word in words if word not in asks)
+            labels.setdefault("_".join(asks), {}).setdefault(label, name)
+    return labels
+
+
 def _asked_and_read(stems: Iterable[str]) -> bool:
     """Whether some of the stems are called as commands, and others as readings."""
     roles = {read_name(stem).role for stem in stems}
     return "position" in roles and bool(roles & (LETTERED - {"position"}))
 
 
-def of_data_set(table: Mapping[str, FloatArray]) -> tuple[dict[str, str], list[str]]:
+def of_data_set(table: Table) -> tuple[dict[str, str], list[str]]:
     """Units of the joints of a LeRobot data set by column, as far as their values show them, and
     what to be warned of.
     """

@@ -135,19 +135,7 @@ def _of_the_table(name: str, text: str, option: str) -> Any:
 def _source(option: str) -> Source:
     match = _OPTION.fullmatch(option.strip())
     if match is None or match["name"] not in UNITS:
-        names = (*OF_THE_TABLE, *UNITS)
-        wanted = option.partition("=")[0].strip()
-        near = [] if wanted in names else difflib.get_close_matches(wanted, names, n=1)
-        near = [name for name in names if name == f"{wanted}_1"] or near  # the first motor's
-        longer = [
-            name for name in names if wanted and wanted not in names and name.startswith(wanted)
-        ]
-        near = sorted(longer, key=lambda name: name[-2:-1] == "_") or near  # those without a number
-        meant = f"{wanted} is no name here; did you mean {near[0]}? It " if near else ""
-        raise ConfigError(
-            f"--set {option}: {meant}must be NAME=COLUMN, NAME=COLUMN[unit],"
-            f" NAME=COLUMN*FACTOR+OFFSET or NAME=VALUE with NAME one of {', '.join(names)}"
-        )
+        raise _not_understood(option)
     unit = match["unit"] or "1"
     if unit not in IN_SI:
         raise ConfigError(f"--set {option}: {no_unit(unit)}")
@@ -162,6 +150,21 @@ def _source(option: str) -> Source:
     if match["quoted"] is None and (value := number(named)) is not None:
         return Source(value=value * scale * IN_SI[unit] + offset)
     return Source.model_validate({"from": named, "offset": offset, **given})
+
+
+def _not_understood(option: str) -> ConfigError:
+    """The error of an option that is none, with the name that was meant."""
+    names = (*OF_THE_TABLE, *UNITS)
+    wanted = option.partition("=")[0].strip()
+    near = [] if wanted in names else difflib.get_close_matches(wanted, names, n=1)
+    near = [name for name in names if name == f"{wanted}_1"] or near  # the first motor's
+    longer = [name for name in names if wanted and wanted not in names and name.startswith(wanted)]
+    near = sorted(longer, key=lambda name: name[-2:-1] == "_") or near  # those without a number
+    meant = f"{wanted} is no name here; did you mean {near[0]}? It " if near else ""
+    return ConfigError(
+        f"--set {option}: {meant}must be NAME=COLUMN, NAME=COLUMN[unit],"
+        f" NAME=COLUMN*FACTOR+OFFSET or NAME=VALUE with NAME one of {', '.join(names)}"
+    )
 
 
 def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:

@@ -82,6 +82,11 @@ def _way(name: str, wanted: str, there: list[str]) -> str:
     alike = [one for one in there if one != wanted and _may_be(name, one)]
     if alike and wanted != name:
         return f"; did you mean {' or '.join(map(repr, alike[:MOST_MEANT]))}?"
+    return _instead(name, there)
+
+
+def _instead(name: str, there: list[str]) -> str:
+    """What the columns that are there hold in place of one that is missing."""
     other = STANDS_IN.get(name)
     if name == "theta_1" and any(map(_of_further_motor, there)):
         other = None  # a single position says nothing of three arms

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,13 +20,14 @@ from deltactl.recording.foreign.doubts import (
 from deltactl.recording.foreign.names import (
     Guess,
     Hint,
+    Taken,
     in_words,
     is_of_data_joint,
     is_of_joint,
     without_unit,
 )
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import same_range
+from deltactl.recording.foreign.shapes import Table, same_range
 from deltactl.recording.reading.run import FloatArray
 
 PAIRS = (
@@ -47,28 +48,24 @@ SLIDES = "and linear in place of rotary there"
 NO_UNIT = "nothing says the unit"
 
 
-def of_one_unit(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
-) -> Iterator[list[Guess]]:
+def of_one_unit(guesses: Taken, table: Table) -> Iterator[list[Guess]]:
     """Columns of motion, those together that have one unit though none is said: the angles of all
     arms, and the command and the reading of one axis that go over the same numbers.
     """
     left = {guess.name: guess for guess in guesses.values() if guess.role in (*ANGULAR, *STRAIGHT)}
-    arms = [one for one in left.values() if one.index in ("1", "2", "3") and _is_open(one)]
-    pairs = [[left[name] for name in pair if name in left] for pair in PAIRS[:2]]
-    alike = [
-        pair
-        for pair in pairs
-        if len(pair) == 2
-        and all(map(_is_open, pair))
-        and _go_alike(*(table[one.source] for one in pair))
-    ]
-    for group in [arms, *alike]:
-        if group and all(one.name in left for one in group):
-            yield group
-            for one in group:
-                del left[one.name]
-    yield from ([one] for one in left.values())
+    arms = [one for one in left.values() if one.index in ("1", "2", "3") and is_open(one)]
+    groups = [group for group in (arms, *_pairs_alike(left, table)) if group]
+    yield from groups
+    together = {one.name for group in groups for one in group}
+    yield from ([one] for one in left.values() if one.name not in together)
+
+
+def _pairs_alike(left: Taken, table: Table) -> Iterator[list[Guess]]:
+    """A command and its reading, a distance and its range, that go over the same numbers."""
+    for names in PAIRS[:2]:
+        pair = [left[name] for name in names if name in left and is_open(left[name])]
+        if len(pair) == 2 and _go_alike(*(table[one.source] for one in pair)):
+            yield pair
 
 
 def _go_alike(one: FloatArray, other: FloatArray) -> bool:
@@ -78,15 +75,13 @@ def _go_alike(one: FloatArray, other: FloatArray) -> bool:
     return as_far or same_range(one, other)
 
 
-def _is_open(guess: Guess) -> bool:
+def is_open(guess: Guess) -> bool:
+    """Whether nothing says the unit of a column."""
     return guess.unit is None and guess.scale == 1.0
 
 
 def unit_of_motion(
-    group: Sequence[Guess],
-    table: Mapping[str, FloatArray],
-    turning: bool,
-    slides: bool = False,
+    group: Sequence[Guess], table: Table, turning: bool, slides: bool = False
 ) -> tuple[list[Guess], str]:
     """The columns of a group with their unit, and what to be warned of; empty where of nothing.
 
@@ -97,35 +92,57 @@ def unit_of_motion(
         return list(group), ""
     if guess.unit is not None:
         return list(group), _doubt(guess, values)
-    largest, names = float(np.nanmax(np.abs(values))), _names(group)
-    if guess.role in STRAIGHT:
-        if largest <= GUESSES.longest_m:
-            return list(group), ""
-        return _all(group, "mm"), f"{names}: up to {largest:g}, taken for mm"
-    if slides and largest <= GUESSES.longest_m:
-        return list(group), ""
-    if slides:
-        says = f"up to {largest:g}, taken for mm, as the axis slides"
-        return _all(group, "mm"), _rather(says, "metres", names, "m", f"[mm] {PUT}")
+    largest = float(np.nanmax(np.abs(values)))
+    if guess.role in STRAIGHT or slides:
+        return _of_lengths(group, largest)
     if (stepped := _of_steps(group, table)) is not None:
         return stepped, ""
-    lone = all(one.index is None for one in group)  # of one axis, which may slide as well
-    if lone and all(is_of_data_joint(one.source) for one in group):
-        says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
-        return _all(group, "deg"), _rather(says, "radians", names, "rad", f"[deg] {PUT}")
-    if lone and not turning and largest > GUESSES.longest_m and all(map(_is_place, group)):
-        says = f"up to {largest:g}, taken for mm, as axes called x, y or z slide"
-        instead = f"[mm] {PUT}, and rotary in place of linear there"
-        return _all(group, "mm"), _rather(says, "degrees", names, "deg", instead)
-    by_name = all(_says_counts(one.source, table[one.source]) for one in group)
-    if largest <= (GUESSES.one_turn_rad if lone else GUESSES.widest_rad) and not by_name:
+    if (found := _of_called(group, largest, turning)) is not None:
+        return found
+    widest = GUESSES.one_turn_rad if _is_lone(group) else GUESSES.widest_rad
+    said_counts = all(_says_counts(one.source, table[one.source]) for one in group)
+    if largest <= widest and not said_counts:
         return list(group), ""
-    if counts_like(values) or by_name:
+    if counts_like(values) or said_counts:
         return _all(group, "rad", GUESSES.count_rad), (
-            f"{names}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a turn; if"
-            f" a turn has others, put what one count is [rad] in place of {GUESSES.count_rad} {PUT}"
+            f"{_names(group)}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a"
+            f" turn; if a turn has others, put what one count is [rad] in place of"
+            f" {GUESSES.count_rad} {PUT}"
         )
     return _all(group, "deg"), _taken_for_degrees(group, largest, turning)
+
+
+def _of_lengths(group: Sequence[Guess], largest: float) -> tuple[list[Guess], str]:
+    """Distances and places, in m or in mm by their size."""
+    if largest <= GUESSES.longest_m:
+        return list(group), ""
+    says, names = f"up to {largest:g}, taken for mm", _names(group)
+    if group[0].role in STRAIGHT:
+        return _all(group, "mm"), f"{names}: {says}"
+    says = f"{says}, as the axis slides"
+    return _all(group, "mm"), _rather(says, "metres", names, "m", f"[mm] {PUT}")
+
+
+def _of_called(
+    group: Sequence[Guess], largest: float, turning: bool
+) -> tuple[list[Guess], str] | None:
+    """Columns of one axis in the unit that others with such names have; None where none is."""
+    names = _names(group)
+    if not _is_lone(group):
+        return None
+    if all(is_of_data_joint(one.source) for one in group):
+        says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
+        return _all(group, "deg"), _rather(says, "radians", names, "rad", f"[deg] {PUT}")
+    if turning or largest <= GUESSES.longest_m or not all(map(_is_place, group)):
+        return None
+    says = f"up to {largest:g}, taken for mm, as axes called x, y or z slide"
+    instead = f"[mm] {PUT}, and rotary in place of linear there"
+    return _all(group, "mm"), _rather(says, "degrees", names, "deg", instead)
+
+
+def _is_lone(group: Sequence[Guess]) -> bool:
+    """Whether columns are those of one axis, which may slide as well."""
+    return all(one.index is None for one in group)
 
 
 def _is_place(guess: Guess) -> bool:
@@ -171,7 +188,7 @@ def _names(group: Sequence[Guess]) -> str:
     return ", ".join(one.source for one in group)
 
 
-def _of_steps(group: Sequence[Guess], table: Mapping[str, FloatArray]) -> list[Guess] | None:
+def _of_steps(group: Sequence[Guess], table: Table) -> list[Guess] | None:
     """The group in the unit that the steps of its readings tell; None where they tell none."""
     read = [one.source for one in group if one.role in ("position", "theta")]
     told = {name: found for name in read if (found := of_encoder(table[name])) is not None}
@@ -189,22 +206,20 @@ def turns_by_name(group: Iterable[Guess]) -> bool:
     return any(is_of_joint(one.source) for one in group)
 
 
-def ask_unit(
-    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray], motion: str | None = None
-) -> tuple[dict[str, str], str]:
+def ask_unit(guesses: Taken, table: Table, motion: str | None = None) -> tuple[dict[str, str], str]:
     """The unit to be written for columns of an axis of which nothing tells one, by their name in
     the contract, and what to be asked of them; both empty where there are none.
 
     motion: linear or rotary, where that is known.
     """
-    open_ = [guess for guess in guesses.values() if guess.name in LONE and _is_open(guess)]
+    open_ = [guess for guess in guesses.values() if guess.name in LONE and is_open(guess)]
     if not open_:
         return {}, ""
     largest = max(float(np.nanmax(np.abs(table[one.source]))) for one in open_)
     unit, taken, other, short = ASKED[motion or "rotary"]
     asked = dict.fromkeys((one.name for one in open_), unit)
     per_second = ""
-    if any(one.name == "velocity" and _is_open(one) for one in guesses.values()):
+    if any(one.name == "velocity" and is_open(one) for one in guesses.values()):
         asked["velocity"] = f"{unit}/s"
         per_second = f" ([{short}/s] of [{unit}/s])"
     known = motion is not None or turns_by_name(open_)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -90,6 +91,14 @@ IS_PRESENT = "current"
 """Also says that something is as it is now, before another word: current_position."""
 OF_A_SERVO = "present"
 """A servo's present_load is what its motor gives, as its present_current."""
+TOGETHER: tuple[tuple[frozenset[str], str | None], ...] = (
+    (_words("command velocity"), None),  # a speed that was asked for: of no use here
+    (_words("command effort"), "effort"),
+    (frozenset(["load", OF_A_SERVO]), "effort"),
+    *((_words(one), one) for one in ("t", "command", "velocity", "effort", "steps", "range")),
+)
+"""What names say whose words have these roles, the first that fits: a target_position is a command,
+a measured_distance a range."""
 OUTSIDE = _words("torque force moment drehmoment kraft couple coppia nm n ncm mnm")
 """Words of an effort that may as well pull from outside; a current or a voltage never does."""
 OF_A_PART = _words("wert motor achs achse axis ax gelenk joint arm servo mess")
@@ -164,31 +173,53 @@ class Guess:
         return self.role if self.index is None else f"{self.role}_{self.index}"
 
 
+Taken = Mapping[str, Guess]
+"""Columns of a file and what each is taken for."""
+
+
+def of_role(guesses: Taken, *roles: str) -> list[str]:
+    """Columns that are taken for one of the roles."""
+    return [name for name, guess in guesses.items() if guess.role in roles]
+
+
+def by_name(guesses: Taken) -> dict[str, Guess]:
+    """Guesses by the columns' names in the contract."""
+    return {guess.name: guess for guess in guesses.values()}
+
+
 def read_name(name: str, unit_line: str = "") -> Named:
     """Take a name apart, as `Goal Angle 1 [deg]` or `joint1.pos_mm`."""
+    bracketed = _BRACKETED.search(name)
     unit = UNIT_OF.get(unit_line.lower())
-    if bracketed := _BRACKETED.search(name):
-        unit = unit or UNIT_OF.get(bracketed[1].lower())
-        name = name[: bracketed.start()]
-    name = _plain_letters(name.strip())
-    plain = _CAPITAL.sub("_", _MILLI.sub(lambda at: at[0].lower(), name))
-    words = [word for word in re.split(r"[^0-9a-zµ°]+", plain.lower()) if word]
-    words = [part for word in words for part in _parts(word)]
+    unit = unit or (UNIT_OF.get(bracketed[1].lower()) if bracketed else None)
+    words = _words_of(without_unit(name))
     if len(words) == 1 and words[0] in CLOCKS:
         return Named("t", UNIT_OF[words[0]], None)
     words, ending = _without_unit(words)
-    unit = unit or ending
-    role = _role(words)
-    of_no_use = (OF_NO_USE | SUPPLY).intersection(words) or _asks_for_speed(words)
-    if of_no_use or (role != "temp_c" and OF_SURROUNDINGS.intersection(words)):
+    unit, role = unit or ending, _role(words)
+    if _of_no_use(words, role):
         return Named(None, unit, None, used=False)
     role, index, stem = _numbered(words, role)
     if role == "steps" and unit in (*LINEAR, *ROTARY):
         role = "command"  # a counter that is read in mm
-    if role == "steps" and MEASURED.intersection(words):
+    elif role == "steps" and MEASURED.intersection(words):
         role = "position"
     asked = "command" in {ROLE_OF.get(word) for word in [*words, *stem]} or _qualified(words)
     return Named(role, unit, index, asked)
+
+
+def _words_of(name: str) -> list[str]:
+    """The words of a name in lower case, those of compounds one by one: goalPos, Sollwinkel."""
+    name = _plain_letters(name.strip())
+    plain = _CAPITAL.sub("_", _MILLI.sub(lambda at: at[0].lower(), name))
+    words = filter(None, re.split(r"[^0-9a-zµ°]+", plain.lower()))
+    return [part for word in words for part in _parts(word)]
+
+
+def _of_no_use(words: list[str], role: str | None) -> bool:
+    """Whether words say that a column is neither asked for nor read, whatever its numbers are."""
+    no_use = (OF_NO_USE | SUPPLY).intersection(words) or _asks_for_speed(words)
+    return bool(no_use or (role != "temp_c" and OF_SURROUNDINGS.intersection(words)))
 
 
 def _numbered(words: list[str], role: str | None) -> tuple[str | None, str | None, list[str]]:
@@ -326,14 +357,6 @@ def _role(words: list[str]) -> str | None:
     if _qualified(known):
         known = ["command" if word in QUALIFIES else word for word in known]
     found = [ROLE_OF[word] for word in reversed(known)]
-    if "command" in found and "velocity" in found:
-        return None  # a speed that was asked for: of no use here
-    if "command" in found and "effort" in found:
-        return "effort"
-    if "load" in found and OF_A_SERVO in words:
-        found = ["effort"]
-    # A target_position is a command, a measured_distance a range: the qualifier decides.
-    for strong in ("t", "command", "velocity", "effort", "steps", "range"):
-        if strong in found:
-            return strong
-    return found[0] if found else None
+    there = {*found} | ({OF_A_SERVO} & {*words})
+    said = (role for together, role in TOGETHER if together <= there)
+    return next(said, next(iter(found), None))

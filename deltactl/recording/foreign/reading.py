@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from collections.abc import Mapping as AnyMapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +41,7 @@ def read_mapped(
     and what could replace it.
     """
     table, lines = _table(path, mapping, tell)
+    file = _File(path, table, lines, tell)
     rows = len(next(iter(table.values())))
     named: dict[str, FloatArray] = {}
     used: set[str] = set()
@@ -50,22 +51,7 @@ def read_mapped(
             continue
         column = named_column(path, table, name, source)
         used.add(column)
-        unit = unit_of(path, column, name, source)
-        if IN_SI[unit] != IN_SI[source.unit]:
-            tell(f"{path.name}: {name} is read in {unit}, as the heading '{column}' says")
-        if "scale" not in source.model_fields_set:
-            if why := of_counts(name, column, unit, table[column]):
-                raise RecordingError(f"{path}: {why}")
-            if why := (
-                doubt(name, column, unit, table[column])
-                or of_degrees(name, column, unit, table[column], table)
-            ):
-                tell(f"{path.name}: {why}")
-            if why := of_radians(name, column, unit, table[column], table):
-                tell(f"{path.name}: {why}")
-        _tell_gaps(path, column, table[column], lines, tell)
-        factor = source.scale * IN_SI[unit]
-        named[name] = table[column] * factor + source.offset
+        named[name] = file.read(column, name, source)
     timed = "t" in named or mapping.rate_hz is None
     for name, values in table.items():
         kept = name not in used and name not in mapping.leave_out
@@ -81,22 +67,44 @@ def read_mapped(
     return replace(recording, units_given=frozenset(given), timed=not counted)
 
 
-def _tell_gaps(
-    path: Path,
-    column: str,
-    values: FloatArray,
-    lines: Sequence[int],
-    tell: Callable[[str], None],
-) -> None:
-    """Say which cells of a column hold no number, where that is no habit of the log."""
-    empty = np.flatnonzero(np.isnan(values))
-    if 0 < len(empty) < GUESSES.seldom_empty * len(values):
-        many = len(empty) > 1
-        cells, hold = count(len(empty), "cell"), "hold" if many else "holds"
-        first = int(empty[0])
-        place = f"line {lines[first]}" if lines else f"row {first + 1}"
-        where = f"{'the first in ' if many else ''}{place}"
-        tell(f"{path.name}: read without {cells} of '{column}' that {hold} no number ({where})")
+@dataclass(frozen=True, slots=True, eq=False)
+class _File:
+    """A file with its own columns and the lines of its rows, and who is told what is odd there."""
+
+    path: Path
+    table: AnyMapping[str, AnyArray]
+    lines: Sequence[int]
+    tell: Callable[[str], None]
+
+    def read(self, column: str, name: str, source: Source) -> FloatArray:
+        """A column as one of the contract. Raises RecordingError where it cannot be that."""
+        unit = unit_of(self.path, column, name, source)
+        values = self.table[column]
+        if IN_SI[unit] != IN_SI[source.unit]:
+            self._say(f"{name} is read in {unit}, as the heading '{column}' says")
+        if "scale" not in source.model_fields_set:
+            one = name, column, unit, values
+            if why := of_counts(*one):
+                raise RecordingError(f"{self.path}: {why}")
+            self._say(doubt(*one) or of_degrees(*one, self.table))
+            self._say(of_radians(*one, self.table))
+        self._say(self._gaps(column))
+        return values * (source.scale * IN_SI[unit]) + source.offset
+
+    def _say(self, words: str) -> None:
+        if words:
+            self.tell(f"{self.path.name}: {words}")
+
+    def _gaps(self, column: str) -> str:
+        """Which cells hold no number, where that is no habit of the log."""
+        empty = np.flatnonzero(np.isnan(self.table[column]))
+        if not 0 < len(empty) < GUESSES.seldom_empty * len(self.table[column]):
+            return ""
+        first, many = int(empty[0]), len(empty) > 1
+        place = f"line {self.lines[first]}" if self.lines else f"row {first + 1}"
+        hold, where = ("hold", f"the first in {place}") if many else ("holds", place)
+        cells = count(len(empty), "cell")
+        return f"read without {cells} of '{column}' that {hold} no number ({where})"
 
 
 def _without_times(

@@ -11,6 +11,9 @@ from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.units import UNIT_FACTORS
 from deltactl.recording.reading.run import FloatArray
 
+Table = Mapping[str, FloatArray]
+"""Columns by name, shape (n,) each."""
+
 
 def rising(values: FloatArray) -> bool:
     """Whether values only increase."""
@@ -35,7 +38,7 @@ def starts_again(values: FloatArray) -> bool:
     return few and bool(np.allclose(values[back + 1], values[0], atol=1e-3))
 
 
-def copies_of_others(table: Mapping[str, FloatArray], known: Collection[str]) -> set[str]:
+def copies_of_others(table: Table, known: Collection[str]) -> set[str]:
     """Columns without a role that hold in every row what an earlier column holds.
 
     A reading is late and has noise: what equals its command everywhere is the command once more.
@@ -141,7 +144,7 @@ def is_flag(values: FloatArray) -> bool:
     return bool(np.isin(values[np.isfinite(values)], (0.0, 1.0)).all())
 
 
-def difference(table: Mapping[str, FloatArray], names: list[str]) -> str | None:
+def difference(table: Table, names: list[str]) -> str | None:
     """The column that is by how much two others lie apart, as the error of an axis; the smallest,
     as of a sum each part is such a column too.
     """
@@ -160,7 +163,7 @@ def is_stepwise(values: FloatArray) -> bool:
     return 0.0 < float(changes.mean()) < GUESSES.mostly_still
 
 
-def pairs_alike(table: Mapping[str, FloatArray], names: list[str]) -> Iterator[tuple[str, str]]:
+def pairs_alike(table: Table, names: list[str]) -> Iterator[tuple[str, str]]:
     """Columns two by two that move alike, what was asked for first; each column once.
 
     They go as far, or one is another unit of the other, and among many columns they share their
@@ -193,9 +196,7 @@ def of_one_motion(one: FloatArray, other: FloatArray) -> bool:
     )
 
 
-def slopes(
-    table: Mapping[str, FloatArray], names: list[str], time: FloatArray
-) -> Iterator[tuple[str, str]]:
+def slopes(table: Table, names: list[str], time: FloatArray) -> Iterator[tuple[str, str]]:
     """Columns that are the slope of another one, with that one."""
     used: set[str] = set()
     for name, of in itertools.permutations(names, 2):

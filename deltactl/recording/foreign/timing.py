@@ -4,14 +4,14 @@ do not increase.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from deltactl.recording.foreign.names import ALONE, Guess, read_name, without_unit
+from deltactl.recording.foreign.names import ALONE, Guess, Taken, of_role, read_name, without_unit
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import counts, is_whole, rising
+from deltactl.recording.foreign.shapes import Table, counts, is_whole, rising
 from deltactl.recording.foreign.units import IN_SI
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.cells import (
@@ -35,7 +35,7 @@ NO_COLUMN = (
 )
 
 
-def row_number(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> str | None:
+def row_number(guesses: Taken, table: Table) -> str | None:
     """The column that is taken for the time and only counts the rows; None where there is none."""
     time = _time_of(guesses)
     if time is None or time.why != ALONE or time.unit not in (None, "s"):
@@ -44,8 +44,8 @@ def row_number(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) ->
 
 
 def rows_and_times(
-    guesses: Mapping[str, Guess],
-    table: Mapping[str, FloatArray],
+    guesses: Taken,
+    table: Table,
     kind: str | None,
     rate_hz: float | None,
     noted: tuple[float, str] | None = None,
@@ -64,9 +64,7 @@ def rows_and_times(
     if time is None:
         return [("rows", str(rows))], [NO_TIMES if kind is None else NO_COLUMN]
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
-    parts = next(
-        (table[guess.source] for guess in guesses.values() if guess.role == "segment"), None
-    )
+    parts = next((table[name] for name in of_role(guesses, "segment")), None)
     if parts is not None:  # times may start again with each
         step_s = step_s[(step_s > 0.0) | (np.diff(parts) == 0.0)]
     doubts = _doubts(time.source, step_s, row_number(guesses, table))
@@ -75,8 +73,8 @@ def rows_and_times(
     return _facts(rows, step_s), doubts
 
 
-def _time_of(guesses: Mapping[str, Guess]) -> Guess | None:
-    return next((guess for guess in guesses.values() if guess.role == "t"), None)
+def _time_of(guesses: Taken) -> Guess | None:
+    return next((guesses[name] for name in of_role(guesses, "t")), None)
 
 
 def _facts(rows: int, step_s: FloatArray) -> Facts:
@@ -152,18 +150,19 @@ class Stumbling(NamedTuple):
     """By which the rows are read in place of it; None where they are not evenly apart."""
     says: str
 
+    def instead_of(self, late: Sequence[str]) -> list[str]:
+        """What is to be looked at of the times, this in place of that there are none."""
+        return [self.says, *(one for one in late if one not in (NO_COLUMN, NO_TIMES))]
+
 
 def stumbling(
-    guesses: Mapping[str, Guess],
-    table: Mapping[str, FloatArray],
-    lines: Sequence[int],
-    kind: str | None,
+    guesses: Taken, table: Table, lines: Sequence[int], kind: str | None
 ) -> Stumbling | None:
     """What is to be said of the times, None where they increase all the way or are not needed.
 
     lines: of the rows in the file; empty where it has none. kind: of the machine.
     """
-    time = next((guess for guess in guesses.values() if guess.role == "t"), None)
+    time = _time_of(guesses)
     two = _in_two_columns(table)
     if two is not None and kind != "range_sensor" and (time is None or time.source in two.says):
         return two
@@ -193,7 +192,7 @@ PARTS = (1e9, 1e6, 1e3)
 """How many parts a second has in the column beside whole seconds."""
 
 
-def _in_two_columns(table: Mapping[str, FloatArray]) -> Stumbling | None:
+def _in_two_columns(table: Table) -> Stumbling | None:
     """A clock whose whole seconds and whose parts of a second are two columns."""
     for name, whole in table.items():
         if read_name(name).role != "t" or not is_whole(whole) or rising(whole):
@@ -213,7 +212,7 @@ def _in_two_columns(table: Mapping[str, FloatArray]) -> Stumbling | None:
     return None
 
 
-def _named_only(table: Mapping[str, FloatArray], lines: Sequence[int]) -> Stumbling | None:
+def _named_only(table: Table, lines: Sequence[int]) -> Stumbling | None:
     """A column that is called a time and cannot be one as it is."""
     for name, values in table.items():
         named = read_name(name)

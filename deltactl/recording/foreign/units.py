@@ -51,6 +51,11 @@ LINEAR = ("m", "mm", "cm", "um", "inch")
 ROTARY_SPEEDS, LINEAR_SPEEDS = ("rad/s", "deg/s", "rpm", "turn/s"), ("m/s", "mm/s")
 SPEEDS = (*ROTARY_SPEEDS, *LINEAR_SPEEDS)
 """Of `velocity` alone."""
+SPEEDS_OF: dict[str | None, tuple[str, ...]] = {
+    **dict.fromkeys(ROTARY, ROTARY_SPEEDS),
+    **dict.fromkeys(LINEAR, LINEAR_SPEEDS),
+}
+"""By the unit of a place, those of its velocity."""
 PULLING = ("N", "mN", "Nm", "mNm", "Ncm")
 UNITS_OF: dict[str, tuple[str, ...]] = {
     "t": TIMES,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -178,10 +178,7 @@ def from_columns(
     if not len(t_s):
         raise RecordingError(f"{source}: has a heading but no rows")
     _check_time(t_s, where)
-    for name, values in known.items():
-        if np.isinf(values).any():
-            row = int(np.flatnonzero(np.isinf(values))[0])
-            raise where.fail(row, f"{name} is infinite; leave the cell empty instead")
+    _check_finite(known, where)
     extra = {name: values for name, values in named.items() if name not in UNITS}
     return FlatRecording(t_s, known, extra, source, timed=not counted)
 
@@ -208,6 +205,13 @@ def _numbers(values: AnyArray, name: str, source: str) -> FloatArray:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise RecordingError(f"{source}: column '{name}' must hold numbers ({error})") from error
+
+
+def _check_finite(columns: Mapping[str, FloatArray], where: _Where) -> None:
+    for name, values in columns.items():
+        if np.isinf(values).any():
+            row = int(np.flatnonzero(np.isinf(values))[0])
+            raise where.fail(row, f"{name} is infinite; leave the cell empty instead")
 
 
 def _check_time(t_s: FloatArray, where: _Where) -> None:

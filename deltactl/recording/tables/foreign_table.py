@@ -81,27 +81,32 @@ def read_table(
     rows, left_out = without_remarks(rows, len(heading), decimal)
     if left_out:
         tell(f"is read {left_out}")
-    if all(len(parts) == len(heading) for _, _, parts in rows):
-        for said in text_among_numbers(heading, rows, decimal):
-            tell(said)
-    cells = [parts for _, _, parts in rows]
-    if not cells:
+    if not rows:
         raise RecordingError(f"{path}: has a heading but no rows")
     for line, _, parts in rows:
         if len(parts) != len(heading):
             raise wrong_count(path, line, len(parts), len(heading))
-    columns = list(zip(*cells, strict=True))
-    for name, column in zip(heading, columns, strict=True):
-        if decimal == "." and all(_WITH_COMMA.fullmatch(cell) for cell in column):
-            raise RecordingError(
-                f"{path}: {name} has a decimal comma ({column[0]}); add: --set decimal=,"
-            )
+    for said in text_among_numbers(heading, rows, decimal):
+        tell(said)
+    columns = list(zip(*(parts for _, _, parts in rows), strict=True))
+    _refuse_commas(path, heading, columns, decimal)
     named = dict(zip(heading, _with_days(columns), strict=True))
     return ForeignTable(
         {name: _numbers(column, decimal) for name, column in named.items()},
         [line for line, _, _ in rows],
         {name for name, column in named.items() if is_moment(column[0])},
     )
+
+
+def _refuse_commas(
+    path: Path, heading: Sequence[str], columns: Sequence[tuple[str, ...]], decimal: str
+) -> None:
+    """Raise RecordingError for numbers with a comma where a point is the decimal mark."""
+    for name, column in zip(heading, columns, strict=True):
+        if decimal == "." and all(_WITH_COMMA.fullmatch(cell) for cell in column):
+            raise RecordingError(
+                f"{path}: {name} has a decimal comma ({column[0]}); add: --set decimal=,"
+            )
 
 
 def _with_days(columns: list[tuple[str, ...]]) -> list[tuple[str, ...]]:

@@ -212,35 +212,46 @@ def _good(row: list[str], decimal: str) -> int:
 
 
 def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: int) -> TableFormat:
-    def numbers(line: str) -> bool:
-        cells = split(line, separator)
-        return len(cells) == width and any(cells) and 2 * _good(cells, decimal) > width
-
-    first = next((n for n, line in enumerate(lines) if numbers(line)), None)
+    """The columns of a table of so many cells to a line, from what is above its numbers."""
+    rows = (n for n, line in enumerate(lines) if _is_row(split(line, separator), decimal, width))
+    first = next(rows, None)
     if first is None:
         raise RecordingError(f"{path}: no line with {width} numbers was found in its first lines")
-    above = [
-        n
-        for n in range(first)
-        if len(_words(lines[n], separator)) == width and rate_said([lines[n]]) is None
-    ]
-    units: tuple[str, ...] = ("",) * width
-    if len(above) > 1 and all(UNIT_CELL.fullmatch(c) for c in _words(lines[above[-1]], separator)):
-        units = tuple(cell.strip("[]()") for cell in _words(lines[above.pop()], separator))
-    names, heading = tuple(f"column_{n + 1}" for n in range(width)), None
-    labels = [_LABELLED.fullmatch(cell) for cell in _cells(lines[first], separator)]
-    if labelled := all(labels):
-        names = tuple(label[1] for label in labels if label)
-    elif above:
-        heading = above[-1]
-        names = tuple(_words(lines[heading], separator))
-        if heading + 1 != first or lines[heading].lstrip()[:1] in "#%":
-            heading = None  # something is between: the reader must be given the names
-    plain = "cp1252" if not _is_utf8(path) else "UTF-8"
+    above, units = _above(lines[:first], separator, width)
+    heading, names = None, _labels(lines[first], separator)
+    if above and not names:
+        last = above[-1]
+        names = tuple(_words(lines[last], separator))
+        if last + 1 == first and lines[last].lstrip()[:1] not in "#%":
+            heading = last  # else something is between: the reader must be given the names
+    numbers = tuple(f"column_{n + 1}" for n in range(width))
+    plain = "UTF-8" if _is_utf8(path) else "cp1252"
     before = tuple(line for line in lines[: above[-1] if above else first] if line.strip())
     return TableFormat(
-        separator, decimal, first, names, labelled or bool(above), units, heading, plain, before
+        separator, decimal, first, names or numbers, bool(names), units, heading, plain, before
     )
+
+
+def _above(lines: list[str], separator: str, width: int) -> tuple[list[int], tuple[str, ...]]:
+    """The lines above the numbers that may be their heading, and the units below the heading."""
+    words = [tuple(_words(line, separator)) for line in lines]
+    above = [
+        n for n, line in enumerate(lines) if len(words[n]) == width and rate_said([line]) is None
+    ]
+    if len(above) > 1 and all(map(UNIT_CELL.fullmatch, words[above[-1]])):
+        return above[:-1], tuple(cell.strip("[]()") for cell in words[above[-1]])
+    return above, ("",) * width
+
+
+def _is_row(cells: list[str], decimal: str, width: int) -> bool:
+    """Whether cells are so many, and most of them numbers."""
+    return len(cells) == width and any(cells) and 2 * _good(cells, decimal) > width
+
+
+def _labels(line: str, separator: str) -> tuple[str, ...]:
+    """The names before the values of a line, where each value has one."""
+    labels = [_LABELLED.fullmatch(cell) for cell in _cells(line, separator)]
+    return tuple(label[1] for label in labels if label) if all(labels) else ()
 
 
 def _words(line: str, separator: str) -> list[str]:
