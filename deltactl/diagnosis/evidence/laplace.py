@@ -312,7 +312,7 @@ class Laplace:
         priors = float(np.sum(self._penalties(keys, point) ** 2))
         penalised = float(left @ left + theta @ theta + priors)
         occam = float(np.linalg.slogdet(known)[1])
-        odds = self._odds(keys, point, linear)
+        odds = self._odds(keys, point)
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
@@ -326,10 +326,9 @@ class Laplace:
             spreads=np.concatenate([spreads, [size.spread for _, size in moved]]), white=left,
         )  # fmt: skip
 
-    def _odds(self, keys: frozenset[str], point: Point, linear: dict[str, FloatArray]) -> float:
+    def _odds(self, keys: frozenset[str], point: Point) -> float:
         """Log prior odds of a set; rows it calls silent are as improbable as rows with noise."""
         odds = sum(self.by_key[key].log_odds for key in keys)
-        odds += self.plant.further_odds(keys, linear)
         silent = self.plant.without_noise(keys, point)
         if silent is None:
             return odds

@@ -332,10 +332,6 @@ class RegressionPlant:
                 return True
         return False
 
-    def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
-        """Logarithm of odds that hang on the sizes of a set, in addition to its regressors' own."""
-        return 0.0
-
     def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
         """Rows (n,) that the prediction leaves no noise of, as it takes them from what was read."""
         return None

@@ -20,8 +20,7 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN, JointEfforts
 from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
-from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
+from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS, LONE
 from deltactl.diagnosis.plants.regression import Columns, Draws, Regressor, Shown, Size, Sizes
 from deltactl.models.effects.chain_joints import (
     JOINT_EFFECTS,

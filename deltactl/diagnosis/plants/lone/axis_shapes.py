@@ -8,8 +8,7 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.axis_regressors import WAVES
-from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, FILE_SPREADS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Columns, Sizes
 from deltactl.models.effects import Trait, has

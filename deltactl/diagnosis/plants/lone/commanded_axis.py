@@ -31,7 +31,6 @@ from deltactl.diagnosis.plants.lone.axis_regressors import (
 from deltactl.diagnosis.plants.lone.axis_shapes import AxisShapes
 from deltactl.diagnosis.plants.lone.axis_starts import starts
 from deltactl.diagnosis.plants.lone.drive_chain import DriveChain
-from deltactl.diagnosis.plants.lone.odds import ODDS
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import SETTLED_S, RecordedAxis
 from deltactl.diagnosis.plants.regression import DELAY, Columns, Shown, Sizes
@@ -243,15 +242,6 @@ class CommandedAxis(RecordedAxis, LeftOver):
     ) -> bool:
         """Sizes at a bound of their regressor, play below a step of the reading."""
         return super().impossible(keys, sizes, linear) or impossible(self, keys, sizes, linear)
-
-    def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
-        """Odds of waves that are smaller than a step of the reading."""
-        small = [
-            key
-            for key in keys & {*WAVES}
-            if float(np.hypot(*linear[key][:2])) < 0.5 * self.resolution
-        ]
-        return ODDS.wave_below_a_step * len(small)
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor."""

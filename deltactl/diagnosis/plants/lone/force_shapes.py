@@ -11,8 +11,7 @@ from scipy.interpolate import CubicSpline
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.inverse_dynamics import Motion
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
-from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
+from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
 from deltactl.diagnosis.plants.regression import Columns, Sizes
 
 

@@ -1,7 +1,7 @@
 """The numbers of a machine by itself: an axis, a range sensor, the joints of a servo delta.
 
-Spreads are standard deviations of a prior; odds are in `odds`. The step of a size's numerical
-derivative is with its regressor.
+Spreads are standard deviations of a prior; odds are on the effects' cards. The step of a size's
+numerical derivative is with its regressor.
 """
 
 from __future__ import annotations
@@ -287,9 +287,27 @@ class ServoJointOptions:
     """Times the file's spread of the rotor: arms and loads reflected on it make it larger."""
 
 
+@dataclass(frozen=True, slots=True)
+class FileSpreadOptions:
+    """By how much a robot file is off, as a share, where nobody measured."""
+
+    inertia_share: float = 0.3
+    """Part weights and drawings."""
+    gain_share: float = 0.3
+    """Drive makers give 10 % for a torque constant, and state it by rms or by peak amperes, which
+    differ by a factor of 1.41."""
+    stepper_ratio_share: float = 0.02
+    """Belts and rollers slip a little, wheels are turned to a hundredth."""
+    servo_ratio_share: float = 0.01
+    """A servo closes its loop over what is read: only another encoder sees another ratio."""
+    range_scale_share: float = 0.02
+    """A distance sensor's clock is off by parts in a thousand, its optics by a percent or two."""
+
+
 LONE = LoneOptions()
 COMMANDED_AXIS = CommandedAxisOptions()
 FORCED_AXIS = ForcedAxisOptions()
 RANGE_SENSOR = RangeSensorOptions()
 SERVO_JOINTS = ServoJointOptions()
+FILE_SPREADS = FileSpreadOptions()
 """As the engine is used."""

@@ -18,8 +18,7 @@ from deltactl.diagnosis.observations.readings import (
     gather,
 )
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
-from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import LONE, RANGE_SENSOR
+from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, LONE, RANGE_SENSOR
 from deltactl.diagnosis.plants.regression import (
     Columns,
     Regressor,

@@ -16,8 +16,7 @@ from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.diagnosis.observations.servo_preprocessing import Signals
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver, Way
-from deltactl.diagnosis.plants.lone.odds import FILE_SPREADS
-from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
+from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
 from deltactl.models.chain.active import Active, activate
 from deltactl.models.chain.servo_delta import Course, ServoChain
