@@ -42,7 +42,7 @@ class KeyTables:
     def __init__(self) -> None:
         self._written: set[type[BaseModel]] = set()
         self._rows: defaultdict[str, set[Row]] = defaultdict(set)
-        """Of each place that has choices."""
+        """Keys at each place that has choices."""
 
     def of(self, model: type[BaseModel], file: str = "The file") -> list[str]:
         """Headings, sentences and tables of a file and its sections.

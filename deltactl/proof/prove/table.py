@@ -119,7 +119,7 @@ def more_rows(scores: Sequence[Score]) -> list[Row]:
 
 
 def bound_rows(over_bound: Sequence[float]) -> list[Row]:
-    """Errors in Cramer-Rao bounds: the median, and the spread that it stands for."""
+    """Errors in Cramer-Rao bounds: the median, and the spread that belongs to it."""
     spread = [error / ROBUST for error in over_bound]
     return [
         middle("error over Cramer-Rao bound, median", over_bound, "at most 1.25", 1.25),

@@ -69,7 +69,7 @@ def read_mapped(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _File:
-    """A file with its own columns and the lines of its rows, and who is told what is odd there."""
+    """A file with its own columns and the lines of its rows, and what reports oddities in it."""
 
     path: Path
     table: AnyMapping[str, AnyArray]
