@@ -25,7 +25,7 @@ SETTLE_S = 4.0
 PATIENCE_S = 120.0
 LIVE = "document.querySelector('.plots-card .plots')?.scrollIntoView({block: 'center'})"
 COLOURS = 255
-"""Of a picture's palette: small files that still look right."""
+"""Colours of a picture's palette: small files that still look right."""
 
 
 def show_job(browser: Browser, _: Client) -> None:

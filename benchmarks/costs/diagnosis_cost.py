@@ -38,7 +38,7 @@ LOOK_S = 0.25
 
 
 class Cost(NamedTuple):
-    """Of one diagnosis."""
+    """Cost of one diagnosis."""
 
     wall_s: float
     used_s: float

@@ -45,9 +45,9 @@ class Concealed:
     play_rad: float = 0.0
     """In the gearbox of the (first) motor."""
     ratio: float = 1.0
-    """Of an axis: turned over meant to be turned."""
+    """For an axis: turned over meant to be turned."""
     arm: float = 1.0
-    """Of a delta: length of the upper arms over that in the file."""
+    """For a delta: length of the upper arms over that in the file."""
 
 
 def play(angles_rad: FloatArray, width_rad: float) -> FloatArray:

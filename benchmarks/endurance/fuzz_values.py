@@ -54,7 +54,7 @@ TIMES: tuple[Callable[[int], int], ...] = (
     lambda t_ns: 10**18 + t_ns,
     lambda t_ns: t_ns ^ 1 << 40,
 )
-"""Of the time of a message another one."""
+"""Another time for a message."""
 WORDS = tuple(bytes([255, topic, way, 0, 255]) for topic in (0, 3, 7) for way in range(len(TIMES)))
 """Instructions that set all times of a topic."""
 
@@ -141,7 +141,7 @@ def chunk(body: bytes) -> bytes:
 
 
 def _messages(folder: Path) -> list[Message]:
-    """Of a run in which all arms move, written by the recorder and read back."""
+    """A run in which all arms move, written by the recorder and read back."""
     from mcap.reader import make_reader
 
     path = folder / "sound.mcap"

@@ -91,14 +91,14 @@ class Tally:
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 SHIFT_S, BREAK_S, OFF_S = 1800.0, 1200.0, 600.0
-"""Of every hour: jobs one after another, switched on and at rest, switched off."""
+"""Parts of every hour: jobs one after another, switched on and at rest, switched off."""
 LOOK_S = 0.5
 SAMPLE_S = 120.0
 MB = 2**20
 SIZE_MB, BALLAST_SPARE_MB, AGE_S = 24.0, 12.0, 45.0
 """Rotation, in turns: by size; for free space beside a growing other file; by age (wall time)."""
 BALLAST_GROWS_MB = 0.2
-"""Of that other file at every look: it takes 6 of the 12 MB in an hour."""
+"""Growth of that other file at every look: it takes 6 of the 12 MB in an hour."""
 REPORT_HOURS = 1.0
 
 

@@ -36,7 +36,7 @@ from benchmarks.mutation.mistakes import EQUIVALENT, NAMED, TABLE, Mutant, Row, 
 
 
 class Seen(NamedTuple):
-    """Of one test: how long it took [s], and the lines of each watched file that it ran through."""
+    """How long one test took [s], and the lines of each watched file that it ran through."""
 
     took_s: float
     lines: dict[str, set[int]]

@@ -60,7 +60,7 @@ class Ceiling:
 
     against: str
     probability: float
-    """Of the least certain of the true effects."""
+    """Probability of the least certain of the true effects."""
 
 
 def ceiling(recording: Path, robot: Path, truth: Sequence[Name], said: Sequence[Name]) -> Ceiling:

@@ -43,7 +43,7 @@ class Draw:
         bare = rigid(own, _every(moved, 50), self.faults, np.zeros(len(own.joints)))
         needed = bare + np.sign(_every(moved, 50).speed) * own.dry
         self.effort: FloatArray = np.sqrt(np.mean(needed**2, axis=0))
-        """Of each joint, by its root mean square."""
+        """Effort of each joint, root mean square."""
         self.expected: list[Fault] = []
 
     def joint(self) -> int:
@@ -51,7 +51,7 @@ class Draw:
         return int(self.rng.integers(len(self.own.joints)))
 
     def share(self, low: float = 0.06, high: float = 0.4) -> float:
-        """Of the usual effort."""
+        """Share of the usual effort."""
         return float(np.exp(self.rng.uniform(np.log(low), np.log(high))))
 
     def beside(self, stated: float, size: float) -> float:

@@ -178,7 +178,7 @@ class Row(NamedTuple):
     won: int
     same: int
     p: float
-    """Of as many changes one way by chance."""
+    """Probability of as many changes one way by chance."""
 
 
 def is_right(truth: Any, kept: dict[str, Any]) -> bool:

@@ -290,7 +290,7 @@ def apart(one: Interval, other: Interval) -> float:
 
 
 def agreeing(cases: Sequence[Sizes]) -> list[tuple[tuple[str, str], bool]]:
-    """Of every size that all cases of a recording have: its name and whether each pair agrees."""
+    """Name of every size that all cases of a recording have, and whether each pair agrees."""
     if len(cases) < 2:
         return []
     return [

@@ -59,7 +59,7 @@ class Scored:
 
     case: str
     group: str
-    """Of the table: cases with one title."""
+    """Group of the table: cases with one title."""
     truth: list[str]
     said: list[str]
     right: bool
@@ -70,12 +70,12 @@ class Scored:
     seconds: float
     failure: str | None = None
     sizes: list[bool] = field(default_factory=list)
-    """Of each known size that is stated: whether its 95 % interval holds the truth."""
+    """For each known size that is stated: whether its 95 % interval holds the truth."""
     over_bound: list[float] = field(default_factory=list)
     """Errors of sizes over their Cramer-Rao standard deviation."""
     heldout_over_noise: float = float("nan")
     agree: list[bool] = field(default_factory=list)
-    """Of each size that both halves state: whether they agree within their intervals."""
+    """For each size that both halves state: whether they agree within their intervals."""
     outright: bool | None = None
     """Right by its findings alone, where an alternative counts too."""
 

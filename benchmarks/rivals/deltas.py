@@ -112,7 +112,7 @@ def scored_deltas(truths: Sequence[Json], answers: Answers) -> list[Scored]:
 
 
 def _held(line: Json, sizes: Json, deviations: Json) -> Iterator[tuple[bool, float]]:
-    """Of each known size that is stated: inside its interval, and its error over the bound."""
+    """For each known size that is stated: inside its interval, and its error over the bound."""
     for name, true in line["parameters"].items():
         stated = sizes.get(name)
         if stated is None or stated["value"] is None or (name == "time" and "when" in line):

@@ -64,7 +64,7 @@ class Case:
         return faulty_robot(list(self.effects), 1000 * self.seed + self.number, self.unknown)
 
     def diagnosis(self, machine: FaultyRobot) -> Diagnosis:
-        """Of one survey; worked out once."""
+        """Diagnosis of one survey; worked out once."""
         kept = self.folder / f"{self.name}-diagnosis.json"
         if kept.exists():
             return Diagnosis.model_validate_json(kept.read_text())

@@ -17,7 +17,7 @@ KEPT: Final = 500
 LONGEST: Final = 400
 """Characters of a line; the journal has all of it."""
 MOST_BYTES: Final = 48_000
-"""Of one answer; a message of the protocol has at most 64 kB."""
+"""Size of one answer; a message of the protocol has at most 64 kB."""
 
 Line = dict[str, Any]
 

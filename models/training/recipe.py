@@ -56,7 +56,7 @@ class Settings:
     cluster: int = 4000
     """Positions around the hardest point, at all scales."""
     cluster_weight: float = 0.3
-    """Of one such position at first; one of the others counts 1."""
+    """Weight of one such position at first; one of the others counts 1."""
     finest_m: float = 2e-6
     iterations: int = 800
     rounds: int = 5

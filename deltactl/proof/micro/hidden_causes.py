@@ -14,7 +14,7 @@ MIDDLE_RAD = np.radians(33.0)
 WAVES = 4
 SLOWEST_HZ, FASTEST_HZ = 0.1, 1.2
 SMALLEST_RAD, LARGEST_RAD = np.radians(2.0), np.radians(9.0)
-"""Of one wave: up to 36 degrees of arm either way, and 3 rad/s at the very most."""
+"""Sizes of one wave: up to 36 degrees of arm either way, and 3 rad/s at the very most."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,7 +50,7 @@ ROTARY = ("rad", "mrad", "deg", "arcmin", "arcsec", "turn")
 LINEAR = ("m", "mm", "cm", "um", "inch")
 ROTARY_SPEEDS, LINEAR_SPEEDS = ("rad/s", "deg/s", "rpm", "turn/s"), ("m/s", "mm/s")
 SPEEDS = (*ROTARY_SPEEDS, *LINEAR_SPEEDS)
-"""Of `velocity` alone."""
+"""Units of `velocity` alone."""
 SPEEDS_OF: dict[str | None, tuple[str, ...]] = {
     **dict.fromkeys(ROTARY, ROTARY_SPEEDS),
     **dict.fromkeys(LINEAR, LINEAR_SPEEDS),

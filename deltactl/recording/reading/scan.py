@@ -28,7 +28,7 @@ _MESSAGE = struct.Struct("<HIQQ")
 _MAXIMUM_RECORD_BYTES = 2**28
 """A longer record is damage; it must not make a reader ask for that much memory."""
 _MAXIMUM_CHUNK_BYTES = 2**26
-"""Of one chunk, unpacked; ours have about 30 kB, other writers' some MB."""
+"""Size of one chunk, unpacked; ours have about 30 kB, other writers' some MB."""
 _NO_OPCODE = 0
 """The format has none such: it is what a hole in a sparse file, or a disk that failed, reads as."""
 _READ = (Opcode.CHUNK, Opcode.CHANNEL, Opcode.MESSAGE)

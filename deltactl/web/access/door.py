@@ -19,7 +19,7 @@ from deltactl.foundation.errors import ConfigError
 
 MOST: Final = 400
 MOST_EACH: Final = 120
-"""Of one address. A browser keeps six and one for each open page."""
+"""Connections of one address. A browser keeps six and one for each open page."""
 REQUEST_S: Final = 10.0
 """For the handshake of TLS and the head of the first request together, and for later heads."""
 BACKLOG: Final = 128

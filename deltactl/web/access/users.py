@@ -151,7 +151,7 @@ def _hash(password: str, salt: bytes) -> str:
 COOKIE = "deltactl"
 LASTS_S = 8 * 3600.0
 MOST = 20
-"""Of one user, whose oldest goes first: nobody ends the sessions of others by signing in."""
+"""Sessions of one user; the oldest goes first: nobody ends the sessions of others by signing in."""
 
 
 @dataclass(frozen=True, slots=True)

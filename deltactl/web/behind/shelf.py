@@ -37,7 +37,7 @@ class Listed:
     written_s: float
     made: Path
     own: str = ""
-    """Of one that somebody has sent: what it is called; else empty."""
+    """Name of one that somebody has sent; else empty."""
     parts: tuple[Listed, ...] = ()
     """The recordings, where several were chosen to be diagnosed together."""
 
