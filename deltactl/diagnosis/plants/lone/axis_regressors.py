@@ -237,6 +237,14 @@ def _ringing(axis: RecordedAxis) -> Regressor | None:
     )
 
 
+def _gap_of_a_lag(axis: RecordedAxis, keys: frozenset[str], sizes: Sizes) -> float:
+    """Gap between the directions that a delay leaves which is not quite as its operator has it."""
+    if "lag" not in keys:
+        return 0.0
+    late_s = sizes["lag.time"] + sizes["lag.dead_time"]
+    return COMMANDED_AXIS.gap_of_a_lag * 2.0 * late_s * axis.usual_speed
+
+
 def impossible(
     axis: RecordedAxis, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
 ) -> bool:
@@ -245,13 +253,14 @@ def impossible(
         return True
     near = LONE.near_bound
     widest = (1.0 - near) * COMMANDED_AXIS.widest_play_share * axis.span
+    least = max(axis.resolution, _gap_of_a_lag(axis, keys, sizes))
     for key in keys & {"play", "friction", "rubbing"}:
         width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
-        if not axis.resolution < width < widest:
+        if not least < width < widest:
             return True
     longest_s = COMMANDED_AXIS.together_of_longest * LONE.longest_lag_s
     if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > longest_s:
         return True
-    if "speed" in keys and not axis.resolution < axis.behind_a_limit(sizes["speed.limit"]):
+    if "speed" in keys and not least < axis.behind_a_limit(sizes["speed.limit"]):
         return True
     return "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step

@@ -75,6 +75,9 @@ class CommandedAxisOptions:
     """Full steps of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
 
     # What may differ, and by how much.
+    gap_of_a_lag: float = 0.02
+    """Share of the gap between both directions that a delay makes, below which nothing else is
+    learned from it: no drive is quite one dead time and one time constant."""
     together_of_longest: float = 0.95
     """Lag and dead time that are longer together sit at that bound."""
     free_constant_spread: float = 1e3

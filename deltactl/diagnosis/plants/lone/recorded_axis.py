@@ -249,6 +249,12 @@ class RecordedAxis:
     def _command_step(self) -> float:
         return step_of(self.commanded)
 
+    @cached_property
+    def usual_speed(self) -> float:
+        """Speed of the command, root mean square over the rows that count."""
+        speed = np.gradient(self.commanded, self.t_s)[self.rows]
+        return float(np.sqrt(np.mean(speed**2)))
+
     @property
     def full_step(self) -> float:
         """Least that a motor loses at the axis [rad]: one of its 200 full steps a turn."""
