@@ -84,8 +84,9 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
         return Selected(plant, evidence, named, chances, nothing, named.best, shift, free)
     # A named regressor may have stood in for an unknown, or the two make up for each other.
     begin = free(named.best.keys | unknown, [named.best])
-    both = HillClimb(free, unknown, among=sorted(named.best.keys)).run(begin)
-    chances |= {key: both.probability(key) for key in named.best.keys}
+    among = [r.key for r in plant.regressors if not r.left_over and chances[r.key] > SELECTION.open]
+    both = HillClimb(free, unknown, among=among).run(begin)
+    chances |= {key: both.probability(key) for key in among}
     shift = _shift(plant, both.best)
     return Selected(plant, free, both, chances, nothing, named.best, shift, free)
 
