@@ -3,7 +3,8 @@
 It answers the motion x that the arms make with y'' + 2 d w y' + w^2 y = 2 d w x' + w^2 x. The
 motion is known before it is made, so this is turned round: x = y + e, where T e' + e = y'' / w^2
 with T = 2 d / w. At a corner y'' has no end, so the motion meant is smoothed by a cubic B-spline,
-whose knots are as near to each other as the drives can follow.
+whose knots are as near to each other as the drives can follow. What that takes off a corner is
+smoothed too and put back (Tukey's twicing): no more is asked of the drives, and half is left of it.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from deltactl.models.signals import lagged
 
 BOXES = 4
 """A cubic B-spline is a box four times over."""
-KNOTS_S = np.arange(0.012, 0.25, 0.004)
+KNOTS_S = np.arange(0.012, 0.25, 0.002)
 LOOKED_S = 0.004
 SPARE = 0.9
 """Share of the drives' acceleration for the motion as it is looked at beforehand."""
@@ -46,7 +47,8 @@ def rings(robot: RobotFile) -> bool:
 def knot_s(robot: RobotFile, t_s: FloatArray, angle_rad: FloatArray, place_m: FloatArray) -> float:
     """How near the knots may be, in a motion that is at (n, 3) at times (n,); 0: none would do."""
     stiffness, (_, late_s) = _omega(_mode(robot)) ** 2, lags_s(robot)
-    grid_s = np.arange(t_s[0] - KNOTS_S[-1], t_s[-1] + KNOTS_S[-1], LOOKED_S)
+    rest_s = 2 * BOXES * KNOTS_S[-1]
+    grid_s = np.arange(t_s[0] - rest_s, t_s[-1] + rest_s, LOOKED_S)
     angles, places = (
         np.stack([np.interp(grid_s, t_s, column) for column in of.T], axis=1)
         for of in (angle_rad, place_m)
@@ -78,7 +80,7 @@ class Ringing:
         mode = _mode(robot)
         self._stiffness = _omega(mode) ** 2
         self._late_s = 2.0 * scalar(mode.values, "damping") / _omega(mode)
-        self._kernel = _bspline(max(1, round(knot / GRID_S)))
+        self._kernel = _kernel(max(1, round(knot / GRID_S)))
         self._margin = len(self._kernel) // 2 + 1
         self.reach_s = self._margin * GRID_S
         """So much of the motion has to be known ahead."""
@@ -167,16 +169,25 @@ def _at_joints(robot: RobotFile) -> list[Active]:
     return [active for port in (Port.MOTOR, Port.GEAR, Port.ARM) for active in at(effects, port)]
 
 
-def _bspline(knot: int) -> FloatArray:
+def _kernel(knot: int) -> FloatArray:
     """Weights of an odd number, whose sum is 1."""
-    kernel, box = np.ones(1), np.ones(knot) / knot
+    once, box = np.ones(1), np.ones(knot) / knot
     for _ in range(BOXES):
-        kernel = np.convolve(kernel, box)
+        once = np.convolve(once, box)
+    kernel: FloatArray = 2.0 * np.pad(once, len(once) // 2) - np.convolve(once, once)
     return kernel
 
 
 def _smooth(values: FloatArray, knot: int) -> FloatArray:
     """The same by sums, for long motions; shorter by the kernel."""
+    once = _boxed(values, knot)
+    twice = _boxed(once, knot)
+    cut = (len(once) - len(twice)) // 2
+    smooth: FloatArray = 2.0 * once[cut : cut + len(twice)] - twice
+    return smooth
+
+
+def _boxed(values: FloatArray, knot: int) -> FloatArray:
     for _ in range(BOXES):
         total = np.cumsum(np.vstack([np.zeros(values.shape[1]), values]), axis=0)
         values = (total[knot:] - total[:-knot]) / knot
