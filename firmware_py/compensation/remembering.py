@@ -80,8 +80,8 @@ def _across(t_s: FloatArray, speed: FloatArray, falls: FloatArray, width_rad: fl
     It is half across when the arm is to move as fast as it falls, and leaves one flank and comes to
     the other where an arm that only fell would be `AWAY` from where it is meant to be.
     """
-    flanks, fastest, mean = _flanks(speed, falls), np.abs(speed).max(), speed - falls
-    short = np.append(0.0, np.cumsum(0.5 * (mean[1:] + mean[:-1]) * np.diff(t_s)))
+    flanks, fastest, faster = _flanks(speed, falls), np.abs(speed).max(), speed - falls
+    short = np.append(0.0, np.cumsum(0.5 * (faster[1:] + faster[:-1]) * np.diff(t_s)))
     changes = (np.flatnonzero(np.diff(flanks)) + 1).tolist()
     ends = [0, *changes, len(flanks)]
     across, done = flanks.copy(), np.ones_like(flanks)
