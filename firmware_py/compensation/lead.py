@@ -33,8 +33,6 @@ SMOOTHED = 0.3
 """Half-width of the smoothing as a share of the lag."""
 LEAST_SMOOTHED_S = 0.012
 """And at least this: a few steps of slow motion."""
-SETTLED = 2.0
-"""Rest in lags: a seventh is left of an error."""
 BACK = 0.9
 """Share of a step that must be wrong before a motor turns round for it."""
 NOTHING = np.empty(0, dtype=np.int64)
@@ -67,11 +65,6 @@ def smoothed_s(lag_s: float, acceleration_hzps: float = math.inf, jump_hz: float
         return 0.0
     followed_s = min(math.sqrt(lag_s * jump_hz / acceleration_hzps), lag_s)
     return max(SMOOTHED * lag_s, LEAST_SMOOTHED_S, followed_s)
-
-
-def settled_s(robot: RobotFile) -> float:
-    """How long led drives rest before a path: until little is left of where they ended late."""
-    return SETTLED * float(lags_s(robot)[1].max())
 
 
 def ahead_s(dead_s: float, smoothed_s: float) -> float:

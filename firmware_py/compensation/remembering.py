@@ -37,6 +37,10 @@ AVERAGED_S = 0.1
 RELUCTANCE = 0.07
 """A flank is left when the speed is beyond that of falling by this share of it."""
 STILL_RADPS = 1e-5
+AWAY = 0.05
+"""Share of the play by which an arm may leave its path while its gear crosses the play."""
+MOST_ACROSS_S = 0.4
+"""The longest that a gear crosses so that it is no faster than elsewhere on the path."""
 
 
 class Hanging:
@@ -65,8 +69,36 @@ class Hanging:
         way = np.interp(late, t_s, angle_rad) - np.interp(early, t_s, angle_rad)
         speed = way / np.maximum(apart, 1e-9)
         yields = (torque_nm - drag_on_teeth(self._drag, speed)) / self._stiffness
-        ahead: FloatArray = self._half_rad * _flanks(speed, falls) - yields
+        across = _across(t_s, speed, falls, 2.0 * self._half_rad)
+        ahead: FloatArray = self._half_rad * across - yields
         return ahead
+
+
+def _across(t_s: FloatArray, speed: FloatArray, falls: FloatArray, width_rad: float) -> FloatArray:
+    """Where in the play the gear is, from -1 to 1: as `_flanks`, and on its way between them.
+
+    It is half across when the arm is to move as fast as it falls, and leaves one flank and comes to
+    the other where an arm that only fell would be `AWAY` from where it is meant to be.
+    """
+    flanks, fastest, faster = _flanks(speed, falls), np.abs(speed).max(), speed - falls
+    short = np.append(0.0, np.cumsum(0.5 * (faster[1:] + faster[:-1]) * np.diff(t_s)))
+    changes = (np.flatnonzero(np.diff(flanks)) + 1).tolist()
+    ends = [0, *changes, len(flanks)]
+    across, done = flanks.copy(), np.ones_like(flanks)
+    for first, change, last in zip(ends, changes, ends[2:], strict=False):
+        part, to = slice(first, last), flanks[change]
+        off_rad = to * short[part] - (to * short[part]).min()
+        middle = int(off_rad.argmin())
+        spare = max(fastest - to * speed[first + middle], 1e-9)
+        half_s = 0.5 * min(width_rad / spare, MOST_ACROSS_S)
+        around_s = t_s[first + middle] + np.array([-half_s, half_s])
+        away_rad = max(AWAY * width_rad, np.interp(around_s, t_s[part], off_rad).max())
+        share = np.sqrt(np.minimum(off_rad / away_rad, 1.0))
+        share[middle:] = np.maximum.accumulate(share[middle:])
+        share[middle::-1] = np.maximum.accumulate(share[middle::-1])
+        across[part] = np.where(np.arange(last - first) < middle, -to, to)
+        done[part] = np.minimum(done[part], share)
+    return across * done
 
 
 def _flanks(speed: FloatArray, falls: FloatArray) -> FloatArray:

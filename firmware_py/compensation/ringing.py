@@ -3,7 +3,11 @@
 It answers the motion x that the arms make with y'' + 2 d w y' + w^2 y = 2 d w x' + w^2 x. The
 motion is known before it is made, so this is turned round: x = y + e, where T e' + e = y'' / w^2
 with T = 2 d / w. At a corner y'' has no end, so the motion meant is smoothed by a cubic B-spline,
-whose knots are as near to each other as the drives can follow.
+whose knots are as near to each other as the drives can follow. What that takes off a corner is
+smoothed too and put back (Tukey's twicing): no more is asked of the drives, and half is left of it.
+
+A motor takes up play before its arm moves, and the arm before the platform rings. So the motion is
+made without what motors take up where arms stick in play, and they take it up in what is made.
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, NO_TICKS, Counts, Int64Array, Ticks
 from deltactl.firmware_py.compensation.lead import GRID_S, lags_s
+from deltactl.firmware_py.compensation.remembering import STILL_STEPS, Hanging
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.calibrated_inverse import CalibratedInverse
@@ -24,11 +29,11 @@ from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.joint_friction import without_swing
 from deltactl.models.effects.kind import Port, scalar
 from deltactl.models.robot import FloatArray
-from deltactl.models.signals import lagged
+from deltactl.models.signals import clipped, lagged
 
 BOXES = 4
 """A cubic B-spline is a box four times over."""
-KNOTS_S = np.arange(0.012, 0.25, 0.004)
+KNOTS_S = np.arange(0.012, 0.25, 0.002)
 LOOKED_S = 0.004
 SPARE = 0.9
 """Share of the drives' acceleration for the motion as it is looked at beforehand."""
@@ -46,7 +51,8 @@ def rings(robot: RobotFile) -> bool:
 def knot_s(robot: RobotFile, t_s: FloatArray, angle_rad: FloatArray, place_m: FloatArray) -> float:
     """How near the knots may be, in a motion that is at (n, 3) at times (n,); 0: none would do."""
     stiffness, (_, late_s) = _omega(_mode(robot)) ** 2, lags_s(robot)
-    grid_s = np.arange(t_s[0] - KNOTS_S[-1], t_s[-1] + KNOTS_S[-1], LOOKED_S)
+    rest_s = 2 * BOXES * KNOTS_S[-1]
+    grid_s = np.arange(t_s[0] - rest_s, t_s[-1] + rest_s, LOOKED_S)
     angles, places = (
         np.stack([np.interp(grid_s, t_s, column) for column in of.T], axis=1)
         for of in (angle_rad, place_m)
@@ -78,20 +84,27 @@ class Ringing:
         mode = _mode(robot)
         self._stiffness = _omega(mode) ** 2
         self._late_s = 2.0 * scalar(mode.values, "damping") / _omega(mode)
-        self._kernel = _bspline(max(1, round(knot / GRID_S)))
+        self._kernel = _kernel(max(1, round(knot / GRID_S)))
         self._margin = len(self._kernel) // 2 + 1
         self.reach_s = self._margin * GRID_S
         """So much of the motion has to be known ahead."""
         self._static = CalibratedInverse(robot)
         self._chain = Chain(robot.model_copy(update={"effects": ()}))
         self._joints = _at_joints(robot)
+        self._half, self._offset = np.zeros(MOTORS), np.zeros(MOTORS)
+        """Half of the play in which arms stick, and its middle, in counts."""
+        self._moved: FloatArray | None = None
         self._step_rad = robot.drive.rad_per_step
+        for active in filter(_sticks, self._joints):
+            motor, half = active.kind.index(active.component), 0.5 * scalar(active.values, "width")
+            self._half[motor] += half / self._step_rad
+            self._offset[motor] += half / self._step_rad * active.values.get("asymmetry", 0.0)
         self._limits = np.radians(robot.limits.arm_deg) / self._step_rad
         self._start = self._count = np.array(start, dtype=np.int64)
         self._waiting = NO_TICKS
         self._known = 0
-        self._rows = np.empty((0, 2 * MOTORS))
-        """Places and counts of the grid points that are still needed."""
+        self._rows = np.empty((0, 3 * MOTORS))
+        """Places, counts without play and counts of the grid points that are still needed."""
         self._memory: dict[str, FloatArray] = {}
 
     def counts(self, ticks: Ticks, until_ns: int) -> FloatArray:
@@ -99,18 +112,25 @@ class Ringing:
         planned = self._planned(ticks, until_ns)
         if not len(planned):
             return np.empty((0, MOTORS))
-        rows = np.hstack([self._places_m(planned * self._step_rad), planned])
+        place_m, taken = self._places_m(planned * self._step_rad)
+        rows = np.hstack([place_m, planned - taken, planned])
         if not len(self._rows):
             rows = np.vstack([np.repeat(rows[:1], self._margin, axis=0), rows])
         self._rows = np.vstack([self._rows, rows])
         if len(self._rows) <= 2 * self._margin:
             return np.empty((0, MOTORS))
-        smooth = _convolved(self._rows, self._kernel)
+        smooth = _convolved(self._rows[:, : 2 * MOTORS], self._kernel)
+        given = self._rows[:, 2 * MOTORS :]
+        moves = np.append(0, np.cumsum(np.diff(given, axis=0).any(axis=1)))
+        rests = moves[2 * self._margin :] == moves[: -2 * self._margin]
         self._rows = self._rows[-2 * self._margin :]
         meant_m = smooth[:, :MOTORS]
         pushed = np.diff(meant_m, 2, axis=0) / GRID_S**2 / self._stiffness
         away_m = lagged(pushed, np.full(len(pushed), GRID_S), self._late_s, self._memory)
         counts = smooth[1:-1, MOTORS:] + self._more(meant_m[1:-1], away_m)
+        if self._half.any():
+            counts += self._taken(counts)
+            counts[rests] = given[self._margin : -self._margin][rests]
         within: FloatArray = np.clip(counts, *self._limits) - self._start
         return within
 
@@ -120,6 +140,17 @@ class Ringing:
         more = (angles_rad[len(meant_m) :] - angles_rad[: len(meant_m)]) / self._step_rad
         # Beyond what the arms reach there is nothing to be done.
         return np.where(np.isfinite(more), more, 0.0)
+
+    def _taken(self, arms: FloatArray) -> FloatArray:
+        """Counts of play that motors have taken up, (n, 3), when arms stick at counts (n, 3)."""
+        before = arms[0] if self._moved is None else self._moved
+        low, high = arms - STILL_STEPS, arms + STILL_STEPS
+        moved = np.empty_like(arms)
+        for m in range(MOTORS):
+            moved[:, m] = clipped(np.zeros(len(arms)), low[:, m], high[:, m], float(before[m]))
+        self._moved = moved[-1]
+        taken: FloatArray = self._half * (arms - moved) / STILL_STEPS + self._offset
+        return taken
 
     def _planned(self, ticks: Ticks, until_ns: int) -> Int64Array:
         """Counts at grid points up to `until_ns`, (n, 3)."""
@@ -134,18 +165,27 @@ class Ringing:
         self._waiting = every.part(slice(done, None))
         return planned
 
-    def _places_m(self, angles_rad: FloatArray) -> FloatArray:
-        """Where the arms put what rings, (n, 3); with play and friction as they are by then."""
+    def _places_m(self, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where the arms put what rings, with play and friction as they are by then.
+
+        And the counts of play that motors have taken up where arms stick in it; both (n, 3).
+        """
+        taken = np.zeros_like(angles_rad)
         if not self._joints:
-            return self._static.position_m(angles_rad)
+            return self._static.position_m(angles_rad), taken
         t_s = (self._known - len(angles_rad) + np.arange(len(angles_rad))) * GRID_S
         fresh = np.zeros(len(t_s), dtype=np.bool_)
         fresh[0] = t_s[0] == 0.0
         load = self._chain.course(Commands.of_angles(t_s, angles_rad)).load
         flow = Flow(t_s, fresh, 0.0, angles_rad.copy(), load, previous_s=t_s[0] - GRID_S)
         for active in self._joints:
+            driven_rad = flow.angles_rad.copy()
             active.act(flow)
-        return self._static.place_m(flow.angles_rad)
+            if _sticks(active):
+                motor = active.kind.index(active.component)
+                yields = flow.load.torque_nm[:, motor] / scalar(active.values, "stiffness")
+                taken[:, motor] += (driven_rad - flow.angles_rad)[:, motor] + yields
+        return self._static.place_m(flow.angles_rad), taken / self._step_rad
 
 
 def _mode(robot: RobotFile) -> Active:
@@ -167,16 +207,30 @@ def _at_joints(robot: RobotFile) -> list[Active]:
     return [active for port in (Port.MOTOR, Port.GEAR, Port.ARM) for active in at(effects, port)]
 
 
-def _bspline(knot: int) -> FloatArray:
+def _sticks(joint: Active) -> bool:
+    """Whether it is play in which an arm stays where it is pushed."""
+    return "width" in joint.values and not Hanging.is_one(joint)
+
+
+def _kernel(knot: int) -> FloatArray:
     """Weights of an odd number, whose sum is 1."""
-    kernel, box = np.ones(1), np.ones(knot) / knot
+    once, box = np.ones(1), np.ones(knot) / knot
     for _ in range(BOXES):
-        kernel = np.convolve(kernel, box)
+        once = np.convolve(once, box)
+    kernel: FloatArray = 2.0 * np.pad(once, len(once) // 2) - np.convolve(once, once)
     return kernel
 
 
 def _smooth(values: FloatArray, knot: int) -> FloatArray:
     """The same by sums, for long motions; shorter by the kernel."""
+    once = _boxed(values, knot)
+    twice = _boxed(once, knot)
+    cut = (len(once) - len(twice)) // 2
+    smooth: FloatArray = 2.0 * once[cut : cut + len(twice)] - twice
+    return smooth
+
+
+def _boxed(values: FloatArray, knot: int) -> FloatArray:
     for _ in range(BOXES):
         total = np.cumsum(np.vstack([np.zeros(values.shape[1]), values]), axis=0)
         values = (total[knot:] - total[:-knot]) / knot

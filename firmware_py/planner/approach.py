@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from deltactl.firmware_py.compensation.lead import lags_s
 from deltactl.firmware_py.compensation.ringing import rings
 from deltactl.firmware_py.job_file import JobFile
 from deltactl.firmware_py.paths import reach
@@ -42,7 +43,8 @@ SLOWER = 0.95
 STILL_TICKS = 1e-6
 """Less than this is rounding, not movement."""
 GENTLE = 0.05
-"""A platform that rings is brought to its path with this share of the acceleration."""
+"""With this share of the acceleration a platform that rings is brought to its path, and arms whose
+drives are led: what is added to lead them then stays within what they can follow."""
 
 
 def approach(
@@ -74,13 +76,18 @@ def approach(
         return all_together(robot, way_rad, steepest_m / SLOWER, speed_mps, asked_radps)
     motors = MotorLimits(
         speed_radps=min(asked_radps, limits.joint_speed_radps),
-        acceleration_radps2=limits.joint_acceleration_radps2 * (GENTLE if rings(robot) else 1.0),
+        acceleration_radps2=limits.joint_acceleration_radps2 * _share(robot),
         step_rate_hz=limits.step_rate_hz,
         rad_per_step=step_rad,
         tick_s=robot.tick_s,
     )
     fastest = SLOWER * speed_mps / np.maximum(steepest_m, 1e-12)
     return MoveSchedule(way_rad, np.zeros(len(way_rad)), motors, fastest)
+
+
+def _share(robot: RobotFile) -> float:
+    """Of the acceleration that the way to a path may have."""
+    return GENTLE if rings(robot) or lags_s(robot)[1].any() else 1.0
 
 
 def all_together(
@@ -285,5 +292,5 @@ class StraightWay:
         return LapBuilder(self.kinematics, linkage, self.robot.drive.rad_per_step)
 
     def _gentle(self) -> MotorLimits:
-        share = GENTLE if rings(self.robot) else 1.0
+        share = _share(self.robot)
         return replace(self.motors, acceleration_radps2=share * self.motors.acceleration_radps2)

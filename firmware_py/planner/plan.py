@@ -11,12 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.drivers.steps.contract import Counts
-from deltactl.firmware_py.compensation.lead import settled_s, stretch
+from deltactl.firmware_py.compensation.lead import stretch
 from deltactl.firmware_py.compensation.remembering import Course, Remembering
 from deltactl.firmware_py.job_file import SLOWEST_MPS, JobFile, Together, load_job, way_in_mps
 from deltactl.firmware_py.job_targets import kinematics_of, path_of
 from deltactl.firmware_py.named_files import find
-from deltactl.firmware_py.paths.path import Path as Targets
 from deltactl.firmware_py.paths.path import Space
 from deltactl.firmware_py.paths.reach import Reach
 from deltactl.firmware_py.planner.approach import StraightWay, WayIn, approach
@@ -286,7 +285,7 @@ def make_plan(job: JobFile, robot: RobotFile, kinematics: InverseKinematics) -> 
     if job.repeats > 1:
         # A closed path is the same every time round.
         again = first if path.is_closed else _timed(job, robot, limits, builder.again(path), 2)
-    rest_s = _rest_s(robot, path)
+    rest_s = float(path.dwell_s[0])
     return Plan(job, robot, kinematics, first, again, rest_s, way_in_mps=way_in_mps(job))
 
 
@@ -306,16 +305,8 @@ def _with_memory(
         again = _timed(job, robot, limits, built, 2)
         for _ in range(TIMED_AGAIN):
             again = _timed(job, robot, limits, (memory.again(again, first), None), 2)
-    rest_s, preload_rad = _rest_s(robot, path), memory.preload_rad()
+    rest_s, preload_rad = float(path.dwell_s[0]), memory.preload_rad()
     return Plan(job, robot, kinematics, first, again, rest_s, preload_rad, way_in_mps(job))
-
-
-def _rest_s(robot: RobotFile, path: Targets) -> float:
-    """At the first target: as the path asks for, and until drives that are led have settled."""
-    asked_s = float(path.dwell_s[0])
-    if path.space is Space.JOINT or robot.steps.backend == "gpiozero":
-        return asked_s
-    return max(asked_s, settled_s(robot))
 
 
 TIMED_AGAIN = 2

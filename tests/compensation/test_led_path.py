@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -83,7 +82,7 @@ def test_a_drive_that_follows_at_once_slows_no_path(tmp_path: Path) -> None:
     assert load_robot(tmp_path / "mine.yaml").effects
 
 
-def test_a_led_drive_rests_before_a_path_that_begins_with_another_move(tmp_path: Path) -> None:
+def test_a_led_drive_comes_gently_to_a_path_that_begins_with_another_move(tmp_path: Path) -> None:
     """Where play of motor 1 is taken up first, motor 3 stops, and is to set out at once."""
     job = written(tmp_path, 0.15, 0.0, "together")
     play = {"effect": "joint_friction", "component": "motor1", "parameters": {"width": 0.0078}}
@@ -92,11 +91,8 @@ def test_a_led_drive_rests_before_a_path_that_begins_with_another_move(tmp_path:
     mine.write_text(text + yaml.safe_dump([play]))
     job.write_text(job.read_text().replace("width_m: 0.08", "width_m: 0.2"))
     plan = plan_of(job)
-    assert plan.first_dwell_s == pytest.approx(0.3)
-    hurried = replace(plan, first_dwell_s=0.0)
-    rested_m, hurried_m = (left_m(one) for one in (plan, hurried))
-    assert rested_m < 1e-4
-    assert hurried_m > 2.0 * rested_m
+    assert plan.first_dwell_s == 0.0
+    assert left_m(plan) < 6e-5
 
 
 def left_m(plan: Plan) -> float:

@@ -120,6 +120,16 @@ def test_an_arm_that_falls_about_as_fast_as_it_is_to_move_does_not_rattle() -> N
     assert float(np.sqrt(np.mean(error_m**2))) < 1.5e-4
 
 
+def test_a_gear_crosses_its_play_while_the_arm_falls_as_fast_as_it_is_to_move() -> None:
+    play = {"width": 0.0105, "drag": 8.0, "friction": 0.2}
+    robot = with_effects(("gear_backlash", "motor1", play))
+    path = CONFIG_FOLDER / "demo-heart.yaml"
+    job = load_job(path)
+    _, _, error_m = run(robot, make_plan(job, robot, kinematics_of(job, robot, path)))
+    assert float(np.sqrt(np.mean(error_m**2))) < 0.9e-4
+    assert error_m.max() < 3.0e-4
+
+
 def test_how_far_a_stopped_arm_swings_on_does_not_make_a_moving_one_rattle() -> None:
     friction = {"width": 0.0088}
     told = [

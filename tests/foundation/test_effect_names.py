@@ -15,7 +15,7 @@ from benchmarks.size import outside_the_cards, program
 from benchmarks.structure import ROOT
 from deltactl.models.effects import CARDS
 
-EXPERIMENT = {"benchmarks/proofs/detection_limit.py": 8}
+EXPERIMENT = {"benchmarks/proofs/compensated.py": 4, "benchmarks/proofs/detection_limit.py": 8}
 """What an experiment hides, by the contract's names, as `proof` does."""
 HOMONYMS = {
     "benchmarks/proofs/recording_variations.py": 2,
