@@ -86,7 +86,7 @@ def approach(
 
 
 def _share(robot: RobotFile) -> float:
-    """Of the acceleration that the way to a path may have."""
+    """Share of the acceleration that the way to a path may have."""
     return GENTLE if rings(robot) or lags_s(robot)[1].any() else 1.0
 
 
