@@ -78,9 +78,9 @@ class HillClimb:
         kept_too = [r for r in evidence.plant.regressors if r.key in kept]
         self._all = {r.key: r for r in (*chosen, *kept_too)}
 
-    def run(self, begin: Explanation | None = None) -> Posterior:
-        """From one set, or from what is kept, to where no move is better."""
-        here = begin or self.evidence(self.kept)
+    def run(self) -> Posterior:
+        """From what is kept to where no move is better."""
+        here = self.evidence(self.kept)
         while (better := self._better(here)) is not None:
             here = better
         return posterior(self._mine())

@@ -1,13 +1,14 @@
-"""Named effects first, unknown physics is what they leave, then the named are asked for again.
+"""Named effects first, unknown physics is what they leave, then what was open is asked again.
 
 An unknown that follows position could take the place of a ratio, an offset, a scale. So named
 regressors are chosen under a noise in which smooth discrepancy counts as noise; spline terms, made
 orthogonal to the named ones, are looked for in what is left; and where one is found, the named
-regressors are chosen once more beside it.
+regressors that were neither sure nor out of the question are chosen once more beside it.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -82,13 +83,7 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     if not unknown:
         shift = _shift(plant, named.best)
         return Selected(plant, evidence, named, chances, nothing, named.best, shift, free)
-    # A named regressor may have stood in for an unknown, or the two make up for each other.
-    begin = free(named.best.keys | unknown, [named.best])
-    among = [r.key for r in plant.regressors if not r.left_over and chances[r.key] > SELECTION.open]
-    both = HillClimb(free, unknown, among=among).run(begin)
-    chances |= {key: both.probability(key) for key in among}
-    shift = _shift(plant, both.best)
-    return Selected(plant, free, both, chances, nothing, named.best, shift, free)
+    return _beside(plant, free, unknown, named, chances, nothing)
 
 
 def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Posterior]:
@@ -124,6 +119,50 @@ def _beside_map(
             return fewer, free, left
         plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
     return named, *_left_over(plant, named.best)
+
+
+def _beside(
+    plant: RegressionPlant,
+    free: Laplace,
+    unknown: frozenset[str],
+    named: Posterior,
+    chances: dict[str, float],
+    nothing: float,
+) -> Selected:
+    """Choose among what was open, or is needless beside the unknown, beside what is sure."""
+    sure = frozenset(key for key in named.best.keys if chances[key] > SELECTION.sure)
+    if sure < named.best.keys:  # an unknown gives way to what is sure, not to what may be
+        sizes = {k: v for k, v in named.best.sizes.items() if k.rpartition(".")[0] in sure}
+        plant.keep_beside(shapes_of(plant, sure, sizes))
+        free = Laplace(plant, free.noise)
+    kept = _pruned(free, sure | unknown, unknown)
+    from_, placed = SELECTION.open, set[str]()
+    if sure == named.best.keys:
+        from_ = SELECTION.nearly
+        placed = {r.key for r in plant.regressors if r.places is not None}
+    opened = [key for key, p in chances.items() if from_ < p <= SELECTION.sure]
+    opened = sorted(({*opened} - unknown - placed) | (sure - kept))
+    both = HillClimb(free, kept, among=opened).run()
+    found = {**chances, **{key: both.probability(key) for key in opened}}
+    return Selected(plant, free, both, found, nothing, named.best, _shift(plant, both.best), free)
+
+
+def _pruned(evidence: Laplace, keys: frozenset[str], unknown: frozenset[str]) -> frozenset[str]:
+    """What of a set is left when all is taken out without which the evidence is better.
+
+    A named regressor may have stood in for an unknown, or the two make up for each other: a wave
+    and a spline that together are nothing. So an unknown is also taken out with another.
+    """
+    here = evidence(keys)
+    while here.keys:
+        less = [here.keys - {key} for key in here.keys]
+        pairs = itertools.product(here.keys & unknown, here.keys - unknown)
+        less += [here.keys - set(pair) for pair in pairs]
+        best = max((evidence(some, [here]) for some in less), key=lambda e: e.log_evidence)
+        if best.log_evidence <= here.log_evidence:
+            break
+        here = best
+    return here.keys
 
 
 def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> FloatArray:
