@@ -47,8 +47,8 @@ class Limit:
     steps_m: what whole microsteps and their moments leave, with all that is compensated
     compensated. sizes_m: what the intervals of the sizes in the robot file leave open. left_m:
     what is known and not compensated. rms_m: all together, where rotors turn evenly from step to
-    step. counted_m: what the row 'commanded' of a run shows, which is all but `sizes_m`; of a robot
-    without effects whole steps.
+    step. counted_m: what the row 'commanded' of a run shows, which is all but `sizes_m` for whole
+    steps.
     """
 
     rms_m: float
@@ -78,7 +78,7 @@ def limit_of(
     met = tuple(effect for effect in accepted if (effect.effect, effect.component) not in left)
     at_best_m, reached_m = (reached_on(robot, effects, path) for effects in (met, accepted))
     known_m = rms_m(reached_m - path.target_m)
-    whole_m = rms_m(reached_on(robot, (), path, whole=True) - path.target_m)
+    whole_m = rms_m(reached_on(robot, accepted, path, whole=True) - path.target_m)
     opened_m = [
         rms_m(reached_on(robot, moved, path) - reached_m) for moved in moved_by_sigma(accepted)
     ]
@@ -88,7 +88,7 @@ def limit_of(
         steps_m=rms_m(at_best_m - path.target_m),
         sizes_m=sizes_m,
         left_m=rms_m(reached_m - at_best_m),
-        counted_m=known_m if accepted else whole_m,
+        counted_m=whole_m,
     )
 
 

@@ -65,7 +65,7 @@ def show_check(program: Program, path: Path, covered: Coverage, json_out: bool =
 def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]:
     """The error to expect of a robot as its file says, and its parts, or why it is not known.
 
-    With what of it the row 'commanded' of a run shows. path_m: size of the path, which it is
+    With what the row 'commanded' of a run shows. path_m: size of the path, which it is
     compared with; 0 where that is not known.
     """
     if isinstance(limit, str):
@@ -74,9 +74,8 @@ def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]
     size_m = limit.rms_m if corrected else limit.counted_m
     said = f"{millimetres(size_m)} RMS in x, y and z together{error_judged(size_m, path_m)}"
     if corrected:
-        said += f": {errors_from(limit)}"
-    if limit.sizes_m > 0.0:
-        said += f"; the row 'commanded' of a run shows {millimetres(limit.counted_m)} of it"
+        said += f": {errors_from(limit)}; the row 'commanded' of a run shows "
+        said += f"{millimetres(limit.counted_m)}, for whole steps"
     else:
         said += ", as the row 'commanded' of a run shows it"
     return [("expected error", said)]
