@@ -69,7 +69,7 @@ def ringing(frequency_hz: float, damping: float = 0.1) -> Cause:
 
 
 def rows() -> dict[str, list[Cause]]:
-    """All robots by what is wrong with them."""
+    """Causes of each robot, by its name in the table."""
     return {
         "nothing": [],
         **{f"play {size}": [play(size)] for size in (0.2, 0.4, 0.6, 0.8)},

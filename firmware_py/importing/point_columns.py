@@ -81,7 +81,7 @@ def wrong_headings(
 
 
 def _wrong_heading(heading: str, unit: str, seen: dict[str, str]) -> Iterator[str]:
-    """seen: headings before it by what they give; this one is added."""
+    """seen: quantity -> heading, of those before it; this one is added."""
     said = _HEADING.fullmatch(heading.strip().lower())
     if said is None or said[1] not in NAMES:
         yield (

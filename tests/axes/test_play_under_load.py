@@ -41,7 +41,7 @@ def wound(driven: np.ndarray, width: float, build_up: float, steps: int) -> np.n
     """Dahl's friction behind a spring, integrated in small steps; at rest in the middle at first.
 
     The spring's force, in that of sliding, is what the friction is; it grows with the way of the
-    axis by what is left to its final size.
+    axis, in proportion to the rest of its final size.
     """
     at, force, found = driven[0], 0.0, [driven[0]]
     for before, after in itertools.pairwise(driven):

@@ -97,11 +97,11 @@ class Columns:
         return [name for name in self.unknown() if np.nanstd(self.table[name]) > 0.0]
 
     def less(self, names: Collection[str]) -> Columns:
-        """The same, with nothing known of some columns."""
+        """Return a copy that knows nothing of some columns."""
         return replace(self, found={n: one for n, one in self.found.items() if n not in names})
 
     def known(self, further: Taken) -> Columns:
-        """The same, with more columns that are known."""
+        """Return a copy that knows more columns."""
         return replace(self, found={**self.found, **further})
 
 
