@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +21,7 @@ from deltactl.diagnosis.observations.readings import (
     gather,
     known_loads,
 )
+from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.lone.known_effects import Foretold, begun, foretold_by, may_leave
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.travel import (
@@ -64,8 +66,9 @@ class RecordedAxis:
         self.name = first_of(recordings[0], order) or order[0]
         self.readings: Readings = gather(recordings, [self.name], {self.name: self.unit})
         self.observed = np.nan_to_num(self.readings.values[:, 0])
-        self.t_s = self.readings.t_s
         self.commanded = np.concatenate([commanded(robot, one) for one in recordings])
+        self.t_s = sampling_times(self.readings.t_s, self.readings.fresh, self.commanded)
+        self.readings = replace(self.readings, t_s=self.t_s)
         self._commands = [
             Commands.of_angles(self.t_s[p], self.commanded[p, None], self.readings.fresh[p])
             for p in self.parts
