@@ -27,8 +27,13 @@ class Motion:
     settled: BoolArray
     """Rows away from the ends of a stretch, where a filter begins."""
     cut_off_hz: float
+    turning: FloatArray
+    """Velocity (n,) up to twice that frequency, for forces that are not linear in it: they turn
+    faster than a low-passed velocity does (Gautier 1997: derivatives pass a wider filter).
+    """
+    turning_noise: float
     velocity_noise: float
-    """Standard deviation of the velocity's noise."""
+    """Standard deviations of the noise of both velocities."""
     top_speed: float
     low_passed: Callable[[FloatArray], FloatArray]
     slope: Callable[[FloatArray], FloatArray]
@@ -67,14 +72,14 @@ def motion_of(
 
     evenly = resampled(position[longest], t_s[longest], even_s(longest))
     cut_off_hz = narrower * cut_off(evenly, step_s)
-    of_nyquist = min(2.0 * cut_off_hz * step_s, OBSERVATIONS.highest_of_nyquist)
 
-    def kept(angle: FloatArray) -> FloatArray:
+    def kept(angle: FloatArray, wider: float = 1.0) -> FloatArray:
         """Share (m,) of a Butterworth filter, run there and back, at angles (m,) a sample."""
+        of_nyquist = min(2.0 * wider * cut_off_hz * step_s, OBSERVATIONS.highest_of_nyquist)
         ratio = np.tan(angle / 2.0) / np.tan(np.pi * of_nyquist / 2.0)
         return np.asarray(1.0 / (1.0 + ratio ** (2 * OBSERVATIONS.low_pass_order)))
 
-    def low_passed(values: FloatArray, slopes: int = 0) -> FloatArray:
+    def low_passed(values: FloatArray, slopes: int = 0, wider: float = 1.0) -> FloatArray:
         smooth = np.array(values, dtype=float) if slopes == 0 else np.zeros(values.shape)
         frayed = [(FRAYED, FRAYED), *[(0, 0)] * (values.ndim - 1)]
         for part in stretches:
@@ -84,7 +89,7 @@ def motion_of(
                 for _ in range(slopes):
                     evenly = np.asarray(make_interp_spline(grid_s, evenly, SPLINE)(grid_s, 1))
                 inner = evenly[FRAYED:-FRAYED]
-                share = kept(np.pi * np.arange(len(inner)) / len(inner))
+                share = kept(np.pi * np.arange(len(inner)) / len(inner), wider)
                 waves = dct(inner, axis=0) * share.reshape(-1, *[1] * (values.ndim - 1))
                 passed = idct(waves, axis=0)
                 smooth[part] = resampled(np.pad(passed, frayed, "edge"), grid_s, own_s)
@@ -98,8 +103,9 @@ def motion_of(
         return changing
 
     # Filtered last, as the force is: what a filter does where a stretch ends is then the same.
-    speed = low_passed(position, 1) if velocity is None else low_passed(velocity)
-    rise = low_passed(position, 2) if velocity is None else low_passed(velocity, 1)
+    read, order = (position, 1) if velocity is None else (velocity, 0)
+    speed, rise = low_passed(read, order), low_passed(read, order + 1)
+    turning = low_passed(read, order, OBSERVATIONS.turning_wider)
     settled = np.zeros(len(t_s), dtype=bool)
     periods = int(OBSERVATIONS.edge_periods / (cut_off_hz * step_s))
     edge = FRAYED + max(OBSERVATIONS.edge_rows, periods)
@@ -107,10 +113,13 @@ def motion_of(
     for part in stretches:
         if part.stop - part.start >= shortest:
             settled[part.start + edge : part.stop - edge] = True
-    noise = white_noise(position) * np.sqrt(8.0 * np.pi**2 / 3.0 * cut_off_hz**3 * step_s)
+    noise = white_noise(position) * float(
+        np.sqrt(8.0 * np.pi**2 / 3.0 * cut_off_hz**3 * step_s)
+    )
     top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
-        low_passed(position), speed, rise, settled, cut_off_hz, float(noise), max(top, 1e-300),
+        low_passed(position), speed, rise, settled, cut_off_hz, turning,
+        noise * OBSERVATIONS.turning_wider**1.5, noise, max(top, 1e-300),
         low_passed, slope, lambda angle: kept(angle) ** 2,
     )  # fmt: skip
 

@@ -49,6 +49,6 @@ def clocks_apart_s(period_s: float) -> float:
 
 def direction_of(motion: Motion) -> FloatArray:
     """Way of a motion (n,), from -1 to 1: no more certain than its velocity."""
-    width = max(motion.velocity_noise, FORCED_AXIS.turning_share * motion.top_speed)
-    direction: FloatArray = np.tanh(motion.velocity / width)
+    width = max(motion.turning_noise, FORCED_AXIS.turning_share * motion.top_speed)
+    direction: FloatArray = np.tanh(motion.turning / width)
     return direction

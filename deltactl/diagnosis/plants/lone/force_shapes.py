@@ -81,7 +81,7 @@ class ForceShapes:
     @cached_property
     def _slowed(self) -> FloatArray:
         """Friction of slow motion only (n, m), for each speed of a table."""
-        share = np.exp(-((self.motion.velocity[:, None] / np.exp(self._table.x)) ** 2))
+        share = np.exp(-((self.motion.turning[:, None] / np.exp(self._table.x)) ** 2))
         return self.motion.low_passed(self.direction[:, None] * share)
 
     @cached_property
