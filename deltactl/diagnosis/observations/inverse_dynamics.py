@@ -113,9 +113,7 @@ def motion_of(
     for part in stretches:
         if part.stop - part.start >= shortest:
             settled[part.start + edge : part.stop - edge] = True
-    noise = white_noise(position) * float(
-        np.sqrt(8.0 * np.pi**2 / 3.0 * cut_off_hz**3 * step_s)
-    )
+    noise = white_noise(position) * float(np.sqrt(8.0 * np.pi**2 / 3.0 * cut_off_hz**3 * step_s))
     top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
         low_passed(position), speed, rise, settled, cut_off_hz, turning,

@@ -22,14 +22,8 @@ class SelectionOptions:
     where nothing else is better."""
     naming_rounds: int = 3
     """How often named effects are chosen under the noise that the last choice leaves."""
-    sure: float = 0.95
-    """Posterior above which a regressor is settled,"""
     open: float = 0.05
-    """below which it is out of the question,"""
-    nearly: float = 0.2
-    """Above which one that was not chosen is asked for again beside an unknown, though all that
-    were chosen are settled: a row more or less would have it chosen. Not one that was searched for
-    at many places: a little less noise, and one of them is distinct."""
+    """Posterior below which a regressor is out of the question,"""
     likely: float = 0.5
     """and above which it is accepted."""
     most_of_map: float = 0.5
