@@ -25,10 +25,9 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-TABLES = (
-    "observations", "plants", "plants.lone", "evidence", "estimation", "priors", "score_tests",
-    "selection", "assessment", "pipelines", "answer",
-)  # fmt: skip
+ROOMS = (
+    "observations plants plants.lone evidence estimation priors score_tests selection assessment"
+)
 """Rooms of the engine whose numbers an axis or a range sensor meets."""
 FACTORS = (0.5, 2.0)
 Answer = dict[str, Any]
@@ -50,7 +49,7 @@ class Number:
 
 def numbers() -> Iterator[Number]:
     """All numbers of the tables."""
-    for room in TABLES:
+    for room in ROOMS.split():
         for table, held in vars(_options(room)).items():
             if is_dataclass(held) and not isinstance(held, type):
                 for field in fields(held):

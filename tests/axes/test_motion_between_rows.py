@@ -58,7 +58,6 @@ def test_friction_follows_a_velocity_that_turns_as_fast_as_the_axis() -> None:
     turns = motion.settled & (np.abs(speed) < 0.5)
     off = [np.std((course - speed)[turns]) for course in (motion.turning, motion.velocity)]
     assert off[0] < 0.5 * off[1]
-    assert motion.turning_noise == pytest.approx(2.0**1.5 * motion.velocity_noise)
 
 
 def test_an_unknown_takes_back_what_a_wave_of_the_gear_stood_in_for() -> None:

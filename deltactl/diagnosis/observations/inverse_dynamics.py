@@ -28,12 +28,9 @@ class Motion:
     """Rows away from the ends of a stretch, where a filter begins."""
     cut_off_hz: float
     turning: FloatArray
-    """Velocity (n,) up to twice that frequency, for forces that are not linear in it: they turn
-    faster than a low-passed velocity does (Gautier 1997: derivatives pass a wider filter).
-    """
-    turning_noise: float
+    """Velocity (n,) for friction, which turns faster than a low-passed one (Gautier 1997)."""
     velocity_noise: float
-    """Standard deviations of the noise of both velocities."""
+    """Standard deviation of the velocity's noise."""
     top_speed: float
     low_passed: Callable[[FloatArray], FloatArray]
     slope: Callable[[FloatArray], FloatArray]
@@ -113,12 +110,11 @@ def motion_of(
     for part in stretches:
         if part.stop - part.start >= shortest:
             settled[part.start + edge : part.stop - edge] = True
-    noise = white_noise(position) * float(np.sqrt(8.0 * np.pi**2 / 3.0 * cut_off_hz**3 * step_s))
+    noise = white_noise(position) * np.sqrt(8.0 * np.pi**2 / 3.0 * cut_off_hz**3 * step_s)
     top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
-        low_passed(position), speed, rise, settled, cut_off_hz, turning,
-        noise * OBSERVATIONS.turning_wider**1.5, noise, max(top, 1e-300),
-        low_passed, slope, lambda angle: kept(angle) ** 2,
+        low_passed(position), speed, rise, settled, cut_off_hz, turning, float(noise),
+        max(top, 1e-300), low_passed, slope, lambda angle: kept(angle) ** 2,
     )  # fmt: skip
 
 

@@ -32,8 +32,8 @@ class Way:
     """What it grows with besides, (n,)."""
     given: FloatArray | None = None
     """Its shapes (n, k), where they are no splines."""
-    none_at: float | None = None
-    """Where it is nothing."""
+    gives_way: bool = True
+    """Whether it gives way to the shapes of a chosen set too."""
     acts: BoolArray | None = None
     """Rows (n,) on which it acts; all where None."""
     as_built: float = 0.0
@@ -45,8 +45,6 @@ class Way:
         """Shapes (n, k) less what named ones (n, j) span, by some rows where it acts."""
         own = rows if self.acts is None else rows[self.acts[rows]]
         basis = spline_over(self.along, self.pieces, own) if self.given is None else self.given
-        if self.none_at is not None:
-            basis = basis - basis[np.argmin(np.abs(self.along - self.none_at))]
         basis = basis if self.times is None else basis * self.times[:, None]
         left = less_spanned(basis, named, own)
         return left if self.acts is None else left * self.acts[:, None]
@@ -146,8 +144,9 @@ class LeftOver(RegressionPlant):
             if mapped:
                 at = self.places(mapped.keys, mapped.sizes)
                 way = replace(way, along=at, pieces=mapped.repeats.cells)
+            beside = [self.beside] if way.gives_way else []
             own = self.spanned(name) if way.named is None else way.named
-            named = np.concatenate([own, self.beside], axis=1)
+            named = np.concatenate([own, *beside], axis=1)
             shapes = way.shapes(named, self.rows)
             count = shapes.shape[1]
             size = self.spread_of(name, count)

@@ -78,9 +78,9 @@ class HillClimb:
         kept_too = [r for r in evidence.plant.regressors if r.key in kept]
         self._all = {r.key: r for r in (*chosen, *kept_too)}
 
-    def run(self, begin: frozenset[str] = frozenset()) -> Posterior:
-        """From what is kept, and a set to begin with, to where no move is better."""
-        here = self.evidence(self.kept | begin)
+    def run(self) -> Posterior:
+        """From what is kept to where no move is better."""
+        here = self.evidence(self.kept)
         while (better := self._better(here)) is not None:
             here = better
         return posterior(self._mine())

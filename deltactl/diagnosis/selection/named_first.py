@@ -2,12 +2,13 @@
 
 An unknown that follows position could take the place of a ratio, an offset, a scale. So named
 regressors are chosen under a noise in which smooth discrepancy counts as noise; spline terms, made
-orthogonal to the chosen ones, are looked for in what is left; and where one is found, all that is
-not out of the question is chosen once more together.
+orthogonal to the named ones, are looked for in what is left; and where one is found, the named
+regressors that are neither sure nor out of the question are chosen once more beside it.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -128,16 +129,40 @@ def _beside(
     chances: dict[str, float],
     nothing: float,
 ) -> Selected:
-    """Choose among the unknown and all that is not out of the question.
+    """Choose among what was open, or is needless beside the unknown, beside what is sure.
 
-    What was named may have stood in for the unknown, which now gives way to none of it.
+    The unknown gives way to what is sure. What was searched for at many places never is: one of
+    them may stand in for an unknown.
     """
-    plant.keep_beside(shapes_of(plant, frozenset(), {}))
-    free, begin = Laplace(plant, free.noise), named.best.keys | unknown
-    opened = sorted({key for key, p in chances.items() if p > SELECTION.open} | begin)
-    both = HillClimb(free, among=opened).run(begin)
+    placed = {r.key for r in plant.regressors if r.places is not None}
+    sure = frozenset(k for k in named.best.keys - placed if chances[k] > SELECTION.sure)
+    sizes = {k: v for k, v in named.best.sizes.items() if k.rpartition(".")[0] in sure}
+    plant.keep_beside(shapes_of(plant, sure, sizes))
+    free = Laplace(plant, free.noise)
+    kept = _pruned(free, sure | unknown, unknown)
+    likely = {key for key, p in chances.items() if p > SELECTION.open}
+    opened = sorted((likely - unknown - sure) | (sure - kept))
+    both = HillClimb(free, kept, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}
     return Selected(plant, free, both, found, nothing, named.best, _shift(plant, both.best), free)
+
+
+def _pruned(evidence: Laplace, keys: frozenset[str], unknown: frozenset[str]) -> frozenset[str]:
+    """What of a set is left when all is taken out without which the evidence is better.
+
+    A named regressor may have stood in for an unknown, or the two make up for each other: a wave
+    and a spline that together are nothing. So an unknown is also taken out with another.
+    """
+    here = evidence(keys)
+    while here.keys:
+        less = [here.keys - {key} for key in here.keys]
+        pairs = itertools.product(here.keys & unknown, here.keys - unknown)
+        less += [here.keys - set(pair) for pair in pairs]
+        best = max((evidence(some, [here]) for some in less), key=lambda e: e.log_evidence)
+        if best.log_evidence <= here.log_evidence:
+            break
+        here = best
+    return here.keys
 
 
 def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> FloatArray:

@@ -22,8 +22,10 @@ class SelectionOptions:
     where nothing else is better."""
     naming_rounds: int = 3
     """How often named effects are chosen under the noise that the last choice leaves."""
+    sure: float = 0.95
+    """Posterior above which a regressor is settled,"""
     open: float = 0.05
-    """Posterior below which a regressor is out of the question,"""
+    """below which it is out of the question,"""
     likely: float = 0.5
     """and above which it is accepted."""
     most_of_map: float = 0.5

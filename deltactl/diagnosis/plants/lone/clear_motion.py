@@ -6,6 +6,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
 
 from deltactl.diagnosis.observations.inverse_dynamics import Motion
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 
@@ -49,6 +50,7 @@ def clocks_apart_s(period_s: float) -> float:
 
 def direction_of(motion: Motion) -> FloatArray:
     """Way of a motion (n,), from -1 to 1: no more certain than its velocity."""
-    width = max(motion.turning_noise, FORCED_AXIS.turning_share * motion.top_speed)
+    noise = OBSERVATIONS.turning_wider**1.5 * motion.velocity_noise
+    width = max(noise, FORCED_AXIS.turning_share * motion.top_speed)
     direction: FloatArray = np.tanh(motion.turning / width)
     return direction

@@ -288,14 +288,8 @@ class ForcedAxis(LeftOver):
         """Forces (n, k) of one regressor, low-passed like the effort."""
         if key in ("lag", "limit"):
             return Columns.none(len(self.t_s))
-        columns = self._moving(key, sizes)
+        columns = self.unknown(key) if key.startswith(UNKNOWN) else self._forces.of(key, sizes)
         return self._led(key, columns, sizes) if "lag.time" in sizes else columns
-
-    def _moving(self, key: str, sizes: Sizes) -> Columns:
-        """Forces (n, k) of one regressor at the time of the motion."""
-        if key.startswith(UNKNOWN):
-            return self.unknown(key)
-        return self._forces.of(key, sizes)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
