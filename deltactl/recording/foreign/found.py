@@ -94,11 +94,16 @@ class Inspection:
 
     @property
     def options(self) -> list[str]:
-        """The mapping as `--set` options, empty where the file is as the contract has it."""
+        """The mapping as `--set` options, empty where the file is as the contract has it.
+
+        Whoever reads the file by names of its columns finds the line of its heading by them.
+        """
         said = [f"{name}=" for name in self.mapping.leave_out]
+        named = any(source.from_ for source in self.mapping.columns.values())
+        unsaid = ("columns", "leave_out", *(("skip_lines", "heading") if named else ()))
         for name, default in Mapping().model_dump().items():
             value = getattr(self.mapping, name)
-            if name not in ("columns", "leave_out") and value != default:
+            if name not in unsaid and value != default:
                 text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
                 said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
         said += [self._option(name, source) for name, source in self.mapping.columns.items()]

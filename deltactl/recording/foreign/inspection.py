@@ -32,7 +32,7 @@ from deltactl.recording.foreign.guessed_units import (
     with_units,
 )
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
-from deltactl.recording.foreign.mapping import BARE, Mapping, Source
+from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
 from deltactl.recording.foreign.names import BY_NAME, Guess, Taken, of_contract, of_role, read_name
 from deltactl.recording.foreign.options import GUESSES
@@ -68,8 +68,7 @@ def inspect(path: Path, said: Mapping | None = None, motion: str | None = None) 
         return _of_columns(path, known, _said_of_the_table(said), motion)
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
     remarks: list[str] = []
-    heading = () if form.heading_line is not None else form.names
-    skip = form.first_row if heading else form.heading_line or 0
+    skip, heading = form.skip_lines, form.heading
     try:
         table = read_table(path, skip, heading, form.separator, form.decimal, remarks.append)
     except RecordingError as error:
@@ -150,8 +149,8 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         warnings += [*questions, *of_load, *may_be_asked(guesses, known)]
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
-    base, columns = _headed(read, _as_columns(guesses, said, asked))
-    mapping, zero = base.model_copy(update={"columns": columns}), zero_of(guesses, known)
+    columns, zero = _as_columns(guesses, said, asked), zero_of(guesses, known)
+    mapping = read.base.model_copy(update={"columns": columns})
     found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
     return Inspection(*found, [*warnings, *late], *left_out, named=read.named)
 
@@ -325,21 +324,6 @@ def _as_said(
     names = {guess.name for guess in sure.values()}
     left = {column: one for column, one in guesses.items() if one.name not in names}
     return left | sure
-
-
-def _headed(read: _Read, columns: dict[str, Source]) -> tuple[Mapping, dict[str, Source]]:
-    """Columns without names get those of the contract at once; units are left to say."""
-    base = read.base
-    if read.named or not base.heading:
-        return base, columns
-    called = {source.from_: name for name, source in columns.items()}
-    heading = tuple(called.get(name, name) for name in base.heading)
-    left = {
-        name: source.model_copy(update={"from_": name})
-        for name, source in columns.items()
-        if IN_SI[source.unit] != 1.0 or source.unit in BARE
-    }
-    return base.model_copy(update={"heading": heading}), left
 
 
 def _facts(form: TableFormat) -> list[tuple[str, str]]:
