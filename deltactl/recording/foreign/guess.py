@@ -435,10 +435,10 @@ def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
     if effort.why == "as you say" or not may_be_outside(effort.source):
         return dict(guesses), []
     if not _nothing_in_motion(table[effort.source], table[seen.source]):
-        instead = "in place of effort in the printed command"
+        instead = "put load in place of effort in the printed command"
         return dict(guesses), [Hint(OF_THE_DRIVE, "name", effort.source, "load", instead)]
     load = replace(effort, role="load", why="it is 0 while the axis moves fastest")
-    instead = "in place of load in the printed command"
+    instead = "put effort in place of load in the printed command"
     hint = Hint(OF_A_LOAD, "name", effort.source, "effort", instead)
     return {**guesses, effort.source: load}, [hint]
 

@@ -59,7 +59,7 @@ def rows_and_times(
         return [("rows", f"{rows}, {rate_hz:g} a second, as you say")], []
     if time is None and kind == "range_sensor":
         return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
-    if time is None and noted is not None and kind is not None:
+    if time is None and noted is not None:
         return [("rows", f"{rows}, {noted[0]:g} a second, as '{noted[1]}' says")], []
     if time is None:
         return [("rows", str(rows))], [NO_TIMES if kind is None else NO_COLUMN]
