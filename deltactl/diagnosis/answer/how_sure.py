@@ -78,6 +78,9 @@ def is_about(sensitivity: PriorSensitivity, finding: Finding) -> bool:
     return (sensitivity.effect, sensitivity.component) == (finding.effect, finding.component)
 
 
+DELAYS = frozenset({"dead_time", "time"})
+
+
 def late_in_all(finding: Finding) -> ParameterResult | None:
     """Dead time and time constant together, where how they divide is not known.
 
@@ -87,19 +90,26 @@ def late_in_all(finding: Finding) -> ParameterResult | None:
     constant. None where the larger is surely most of what it is, much larger than the other, and no
     interval is as long as half the sum.
     """
-    sizes = [finding.parameters.get(name) for name in ("dead_time", "time")]
-    if not has(finding.effect, Trait.DRIVE_DELAY) or not all(sizes):
+    total = delay_in_all(finding)
+    if total is None:
         return None
-    parts = [one.components for one in sizes if one is not None]
-    if any(len(part) != 1 for part in parts):
-        return None
-    sum_s = sum(part[0][0] for part in parts)
-    value, low, _ = max(part[0] for part in parts)
-    longest_s = max(high - low for ((_, low, high),) in parts)
+    parts = [finding.parameters[name].components[0] for name in DELAYS]
+    sum_s = sum(part[0] for part in parts)
+    value, low, _ = max(parts)
+    longest_s = max(high - low for _, low, high in parts)
     vague = value < SAYING.by_the_loop * (sum_s - value) or value > SAYING.by_the_loop * low
     vague |= sum_s < SAYING.by_the_loop * longest_s < HUGE
-    known = finding.parameters.get(IN_ALL)
-    return (known or ParameterResult(value=sum_s, ci95=[], unit="s")) if vague else None
+    return total if vague else None
+
+
+def delay_in_all(finding: Finding) -> ParameterResult | None:
+    """The sum of dead time and time constant; None of what has not both."""
+    sizes = [finding.parameters.get(name) for name in DELAYS]
+    parts = [one.components for one in sizes if one is not None]
+    if not has(finding.effect, Trait.DRIVE_DELAY) or [len(part) for part in parts] != [1, 1]:
+        return None
+    total = ParameterResult(value=sum(part[0][0] for part in parts), ci95=[], unit="s")
+    return finding.parameters.get(IN_ALL, total)
 
 
 def after_its_effort(finding: Finding) -> bool:

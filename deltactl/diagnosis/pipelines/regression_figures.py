@@ -193,6 +193,15 @@ def rms_left(explanation: Explanation, noise: TemperedNoise) -> float:
     return noise.rms(explanation.residual[noise.rows])
 
 
+def _counted(noise: TemperedNoise, rows: int) -> FloatArray | None:
+    """How much each reading counts in `rms_left`; None: all alike."""
+    if noise.sampled is None or not np.ptp(noise.sampled):
+        return None
+    share = np.zeros(rows)
+    share[noise.rows] = noise.sampled
+    return share
+
+
 def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
     """Arrays for drawings."""
     on = plant.drawn_on
@@ -205,6 +214,7 @@ def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
         before=selected.empty.predicted + on,
         after=selected.best.predicted + on,
         noise=float(np.median(selected.left_over.noise.sigma)),
+        counted=_counted(selected.noise, len(plant.t_s)),
     )
     return Picture(
         t_s=plant.t_s,

@@ -6,7 +6,15 @@ import math
 from collections.abc import Iterator, Sequence
 
 from deltactl.diagnosis.answer.finding import IN_ALL
-from deltactl.diagnosis.answer.how_sure import exclusive, is_about, late_in_all, tied
+from deltactl.diagnosis.answer.how_sure import (
+    DELAYS,
+    delay_in_all,
+    exclusive,
+    is_about,
+    late_in_all,
+    tied,
+)
+from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,
@@ -50,10 +58,11 @@ def span_s(diagnosis: Diagnosis) -> Span:
 
 def shown_sizes(finding: Finding) -> Iterator[tuple[str, Size]]:
     """Its parameters by name, as shown; the sum first of a delay, and alone if no part is known."""
-    late = late_in_all(finding)
-    if (total := late or finding.parameters.get(IN_ALL)) is not None:
+    late, known = late_in_all(finding), reported(finding.parameters)
+    both = delay_in_all(finding) if known.keys() >= DELAYS else None
+    if (total := late or finding.parameters.get(IN_ALL, both)) is not None:
         yield from (("time", size) for size in sizes(finding.effect, "late_in_all", total))
-    for name, result in (reported(finding.parameters) if late is None else {}).items():
+    for name, result in (known if late is None else {}).items():
         yield from ((name, size) for size in sizes(finding.effect, name, result))
 
 
@@ -90,6 +99,8 @@ def other_causes(
     the finding leaves: then one share is reported for all of them.
     """
     named = finding.alternatives if shown is None else shown
+    if not finding.alternatives and finding.probability is not None:
+        return say("other.nothing", share=percent(1.0 - finding.probability))
     apart = exclusive(finding)
     names = [_other(finding, one, apart, in_full) for one in named]
     if apart or not names:
@@ -122,6 +133,11 @@ def _other(finding: Finding, other: Alternative, apart: bool, in_full: bool) -> 
 def open_causes(finding: Finding) -> list[Alternative]:
     """What else it could be: everything, or what fits as well as a finding that is settled."""
     return [one for one in finding.alternatives if tied(finding) or as_well(one)]
+
+
+def doubtful(finding: Finding) -> bool:
+    """Whether it could be something else, or nothing."""
+    return bool(open_causes(finding)) or (finding.probability or 1.0) < VERDICT.sure_enough
 
 
 def where_line(finding: Finding, span: Span = UNKNOWN_SPAN) -> str:

@@ -19,6 +19,7 @@ from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.answer.what_is_left import apart
 from deltactl.diagnosis.report.finding import (
     by_priors,
+    doubtful,
     finding_title,
     how_sure,
     open_causes,
@@ -287,7 +288,8 @@ def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str], in_one: boo
     entries = [f"{following}{say('run.get', job=ways.job)}"] if following else []
     others: list[str] = []
     hints: list[str] = []
-    unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if open_causes(one)}
+    unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if doubtful(one)}
+    how = "screen.in_one" if in_one else "screen.other"
     for number, finding in unsure.items():
         if number <= ways.rows:
             shown = open_causes(finding)
@@ -295,9 +297,9 @@ def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str], in_one: boo
             in_steps = way and any(way in step for step in steps)
             known = following or diagnosis.open_ties or in_steps
             apart = "" if known else hint(finding, diagnosis, ways)
-            others.append(say("screen.other", number=number, names=other_causes(finding, shown)))
+            others.append(say(how, number=number, names=other_causes(finding, shown)))
             hints += [say("screen.apart", number=number, hint=apart)] * bool(apart)
-    entries += ["; ".join(one.rstrip(".") for one in others) + "."] if in_one and others else others
+    entries += [sentence("; ".join(others))] if in_one and others else others
     entries += [*tie_lines(diagnosis), *hints]
     return entries or [say("other.none")] * (bool(diagnosis.findings) and not unsure)
 
