@@ -79,8 +79,8 @@ def test_more_than_a_turn_is_degrees_or_something_else(tmp_path: Path) -> None:
     assert units(found) == ["deg", "deg"]
     assert all(found.guesses[name].unit_guessed for name in ("goal", "read"))
     (question,) = found.warnings
-    assert "inspect it with --set 'position=read[mm]'" in question
-    assert "[rad] or [turn]" in question
+    assert "inspect it with --set 'position=read[rad]'" in question
+    assert "; if mm, [mm]" in question
 
 
 @pytest.mark.parametrize("names", ["goal,read", "command,position"])

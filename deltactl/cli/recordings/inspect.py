@@ -29,9 +29,8 @@ FORCED_SAYS = (
     "  GAIN: N m (or N) for one unit of the effort; where a weight pulls at it, also {weight}",
 )
 MEASURED_SAYS = (
-    "  inertia {inertia:.3g} for an effort_gain of 1, as the effort goes with the acceleration:"
-    " sizes are in its unit; if you know one of the two, add --inertia or --effort-gain; where a"
-    " weight pulls at it, also {{weight}}"
+    "  what moves is measured: {inertia:.3g} in the unit of the effort; if you know --inertia or"
+    " --effort-gain, add it; where a weight pulls at it, also {{weight}}"
 )
 COMMANDED = ["--recorded", "command"]
 OF_ANGLES = ["--gear-ratio", "1", "--microsteps-per-rev", "1600", "--sensors", "none"]

@@ -34,7 +34,15 @@ from deltactl.recording.foreign.guessed_units import (
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
-from deltactl.recording.foreign.names import BY_NAME, Guess, Taken, of_contract, of_role, read_name
+from deltactl.recording.foreign.names import (
+    AS_SAID,
+    BY_NAME,
+    Guess,
+    Taken,
+    of_contract,
+    of_role,
+    read_name,
+)
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import Table, rising
@@ -189,8 +197,8 @@ def _guessed(
     others += of_other_joints(known, guesses)
     if others:
         warnings.append(
-            f"there are more joints than one: {', '.join(others[:6])}"
-            f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
+            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}"
+            f"{', ...' if len(others) > SHOWN_OTHERS else ''}; name those of another with --set"
             f"{OF_AN_ARM if _are_of_an_arm(others) else ''}"
         )
     return guesses, known, warnings
@@ -251,7 +259,11 @@ def _as_columns(
     columns = {
         name: source
         for name, source in columns.items()
-        if source.from_ != name or IN_SI[source.unit] != 1.0 or source.scale != 1.0 or name in asked
+        if source.from_ != name
+        or IN_SI[source.unit] != 1.0
+        or source.scale != 1.0
+        or name in asked
+        or (name in said and "unit" in said[name].model_fields_set)
     }
     return columns | {
         name: one
@@ -280,6 +292,7 @@ def _split(name: str) -> tuple[str, str]:
     return role, index
 
 
+SHOWN_OTHERS = 4
 OF_AN_ARM = (
     "; all joints of an arm together, with its URDF:"
     f" {shlex.join(['deltactl', *init_words('chain', 'my-robot.yaml')])}"
@@ -320,7 +333,7 @@ def _as_said(
         role, index = of_contract(name)
         said_unit = unit_of(path, column, name, source)
         unit = None if said_unit == "1" else said_unit
-        sure[column] = Guess(column, role, index, unit, "as you say", source.scale)
+        sure[column] = Guess(column, role, index, unit, AS_SAID, source.scale)
     names = {guess.name for guess in sure.values()}
     left = {column: one for column, one in guesses.items() if one.name not in names}
     return left | sure

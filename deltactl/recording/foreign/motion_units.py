@@ -20,6 +20,7 @@ from deltactl.recording.foreign.doubts import (
 )
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
+    AS_SAID,
     Guess,
     Hint,
     Taken,
@@ -236,6 +237,8 @@ def ask_unit(guesses: Taken, table: Table, motion: str | None = None) -> tuple[d
 def _doubt(guess: Guess, values: FloatArray) -> str:
     """What is odd about values in the unit that was said; empty where nothing is."""
     largest, unit, name = float(np.nanmax(np.abs(values))), guess.unit, guess.source
+    if guess.why == AS_SAID:  # only what no reader takes
+        return of_counts(guess.name, name, unit or "1", values)
     if unit == "rad" and largest > GUESSES.said_factor * GUESSES.widest_rad:
         far = f"{largest:g} ({turns(largest)})"
         return f"{name}: is said to be rad and goes up to {far}; degrees?"

@@ -124,6 +124,7 @@ class Named:
 
 
 BY_NAME = "by its name"
+AS_SAID = "as you say"
 ALONE = "it alone increases all the way"
 
 

@@ -128,10 +128,9 @@ def _doubts(name: str, step_s: FloatArray, counter: str | None) -> list[str]:
     if uneven(step_s):
         mean = float(step_s[step_s <= GAP_PERIODS * usual].mean())
         doubts.append(
-            f"{name}: its steps are uneven, as where a computer stamps what arrives; if the file"
-            " has the clock of the device that took the readings, say --set t=THAT_COLUMN; if they"
-            f" were taken evenly, --set rate_hz={1 / mean:.4g} (their mean rate) in place of"
-            " --set t=..."
+            f"{name}: its steps are uneven, as where a computer stamps what arrives; where a column"
+            " has the clock of the device itself, say --set t=COLUMN; where readings were taken"
+            f" evenly, --set rate_hz={1 / mean:.4g} (their mean rate) in place of --set t=..."
         )
     return doubts
 
