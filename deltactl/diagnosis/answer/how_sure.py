@@ -78,9 +78,6 @@ def is_about(sensitivity: PriorSensitivity, finding: Finding) -> bool:
     return (sensitivity.effect, sensitivity.component) == (finding.effect, finding.component)
 
 
-DELAYS = frozenset({"dead_time", "time"})
-
-
 def late_in_all(finding: Finding) -> ParameterResult | None:
     """Dead time and time constant together, where how they divide is not known.
 
@@ -90,25 +87,28 @@ def late_in_all(finding: Finding) -> ParameterResult | None:
     constant. None where the larger is surely most of what it is, much larger than the other, and no
     interval is as long as half the sum.
     """
-    total = delay_in_all(finding)
-    if total is None:
+    if not (parts := _delays(finding)):
         return None
-    parts = [finding.parameters[name].components[0] for name in DELAYS]
-    sum_s = sum(part[0] for part in parts)
+    sum_s = sum(value for value, _, _ in parts)
     value, low, _ = max(parts)
     longest_s = max(high - low for _, low, high in parts)
     vague = value < SAYING.by_the_loop * (sum_s - value) or value > SAYING.by_the_loop * low
     vague |= sum_s < SAYING.by_the_loop * longest_s < HUGE
-    return total if vague else None
+    return delay_in_all(finding) if vague else None
+
+
+def _delays(finding: Finding) -> list[tuple[float, float, float]]:
+    """Dead time and time constant with their intervals; empty without both."""
+    sizes = [finding.parameters.get(name) for name in ("dead_time", "time")]
+    parts = [one.components for one in sizes if one is not None]
+    whole = has(finding.effect, Trait.DRIVE_DELAY) and [len(part) for part in parts] == [1, 1]
+    return [part[0] for part in parts] if whole else []
 
 
 def delay_in_all(finding: Finding) -> ParameterResult | None:
-    """The sum of dead time and time constant; None of what has not both."""
-    sizes = [finding.parameters.get(name) for name in DELAYS]
-    parts = [one.components for one in sizes if one is not None]
-    if not has(finding.effect, Trait.DRIVE_DELAY) or [len(part) for part in parts] != [1, 1]:
-        return None
-    total = ParameterResult(value=sum(part[0][0] for part in parts), ci95=[], unit="s")
+    """Dead time and time constant together; None of what has not both."""
+    sum_s = sum(value for value, _, _ in _delays(finding))
+    total = ParameterResult(value=sum_s, ci95=[], unit="s") if sum_s else None
     return finding.parameters.get(IN_ALL, total)
 
 

@@ -193,28 +193,19 @@ def rms_left(explanation: Explanation, noise: TemperedNoise) -> float:
     return noise.rms(explanation.residual[noise.rows])
 
 
-def _counted(noise: TemperedNoise, rows: int) -> FloatArray | None:
-    """How much each reading counts in `rms_left`; None: all alike."""
-    if noise.sampled is None or not np.ptp(noise.sampled):
-        return None
-    share = np.zeros(rows)
-    share[noise.rows] = noise.sampled
-    return share
-
-
 def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
     """Arrays for drawings."""
     on = plant.drawn_on
-    good = np.zeros(len(plant.t_s), dtype=bool)
-    good[plant.rows] = True
+    counted, sampled = np.zeros(len(plant.t_s)), selected.noise.sampled
+    counted[plant.rows] = 1.0 if sampled is None else sampled
     channel = Channel(
         name=plant.channel,
         unit=plant.unit,
-        observed=np.where(good, plant.observed + on, np.nan),
+        observed=np.where(counted > 0.0, plant.observed + on, np.nan),
         before=selected.empty.predicted + on,
         after=selected.best.predicted + on,
         noise=float(np.median(selected.left_over.noise.sigma)),
-        counted=_counted(selected.noise, len(plant.t_s)),
+        counted=counted,
     )
     return Picture(
         t_s=plant.t_s,

@@ -5,16 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from deltactl.diagnosis.answer.finding import IN_ALL
-from deltactl.diagnosis.answer.how_sure import (
-    DELAYS,
-    delay_in_all,
-    exclusive,
-    is_about,
-    late_in_all,
-    tied,
-)
-from deltactl.diagnosis.answer.options import VERDICT
+from deltactl.diagnosis.answer.how_sure import delay_in_all, exclusive, is_about, late_in_all, tied
 from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,
@@ -58,11 +49,10 @@ def span_s(diagnosis: Diagnosis) -> Span:
 
 def shown_sizes(finding: Finding) -> Iterator[tuple[str, Size]]:
     """Its parameters by name, as shown; the sum first of a delay, and alone if no part is known."""
-    late, known = late_in_all(finding), reported(finding.parameters)
-    both = delay_in_all(finding) if known.keys() >= DELAYS else None
-    if (total := late or finding.parameters.get(IN_ALL, both)) is not None:
+    late = late_in_all(finding)
+    if (total := late or delay_in_all(finding)) is not None:
         yield from (("time", size) for size in sizes(finding.effect, "late_in_all", total))
-    for name, result in (known if late is None else {}).items():
+    for name, result in (reported(finding.parameters) if late is None else {}).items():
         yield from ((name, size) for size in sizes(finding.effect, name, result))
 
 
@@ -135,15 +125,11 @@ def open_causes(finding: Finding) -> list[Alternative]:
     return [one for one in finding.alternatives if tied(finding) or as_well(one)]
 
 
-def doubtful(finding: Finding) -> bool:
-    """Whether it could be something else, or nothing."""
-    return bool(open_causes(finding)) or (finding.probability or 1.0) < VERDICT.sure_enough
-
-
 def where_line(finding: Finding, span: Span = UNKNOWN_SPAN) -> str:
     """In which channels, when (unless all the time), and in which regime it shows."""
     where = finding.where
-    axes = [_the(channel(axis)) for axis in where.axes[:MOST_NAMED]]
+    names = [channel(axis) for axis in where.axes[:MOST_NAMED]]
+    axes = [one if one[-1:].isdigit() or one[-2:-1] == " " else f"the {one}" for one in names]
     regime = where.regime if finding.effect != NAMELESS else ""
     memory = ""
     if finding.effect == NAMELESS and finding.has_memory is not None:
@@ -151,11 +137,6 @@ def where_line(finding: Finding, span: Span = UNKNOWN_SPAN) -> str:
     shown = [f"in {listed(axes)}" if axes else "", _times(where, *span), regime, memory]
     where_ = ", ".join(filter(None, shown))
     return sentence(say("finding.shows", where=where_)) if where_ else ""
-
-
-def _the(name: str) -> str:
-    """A channel of which there is one, in a sentence."""
-    return name if name[-1:].isdigit() or name[-2:-1] == " " else f"the {name}"
 
 
 def stretches(where: Where, start_s: float, end_s: float) -> list[tuple[float, float]]:

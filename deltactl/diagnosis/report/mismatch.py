@@ -310,11 +310,10 @@ def by_regime(picture: Picture, channels: Sequence[Mismatch]) -> list[Pair]:
     Over all readings, also those that lie too far out to be drawn: as the figures of the fit.
     """
     covariates = {n: v for n, v in picture.covariates.items() if len(v) == len(picture.t_s)}
-    before, after = (
-        np.concatenate([getattr(one, f"all_{when}") for one in channels])
-        for when in ("before", "after")
+    before, after, share = (
+        np.concatenate([getattr(one, values) for one in channels])
+        for values in ("all_before", "all_after", "share")
     )
-    share = np.concatenate([one.share for one in channels])
     nothing = all(one.unchanged for one in channels)
     found = []
     for regime in regimes(picture.t_s, covariates, picture.rests):

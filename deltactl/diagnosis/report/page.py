@@ -166,9 +166,8 @@ def _beside_sizes(finding: Finding, diagnosis: Diagnosis, span: Span, ways: Ways
         return
     way = ""
     if open_causes(finding):
-        way = say("run.made_for_it")
-        if not made_to_distinguish(finding, diagnosis):
-            way = upper(hint(finding, diagnosis, ways))
+        made = made_to_distinguish(finding, diagnosis)
+        way = say("run.made_for_it") if made else upper(hint(finding, diagnosis, ways))
     yield say("other.line", names=other_causes(finding, in_full=True), way=way).strip()
 
 

@@ -14,12 +14,12 @@ from functools import partial
 from rich.markup import escape
 
 from deltactl.diagnosis.answer.how_sure import is_about, settled
-from deltactl.diagnosis.answer.records import Diagnosis, Finding, SmallestDetectable
+from deltactl.diagnosis.answer.options import VERDICT
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.answer.what_is_left import apart
 from deltactl.diagnosis.report.finding import (
     by_priors,
-    doubtful,
     finding_title,
     how_sure,
     open_causes,
@@ -288,8 +288,7 @@ def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str], in_one: boo
     entries = [f"{following}{say('run.get', job=ways.job)}"] if following else []
     others: list[str] = []
     hints: list[str] = []
-    unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if doubtful(one)}
-    how = "screen.in_one" if in_one else "screen.other"
+    unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if _unsure(one)}
     for number, finding in unsure.items():
         if number <= ways.rows:
             shown = open_causes(finding)
@@ -297,11 +296,15 @@ def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str], in_one: boo
             in_steps = way and any(way in step for step in steps)
             known = following or diagnosis.open_ties or in_steps
             apart = "" if known else hint(finding, diagnosis, ways)
-            others.append(say(how, number=number, names=other_causes(finding, shown)))
+            others.append(say("screen.other", number=number, names=other_causes(finding, shown)))
             hints += [say("screen.apart", number=number, hint=apart)] * bool(apart)
-    entries += [sentence("; ".join(others))] if in_one and others else others
+    entries += ["; ".join(one.rstrip(".") for one in others) + "."] if in_one and others else others
     entries += [*tie_lines(diagnosis), *hints]
     return entries or [say("other.none")] * (bool(diagnosis.findings) and not unsure)
+
+
+def _unsure(finding: Finding) -> bool:
+    return bool(open_causes(finding)) or (finding.probability or 1.0) < VERDICT.sure_enough
 
 
 def _on_top(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> list[str]:
@@ -361,17 +364,14 @@ def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
     limits = [one for one in diagnosis.smallest_detectable if one.parameter != "stiffness"]
     largest = {one.effect: one for one in sorted(limits, key=above_nothing)}
     order = dict.fromkeys(one.effect for one in limits)
-    names = [*dict.fromkeys(names), *(_below(largest[name]) for name in order)]
+    sizes = ((one.replace("_", " "), limit_alone(largest[one])) for one in order)
+    names = [*dict.fromkeys(names), *(say("screen.below", name=a, size=b) for a, b in sizes)]
     for shown in range(len(names), 0, -1):
         text, more = ", ".join(names[:shown]), len(names) - shown
         named = say("screen.and_more", names=text, number=more) if more else text
         if len(line := say("screen.not_shown", names=named)) <= width:
             return [line]
     return []
-
-
-def _below(one: SmallestDetectable) -> str:
-    return say("screen.below", name=one.effect.replace("_", " "), size=limit_alone(one))
 
 
 def _rest(ways: Ways, steps_left: int) -> str:
