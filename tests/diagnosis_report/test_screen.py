@@ -279,7 +279,7 @@ def delay(time_s: float, dead_s: float) -> Finding:
     late = finding("following_lag", "motor1", 0.98)
     late.parameters.clear()
     for name, size_s in (("time", time_s), ("dead_time", dead_s)):
-        interval = [0.98 * size_s, 1.02 * size_s]
+        interval = [0.9 * size_s, 1.1 * size_s]
         late.parameters[name] = ParameterResult(value=size_s, ci95=interval, unit="s")
     return late
 
