@@ -104,7 +104,9 @@ def test_a_rate_above_a_lone_column_is_used(deltactl: Deltactl, tmp_path: Path) 
     assert named is not None
     second = deltactl("inspect", "still.csv", *shlex.split(f"{named[1]}0.08"))
     assert deltactl(*printed(second, "describe the machine:")).returncode == 0
-    assert deltactl(*printed(second)).returncode == 0
+    command = printed(second)
+    assert "rate_hz=50" in command
+    assert deltactl(*command).returncode == 0
 
 
 def test_recordings_that_are_read_alike_are_diagnosed_by_one_command(

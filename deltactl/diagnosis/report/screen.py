@@ -304,7 +304,8 @@ def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str], in_one: boo
 
 
 def _unsure(finding: Finding) -> bool:
-    return bool(open_causes(finding)) or (finding.probability or 1.0) < VERDICT.sure_enough
+    weak = finding.effect != NAMELESS and (finding.probability or 1.0) < VERDICT.sure_enough
+    return weak or bool(open_causes(finding))
 
 
 def _on_top(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> list[str]:

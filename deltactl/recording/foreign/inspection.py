@@ -240,9 +240,9 @@ def _rate_instead(
     kind: str | None, above: tuple[float, str] | None, late: Sequence[str]
 ) -> float | None:
     """Rows a second of a machine without a column of times: as a line above the table says."""
-    if kind in (None, "range_sensor"):
-        return None
-    return above[0] if above else GUESSES.rate_hz if NO_COLUMN in late else None
+    if kind is None or above is not None:
+        return above[0] if kind and above else None
+    return GUESSES.rate_hz if NO_COLUMN in late else None
 
 
 def _as_columns(

@@ -57,10 +57,10 @@ def rows_and_times(
     time = _time_of(guesses)
     if rate_hz is not None:
         return [("rows", f"{rows}, {rate_hz:g} a second, as you say")], []
-    if time is None and kind == "range_sensor":
-        return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
     if time is None and noted is not None:
         return [("rows", f"{rows}, {noted[0]:g} a second, as '{noted[1]}' says")], []
+    if time is None and kind == "range_sensor":
+        return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
     if time is None:
         return [("rows", str(rows))], [NO_TIMES if kind is None else NO_COLUMN]
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
