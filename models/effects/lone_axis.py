@@ -77,7 +77,7 @@ FEW_DEGREES = 0.02
 NEAR_ONE = 0.5
 """Further off, a number is no ratio of which only the difference from 1 matters."""
 SQUARE_METRE = "m\u00b2"
-_SMALL = {"m": ("mm", 1e3), "s": ("ms", 1e3)}
+_SMALL = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "s": ("ms", 1e3)}
 
 
 def said(value: float, unit: str) -> str:
