@@ -185,8 +185,9 @@ def _describe(
         known = found | known
     if "name" in keys and "name" not in known:
         known["name"] = file.stem
-    if "recorded" in keys and {INERTIA.key, EFFORT_GAIN.key} & known.keys():
-        known.setdefault("recorded", "both")  # nothing else needs what moves
+    moved = "recorded" in keys and {INERTIA.key, EFFORT_GAIN.key} & known.keys()
+    if moved and known.get("recorded", "command") == "command":
+        known["recorded"] = "both"  # nothing but an effort needs what moves
     ask = _ask if sys.stdin.isatty() else None
     answers = gather(questions, known, ask)
     for line in remarks(questions, known if ask is None else answers, answers):

@@ -189,9 +189,9 @@ def _for_the_effort(seen: Inspection) -> str:
     from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
-    says = "  to use the effort too: above, --recorded both with --inertia and --effort-gain"
+    says = "  to use the effort too, add --inertia and --effort-gain to that"
     if option := effort_option(seen):
-        says += f"; below, --set {shlex.quote(option)}"
+        says += f", and --set {shlex.quote(option)} to the next"
     outside = [
         one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"
     ]
