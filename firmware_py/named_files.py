@@ -21,7 +21,7 @@ NO_YAML = frozenset(
     {".csv", ".tsv", ".txt", ".gz", ".parquet", ".mat", ".mcap", ".gcode", ".nc", ".ngc", ".g"}
 )
 """Endings of recordings, tables of points and G-code."""
-WRITES = "'deltactl init delta my-robot.yaml' writes one; for others, init axis, sensor or chain"
+WRITES = "'deltactl init axis my-robot.yaml' writes one; for others, init delta, sensor or chain"
 """How a robot file comes about."""
 NEEDED = {
     JOB_KEY: "a job (YAML) is needed here: 'deltactl convert {file} job.yaml --robot ROBOT.yaml'"

@@ -5,6 +5,7 @@ In: readings before and after, shape (n,), in the unit that is drawn. Out: curve
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
@@ -60,6 +61,8 @@ class Mismatch:
     far_out: int
     all_before: FloatArray
     all_after: FloatArray
+    share: FloatArray
+    """How much each reading counts in the figures of the fit, shape (n,)."""
 
     @property
     def unchanged(self) -> bool:
@@ -197,7 +200,12 @@ def explained_by(curve: Curve) -> float:
     return float(np.mean((off / np.maximum(curve.spread, 1e-300)) ** 2))
 
 
-def rms(values: FloatArray, chosen: BoolArray) -> float:
-    """Root mean square of the known values of a selection; NaN when there are none."""
-    found = values[chosen & np.isfinite(values)]
-    return float(np.sqrt(np.mean(found**2))) if len(found) else float("nan")
+def rms(values: FloatArray, chosen: BoolArray, share: FloatArray | None = None) -> float:
+    """Root mean square of the known values of a selection; NaN when there are none.
+
+    share: how much each value counts; None: all alike.
+    """
+    known = chosen & np.isfinite(values)
+    weights = None if share is None else share[known]
+    counts = known.any() if weights is None else weights.any()
+    return float(np.sqrt(np.average(values[known] ** 2, weights=weights))) if counts else math.nan

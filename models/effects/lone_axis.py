@@ -74,8 +74,10 @@ def forms_of(effect: str) -> list[EffectKind]:
 
 FEW_DEGREES = 0.02
 """Below it people who have such angles count seconds of arc."""
+NEAR_ONE = 0.5
+"""Further off, a number is no ratio of which only the difference from 1 matters."""
 SQUARE_METRE = "m\u00b2"
-_SMALL = {"m": ("mm", 1e3), "s": ("ms", 1e3)}
+_SMALL = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "s": ("ms", 1e3)}
 
 
 def said(value: float, unit: str) -> str:
@@ -83,6 +85,7 @@ def said(value: float, unit: str) -> str:
     if unit == "1":
         near_one = abs(value - 1.0)
         digits = 3 - math.floor(math.log10(near_one)) if 0.0 < near_one < 1e-3 else 5
+        digits = digits if near_one < NEAR_ONE else 3
         return f"{value:.{digits}g}"
     if unit == "rad":
         degrees = math.degrees(value)

@@ -197,7 +197,7 @@ def test_a_table_in_place_of_a_job_or_a_robot_is_told_what_makes_one(tmp_path, m
     (tmp_path / "lift.csv").write_text("time,goal\n0,0\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"'deltactl convert lift\.csv job\.yaml"):
         find("lift.csv", key=JOB_KEY)
-    with pytest.raises(ConfigError, match=r"'deltactl init delta my-robot\.yaml' writes one"):
+    with pytest.raises(ConfigError, match=r"'deltactl init axis my-robot\.yaml' writes one"):
         find("lift.csv", key=ROBOT_KEY)
 
 

@@ -66,6 +66,17 @@ def test_what_a_delta_was_doing_names_its_motors_and_its_platform_each_once() ->
     assert "the axis moves forward" in [one.name for one in by_regime(axis, mismatches(picture))]
 
 
+def test_what_the_robot_was_doing_is_weighted_as_the_figures_of_the_fit() -> None:
+    n = 400
+    miss = np.where(np.arange(n) % 2 == 0, 0.001, 0.005)
+    share = np.where(np.arange(n) % 2 == 0, 1.0, 0.25)
+    one = channel(miss, np.zeros(n), 0.5 * miss).model_copy(update={"counted": share})
+    picture = Picture(t_s=0.02 * np.arange(n), channels=[one])
+    (whole,) = by_regime(picture, mismatches(picture))
+    assert whole.before == pytest.approx(np.sqrt((1.0 + 0.25 * 25.0) / 1.25))
+    assert whole.after == pytest.approx(0.5 * whole.before)
+
+
 def test_an_axis_stands_where_its_command_does_and_not_where_it_is_slow() -> None:
     picture = picture_of_reversals()
     (way,) = (v for n, v in picture.covariates.items() if n == "speed_1")

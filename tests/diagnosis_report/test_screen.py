@@ -272,3 +272,33 @@ def test_an_interval_that_is_not_known_is_said(make: Any) -> None:
     late.parameters["dead_time"] = ParameterResult(value=0.06, ci95=[0.05, 0.13], unit="s")
     (row,) = [line for line in shown(make("explained", findings=[late])) if line.startswith("1  ")]
     assert re.search(r"120 ms +not known +93 %", row)
+
+
+def delay(time_s: float, dead_s: float) -> Finding:
+    """One of which both parts are known well."""
+    late = finding("following_lag", "motor1", 0.98)
+    late.parameters.clear()
+    for name, size_s in (("time", time_s), ("dead_time", dead_s)):
+        interval = [0.9 * size_s, 1.1 * size_s]
+        late.parameters[name] = ParameterResult(value=size_s, ci95=interval, unit="s")
+    return late
+
+
+def test_the_row_of_a_delay_has_the_whole_and_further_rows_its_parts(make: Any) -> None:
+    answer = make("explained", findings=[delay(0.0395, 0.0884)])
+    lines = shown(answer)
+    (row,) = [line for line in lines if line.startswith("1  ")]
+    assert re.search(r"128 ms +not known", row)
+    for part, size in (("time constant", "39.5 ms"), ("dead time", "88.4 ms")):
+        (line,) = [line for line in lines if line.strip().startswith(part)]
+        assert size in line
+        assert any(size in step for step in remedies(answer))
+
+
+def test_a_weak_finding_without_other_causes_may_be_nothing(make: Any) -> None:
+    weak, sure = finding("gear_ratio", "axis", 0.53), finding("home_offset", "axis", 0.96)
+    text = " ".join(shown(make("explained", findings=[sure, weak], next_experiment=None)))
+    assert "2 could be nothing (47 %)." in text
+    assert "No other known effect" not in text
+    text = " ".join(shown(make("explained", findings=[sure], next_experiment=None)))
+    assert "No other known effect fits these readings as well." in text

@@ -62,7 +62,7 @@ def test_a_command_with_another_zero_is_in_the_unit_of_its_reading(tmp_path: Pat
 def test_joints_of_data_sets_are_in_degrees_and_turn(tmp_path: Path) -> None:
     found = table(tmp_path / "a.csv", "elbow_flex.goal,elbow_flex.pos", 4.0)
     assert (units(found), found.motion) == (["deg", "deg"], "rotary")
-    assert "put [rad] in place of [deg]" in found.warnings[0]
+    assert "inspect it with --set 'position=elbow_flex.pos[rad]'" in found.warnings[0]
 
 
 def test_a_joint_turns_in_a_unit_that_is_asked_for(tmp_path: Path) -> None:
@@ -79,8 +79,8 @@ def test_more_than_a_turn_is_degrees_or_something_else(tmp_path: Path) -> None:
     assert units(found) == ["deg", "deg"]
     assert all(found.guesses[name].unit_guessed for name in ("goal", "read"))
     (question,) = found.warnings
-    assert "[rad] in place of [deg]" in question
-    assert "[mm] in place of [deg]" in question
+    assert "inspect it with --set 'position=read[rad]'" in question
+    assert "; if mm, [mm]" in question
 
 
 @pytest.mark.parametrize("names", ["goal,read", "command,position"])

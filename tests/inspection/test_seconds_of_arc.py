@@ -68,8 +68,8 @@ def test_the_unit_of_a_comment_is_used_where_there_is_one(
     ("heading", "factor", "offered", "not_offered"),
     [
         ("wanted seen", 1.0, "[arcsec]", "[mm]"),
-        ("wanted seen", 0.02, "[mm] in place of [deg] and linear", "[arcsec]"),
-        ('wanted["] seen["]', 1.0, "seconds of arc; if it is inches, put [inch]", "[deg]"),
+        ("wanted seen", 0.02, "inspect it with --set 'position=seen[mm]'", "[arcsec]"),
+        ('wanted["] seen["]', 1.0, "seconds of arc; if it is inches, inspect it", "[deg]"),
     ],
 )
 def test_what_is_offered_goes_with_the_motion_that_is_proposed(

@@ -106,6 +106,7 @@ def diagnose_recordings(
         command = shlex.join(["deltactl", *sys.argv[1:]])
         origin = Origin(str(robot_file), [*notes.columns_used], command, notes.remarks)
         write_report(answer, described, report, ways, origin)
+        ways = replace(ways, rest=ways.rest.replace("--report FILE.html", "in the report"))
     if quiet:
         print_json(answer.to_json())
         return

@@ -185,6 +185,9 @@ def _describe(
         known = found | known
     if "name" in keys and "name" not in known:
         known["name"] = file.stem
+    moved = "recorded" in keys and {INERTIA.key, EFFORT_GAIN.key} & known.keys()
+    if moved and known.get("recorded", "command") == "command":
+        known["recorded"] = "both"  # nothing but an effort needs what moves
     ask = _ask if sys.stdin.isatty() else None
     answers = gather(questions, known, ask)
     for line in remarks(questions, known if ask is None else answers, answers):
@@ -210,7 +213,8 @@ def _ask(question: Question) -> str:
     while True:
         room = console.width - len(f" [{question.default}]: ") - ANSWER
         text = "\n".join(wrapped(question.text, room))
-        answer = str(typer.prompt(text, default=question.default))
+        usual = question.default or ""
+        answer = str(typer.prompt(text, default=usual, show_default=bool(usual)))
         if not (wrong := question.wrong(answer)):
             return answer
         say(wrong)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -29,10 +29,12 @@ FORCED_SAYS = (
     "  GAIN: N m (or N) for one unit of the effort; where a weight pulls at it, also {weight}",
 )
 MEASURED_SAYS = (
-    "  inertia {inertia:.3g} for an effort_gain of 1, as the effort goes with the acceleration:"
-    " sizes are in its unit; if you know one of the two, add --inertia or --effort-gain; where a"
-    " weight pulls at it, also {{weight}}"
+    "  what moves is measured: {inertia:.3g} in the unit of the effort; if you know --inertia or"
+    " --effort-gain, add it; where a weight pulls at it, also {{weight}}"
 )
+COMMANDED = ["--recorded", "command"]
+OF_ANGLES = ["--gear-ratio", "1", "--microsteps-per-rev", "1600", "--sensors", "none"]
+"""For a delta whose angles were recorded, not its steps, and no distances."""
 STEPPED = ["--microsteps-per-rev", "STEPS", "--gear-ratio", "GEAR"]
 STEPPED_SAYS = (
     "  STEPS: step pulses for one turn of the motor, as set at the drive: 1600, or 200x8",
@@ -62,12 +64,35 @@ def inspect_recordings(
     if as_json:
         print_json([table.to_json() for table, _ in seen])
     else:
-        for table, why_not in seen:
-            _show(table, why_not, robot, machine is None, save)
+        together = _alike(seen)
+        for number, (table, why_not) in enumerate(seen, 1):
+            paths = recordings if together else [table.path]
+            awaited = bool(together) and number < len(seen)
+            _show(table, why_not, _Next(paths, robot, machine is None, save, awaited))
     if save is not None:
         write_whole(save, seen[0][0].mapping_text())
         if not as_json:
             say(f"mapping: {save}")
+
+
+@dataclass(frozen=True, slots=True)
+class _Next:
+    """What the commands below a table are made of."""
+
+    paths: Sequence[Path]
+    """The recordings that one command diagnoses."""
+    robot: str | None
+    new: bool
+    """Whether a robot file is still to be written."""
+    save: Path | None
+    awaited: bool
+    """Whether they come below a later table."""
+
+
+def _alike(seen: Sequence[tuple[Inspection, str]]) -> bool:
+    """Whether several tables are read alike, so that one command diagnoses them together."""
+    ways = {(one.kind, one.motion, one.zero, tuple(one.options), why) for one, why in seen}
+    return len(ways) == 1 < len(seen) and not seen[0][0].needs_inertia
 
 
 def _measured(seen: Inspection) -> Inspection:
@@ -103,30 +128,28 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Seen]) -> list[Seen]:
     return seen
 
 
-def _show(seen: Inspection, why_not: str, robot: str | None, new: bool, save: Path | None) -> None:
-    """Print one table on one screen. why_not: why it is none of the robot file's machine.
-
-    new: whether a robot file is still to be written.
-    """
+def _show(seen: Inspection, why_not: str, following: _Next) -> None:
+    """Print one table on one screen. why_not: why it is none of the robot file's machine."""
     from deltactl.recording.foreign.fitted import without_effort
 
     if why_not:
-        says = f"not of {robot}: {why_not}; the commands below describe a machine of its own"
+        says = f"not of {following.robot}: {why_not}; the commands below describe its own machine"
         seen = replace(seen, warnings=[says, *seen.warnings])
-        robot, new = None, True
+        following = replace(following, robot=None, new=True)
     read = seen
-    if new and save is None and _has_unused_effort(seen):
+    if following.new and following.save is None and _has_unused_effort(seen):
         read = without_effort(seen)
     warnings = [line for one in read.warnings for line in broken(f"look here: {one}")]
-    closing = _commands(seen, read, robot, new, save) if seen.kind is not None else []
-    print_columns(seen, warnings, closing)
+    known = seen.kind is not None and not following.awaited
+    print_columns(seen, warnings, _commands(seen, read, following) if known else [])
 
 
-def _commands(
-    seen: Inspection, read: Inspection, robot: str | None, new: bool, save: Path | None
-) -> list[str]:
+def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]:
     """Lines with what is to be typed next. read: the table as it is read by that."""
+    from deltactl.recording.foreign.found import diagnosing
+
     lines: list[str] = []
+    robot, new, save = following.robot, following.new, following.save
     if seen.own_run:
         lines += broken(f"this is a recording of deltactl and is read as it is; {OF_THE_RUN}")
         robot, new = robot or "ROBOT", False
@@ -136,7 +159,8 @@ def _commands(
     options = ["--columns", str(save)] if save is not None else read.options
     if read is not seen:
         lines += broken(_for_the_effort(seen))
-    return lines + _command("diagnose it:           ", seen.command(file, options))
+    label = f"{'diagnose it:' if len(following.paths) == 1 else 'diagnose them:':23}"
+    return lines + _command(label, diagnosing(following.paths, file, options))
 
 
 def _describing(seen: Inspection, file: str) -> list[str]:
@@ -145,11 +169,16 @@ def _describing(seen: Inspection, file: str) -> list[str]:
 
     assert seen.kind is not None
     motion = ["--motion", seen.motion or "rotary"] if seen.kind == "servo_axis" else []
-    zero = ["--zero", "arbitrary"] if seen.zero == "arbitrary" else []
+    zero = ["--zero", seen.zero] if seen.zero and seen.kind != "delta" else []
+    there = {guess.name for guess in seen.guesses.values()}
     weight = WEIGHT[seen.motion or "rotary"]
     forced, says = _forced(seen) if seen.needs_inertia else ([], ())
+    if seen.kind == "servo_axis" and "command" in there:
+        forced = COMMANDED
     if seen.kind == "stepper_axis":
         forced, says = STEPPED, STEPPED_SAYS
+    if seen.kind == "delta" and not {"steps_1", "range_x"} & there:
+        forced = OF_ANGLES
     init = ["deltactl", *init_words(seen.kind, file), *motion, *forced, *zero]
     lines = _command("describe the machine:  ", init)
     return lines + [part for one in says for part in broken(one.format(weight=weight))]
@@ -162,7 +191,7 @@ def _for_the_effort(seen: Inspection) -> str:
 
     says = "  to use the effort too, add --inertia and --effort-gain to that"
     if option := effort_option(seen):
-        says += f", below --set {shlex.quote(option)}"
+        says += f", and --set {shlex.quote(option)} to the next"
     outside = [
         one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"
     ]
@@ -222,6 +251,6 @@ def _options(words: list[str]) -> Iterator[str]:
 
 def _new(seen: Inspection) -> str:
     """A robot file name that is still free: a second machine gets its own file."""
-    own = f"{seen.path.stem}-robot"
+    own = f"{Path(seen.path.name.removesuffix('.gz')).stem}-robot"
     names = itertools.chain([ROBOT, f"{own}.yaml"], (f"{own}-{n}.yaml" for n in itertools.count(2)))
     return next(name for name in names if not Path(name).exists())

@@ -87,19 +87,29 @@ def late_in_all(finding: Finding) -> ParameterResult | None:
     constant. None where the larger is surely most of what it is, much larger than the other, and no
     interval is as long as half the sum.
     """
-    sizes = [finding.parameters.get(name) for name in ("dead_time", "time")]
-    if not has(finding.effect, Trait.DRIVE_DELAY) or not all(sizes):
+    if not (parts := _delays(finding)):
         return None
-    parts = [one.components for one in sizes if one is not None]
-    if any(len(part) != 1 for part in parts):
-        return None
-    sum_s = sum(part[0][0] for part in parts)
-    value, low, _ = max(part[0] for part in parts)
-    longest_s = max(high - low for ((_, low, high),) in parts)
+    sum_s = sum(value for value, _, _ in parts)
+    value, low, _ = max(parts)
+    longest_s = max(high - low for _, low, high in parts)
     vague = value < SAYING.by_the_loop * (sum_s - value) or value > SAYING.by_the_loop * low
     vague |= sum_s < SAYING.by_the_loop * longest_s < HUGE
-    known = finding.parameters.get(IN_ALL)
-    return (known or ParameterResult(value=sum_s, ci95=[], unit="s")) if vague else None
+    return delay_in_all(finding) if vague else None
+
+
+def _delays(finding: Finding) -> list[tuple[float, float, float]]:
+    """Dead time and time constant with their intervals; empty without both."""
+    sizes = [finding.parameters.get(name) for name in ("dead_time", "time")]
+    parts = [one.components for one in sizes if one is not None]
+    whole = has(finding.effect, Trait.DRIVE_DELAY) and [len(part) for part in parts] == [1, 1]
+    return [part[0] for part in parts] if whole else []
+
+
+def delay_in_all(finding: Finding) -> ParameterResult | None:
+    """Dead time and time constant together; None of what has not both."""
+    sum_s = sum(value for value, _, _ in _delays(finding))
+    total = ParameterResult(value=sum_s, ci95=[], unit="s") if sum_s else None
+    return finding.parameters.get(IN_ALL, total)
 
 
 def after_its_effort(finding: Finding) -> bool:

@@ -43,8 +43,8 @@ class Channel(Record):
     """Prediction with all findings."""
     noise: float
     """Standard deviation of the readings' noise."""
-    counted: BoolArray | None = None
-    """Which readings the figures of the fit are of; None: all that are valid."""
+    counted: FloatArray | None = None
+    """How much each reading counts in the figures of the fit; None: all that are valid, alike."""
 
 
 class Picture(Record):

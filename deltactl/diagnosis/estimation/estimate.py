@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -39,10 +39,6 @@ class Solution:
         """What is sent between processes: not what follows from the tangent."""
         follows = ("basis", "covariance")
         return {name: value for name, value in self.__dict__.items() if name not in follows}
-
-    def without_tangent(self) -> Solution:
-        """The same, to be kept: the tangent is large, and is worked out again when it is needed."""
-        return replace(self)
 
     @cached_property
     def basis(self) -> FloatArray:

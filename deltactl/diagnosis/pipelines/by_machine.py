@@ -140,15 +140,15 @@ def _posed(machine: Lone, progress: Progress) -> Diagnosis:
     return in_words(answer, chain_effects(slides, plant.chain.tip), plant.robot.effects)
 
 
+DRAWN = ("observed", "before", "after", "counted")
+
+
 def _of_channels(picture: Picture, plant: PosePlant) -> Picture:
     """One channel for each column that was measured, over the poses."""
     (whole,) = picture.channels
     channels = []
     for number, name in enumerate(plant.names):
-        parts = {
-            part: plant.layout.apart(getattr(whole, part))[:, number]
-            for part in ("observed", "before", "after")
-        }
+        parts = {part: plant.layout.apart(getattr(whole, part))[:, number] for part in DRAWN}
         channels.append(whole.model_copy(update={"name": name, **parts}))
     covariates = {
         name: plant.layout.apart(values)[:, 0] for name, values in picture.covariates.items()
@@ -164,7 +164,7 @@ def _pictured(picture: Picture, plant: ChainPlant) -> Picture:
         return layout.apart(column).T.ravel()
 
     channels = [
-        one.model_copy(update={n: whole(getattr(one, n)) for n in ("observed", "before", "after")})
+        one.model_copy(update={n: whole(getattr(one, n)) for n in DRAWN})
         for one in picture.channels
     ]
     covariates = {name: whole(values) for name, values in picture.covariates.items()}
@@ -206,7 +206,7 @@ def joint_channels(
     channels = [
         whole.model_copy(
             update={"name": f"{channel}_{j + 1}"}
-            | {name: getattr(whole, name)[rows] for name in ("observed", "before", "after")}
+            | {name: getattr(whole, name)[rows] for name in DRAWN}
         )
         for j, rows in enumerate(parts)
     ]

@@ -317,7 +317,7 @@ def picture(outcome: Outcome, covariates: dict[str, FloatArray], counted: BoolAr
         Channel(
             name=name, unit=readings.units[i], observed=observed[:, i], before=before[:, i],
             after=after[:, i], noise=outcome.fitter.whiten.channels[i].spread,
-            counted=counted[:, i],
+            counted=counted[:, i].astype(np.float64),
         )
         for i, name in enumerate(readings.names)
     ]  # fmt: skip

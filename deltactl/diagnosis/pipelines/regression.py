@@ -69,7 +69,8 @@ def diagnose_plant(
     progress("what else it could be")
     selected, blocks = _widened(searched)
     if not _claimed(searched, first_p, blocks):
-        selected, blocks = _widened(_nothing(searched))
+        nothing = Posterior([searched.empty], [1.0])
+        selected, blocks = _widened(replace(searched, posterior=nothing, shift={}))
     compared = agreement(selected, singles)
     settled = SummedColumns(plant, searched, selected, blocks, first_p, others, compared, runs)
     return answered(settled, progress)
@@ -204,8 +205,3 @@ def _charged(selected: Selected, charged: float) -> Selected:
         return selected
     against = best.log_evidence - empty.log_evidence - 0.5 * charged
     return replace(selected, nothing=max(selected.nothing, float(expit(-against))))
-
-
-def _nothing(selected: Selected) -> Selected:
-    """The same, with nothing claimed."""
-    return replace(selected, posterior=Posterior([selected.empty], [1.0]), shift={})

@@ -196,15 +196,16 @@ def rms_left(explanation: Explanation, noise: TemperedNoise) -> float:
 def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
     """Arrays for drawings."""
     on = plant.drawn_on
-    good = np.zeros(len(plant.t_s), dtype=bool)
-    good[plant.rows] = True
+    counted, sampled = np.zeros(len(plant.t_s)), selected.noise.sampled
+    counted[plant.rows] = 1.0 if sampled is None else sampled
     channel = Channel(
         name=plant.channel,
         unit=plant.unit,
-        observed=np.where(good, plant.observed + on, np.nan),
+        observed=np.where(counted > 0.0, plant.observed + on, np.nan),
         before=selected.empty.predicted + on,
         after=selected.best.predicted + on,
         noise=float(np.median(selected.left_over.noise.sigma)),
+        counted=counted,
     )
     return Picture(
         t_s=plant.t_s,

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from deltactl.diagnosis.answer.finding import IN_ALL
-from deltactl.diagnosis.answer.how_sure import exclusive, is_about, late_in_all, tied
+from deltactl.diagnosis.answer.how_sure import delay_in_all, exclusive, is_about, late_in_all, tied
 from deltactl.diagnosis.answer.records import (
     Alternative,
     Diagnosis,
@@ -51,7 +50,7 @@ def span_s(diagnosis: Diagnosis) -> Span:
 def shown_sizes(finding: Finding) -> Iterator[tuple[str, Size]]:
     """Its parameters by name, as shown; the sum first of a delay, and alone if no part is known."""
     late = late_in_all(finding)
-    if (total := late or finding.parameters.get(IN_ALL)) is not None:
+    if (total := late or delay_in_all(finding)) is not None:
         yield from (("time", size) for size in sizes(finding.effect, "late_in_all", total))
     for name, result in (reported(finding.parameters) if late is None else {}).items():
         yield from ((name, size) for size in sizes(finding.effect, name, result))
@@ -90,6 +89,8 @@ def other_causes(
     the finding leaves: then one share is reported for all of them.
     """
     named = finding.alternatives if shown is None else shown
+    if not finding.alternatives and finding.probability is not None:
+        return say("other.nothing", share=percent(1.0 - finding.probability))
     apart = exclusive(finding)
     names = [_other(finding, one, apart, in_full) for one in named]
     if apart or not names:
@@ -127,7 +128,8 @@ def open_causes(finding: Finding) -> list[Alternative]:
 def where_line(finding: Finding, span: Span = UNKNOWN_SPAN) -> str:
     """In which channels, when (unless all the time), and in which regime it shows."""
     where = finding.where
-    axes = [_the(channel(axis)) for axis in where.axes[:MOST_NAMED]]
+    names = [channel(axis) for axis in where.axes[:MOST_NAMED]]
+    axes = [one if one[-1:].isdigit() or one[-2:-1] == " " else f"the {one}" for one in names]
     regime = where.regime if finding.effect != NAMELESS else ""
     memory = ""
     if finding.effect == NAMELESS and finding.has_memory is not None:
@@ -135,11 +137,6 @@ def where_line(finding: Finding, span: Span = UNKNOWN_SPAN) -> str:
     shown = [f"in {listed(axes)}" if axes else "", _times(where, *span), regime, memory]
     where_ = ", ".join(filter(None, shown))
     return sentence(say("finding.shows", where=where_)) if where_ else ""
-
-
-def _the(name: str) -> str:
-    """A channel of which there is one, in a sentence."""
-    return name if name[-1:].isdigit() or name[-2:-1] == " " else f"the {name}"
 
 
 def stretches(where: Where, start_s: float, end_s: float) -> list[tuple[float, float]]:

@@ -301,7 +301,8 @@ class DeltaDrawing:
         for name, start, end, radius in (("gear", 0, 1, 1.5), ("motor", 1, 2, 1.1)):
             middle = 0.5 * (ends[start] + ends[end])
             outlines = self._barrel(ends[start], ends[end], radius * unit, arm)
-            above = _shift(self.at(middle), (0.0, -radius * unit * self.px_per_m - BADGE_RADIUS))
+            x, y = self.at(middle)
+            above = x, y - radius * unit * self.px_per_m - BADGE_RADIUS
             self._add(f"{name}{number}", outlines, middle, 0.05, above)
         x, y = self.at(ends[2] + 1.2 * unit * self.out[arm])
         side = "start" if x > MIDDLE_PX else "end" if x < -MIDDLE_PX else "middle"
@@ -356,10 +357,6 @@ class DeltaDrawing:
         self.scene.parts.append(Part(f"sensor_{axis}", shapes, (tail, eye), above, -8.0))
         low = max(tail[1], eye[1]) + half + 16.0
         self.scene.labels.append(Label(f"{axis} sensor", (tail[0], low)))
-
-
-def _shift(point: Point, by: Point) -> Point:
-    return point[0] + by[0], point[1] + by[1]
 
 
 def _pose(robot: DeltaRobot) -> tuple[float, FloatArray]:

@@ -83,7 +83,8 @@ def _mismatch(channel: Channel) -> Mismatch:
     before = (channel.observed - channel.before) * scale.factor
     after = (channel.observed - channel.after) * scale.factor
     far = far_out(before) & far_out(after)
-    counted = np.isfinite(before) if channel.counted is None else channel.counted
+    share = np.isfinite(before) * 1.0 if channel.counted is None else channel.counted
+    counted = share > 0.0
     return Mismatch(
         name=channel_name(channel.name),
         unit=scale.unit,
@@ -96,6 +97,7 @@ def _mismatch(channel: Channel) -> Mismatch:
         far_out=int(far.sum()),
         all_before=np.where(counted, before, np.nan),
         all_after=np.where(counted, after, np.nan),
+        share=share,
     )
 
 
@@ -308,17 +310,17 @@ def by_regime(picture: Picture, channels: Sequence[Mismatch]) -> list[Pair]:
     Over all readings, also those that lie too far out to be drawn: as the figures of the fit.
     """
     covariates = {n: v for n, v in picture.covariates.items() if len(v) == len(picture.t_s)}
-    before, after = (
-        np.concatenate([getattr(one, f"all_{when}") for one in channels])
-        for when in ("before", "after")
+    before, after, share = (
+        np.concatenate([getattr(one, values) for one in channels])
+        for values in ("all_before", "all_after", "share")
     )
     nothing = all(one.unchanged for one in channels)
     found = []
     for regime in regimes(picture.t_s, covariates, picture.rests):
         rows = np.tile(regime.rows, len(channels))
         if np.count_nonzero(rows & np.isfinite(before)) >= FEWEST_ROWS:
-            left = math.nan if nothing else rms(after, rows)
-            found.append(Pair(_regime_name(regime), rms(before, rows), left))
+            left = math.nan if nothing else rms(after, rows, share)
+            found.append(Pair(_regime_name(regime), rms(before, rows, share), left))
     return found
 
 

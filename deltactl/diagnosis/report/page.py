@@ -41,7 +41,7 @@ from deltactl.diagnosis.report.headline import opening
 from deltactl.diagnosis.report.limits import limit_name, limit_size
 from deltactl.diagnosis.report.machines import machine_drawing
 from deltactl.diagnosis.report.mismatch import mismatch_sections
-from deltactl.diagnosis.report.names import count, effect, listed, sentence
+from deltactl.diagnosis.report.names import count, effect, listed, sentence, upper
 from deltactl.diagnosis.report.next_run import experiment_line, hint, made_to_distinguish, tie_lines
 from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import remedies
@@ -166,9 +166,8 @@ def _beside_sizes(finding: Finding, diagnosis: Diagnosis, span: Span, ways: Ways
         return
     way = ""
     if open_causes(finding):
-        way = say("run.made_for_it")
-        if not made_to_distinguish(finding, diagnosis):
-            way = hint(finding, diagnosis, ways)
+        made = made_to_distinguish(finding, diagnosis)
+        way = say("run.made_for_it") if made else upper(hint(finding, diagnosis, ways))
     yield say("other.line", names=other_causes(finding, in_full=True), way=way).strip()
 
 

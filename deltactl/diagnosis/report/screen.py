@@ -14,7 +14,8 @@ from functools import partial
 from rich.markup import escape
 
 from deltactl.diagnosis.answer.how_sure import is_about, settled
-from deltactl.diagnosis.answer.records import Diagnosis, Finding, SmallestDetectable
+from deltactl.diagnosis.answer.options import VERDICT
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.answer.what_is_left import apart
 from deltactl.diagnosis.report.finding import (
@@ -287,7 +288,7 @@ def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str], in_one: boo
     entries = [f"{following}{say('run.get', job=ways.job)}"] if following else []
     others: list[str] = []
     hints: list[str] = []
-    unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if open_causes(one)}
+    unsure = {k: one for k, one in enumerate(diagnosis.findings, 1) if _unsure(one)}
     for number, finding in unsure.items():
         if number <= ways.rows:
             shown = open_causes(finding)
@@ -300,6 +301,11 @@ def _or_else(diagnosis: Diagnosis, ways: Ways, steps: Sequence[str], in_one: boo
     entries += ["; ".join(one.rstrip(".") for one in others) + "."] if in_one and others else others
     entries += [*tie_lines(diagnosis), *hints]
     return entries or [say("other.none")] * (bool(diagnosis.findings) and not unsure)
+
+
+def _unsure(finding: Finding) -> bool:
+    weak = finding.effect != NAMELESS and (finding.probability or 1.0) < VERDICT.sure_enough
+    return weak or bool(open_causes(finding))
 
 
 def _on_top(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> list[str]:
@@ -359,17 +365,14 @@ def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
     limits = [one for one in diagnosis.smallest_detectable if one.parameter != "stiffness"]
     largest = {one.effect: one for one in sorted(limits, key=above_nothing)}
     order = dict.fromkeys(one.effect for one in limits)
-    names = [*dict.fromkeys(names), *(_below(largest[name]) for name in order)]
+    sizes = ((one.replace("_", " "), limit_alone(largest[one])) for one in order)
+    names = [*dict.fromkeys(names), *(say("screen.below", name=a, size=b) for a, b in sizes)]
     for shown in range(len(names), 0, -1):
         text, more = ", ".join(names[:shown]), len(names) - shown
         named = say("screen.and_more", names=text, number=more) if more else text
         if len(line := say("screen.not_shown", names=named)) <= width:
             return [line]
     return []
-
-
-def _below(one: SmallestDetectable) -> str:
-    return say("screen.below", name=one.effect.replace("_", " "), size=limit_alone(one))
 
 
 def _rest(ways: Ways, steps_left: int) -> str:

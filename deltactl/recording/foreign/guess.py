@@ -326,7 +326,7 @@ def kind_of(
     return kind.name, moves, kind.why.format(asked)
 
 
-HERE = "here too:"
+HERE = "inspect it with"
 
 
 def _lacking(guesses: Taken, left: Sequence[str]) -> str:
@@ -335,21 +335,21 @@ def _lacking(guesses: Taken, left: Sequence[str]) -> str:
     if {"pos_x", "pos_y", "pos_z"} <= named.keys():
         return (
             "places of a platform were found, and no angles or steps of its three motors beside"
-            f" them; say which columns these are, {HERE} --set command_1=COLUMN, or steps_1, to 3"
+            f" them; name their columns: {HERE} --set command_1=COLUMN, or steps_1, to 3"
         )
     if "position" in named:
         return _lacking_beside(named["position"].source, left)
     if "range" in named:
         return (
-            "the true distance was not found; say which column it is, or the distance in m where it"
-            f" is one for all rows, {HERE} --set distance=0.5"
+            "the true distance was not found; name its column, or, where it is one for all rows,"
+            f" say how large it is, in m: {HERE} --set distance=0.5"
         )
     likely = next((one for one in left if read_name(one).used and not pulls(one)), None)
     name = without_unit(likely or "COLUMN")
     asked, read = (shlex.join(["--set", f"{role}={name}"]) for role in ("position", "range"))
     return (
-        f"a position or a reading was not found; say which column it is, {HERE} {asked}, or of"
-        f" a distance sensor {read}"
+        f"a position or a reading was not found; name its column: {HERE} {asked}; of a distance"
+        f" sensor, with {read} --set distance=0.5 (its column, or the true distance in m)"
     )
 
 
@@ -361,7 +361,7 @@ def _lacking_beside(position: str, left: Sequence[str]) -> str:
         asked, read = (f"{role}={one}" for role, one in zip(COMMANDED, names, strict=True))
         return (
             f"{' and '.join(names)} both look like positions; say which was commanded and which was"
-            f" read, {HERE} {shlex.join(['--set', asked, '--set', read])}"
+            f" read: {HERE} {shlex.join(['--set', asked, '--set', read])}"
         )
     likely = next((one for one in left if pulls(one)), left[0] if left else "COLUMN")
     name = without_unit(likely)
@@ -369,7 +369,7 @@ def _lacking_beside(position: str, left: Sequence[str]) -> str:
     counts = (
         "" if pulls(likely) else f"; or, if it counts steps, --set {shlex.quote(f'steps_1={name}')}"
     )
-    return f"a command or an effort was not found; say which column it is, {HERE} {example}{counts}"
+    return f"a command or an effort was not found; name its column: {HERE} {example}{counts}"
 
 
 def zero_of(guesses: Taken, table: Table) -> str | None:
@@ -435,10 +435,10 @@ def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
     if effort.why == "as you say" or not may_be_outside(effort.source):
         return dict(guesses), []
     if not _nothing_in_motion(table[effort.source], table[seen.source]):
-        instead = "in place of effort in the printed command"
+        instead = "put load in place of effort in the printed command"
         return dict(guesses), [Hint(OF_THE_DRIVE, "name", effort.source, "load", instead)]
     load = replace(effort, role="load", why="it is 0 while the axis moves fastest")
-    instead = "in place of load in the printed command"
+    instead = "put effort in place of load in the printed command"
     hint = Hint(OF_A_LOAD, "name", effort.source, "effort", instead)
     return {**guesses, effort.source: load}, [hint]
 

@@ -11,8 +11,14 @@ import numpy as np
 from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import ANGULAR, slope_ratio
 from deltactl.recording.foreign.mapping import as_option
-from deltactl.recording.foreign.motion_units import PAIRS, is_open, of_one_unit, unit_of_motion
-from deltactl.recording.foreign.names import Guess, Hint, Taken, by_name, without_unit
+from deltactl.recording.foreign.motion_units import (
+    PAIRS,
+    is_open,
+    of_one_unit,
+    rather,
+    unit_of_motion,
+)
+from deltactl.recording.foreign.names import Guess, Taken, by_name, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, lead, same_range
 from deltactl.recording.foreign.units import (
@@ -135,18 +141,8 @@ def meant_otherwise(guesses: Taken, units: Mapping[str, str]) -> list[str]:
         for name, guess in guesses.items()
         if guess.unit == "deg" and GRAD.search(f"{name} {units.get(name, '')}")
     ]
-    arcs = [name for name, one in guesses.items() if one.unit == "arcsec" and '"' in name]
-    if arcs:
-        said.append(
-            Hint(
-                '" is read as seconds of arc; if it is inches',
-                "unit",
-                ", ".join(arcs),
-                "inch",
-                "in place of [arcsec] and linear in place of rotary there",
-            )
-        )
-    return said
+    arcs = [one for name, one in guesses.items() if one.unit == "arcsec" and '"' in name]
+    return said + ([rather('" is read as seconds of arc', "inches", arcs, "inch")] if arcs else [])
 
 
 def _shared(guesses: Taken, table: Table) -> dict[str, Guess]:

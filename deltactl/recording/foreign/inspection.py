@@ -32,9 +32,17 @@ from deltactl.recording.foreign.guessed_units import (
     with_units,
 )
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
-from deltactl.recording.foreign.mapping import BARE, Mapping, Source
+from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
-from deltactl.recording.foreign.names import BY_NAME, Guess, Taken, of_contract, of_role, read_name
+from deltactl.recording.foreign.names import (
+    AS_SAID,
+    BY_NAME,
+    Guess,
+    Taken,
+    of_contract,
+    of_role,
+    read_name,
+)
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import Table, rising
@@ -68,8 +76,7 @@ def inspect(path: Path, said: Mapping | None = None, motion: str | None = None) 
         return _of_columns(path, known, _said_of_the_table(said), motion)
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
     remarks: list[str] = []
-    heading = () if form.heading_line is not None else form.names
-    skip = form.first_row if heading else form.heading_line or 0
+    skip, heading = form.skip_lines, form.heading
     try:
         table = read_table(path, skip, heading, form.separator, form.decimal, remarks.append)
     except RecordingError as error:
@@ -150,8 +157,8 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         warnings += [*questions, *of_load, *may_be_asked(guesses, known)]
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
-    base, columns = _headed(read, _as_columns(guesses, said, asked))
-    mapping, zero = base.model_copy(update={"columns": columns}), zero_of(guesses, known)
+    columns, zero = _as_columns(guesses, said, asked), zero_of(guesses, known)
+    mapping = read.base.model_copy(update={"columns": columns})
     found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
     return Inspection(*found, [*warnings, *late], *left_out, named=read.named)
 
@@ -190,8 +197,8 @@ def _guessed(
     others += of_other_joints(known, guesses)
     if others:
         warnings.append(
-            f"there are more joints than one: {', '.join(others[:6])}"
-            f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
+            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}"
+            f"{', ...' if len(others) > SHOWN_OTHERS else ''}; name those of another with --set"
             f"{OF_AN_ARM if _are_of_an_arm(others) else ''}"
         )
     return guesses, known, warnings
@@ -233,9 +240,9 @@ def _rate_instead(
     kind: str | None, above: tuple[float, str] | None, late: Sequence[str]
 ) -> float | None:
     """Rows a second of a machine without a column of times: as a line above the table says."""
-    if kind in (None, "range_sensor"):
-        return None
-    return above[0] if above else GUESSES.rate_hz if NO_COLUMN in late else None
+    if kind is None or above is not None:
+        return above[0] if kind and above else None
+    return GUESSES.rate_hz if NO_COLUMN in late else None
 
 
 def _as_columns(
@@ -252,7 +259,11 @@ def _as_columns(
     columns = {
         name: source
         for name, source in columns.items()
-        if source.from_ != name or IN_SI[source.unit] != 1.0 or source.scale != 1.0 or name in asked
+        if source.from_ != name
+        or IN_SI[source.unit] != 1.0
+        or source.scale != 1.0
+        or name in asked
+        or (name in said and "unit" in said[name].model_fields_set)
     }
     return columns | {
         name: one
@@ -281,6 +292,7 @@ def _split(name: str) -> tuple[str, str]:
     return role, index
 
 
+SHOWN_OTHERS = 4
 OF_AN_ARM = (
     "; all joints of an arm together, with its URDF:"
     f" {shlex.join(['deltactl', *init_words('chain', 'my-robot.yaml')])}"
@@ -321,25 +333,10 @@ def _as_said(
         role, index = of_contract(name)
         said_unit = unit_of(path, column, name, source)
         unit = None if said_unit == "1" else said_unit
-        sure[column] = Guess(column, role, index, unit, "as you say", source.scale)
+        sure[column] = Guess(column, role, index, unit, AS_SAID, source.scale)
     names = {guess.name for guess in sure.values()}
     left = {column: one for column, one in guesses.items() if one.name not in names}
     return left | sure
-
-
-def _headed(read: _Read, columns: dict[str, Source]) -> tuple[Mapping, dict[str, Source]]:
-    """Columns without names get those of the contract at once; units are left to say."""
-    base = read.base
-    if read.named or not base.heading:
-        return base, columns
-    called = {source.from_: name for name, source in columns.items()}
-    heading = tuple(called.get(name, name) for name in base.heading)
-    left = {
-        name: source.model_copy(update={"from_": name})
-        for name, source in columns.items()
-        if IN_SI[source.unit] != 1.0 or source.unit in BARE
-    }
-    return base.model_copy(update={"heading": heading}), left
 
 
 def _facts(form: TableFormat) -> list[tuple[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -17,7 +18,9 @@ from deltactl.recording.foreign.doubts import (
     turns,
     whole,
 )
+from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
+    AS_SAID,
     Guess,
     Hint,
     Taken,
@@ -44,7 +47,6 @@ COUNTS = frozenset({"count", "counts", "cnt", "tick", "ticks", "steps", "raw", "
 ASKED = {"rotary": ("rad", "radians", "degrees", "deg"), "linear": ("m", "metres", "mm", "mm")}
 """By the motion of an axis, the unit that is taken where none is said, and the one it may be."""
 PUT = "into the printed command"
-SLIDES = "and linear in place of rotary there"
 NO_UNIT = "nothing says the unit"
 
 
@@ -119,25 +121,22 @@ def _of_lengths(group: Sequence[Guess], largest: float) -> tuple[list[Guess], st
     says, names = f"up to {largest:g}, taken for mm", _names(group)
     if group[0].role in STRAIGHT:
         return _all(group, "mm"), f"{names}: {says}"
-    says = f"{says}, as the axis slides"
-    return _all(group, "mm"), _rather(says, "metres", names, "m", f"[mm] {PUT}")
+    return _all(group, "mm"), rather(f"{says}, as the axis slides", "metres", group, "m")
 
 
 def _of_called(
     group: Sequence[Guess], largest: float, turning: bool
 ) -> tuple[list[Guess], str] | None:
     """Columns of one axis in the unit that others with such names have; None where none is."""
-    names = _names(group)
     if not _is_lone(group):
         return None
     if all(is_of_data_joint(one.source) for one in group):
         says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
-        return _all(group, "deg"), _rather(says, "radians", names, "rad", f"[deg] {PUT}")
+        return _all(group, "deg"), rather(says, "radians", group, "rad")
     if turning or largest <= GUESSES.longest_m or not all(map(_is_place, group)):
         return None
     says = f"up to {largest:g}, taken for mm, as axes called x, y or z slide"
-    instead = f"[mm] {PUT}, and rotary in place of linear there"
-    return _all(group, "mm"), _rather(says, "degrees", names, "deg", instead)
+    return _all(group, "mm"), rather(says, "degrees", group, "deg")
 
 
 def _is_lone(group: Sequence[Guess]) -> bool:
@@ -159,29 +158,37 @@ def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:
     return [replace(one, unit=unit, scale=scale, unit_guessed=True) for one in group]
 
 
-def _rather(says: str, other: str, names: str, unit: str, instead_of: str) -> Hint:
-    """What columns were taken for, and the unit to choose if they are something else."""
-    return Hint(f"{says}; if it is {other}", "unit", names, unit, f"in place of {instead_of}")
+def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str = "") -> Hint:
+    """What columns were taken for, and the unit to say if they are something else.
+
+    The one that was read is enough: what was asked for has the same.
+    """
+    # What a heading says is denied column by column, by a factor.
+    read = next((one for one in group if one.role in ("position", "theta")), group[0])
+    said = [(read, None)] if is_open(read) else [(one, 1.0) for one in group]
+    words = [
+        word
+        for one, factor in said
+        for word in ("--set", as_option(one.name, without_unit(one.source), unit, factor, 0.0))
+    ]
+    again = f"inspect it with {shlex.join(words)}{also}"
+    return Hint(f"{says}; if it is {other}", "unit", _names(group), unit, again)
 
 
 def _taken_for_degrees(group: Sequence[Guess], largest: float, turning: bool) -> str:
     """That columns are taken for degrees, and what to write where they are something else."""
-    guess, names = group[0], _names(group)
+    guess = group[0]
     says = f"up to {largest:g}, taken for degrees"
-    if guess.index is not None:
-        return f"{names}: {says}, as all angles of the arms"  # which no machine has in mm
+    if guess.index is not None:  # which no machine has in mm
+        return f"{_names(group)}: {says}, as all angles of the arms"
     if largest > GUESSES.few_turns_deg:
         counts = f"{without_unit(guess.source)}*{GUESSES.count_rad}"
-        of_counts = (
-            f'if it is counts, what one is in rad, as "{guess.name}={counts}" for 4096 a turn'
-        )
-        return _rather(says, "seconds of arc", names, "arcsec", f"[deg] {PUT}; {of_counts}")
+        of_counts = f'; if counts, with what one is in rad, as "{guess.name}={counts}" of 4096'
+        return rather(says, "seconds of arc", group, "arcsec", of_counts)
     turns = turning or turns_by_name(group)
     if largest <= GUESSES.widest_rad or turns:
-        also = "" if turns else f"; if it is mm, put [mm] in place of [deg] {SLIDES}"
-        return _rather(says, "radians", names, "rad", f"[deg] {PUT}{also}")
-    also = "; if it is radians or turns, [rad] or [turn]"
-    return _rather(says, "mm", names, "mm", f"[deg] {SLIDES}{also}")
+        return rather(says, "radians", group, "rad", "" if turns else "; if mm, [mm]")
+    return rather(says, "mm", group, "mm", "; if radians or turns, [rad] or [turn]")
 
 
 def _names(group: Sequence[Guess]) -> str:
@@ -218,21 +225,20 @@ def ask_unit(guesses: Taken, table: Table, motion: str | None = None) -> tuple[d
     largest = max(float(np.nanmax(np.abs(table[one.source]))) for one in open_)
     unit, taken, other, short = ASKED[motion or "rotary"]
     asked = dict.fromkeys((one.name for one in open_), unit)
-    per_second = ""
     if any(one.name == "velocity" and is_open(one) for one in guesses.values()):
         asked["velocity"] = f"{unit}/s"
-        per_second = f" ([{short}/s] of [{unit}/s])"
     known = motion is not None or turns_by_name(open_)
     also = "; if turns, [turn]" if unit == "rad" else ""
-    also += "" if known else f"; if it slides, [m] or [mm], {SLIDES}"
+    also += "" if known else "; if it slides, [m] or [mm]"
     says = f"up to {largest:.4g}, and {NO_UNIT}; taken for {taken}"
-    instead = f"[{unit}]{per_second} {PUT}{also}"
-    return asked, _rather(says, other, _names(open_), short, instead)
+    return asked, rather(says, other, open_, short, also)
 
 
 def _doubt(guess: Guess, values: FloatArray) -> str:
     """What is odd about values in the unit that was said; empty where nothing is."""
     largest, unit, name = float(np.nanmax(np.abs(values))), guess.unit, guess.source
+    if guess.why == AS_SAID:  # only what no reader takes
+        return of_counts(guess.name, name, unit or "1", values)
     if unit == "rad" and largest > GUESSES.said_factor * GUESSES.widest_rad:
         far = f"{largest:g} ({turns(largest)})"
         return f"{name}: is said to be rad and goes up to {far}; degrees?"

@@ -124,6 +124,7 @@ class Named:
 
 
 BY_NAME = "by its name"
+AS_SAID = "as you say"
 ALONE = "it alone increases all the way"
 
 
@@ -132,7 +133,7 @@ class Hint(str):
 
     The text is for whoever types the command that reads the table. kind: whether the `unit` or the
     `name` of the column is to be chosen. column: in the file; several with commas between. choice:
-    what to choose. command: where it goes in the command, and what goes with it.
+    what to choose. command: what to type for it.
     """
 
     kind: Literal["unit", "name"]
@@ -146,8 +147,7 @@ class Hint(str):
         cls, says: str, kind: Literal["unit", "name"], column: str, choice: str, command: str
     ) -> Hint:
         """says: what it was taken for, and if what something else is to be chosen."""
-        shown = f"[{choice}]" if kind == "unit" else choice
-        hint = super().__new__(cls, f"{column}: {says}, put {shown} {command}")
+        hint = super().__new__(cls, f"{column}: {says}, {command}")
         hint.kind, hint.column, hint.choice, hint.command = kind, column, choice, command
         hint.chosen = f"{column}: {says}, choose {choice}"
         return hint

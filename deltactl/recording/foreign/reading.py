@@ -21,7 +21,7 @@ from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
 from deltactl.recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
 from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
-from deltactl.recording.tables.table_format import guess_marks, marks_said
+from deltactl.recording.tables.table_format import guess_format, guess_marks, marks_said
 
 MOVING = frozenset(
     name for name in UNITS if name.split("_")[0] in ("command", "steps", "theta", "pos", "position")
@@ -140,7 +140,8 @@ def _table(
         return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}, []
     if is_parquet(path):
         return read_parquet_table(path), []
-    layout = mapping.skip_lines, mapping.heading, *_marks(path, mapping, tell)
+    marks = _marks(path, mapping, tell)
+    layout = *_headed(path, mapping, marks), *marks
     other = other_separator(path, mapping.separator)
     try:
         read = read_table(path, *layout, lambda words: tell(f"{path.name}: {words}"))
@@ -152,6 +153,20 @@ def _table(
     if other and len(read.columns) == 1:
         raise RecordingError(f"{path}: {other}")
     return read.columns, read.lines
+
+
+def _headed(path: Path, mapping: Mapping, marks: tuple[str, str]) -> tuple[int, tuple[str, ...]]:
+    """Lines before the table, and names of its columns where no line has them: as they are said;
+    else as `inspect` finds them, where those are the names that are asked for.
+    """
+    said = mapping.skip_lines, mapping.heading
+    asked = {source.from_ for source in mapping.columns.values()}
+    try:
+        form = guess_format(path, *marks)
+    except RecordingError:
+        return said
+    there = {*form.names, *map(without_unit, form.names)}
+    return said if any(said) or asked.isdisjoint(there) else (form.skip_lines, form.heading)
 
 
 def _marks(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> tuple[str, str]:

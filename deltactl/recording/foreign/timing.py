@@ -57,10 +57,10 @@ def rows_and_times(
     time = _time_of(guesses)
     if rate_hz is not None:
         return [("rows", f"{rows}, {rate_hz:g} a second, as you say")], []
+    if time is None and noted is not None:
+        return [("rows", f"{rows}, {noted[0]:g} a second, as '{noted[1]}' says")], []
     if time is None and kind == "range_sensor":
         return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
-    if time is None and noted is not None and kind is not None:
-        return [("rows", f"{rows}, {noted[0]:g} a second, as '{noted[1]}' says")], []
     if time is None:
         return [("rows", str(rows))], [NO_TIMES if kind is None else NO_COLUMN]
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
@@ -128,10 +128,9 @@ def _doubts(name: str, step_s: FloatArray, counter: str | None) -> list[str]:
     if uneven(step_s):
         mean = float(step_s[step_s <= GAP_PERIODS * usual].mean())
         doubts.append(
-            f"{name}: its steps are uneven, as where a computer stamps what arrives; if the file"
-            " has the clock of the device that took the readings, say --set t=THAT_COLUMN; if they"
-            f" were taken evenly, --set rate_hz={1 / mean:.4g} (their mean rate) in place of"
-            " --set t=..."
+            f"{name}: its steps are uneven, as where a computer stamps what arrives; where a column"
+            " has the clock of the device itself, say --set t=COLUMN; where readings were taken"
+            f" evenly, --set rate_hz={1 / mean:.4g} (their mean rate) in place of --set t=..."
         )
     return doubts
 

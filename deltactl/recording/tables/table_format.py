@@ -71,6 +71,16 @@ class TableFormat:
     before: tuple[str, ...]
     """The lines before all this."""
 
+    @property
+    def heading(self) -> tuple[str, ...]:
+        """The names that must be given to whoever reads the file; empty where a line has them."""
+        return () if self.heading_line is not None else self.names
+
+    @property
+    def skip_lines(self) -> int:
+        """Lines before the heading, or before the numbers where the names are given."""
+        return self.first_row if self.heading_line is None else self.heading_line
+
 
 def split(line: str, separator: str) -> list[str]:
     """The cells of a line, without quotes, spaces round them, and labels that all of them have."""

@@ -72,7 +72,8 @@ def joint_motions(
     named = {stem: [name for name, _ in columns_of(robot.joints, stem)] for stem in MEASURED}
 
     def read(stem: str) -> FloatArray:
-        return np.stack([_bridged(recordings, name) for name in named[stem]], axis=1)
+        each = [[smoothly_bridged(one, name) for one in recordings] for name in named[stem]]
+        return np.stack([np.concatenate(parts) for parts in each], axis=1)
 
     whole = gather(recordings, named["theta"], dict.fromkeys(named["theta"], "rad"))
     at = read("theta")
@@ -95,10 +96,6 @@ def joint_motions(
         whole, placed, speed, change, signs, edges[0], np.array([one.top_speed for one in edges]),
         robot.effort_per_unit * read("effort"), counts, rows_apart(period),
     )  # fmt: skip
-
-
-def _bridged(recordings: Sequence[FlatRecording], name: str) -> FloatArray:
-    return np.concatenate([smoothly_bridged(one, name) for one in recordings])
 
 
 class Layout:
