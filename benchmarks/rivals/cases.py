@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.axis_signals import peak_mb
+from benchmarks.rivals.each_case import each_case
 from deltactl.proof.axis.build import Design
 from deltactl.proof.axis.cases import (
     HOLDOUT,
@@ -47,7 +47,7 @@ HALVES = ("first", "second")
 
 @dataclass(frozen=True)
 class Answers:
-    """What one tool said of every case: case -> answer, and its peak memory."""
+    """What one tool said of every case: case -> answer, and its peak memory in one case."""
 
     by_case: dict[str, Json]
     peak_mb: float
@@ -142,22 +142,19 @@ def cut_in_halves(folder: Path) -> None:
 
 
 def by_deltactl(folder: Path) -> Answers:
-    """Diagnose every case in a process of its own, on one core."""
+    """Diagnose every case, on one core."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(_diagnosed, folder).result()
+        answers = pool.submit(each_case, _diagnosed, folder, ["deltactl.diagnosis.api"])
+        return Answers(*answers.result())
 
 
-def _diagnosed(folder: Path) -> Answers:
-    by_case = {}
-    for one in sorted(folder.iterdir()):
-        begun = time.monotonic()
-        said, failure = diagnose_blind(one)
-        seconds = time.monotonic() - begun
-        apart = said is not None and (one / HOLDOUT).exists()
-        heldout = said["fit"]["holdout_rms_after_m"] if said is not None and apart else None
-        outcome = {"diagnosis": said, "failure": failure, "seconds": seconds}
-        by_case[one.name] = outcome | {"heldout": heldout}
-    return Answers(by_case, peak_mb())
+def _diagnosed(case: Path) -> Json:
+    begun = time.process_time()
+    said, failure = diagnose_blind(case)
+    seconds = time.process_time() - begun
+    apart = said is not None and (case / HOLDOUT).exists()
+    heldout = said["fit"]["holdout_rms_after_m"] if said is not None and apart else None
+    return {"diagnosis": said, "failure": failure, "seconds": seconds, "heldout": heldout}
 
 
 def read_answers(file: Path) -> Answers:
