@@ -52,6 +52,10 @@ class Answers:
     by_case: dict[str, Json]
     peak_mb: float
 
+    def unbegun(self) -> int:
+        """Cases that the tool had no time for."""
+        return sum(bool(own.get("unbegun")) for own in self.by_case.values())
+
 
 @dataclass(frozen=True)
 class Scored:
@@ -141,11 +145,13 @@ def cut_in_halves(folder: Path) -> None:
                 text.writelines([head, *own])
 
 
-def by_deltactl(folder: Path) -> Answers:
+def by_deltactl(folder: Path, out: Path, most_s: float) -> None:
     """Diagnose every case, on one core."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        answers = pool.submit(each_case, _diagnosed, folder, ["deltactl.diagnosis.api"])
-        return Answers(*answers.result())
+        asked = pool.submit(each_case, _diagnosed, folder, ["deltactl.diagnosis.api"], most_s)
+        answers, peak_mb = asked.result()
+    written = {"answers": answers, "peak_mb": peak_mb}
+    out.write_text(json.dumps(written), encoding="utf-8")
 
 
 def _diagnosed(case: Path) -> Json:
@@ -158,20 +164,22 @@ def _diagnosed(case: Path) -> Json:
 
 
 def read_answers(file: Path) -> Answers:
-    """What the other environment wrote, in the form of the diagnosis.
+    """What a tool wrote, in the form of the diagnosis.
 
-    A tool without findings on an axis that it answered says that nothing is missing.
+    Another tool without findings on an axis that it answered says that nothing is missing.
     """
     written = json.loads(file.read_text(encoding="utf-8"))
     by_case = {}
     for name, own in written["answers"].items():
+        by_case[name] = own
+        if "findings" not in own:
+            continue
         found = own.pop("findings")
         verdict = "explained" if found else "nothing_missing"
         left = {"rms_after_m": own["heldout"] or 0.0}
         own["diagnosis"] = None
         if found is not None:
             own["diagnosis"] = {"verdict": verdict, "findings": found, "fit": left}
-        by_case[name] = own
     return Answers(by_case, written["peak_mb"])
 
 

@@ -9,22 +9,30 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Sequence
 from functools import partial
+from math import inf
 from multiprocessing import get_context
 from pathlib import Path
 
 from benchmarks.rivals.axis_signals import Json, peak_mb
 
 Answer = Callable[[Path], Json]
+UNBEGUN: Json = {"findings": None, "diagnosis": None, "failure": None, "heldout": None}
+UNBEGUN |= {"seconds": None, "unbegun": True}
+"""Of a case that the tool had no time for."""
 
 
 def each_case(
-    answer: Answer, folder: Path, libraries: Sequence[str]
+    answer: Answer, folder: Path, libraries: Sequence[str], most_s: float = inf
 ) -> tuple[dict[str, Json], float]:
-    """Answers of every case, and the peak memory [MB] of the case that needs most."""
+    """Answers of every case begun in so much processor time, and the most memory of one [MB]."""
     for name in libraries:
         importlib.import_module(name)
-    answers, most_mb = {}, 0.0
+    answers: dict[str, Json] = {}
+    most_mb = 0.0
     for case in sorted(folder.iterdir()):
+        if sum(own["seconds"] or 0.0 for own in answers.values()) > most_s:
+            answers[case.name] = dict(UNBEGUN)
+            continue
         with get_context("fork").Pool(1) as pool:
             answers[case.name], own_mb = pool.apply(partial(_measured, answer), (case,))
         most_mb = max(most_mb, own_mb)

@@ -49,6 +49,7 @@ OUTSIDE_THE_LIST = {
     ("FIGAROH", "arms"): {"effort_gain", "following_lag"},
     ("textbook", "with effort"): {*EVENTS, "effort_gain", "following_lag"},
     ("textbook", "real recordings"): {*EVENTS, "effort_gain"},
+    ("sysid, all", "real recordings"): {*EVENTS, "effort_gain"},
 }
 """Effects that the written protocol of a tool has no name for."""
 

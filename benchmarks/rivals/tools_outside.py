@@ -1,6 +1,6 @@
 """Single axes by lmfit, by PySINDy, and by a textbook's inverse dynamic model; deltas elsewhere.
 
-    python -m benchmarks.rivals.tools_outside TOOL FOLDER OUT
+    python -m benchmarks.rivals.tools_outside TOOL FOLDER OUT [SECONDS]
 
 Runs in an environment of its own and imports nothing of deltactl. Each folder in FOLDER holds
 `recording.csv.gz`, `robot.json` and perhaps `holdout.csv.gz`; OUT gets one answer a folder, as
@@ -308,10 +308,12 @@ def _by_sysid(tool: str, given: Signals, folder: Path, begun: float) -> Json:
     return NOT_TAKEN | {"findings": found, "seconds": seconds}
 
 
-def main(tool: str, folder: str, out: str) -> None:
+def main(tool: str, folder: str, out: str, most_s: str = "inf") -> None:
     """Answer every axis in a folder."""
     warnings.simplefilter("ignore")
-    answers, peak_mb = each_case(partial(answer, tool), Path(folder), LIBRARIES.get(tool, ()))
+    libraries = LIBRARIES.get(tool, ())
+    own = partial(answer, tool)
+    answers, peak_mb = each_case(own, Path(folder), libraries, float(most_s))
     written = {"answers": answers, "peak_mb": peak_mb}
     Path(out).write_text(json.dumps(written), encoding="utf-8")
 
