@@ -118,7 +118,7 @@ studies: $(VENV)/.test
 
 # A twentieth of the comparison with other tools; without its second environment, what runs in ours.
 rivals-ci: $(VENV)/.test
-	$(ONE_THREAD) $(BIN)/python -m benchmarks.rivals --axes 6 --deltas 3 --halves --out build/rivals/ci \
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.rivals --axes 6 --deltas 3 --halves --minutes 1 --out build/rivals/ci \
 	  $(if $(wildcard build/rivals/venv/made-from.txt),--arms 2,--here)
 
 # Wheel and sdist: built, checked, installed into empty environments, and tried in each Python there is.

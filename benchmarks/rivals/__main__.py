@@ -1,7 +1,7 @@
 """Beside other tools: the same machines, one table.
 
     python -m benchmarks.rivals [--axes 20] [--deltas N] [--arms N] [--real FOLDER] [--halves]
-        [--seed 1]
+        [--seed 1] [--minutes M] [--keep]
 
 deltactl, lmfit with BIC, PySINDy, a textbook's inverse dynamic model and mujoco.sysid get the same
 files: drawn single axes, half of them healthy (cases.py), and real recordings (real.py). On drawn
@@ -18,7 +18,6 @@ each tool named otherwise, and drawings of the shares.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import platform
 import shutil
@@ -27,6 +26,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from math import inf
 from pathlib import Path
 from typing import NoReturn
 
@@ -55,6 +55,7 @@ OUTSIDE = ("lmfit", "PySINDy", "textbook")
 OUTSIDE_OF_AXES = (*OUTSIDE, "sysid, true set", "sysid, all")
 OUTSIDE_OF_ARMS = ("textbook", "FIGAROH", "sysid, true set", "sysid, all")
 OUTSIDE_OF_REAL_ARMS = ("textbook", "FIGAROH", "sysid, all")
+OUTSIDE_OF_REAL_AXES = (*OUTSIDE, "sysid, all")
 OUTSIDE_OF_DELTAS = ("lmfit", "Klipper", "sysid, true set", "sysid, all")
 NEED_NOTHING = ("textbook", "Klipper")
 """Tools that run in this environment too."""
@@ -83,14 +84,14 @@ def environment(folder: Path = HOME / "venv") -> Path:
     return python
 
 
-def outside(python: Path, tool: str, cases: Path, out: Path) -> Answers:
+def outside(python: Path, tool: str, cases: Path, out: Path, most_s: float) -> None:
     """Let a tool answer every case in a process of the second environment."""
-    command = [str(python), "-m", "benchmarks.rivals.tools_outside", tool, str(cases), str(out)]
+    command = [str(python), "-m", "benchmarks.rivals.tools_outside"]
+    command += [tool, str(cases), str(out), str(most_s)]
     own = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     done = subprocess.run(command, cwd=ROOT, env=own | ONE_CORE, check=False)
     if done.returncode:
         raise ConfigError(f"{tool} ended with status {done.returncode}; its error is above")
-    return read_answers(out)
 
 
 def versions(here: bool) -> str:
@@ -112,27 +113,30 @@ class Group:
     score: Callable[[Answers], list[Scored]]
 
 
-def compare(group: Group, halves: bool, here: bool) -> tuple[str, dict[str, dict[str, str]]]:
+def compare(group: Group, options: argparse.Namespace) -> tuple[str, dict[str, dict[str, str]]]:
     """Run every tool, or those of this environment; the table as Markdown and as it is drawn."""
-    if halves:
+    if options.halves:
         cut_in_halves(group.folder)
-    columns, mistakes = {}, ""
+    columns, mistakes, short, here = {}, "", "", options.here
     python = Path(sys.executable) if here else environment()
     for tool in ("deltactl", *(one for one in group.tools if not here or one in NEED_NOTHING)):
         print(f"{group.title}: {tool} ...", file=sys.stderr, flush=True)
         out = group.folder.with_name(
             f"{group.folder.name}-{tool.replace(', ', '-').replace(' ', '-')}.json"
         )
-        if tool == "deltactl":
-            answers = by_deltactl(group.folder)
-            said = {"answers": answers.by_case, "peak_mb": answers.peak_mb}
-            out.write_text(json.dumps(said), encoding="utf-8")
-        else:
-            answers = outside(python, tool, group.folder, out)
+        if not (options.keep and out.exists()):
+            if tool == "deltactl":
+                by_deltactl(group.folder, out, 60.0 * options.minutes)
+            else:
+                outside(python, tool, group.folder, out, 60.0 * options.minutes)
+        answers = read_answers(out)
+        if left := answers.unbegun():
+            of = len(answers.by_case)
+            short += f"- {tool}: {of - left} of {of} cases in {options.minutes:g} minutes\n"
         own = group.score(answers)
         columns[tool] = column(tool, own, answers.peak_mb)
         mistakes += wrong(tool, own)
-    text = f"{group.title}; {versions(here)}\n\n{markdown(columns)}"
+    text = f"{group.title}; {versions(here)}\n\n{markdown(columns)}{short}"
     group.folder.with_name(f"{group.folder.name}.md").write_text(
         f"{text}\n## Named otherwise\n\n{mistakes}", encoding="utf-8"
     )
@@ -167,7 +171,10 @@ def arms(count: int, seed: int, out: Path) -> Group:
 
 def real(given: Path, out: Path, here: bool) -> Iterator[Group]:
     """Real recordings, of single axes and of arms; prints what is left out and why."""
-    groups = (("recordings", SINGLE, OUTSIDE), ("arms", ARMS, OUTSIDE_OF_REAL_ARMS))
+    groups = (
+        ("recordings", SINGLE, OUTSIDE_OF_REAL_AXES),
+        ("arms", ARMS, OUTSIDE_OF_REAL_ARMS),
+    )
     for name, kinds, tools in groups:
         folder = _empty(out / f"real-{name}")
         known, skipped = write_real(given, folder, kinds)
@@ -217,6 +224,10 @@ def main(words: Sequence[str] | None = None) -> int:
         "--here", action="store_true", help=f"no second environment: {', '.join(NEED_NOTHING)} only"
     )
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other machines")
+    parser.add_argument(
+        "--minutes", type=float, default=inf, help="processor time of a tool in a group"
+    )
+    parser.add_argument("--keep", action="store_true", help="answers in --out are not asked again")
     parser.add_argument("--out", type=Path, default=HOME / "out", help="folder for what is written")
     options = parser.parse_args(words)
     _refuse_wrong(options, parser.error)
@@ -229,7 +240,7 @@ def main(words: Sequence[str] | None = None) -> int:
         groups += real(options.real, out, options.here) if options.real else []
         tables: list[dict[str, dict[str, str]]] = []
         for group in groups:
-            text, columns = compare(group, options.halves, options.here)
+            text, columns = compare(group, options)
             print(text, flush=True)
             tables.append(columns)
         for name, brief in (("shares.svg", False), ("brief.svg", True)):

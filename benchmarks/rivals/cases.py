@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.axis_signals import peak_mb
+from benchmarks.rivals.each_case import each_case
 from deltactl.proof.axis.build import Design
 from deltactl.proof.axis.cases import (
     HOLDOUT,
@@ -47,10 +47,14 @@ HALVES = ("first", "second")
 
 @dataclass(frozen=True)
 class Answers:
-    """What one tool said of every case: case -> answer, and its peak memory."""
+    """What one tool said of every case: case -> answer, and its peak memory in one case."""
 
     by_case: dict[str, Json]
     peak_mb: float
+
+    def unbegun(self) -> int:
+        """Cases that the tool had no time for."""
+        return sum(bool(own.get("unbegun")) for own in self.by_case.values())
 
 
 @dataclass(frozen=True)
@@ -141,40 +145,41 @@ def cut_in_halves(folder: Path) -> None:
                 text.writelines([head, *own])
 
 
-def by_deltactl(folder: Path) -> Answers:
-    """Diagnose every case in a process of its own, on one core."""
+def by_deltactl(folder: Path, out: Path, most_s: float) -> None:
+    """Diagnose every case, on one core."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(_diagnosed, folder).result()
+        asked = pool.submit(each_case, _diagnosed, folder, ["deltactl.diagnosis.api"], most_s)
+        answers, peak_mb = asked.result()
+    written = {"answers": answers, "peak_mb": peak_mb}
+    out.write_text(json.dumps(written), encoding="utf-8")
 
 
-def _diagnosed(folder: Path) -> Answers:
-    by_case = {}
-    for one in sorted(folder.iterdir()):
-        begun = time.monotonic()
-        said, failure = diagnose_blind(one)
-        seconds = time.monotonic() - begun
-        apart = said is not None and (one / HOLDOUT).exists()
-        heldout = said["fit"]["holdout_rms_after_m"] if said is not None and apart else None
-        outcome = {"diagnosis": said, "failure": failure, "seconds": seconds}
-        by_case[one.name] = outcome | {"heldout": heldout}
-    return Answers(by_case, peak_mb())
+def _diagnosed(case: Path) -> Json:
+    begun = time.process_time()
+    said, failure = diagnose_blind(case)
+    seconds = time.process_time() - begun
+    apart = said is not None and (case / HOLDOUT).exists()
+    heldout = said["fit"]["holdout_rms_after_m"] if said is not None and apart else None
+    return {"diagnosis": said, "failure": failure, "seconds": seconds, "heldout": heldout}
 
 
 def read_answers(file: Path) -> Answers:
-    """What the other environment wrote, in the form of the diagnosis.
+    """What a tool wrote, in the form of the diagnosis.
 
-    A tool without findings on an axis that it answered says that nothing is missing.
+    Another tool without findings on an axis that it answered says that nothing is missing.
     """
     written = json.loads(file.read_text(encoding="utf-8"))
     by_case = {}
     for name, own in written["answers"].items():
+        by_case[name] = own
+        if "findings" not in own:
+            continue
         found = own.pop("findings")
         verdict = "explained" if found else "nothing_missing"
         left = {"rms_after_m": own["heldout"] or 0.0}
         own["diagnosis"] = None
         if found is not None:
             own["diagnosis"] = {"verdict": verdict, "findings": found, "fit": left}
-        by_case[name] = own
     return Answers(by_case, written["peak_mb"])
 
 

@@ -34,7 +34,8 @@ def drawing(tables: Sequence[Mapping[str, Mapping[str, str]]], brief: bool = Fal
     for figure, own in chain.from_iterable(map(_shares, tables)):
         if brief and not figure.startswith(BRIEF):
             continue
-        title = figure + (" (less is better)" if figure.startswith("false") else "")
+        title = figure.replace(" on healthy machines", "")
+        title += " (less is better)" if figure.startswith("false") else ""
         middle = y + LINE * len(own) // 2
         parts.append(f'<text x="{LEFT - 10}" y="{middle}" text-anchor="end">{title}</text>')
         for tool, found in own:

@@ -49,6 +49,7 @@ OUTSIDE_THE_LIST = {
     ("FIGAROH", "arms"): {"effort_gain", "following_lag"},
     ("textbook", "with effort"): {*EVENTS, "effort_gain", "following_lag"},
     ("textbook", "real recordings"): {*EVENTS, "effort_gain"},
+    ("sysid, all", "real recordings"): {*EVENTS, "effort_gain"},
 }
 """Effects that the written protocol of a tool has no name for."""
 
@@ -80,8 +81,8 @@ def column(tool: str, answers: Sequence[Scored], peak_mb: float) -> dict[str, st
     for group in dict.fromkeys(one.group for one in answers):
         rows |= _rows(tool, group, [one for one in answers if one.group == group])
     return rows | {
-        "seconds, median": middle([one.seconds for one in answers]),
-        "memory, peak, MB": f"{peak_mb:.0f}",
+        "processor seconds, median": middle([one.seconds for one in answers]),
+        "memory of a case, peak, MB": f"{peak_mb:.0f}",
     }
 
 

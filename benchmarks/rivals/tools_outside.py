@@ -1,6 +1,6 @@
 """Single axes by lmfit, by PySINDy, and by a textbook's inverse dynamic model; deltas elsewhere.
 
-    python -m benchmarks.rivals.tools_outside TOOL FOLDER OUT
+    python -m benchmarks.rivals.tools_outside TOOL FOLDER OUT [SECONDS]
 
 Runs in an environment of its own and imports nothing of deltactl. Each folder in FOLDER holds
 `recording.csv.gz`, `robot.json` and perhaps `holdout.csv.gz`; OUT gets one answer a folder, as
@@ -47,6 +47,7 @@ import time
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -62,10 +63,10 @@ from benchmarks.rivals.axis_signals import (
     Signals,
     axis_model,
     finding_of,
-    peak_mb,
     signals,
     size_of,
 )
+from benchmarks.rivals.each_case import each_case
 
 MOST_NAMES = 3
 SURE_T = 4.0
@@ -262,6 +263,14 @@ def by_textbook(given: Signals) -> tuple[list[Json], Callable[[Signals], Array]]
 
 
 TOOLS = {"lmfit": by_lmfit, "PySINDy": by_pysindy, "textbook": by_textbook}
+LIBRARIES = {
+    "lmfit": ["lmfit"],
+    "PySINDy": ["pysindy"],
+    "FIGAROH": ["figaroh.identification.base_identification"],
+    "sysid, true set": ["mujoco.sysid"],
+    "sysid, all": ["mujoco.sysid"],
+}
+"""What a tool loads before the first case."""
 
 
 def answer(tool: str, folder: Path) -> Json:
@@ -273,17 +282,17 @@ def answer(tool: str, folder: Path) -> Json:
         return arm_tools.answer(tool, folder, robot)
     if tool == "textbook" and "inertia" not in robot:
         return NOT_TAKEN
-    begun = time.monotonic()
+    begun = time.process_time()
     try:
         given = signals(folder / "recording.csv.gz", robot)
         if tool not in TOOLS:
             return _by_sysid(tool, given, folder, begun)
         findings, predict = TOOLS[tool](given)
-        seconds = time.monotonic() - begun
+        seconds = time.process_time() - begun
         apart = folder / "holdout.csv.gz"
         other = signals(apart, robot) if apart.exists() else None
     except (ValueError, TypeError, np.linalg.LinAlgError) as error:
-        return NOT_TAKEN | {"failure": str(error), "seconds": time.monotonic() - begun}
+        return NOT_TAKEN | {"failure": str(error), "seconds": time.process_time() - begun}
     heldout = None
     if other is not None:
         left = (other.y - predict(other))[other.kept]
@@ -295,15 +304,17 @@ def _by_sysid(tool: str, given: Signals, folder: Path, begun: float) -> Json:
     from benchmarks.rivals.inverse_sysid import by_sysid_of_axes
 
     found = by_sysid_of_axes(tool, given, folder)
-    seconds = time.monotonic() - begun if found is not None else None
+    seconds = time.process_time() - begun if found is not None else None
     return NOT_TAKEN | {"findings": found, "seconds": seconds}
 
 
-def main(tool: str, folder: str, out: str) -> None:
+def main(tool: str, folder: str, out: str, most_s: str = "inf") -> None:
     """Answer every axis in a folder."""
     warnings.simplefilter("ignore")
-    answers = {one.name: answer(tool, one) for one in sorted(Path(folder).iterdir())}
-    written = {"answers": answers, "peak_mb": peak_mb()}
+    libraries = LIBRARIES.get(tool, ())
+    own = partial(answer, tool)
+    answers, peak_mb = each_case(own, Path(folder), libraries, float(most_s))
+    written = {"answers": answers, "peak_mb": peak_mb}
     Path(out).write_text(json.dumps(written), encoding="utf-8")
 
 
