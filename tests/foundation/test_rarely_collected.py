@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import weakref
 
 import pytest
 
@@ -30,3 +31,15 @@ def test_afterwards_all_is_as_before_whatever_was_raised() -> None:
     with pytest.raises(ValueError, match="on purpose"):
         _looked_at(fails=True)
     assert gc.get_threshold() == before
+
+
+def test_what_the_work_leaves_in_cycles_is_collected_at_its_end() -> None:
+    class Plant:
+        def __init__(self) -> None:
+            self.itself = self
+
+    @rarely_collected
+    def work() -> weakref.ref[Plant]:
+        return weakref.ref(Plant())
+
+    assert work()() is None
