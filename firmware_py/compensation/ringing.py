@@ -17,7 +17,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, NO_TICKS, Counts, Int64Array, Ticks
-from deltactl.firmware_py.compensation.lead import GRID_S, lags_s
+from deltactl.firmware_py.compensation.lead import GRID_S, can_lead, lags_s
 from deltactl.firmware_py.compensation.remembering import STILL_STEPS, Hanging
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S
@@ -43,9 +43,9 @@ GRID_NS = round(GRID_S * NS_PER_S)
 
 
 def rings(robot: RobotFile) -> bool:
-    """Whether it is known to."""
+    """Whether it is known to, and can be kept from it."""
     shaped = compensated(Compensated.SHAPED)
-    return any(entry.effect in shaped for entry in robot.effects)
+    return can_lead(robot) and any(entry.effect in shaped for entry in robot.effects)
 
 
 def knot_s(robot: RobotFile, t_s: FloatArray, angle_rad: FloatArray, place_m: FloatArray) -> float:

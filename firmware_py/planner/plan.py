@@ -159,7 +159,7 @@ def schedule_of(
 def _led_schedule(job: JobFile, robot: RobotFile, lap: Lap, reach: Reach) -> tuple[Schedule, float]:
     """The timing, slowed where a drive that follows late could not be led, and by how much."""
     stretched, schedule = 1.0, schedule_of(job, robot, lap, reach)
-    if lap.space is Space.JOINT or len(lap) < 2 or robot.steps.backend == "gpiozero":
+    if lap.space is Space.JOINT or len(lap) < 2:
         return schedule, stretched
     jump_hz = _jump_hz(job)
     for _ in range(MOST_STRETCHED):

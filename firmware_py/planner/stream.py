@@ -54,10 +54,8 @@ class LeadStream:
         """
         dead_s, lag_s = lags_s(robot)
         pairs = list(zip(dead_s.tolist(), lag_s.tolist(), strict=True))
-        together = robot.steps.backend == "gpiozero"
         late = any(dead + lag > 0.0 for dead, lag in pairs)
-        self.active = (late or ringing is not None) and not (together or as_given)
-        """The gpiozero backend cannot step motors one shortly after the other."""
+        self.active = (late or ringing is not None) and not as_given
         step_s, window_s = 1.0 / robot.limits.step_rate_hz, merged_s(robot)
         fastest = fastest_hz(robot)
         acceleration = robot.limits.joint_acceleration_radps2 / robot.drive.rad_per_step
