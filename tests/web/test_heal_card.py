@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import yaml
 
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
@@ -88,5 +89,63 @@ def test_an_edited_copy_with_another_name_is_healed_by_a_heart_of_its_own(
             number = client.submit(heart)
             client.stop("seen")
             assert client.result(number) is None or client.result(number).name == "demo-heart"
+    finally:
+        end_page(page)
+
+
+HEALS_S = 1800.0
+"""A survey, a drawing before and after at least, and a diagnosis beside other programs."""
+OFF_RAD = 0.012
+STEPS = ("homing", "survey", "diagnosis", "as it was", "corrected", "keeping")
+"""What the page says of each step, in its order."""
+
+
+@pytest.mark.study
+@pytest.mark.timeout(2 * HEALS_S)
+def test_a_robot_is_healed_by_the_button_and_undone_by_another(
+    chromium: Open, tmp_path: Path
+) -> None:
+    mine, place = patient_robot(tmp_path), tmp_path / "d.sock"
+    off = {"effect": "home_offset", "component": "motor2", "parameters": {"angle": OFF_RAD}}
+    built = yaml.safe_dump({"as_built": {"effects": [off]}})
+    old = mine.read_text(encoding="utf-8") + "\n" + built
+    mine.write_text(old, encoding="utf-8")
+    page = start_page(tmp_path, "--simulate", "--robot", str(mine), "--socket", str(place))
+    page.socket = place
+    try:
+        browser = chromium(page.url)
+        browser.tab("Robot")
+        browser.press("heal")
+        browser.press("heal-now")
+        told: list[str] = []
+
+        def ended() -> bool:
+            if (says := browser.text("heal-progress").partition(" ")[2]) not in ("", *told[-1:]):
+                told.append(says)
+                if "survey" in says:  # whoever comes to look sees it too
+                    browser.driver.refresh()
+                    browser.tab("Robot")
+            return bool(browser.text("heal-answer") or browser.text("heal-problem"))
+
+        browser.wait(ended, lambda: f"no end after {told}", HEALS_S)
+        assert browser.text("heal-answer").startswith("healed:"), browser.text("heal-problem")
+        seen = [next((n for n, text in enumerate(told) if step in text), -1) for step in STEPS]
+        assert seen == sorted(seen), told
+        assert min(seen) >= 0, told
+        (found,) = yaml.safe_load(mine.read_text(encoding="utf-8"))["effects"]
+        assert (found["effect"], found["component"]) == ("home_offset", "motor2")
+        assert found["parameters"]["angle"] == pytest.approx(OFF_RAD, abs=2e-4)
+        assert "press undo" in browser.text("heal-answer")
+        browser.press("heal-report")
+        browser.wait(lambda: len(browser.driver.window_handles) == 2, "no report")
+        browser.driver.switch_to.window(browser.driver.window_handles[1])
+        browser.wait(lambda: "motor2" in browser.driver.page_source, "an empty report")
+        browser.driver.close()
+        browser.driver.switch_to.window(browser.driver.window_handles[0])
+        browser.press("heal-undo")
+        browser.wait(lambda: not browser.find("heal-undo").is_displayed(), "still to be undone")
+        assert mine.read_text(encoding="utf-8") == old
+        browser.says("state", "ready")
+        assert browser.text("heal-answer") == ""
     finally:
         end_page(page)
