@@ -17,8 +17,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, NO_TICKS, Counts, Int64Array, Ticks
+from deltactl.firmware_py.compensation.hanging import Hanging
 from deltactl.firmware_py.compensation.lead import GRID_S, can_lead, lags_s
-from deltactl.firmware_py.compensation.remembering import STILL_STEPS, Hanging
+from deltactl.firmware_py.compensation.remembering import STILL_STEPS
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.calibrated_inverse import CalibratedInverse
