@@ -39,6 +39,8 @@ class Pace:
     t_s: FloatArray
     speed_radps: float = math.inf
     acceleration_radps2: float = math.inf
+    from_rest: bool = True
+    """Whether arms hang when it begins."""
 
 
 class Hanging:
@@ -78,6 +80,7 @@ class Crossings:
         """falls: how fast the arm falls at each time, (n,) [rad/s]."""
         self._t_s, self._angle_rad, self._falls = pace.t_s, angle_rad, falls
         self._width_rad, self._fastest = width_rad, pace.speed_radps
+        self._from_rest = pace.from_rest
         least_s = max(
             width_rad / pace.speed_radps, 2.0 * math.sqrt(width_rad / pace.acceleration_radps2)
         )
@@ -89,9 +92,10 @@ class Crossings:
         fallen = np.cumsum(0.5 * (falls[1:] + falls[:-1]) * np.diff(t_s))
         ahead_rad = self._angle_rad - np.append(0.0, fallen)
         turns = list(_turns(ahead_rad, CROSSES * self._width_rad))
-        way = float(np.sign(ahead_rad[turns[0]] - ahead_rad[0])) if turns else 0.0
-        if not way:
-            way = float(np.sign(ahead_rad[-1] - ahead_rad[0])) or -1.0
+        way = float(np.sign(ahead_rad[[*turns, -1][0]] - ahead_rad[0])) or -1.0
+        if self._from_rest and way * falls[0] > 0.0:
+            turns.insert(0, 0)
+            way = -way
         knots_s, across = [t_s[0]], [way]
         for turn, after in pairwise([*turns, len(t_s) - 1]):
             way = -way

@@ -96,11 +96,17 @@ class Remembering:
         return Course(t_s, np.vstack([pushed, pushed]))
 
     def preload_rad(self, angles_rad: FloatArray) -> FloatArray:
-        """How far before the start of a path (n, 3) the way to it begins, (3,) [rad]."""
+        """How far before the start of a path (n, 3) the way to it begins, (3,) [rad].
+
+        Arms that hang in their play are lifted: they hang for certain then, whatever the speed.
+        """
         least_rad = STILL_STEPS * self._robot.drive.rad_per_step
         moved = angles_rad - angles_rad[:1]
         first = (np.abs(moved) > least_rad).argmax(axis=0)
         direction = np.sign(moved[first, np.arange(ARMS)])
+        torque_nm = self._flow(np.zeros(1), angles_rad[:1]).load.torque_nm[0]
+        for hanging in self._hanging:
+            direction[hanging.motor] = -np.sign(torque_nm[hanging.motor])
         preload: FloatArray = TAKEN_UP * self._widths_rad * direction
         return preload
 

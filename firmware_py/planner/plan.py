@@ -255,7 +255,8 @@ class LapMemory:
         speed_radps = limits.speed_radps
         if isinstance(self._job.timing, Together):
             speed_radps = limits.rad_per_step / (timed.led * self._job.timing.t_pwm_s)
-        return Pace(timed.led / mapped.led * t_s, speed_radps, limits.acceleration_radps2)
+        t_s = timed.led / mapped.led * t_s
+        return Pace(t_s, speed_radps, limits.acceleration_radps2, mapped is self._first)
 
     def _commanded(self, lap: Lap, angles_rad: FloatArray) -> Lap:
         counts = np.rint(angles_rad / self._robot.drive.rad_per_step).astype(np.int64)
