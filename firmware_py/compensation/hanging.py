@@ -48,7 +48,7 @@ class Hanging:
 
     def __init__(self, play: Active):
         self.motor = play.kind.index(play.component)
-        self._width_rad = scalar(play.values, "width")
+        self.width_rad = scalar(play.values, "width")
         self._drag = max(scalar(play.values, "drag"), 1e-6)
         self._friction_nm = scalar(play.values, "friction")
         self._stiffness = scalar(play.values, "stiffness")
@@ -61,16 +61,20 @@ class Hanging:
     def ahead_rad(self, pace: Pace, angle_rad: FloatArray, torque_nm: FloatArray) -> FloatArray:
         """What the gear must be ahead of the arm by, for angles meant at increasing times, (n,)."""
         t_s = pace.t_s
-        beyond = np.maximum(np.abs(torque_nm) - self._friction_nm, 0.0)
-        falls = np.sign(torque_nm) * beyond / self._drag
         late, early = t_s + AVERAGED_S, t_s - AVERAGED_S
         apart = np.minimum(late, t_s[-1]) - np.maximum(early, t_s[0])
         way = np.interp(late, t_s, angle_rad) - np.interp(early, t_s, angle_rad)
         speed = way / np.maximum(apart, 1e-9)
         yields = (torque_nm - drag_on_teeth(self._drag, speed)) / self._stiffness
-        across = Crossings(pace, angle_rad, falls, self._width_rad).across()
-        ahead: FloatArray = 0.5 * self._width_rad * across - yields
+        across = self.across(pace, angle_rad, torque_nm)
+        ahead: FloatArray = 0.5 * self.width_rad * across - yields
         return ahead
+
+    def across(self, pace: Pace, angle_rad: FloatArray, torque_nm: FloatArray) -> FloatArray:
+        """Where in the play the gear is to be, from -1 (behind the arm) to 1 (ahead), (n,)."""
+        beyond = np.maximum(np.abs(torque_nm) - self._friction_nm, 0.0)
+        falls = np.sign(torque_nm) * beyond / self._drag
+        return Crossings(pace, angle_rad, falls, self.width_rad).across()
 
 
 class Crossings:
