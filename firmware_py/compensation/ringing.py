@@ -39,6 +39,8 @@ KNOTS_S = np.arange(0.012, 0.25, 0.002)
 LOOKED_S = 0.004
 SPARE = 0.9
 """Share of the drives' acceleration for the motion as it is looked at beforehand."""
+GENTLY = 0.4
+"""And for gears that cross play: an arm that is let go and caught makes the platform ring."""
 MOST_AWAY_M = 0.03
 """The arms leave the path by no more."""
 GRID_NS = round(GRID_S * NS_PER_S)
@@ -72,7 +74,8 @@ class Plays:
         turns, self._grid_s = _told(robot, knot, along)
         chain, limits = Chain(robot.model_copy(update={"effects": ()})), robot.limits
         torque_nm = chain.course(Commands.of_angles(self._grid_s, turns)).load().torque_nm
-        pace = Pace(self._grid_s, limits.joint_speed_radps, limits.joint_acceleration_radps2)
+        gently = GENTLY * limits.joint_acceleration_radps2
+        pace = Pace(self._grid_s, limits.joint_speed_radps, gently)
         self._hang = np.zeros(MOTORS, dtype=np.bool_)
         self._planned, self._made = np.zeros_like(taken_rad), np.zeros_like(turns)
         for hanging in (Hanging(one) for one in _at_joints(robot) if Hanging.is_one(one)):
