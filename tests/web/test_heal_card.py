@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from deltactl.firmware_py.daemon.client import Client
+from deltactl.firmware_py.daemon.client import Client, daemon_answers
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import ConfigError
+from tests.rigs.faults.stand import wait_for
 from tests.web.conftest import (
     Browser,
     Open,
@@ -20,7 +21,7 @@ from tests.web.conftest import (
     switch_off,
 )
 
-SURVEYS_S = 120.0
+SURVEYS_S, ENDS_S = 120.0, 30.0
 
 
 def state(page: WebPage) -> str:
@@ -91,6 +92,15 @@ def test_an_edited_copy_with_another_name_is_healed_by_a_heart_of_its_own(
             assert client.result(number) is None or client.result(number).name == "demo-heart"
     finally:
         end_page(page)
+
+
+def test_the_simulated_robot_ends_with_a_page_that_is_killed(tmp_path: Path) -> None:
+    place = tmp_path / "d.sock"
+    page = start_page(tmp_path, "--simulate", "--socket", str(place))
+    assert daemon_answers(place)
+    page.process.kill()
+    page.process.wait()
+    assert wait_for(lambda: not place.exists(), ENDS_S) is not None, "the daemon runs on"
 
 
 HEALS_S = 1800.0
