@@ -29,7 +29,7 @@ CROSSES = 0.25
 LOOK_S, APART_S = 1.0, 0.01
 """A crossing begins so near to where the arm turns round, and is tried out so finely."""
 LONGEST_S, LENGTHS = 0.8, 9
-"""Of crossings that are tried out, and their number."""
+"""The longest crossing that is tried out, and how many lengths are."""
 
 
 @dataclass(frozen=True, eq=False)

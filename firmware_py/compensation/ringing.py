@@ -59,7 +59,7 @@ class Along(NamedTuple):
     angle_rad: FloatArray
     place_m: FloatArray
     mapped_rad: FloatArray
-    """Of arms, without what motors take up."""
+    """Where arms are meant, without what motors take up."""
     begins_s: float
     """From the start of the motion."""
     lap_s: float
@@ -77,6 +77,7 @@ class Plays:
         gently = GENTLY * limits.joint_acceleration_radps2
         pace = Pace(self._grid_s, limits.joint_speed_radps, gently)
         self._hang = np.zeros(MOTORS, dtype=np.bool_)
+        """Whose arms hang."""
         self._planned, self._made = np.zeros_like(taken_rad), np.zeros_like(turns)
         for hanging in (Hanging(one) for one in _at_joints(robot) if Hanging.is_one(one)):
             m, half_rad = hanging.motor, 0.5 * hanging.width_rad
@@ -160,7 +161,6 @@ class Ringing:
 
         along: needed where arms hang in play.
         """
-        self._plays = None if along is None else Plays(robot, knot, along)
         mode = _mode(robot)
         self._stiffness = _omega(mode) ** 2
         self._late_s = 2.0 * scalar(mode.values, "damping") / _omega(mode)
@@ -171,6 +171,8 @@ class Ringing:
         self._static = CalibratedInverse(robot)
         self._chain = Chain(robot.model_copy(update={"effects": ()}))
         self._joints = _at_joints(robot)
+        hang = along is not None and any(map(Hanging.is_one, self._joints))
+        self._plays = Plays(robot, knot, along) if along is not None and hang else None
         self._half, self._offset = np.zeros(MOTORS), np.zeros(MOTORS)
         """Half of the play in which arms stick, and its middle, in counts."""
         self._moved: FloatArray | None = None
@@ -254,7 +256,7 @@ class Ringing:
     def _places_m(self, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where the arms put what rings, with play and friction as they are by then.
 
-        And the counts of play that motors have taken up where arms stick in it; both (n, 3).
+        And the counts of play that motors have taken up; both (n, 3).
         """
         taken = np.zeros_like(angles_rad)
         if not self._joints:
