@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -10,11 +11,15 @@ import yaml
 from deltactl.firmware_py.daemon.client import Client, daemon_answers
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.foundation.errors import ConfigError
+from deltactl.repair.healing_state import Healing, digest_of, exchange
+from deltactl.web.behind.healings import healing_folder
+from deltactl.web.heal_card import UNDONE
 from tests.rigs.faults.stand import wait_for
 from tests.web.conftest import (
     Browser,
     Open,
     WebPage,
+    at_home,
     end_page,
     patient_robot,
     start_page,
@@ -101,6 +106,34 @@ def test_the_simulated_robot_ends_with_a_page_that_is_killed(tmp_path: Path) -> 
     page.process.kill()
     page.process.wait()
     assert wait_for(lambda: not place.exists(), ENDS_S) is not None, "the daemon runs on"
+
+
+def test_undo_puts_the_old_file_back_and_says_so(chromium: Open, tmp_path: Path) -> None:
+    mine, place = patient_robot(tmp_path), tmp_path / "d.sock"
+    old = mine.read_text(encoding="utf-8")
+    page = start_page(tmp_path, "--simulate", "--robot", str(mine), "--socket", str(place))
+    page.socket = place
+    try:
+        at_home(page)
+        with Client(place) as client:
+            status = client.status()
+        folder = healing_folder(page.recordings / "web", status)
+        folder.mkdir(parents=True)
+        begun = Healing(robot_file=mine, job=mine, old_sha256=digest_of(mine))
+        exchange(folder, begun, old.replace("forearm_m: 0.5 ", "forearm_m: 0.501 "))
+        shown = {"outcome": "healed", "lines": ["Healed: it is only said."]}
+        (folder / "shown.json").write_text(json.dumps(shown), encoding="utf-8")
+        browser = chromium(page.url)
+        browser.tab("Robot")
+        browser.says("heal-answer", "it is only said")
+        browser.press("heal-undo")
+        browser.wait(lambda: UNDONE in browser.driver.page_source, "does not say that it is undone")
+        browser.wait(lambda: not browser.find("heal-undo").is_displayed(), "still to be undone")
+        assert mine.read_text(encoding="utf-8") == old
+        assert browser.text("heal-answer") == ""
+        browser.says("state", "ready")
+    finally:
+        end_page(page)
 
 
 HEALS_S = 1800.0
