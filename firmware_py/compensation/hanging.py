@@ -26,7 +26,7 @@ AVERAGED_S = 0.1
 """To either side: how fast arms turn."""
 CROSSES = 0.25
 """A gear crosses the play where its arm would else be off by this share of it."""
-LOOK_S, APART_S = 1.0, 0.01
+LOOK_S, COARSE_S, FINE_S = 1.0, 0.04, 0.01
 """A crossing begins so near to where the arm turns round, and is tried out so finely."""
 LONGEST_S, LENGTHS = 0.8, 9
 """The longest crossing that is tried out, and how many lengths are."""
@@ -116,14 +116,25 @@ class Crossings:
         t_s = self._t_s
         first_s, last_s = max(t_s[turn] - LOOK_S, from_s), min(t_s[turn] + LOOK_S, t_s[after])
         rows = slice(int(np.searchsorted(t_s, first_s)), int(np.searchsorted(t_s, last_s)) + 1)
-        begins_s = np.arange(first_s, last_s, APART_S)[:, None]
-        ends_s = np.minimum(begins_s + self._lengths_s, last_s).ravel()
-        begins_s = np.broadcast_to(begins_s, (len(begins_s), LENGTHS)).ravel()
-        long_s = np.maximum(ends_s - begins_s, 1e-9)
-        done = (t_s[rows] - begins_s[:, None]) / long_s[:, None]
+        begins_s, lengths_s = np.arange(first_s, last_s, COARSE_S), self._lengths_s
+        best = self._best_s(rows, way, begins_s, lengths_s, last_s)
+        around_s = best[0] + np.arange(-COARSE_S, COARSE_S, FINE_S)
+        begins_s = np.append(around_s[(around_s >= first_s) & (around_s < last_s)], best[0])
+        lengths_s = max(best[1] - best[0], 1e-3) * np.geomspace(0.5, 2.0, 5)
+        return list(self._best_s(rows, way, begins_s, lengths_s, last_s))
+
+    def _best_s(
+        self, rows: slice, way: float, begins_s: FloatArray, lengths_s: FloatArray, last_s: float
+    ) -> tuple[float, float]:
+        """Beginning and end of the best crossing of those that begin and last so."""
+        t_s = self._t_s[rows]
+        begin_s, length_s = (one.ravel() for one in np.meshgrid(begins_s, lengths_s))
+        end_s = np.minimum(begin_s + np.maximum(length_s, self._lengths_s[0]), last_s)
+        long_s = np.maximum(end_s - begin_s, 1e-9)
+        done = (t_s - begin_s[:, None]) / long_s[:, None]
         across = way * np.clip(2.0 * done - 1.0, -1.0, 1.0)
         best = int(self._off_rad2s(rows, across).argmin())
-        return [float(begins_s[best]), float(ends_s[best])]
+        return float(begin_s[best]), float(end_s[best])
 
     def _off_rad2s(self, rows: slice, across: FloatArray) -> FloatArray:
         """By how much arms leave their path if gears are at (m, n) for some rows: (m,)."""
