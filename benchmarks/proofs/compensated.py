@@ -73,7 +73,12 @@ def rows() -> dict[str, list[Cause]]:
     return {
         "nothing": [],
         **{f"play {size}": [play(size)] for size in (0.2, 0.4, 0.6, 0.8)},
-        **{f"play 0.6, motor 2, drag {drag:g}": [play(0.6, 2, drag)] for drag in (8.0, 12.0)},
+        **{
+            f"play 0.6, motor {motor}, drag {drag:g}": [play(0.6, motor, drag)]
+            for motor in (2, 3)
+            for drag in (8.0, 12.0)
+        },
+        "play 0.4, drag 10": [play(0.4, 1, 10.0)],
         **{f"friction 0.45, motor {motor}": [friction(0.45, motor)] for motor in (1, 2)},
         **{f"lag {size}": [lag(size)] for size in (0.05, 0.1, 0.2)},
         **{f"ringing {size}": [ringing(size)] for size in (1.54, 2.5, 4.0, 6.0)},
@@ -86,7 +91,10 @@ def rows() -> dict[str, list[Cause]]:
         "play 0.6, lag 0.1, both of motor 2": [play(0.6, 2), lag(0.1)],
         "friction 0.45, lag 0.1, both of motor 2": [friction(0.45, 2), lag(0.1)],
         **{f"play 0.6, ringing {size}": [play(0.6), ringing(size)] for size in (1.54, 3.0)},
-        "play 0.6 of motor 2, ringing 1.54": [play(0.6, 2), ringing(1.54)],
+        **{
+            f"play 0.6 of motor {motor}, ringing 1.54": [play(0.6, motor), ringing(1.54)]
+            for motor in (2, 3)
+        },
         **{
             f"friction 0.45 of motor 2, ringing {size}": [friction(0.45, 2), ringing(size)]
             for size in (1.54, 3.0)

@@ -162,9 +162,12 @@ def _simulated(
     robot: Path, recordings: Path, given: Path | None
 ) -> Iterator[tuple[Path, Path | None]]:
     """A simulated daemon in a process of its own: its socket, and the file of its hidden faults."""
+    import signal
     import subprocess
     import tempfile
+    from functools import partial
 
+    from deltactl.drivers.steps.pulse_main import die_with_parent
     from deltactl.firmware_py.robot_file import load_robot
 
     with tempfile.TemporaryDirectory(prefix="deltactl-web-") as folder:
@@ -179,6 +182,8 @@ def _simulated(
                 [sys.executable, "-P", "-m", "deltactl.cli.main", *call],
                 stderr=log,
                 start_new_session=True,
+                # It ends with the page, also where that is killed and cannot end it.
+                preexec_fn=partial(die_with_parent, signal.SIGTERM),
             )
         try:
             _wait_for(socket, daemon, Path(folder) / "daemon.log")

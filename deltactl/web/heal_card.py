@@ -22,6 +22,7 @@ ASK = (
     "The robot moves through its whole range for several minutes: is nobody near it? STOP ends it,"
     " and the old robot file stays in force."
 )
+UNDONE = "The robot file from before the correction is in force again."
 FITTING = (State.OFF, State.UNHOMED, State.READY)
 """States in which a healing may begin."""
 
@@ -115,7 +116,9 @@ class HealCard:
     async def _take_back(self) -> None:
         status = self._status
         if status is not None:
-            await self._visit.act("undo", self._visit.site.healings.undo, status)
+            done = await self._visit.act("undo", self._visit.site.healings.undo, status)
+            if done is not None:
+                ui.notify(UNDONE, type="positive")
             self._seen = None
 
     def _read(self) -> None:

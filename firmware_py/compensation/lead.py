@@ -38,6 +38,11 @@ BACK = 0.9
 NOTHING = np.empty(0, dtype=np.int64)
 
 
+def can_lead(robot: RobotFile) -> bool:
+    """Whether steps can be moved ahead: gpiozero cannot step motors one shortly after the other."""
+    return robot.steps.backend != "gpiozero"
+
+
 def accepted_lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
     """Dead times and lags of the drives in the robot file, both (3,) [s]."""
     dead, lag = np.zeros(MOTORS), np.zeros(MOTORS)
@@ -54,6 +59,8 @@ def accepted_lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
 
 def lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
     """Those that are compensated: no drive is led by more than `MOST_LEAD_S`."""
+    if not can_lead(robot):
+        return np.zeros(MOTORS), np.zeros(MOTORS)
     dead, lag = accepted_lags_s(robot)
     share = np.minimum(1.0, MOST_LEAD_S / np.maximum(dead + lag, 1e-9))
     return dead * share, lag * share

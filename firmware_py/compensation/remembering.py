@@ -6,114 +6,26 @@ moves the command across the gap within a part of the way that falls with the nu
 beginning at the reversal; so there is no jump, and speed and acceleration limits are kept by the
 timing, which slows the path down there. What does not remember is left to the inverse kinematics:
 only the difference between the chain with memory and the one without is compensated here.
-
-Play in which an arm hangs: inside the play the arm falls, no faster than its drag lets it. Where it
-is to move faster than it falls the motor has to push it; where it is to move slower it hangs on the
-other flank. Which of the two is decided beforehand, from speeds averaged over a moment and with
-hysteresis: near the speed of falling both would do, and to change is to make the gear rattle.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from deltactl.firmware_py.compensation.hanging import Hanging, Pace
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.models.calibrated_inverse import CalibratedInverse
 from deltactl.models.chain import Chain, Commands
-from deltactl.models.chain.active import Active, at, of_entries
+from deltactl.models.chain.active import at, of_entries
 from deltactl.models.effects import Compensated, compensated
 from deltactl.models.effects.flow import Flow
-from deltactl.models.effects.gear_backlash import STICKS, drag_on_teeth
 from deltactl.models.effects.joint_friction import without_swing
-from deltactl.models.effects.kind import Port, scalar
+from deltactl.models.effects.kind import Port
 from deltactl.models.linkage import Linkage, forward, inverse
 from deltactl.models.robot import ARMS, EffectEntry, FloatArray
-
-AVERAGED_S = 0.1
-"""To either side."""
-RELUCTANCE = 0.07
-"""A flank is left when the speed is beyond that of falling by this share of it."""
-STILL_RADPS = 1e-5
-AWAY = 0.05
-"""Share of the play by which an arm may leave its path while its gear crosses the play."""
-MOST_ACROSS_S = 0.4
-"""The longest that a gear crosses so that it is no faster than elsewhere on the path."""
-
-
-class Hanging:
-    """One motor's play."""
-
-    def __init__(self, play: Active):
-        self.motor = play.kind.index(play.component)
-        self._half_rad = 0.5 * scalar(play.values, "width")
-        self._drag = max(scalar(play.values, "drag"), 1e-6)
-        self._friction_nm = scalar(play.values, "friction")
-        self._stiffness = scalar(play.values, "stiffness")
-
-    @staticmethod
-    def is_one(effect: Active) -> bool:
-        """Whether an effect is play in which arms fall, and do not stick."""
-        return "drag" in effect.values and scalar(effect.values, "drag") < STICKS
-
-    def ahead_rad(
-        self, t_s: FloatArray, angle_rad: FloatArray, torque_nm: FloatArray
-    ) -> FloatArray:
-        """What the gear must be ahead of the arm by, for angles meant at increasing times, (n,)."""
-        beyond = np.maximum(np.abs(torque_nm) - self._friction_nm, 0.0)
-        falls = np.sign(torque_nm) * beyond / self._drag
-        late, early = t_s + AVERAGED_S, t_s - AVERAGED_S
-        apart = np.minimum(late, t_s[-1]) - np.maximum(early, t_s[0])
-        way = np.interp(late, t_s, angle_rad) - np.interp(early, t_s, angle_rad)
-        speed = way / np.maximum(apart, 1e-9)
-        yields = (torque_nm - drag_on_teeth(self._drag, speed)) / self._stiffness
-        across = _across(t_s, speed, falls, 2.0 * self._half_rad)
-        ahead: FloatArray = self._half_rad * across - yields
-        return ahead
-
-
-def _across(t_s: FloatArray, speed: FloatArray, falls: FloatArray, width_rad: float) -> FloatArray:
-    """Where in the play the gear is, from -1 to 1: as `_flanks`, and on its way between them.
-
-    It is half across when the arm is to move as fast as it falls, and leaves one flank and comes to
-    the other where an arm that only fell would be `AWAY` from where it is meant to be.
-    """
-    flanks, fastest, faster = _flanks(speed, falls), np.abs(speed).max(), speed - falls
-    short = np.append(0.0, np.cumsum(0.5 * (faster[1:] + faster[:-1]) * np.diff(t_s)))
-    changes = (np.flatnonzero(np.diff(flanks)) + 1).tolist()
-    ends = [0, *changes, len(flanks)]
-    across, done = flanks.copy(), np.ones_like(flanks)
-    for first, change, last in zip(ends, changes, ends[2:], strict=False):
-        part, to = slice(first, last), flanks[change]
-        off_rad = to * short[part] - (to * short[part]).min()
-        middle = int(off_rad.argmin())
-        spare = max(fastest - to * speed[first + middle], 1e-9)
-        half_s = 0.5 * min(width_rad / spare, MOST_ACROSS_S)
-        around_s = t_s[first + middle] + np.array([-half_s, half_s])
-        away_rad = max(AWAY * width_rad, np.interp(around_s, t_s[part], off_rad).max())
-        share = np.sqrt(np.minimum(off_rad / away_rad, 1.0))
-        share[middle:] = np.maximum.accumulate(share[middle:])
-        share[middle::-1] = np.maximum.accumulate(share[middle::-1])
-        across[part] = np.where(np.arange(last - first) < middle, -to, to)
-        done[part] = np.minimum(done[part], share)
-    return across * done
-
-
-def _flanks(speed: FloatArray, falls: FloatArray) -> FloatArray:
-    """1 where the gear is ahead of the arm, -1 where it is behind; speeds (n,) [rad/s]."""
-    faster = speed - falls
-    reluctance = RELUCTANCE * np.abs(falls) + STILL_RADPS
-    sure = np.where(np.abs(faster) > reluctance, np.sign(faster), 0.0)
-    decided = np.flatnonzero(sure)
-    if not len(decided):
-        return np.where(falls > 0.0, -1.0, 1.0)
-    # As before, where it is not sure; at the beginning as it will be.
-    last = np.maximum.accumulate(np.where(sure != 0.0, np.arange(len(sure)), decided[0]))
-    flanks: FloatArray = sure[last]
-    return flanks
-
 
 ROUNDS = 30
 """Play is taken up within a 30th of its width of the arm's way."""
@@ -130,6 +42,7 @@ class Course:
 
     t_s: FloatArray
     angles_rad: FloatArray
+    pace: Pace | None = None
 
 
 class Remembering:
@@ -163,7 +76,7 @@ class Remembering:
         """
         wanted = self._meant_rad(mapped)
         if self._hanging:
-            wanted = wanted + self._ahead_rad(mapped.t_s, wanted)
+            wanted = wanted + self._ahead_rad(mapped.pace or Pace(mapped.t_s), wanted)
         commanded = mapped.angles_rad.copy()
         if not self._widths_rad.any():
             return commanded + wanted - self._static.achieved_rad(commanded)
@@ -183,11 +96,17 @@ class Remembering:
         return Course(t_s, np.vstack([pushed, pushed]))
 
     def preload_rad(self, angles_rad: FloatArray) -> FloatArray:
-        """How far before the start of a path (n, 3) the way to it begins, (3,) [rad]."""
+        """How far before the start of a path (n, 3) the way to it begins, (3,) [rad].
+
+        Arms that hang in their play are lifted: they hang for certain then, whatever the speed.
+        """
         least_rad = STILL_STEPS * self._robot.drive.rad_per_step
         moved = angles_rad - angles_rad[:1]
         first = (np.abs(moved) > least_rad).argmax(axis=0)
         direction = np.sign(moved[first, np.arange(ARMS)])
+        torque_nm = self._flow(np.zeros(1), angles_rad[:1]).load.torque_nm[0]
+        for hanging in self._hanging:
+            direction[hanging.motor] = -np.sign(torque_nm[hanging.motor])
         preload: FloatArray = TAKEN_UP * self._widths_rad * direction
         return preload
 
@@ -201,15 +120,13 @@ class Remembering:
         found = inverse(self._grown(linkage, mapped), position_m).angles_rad
         return np.where(np.isfinite(found), found, true_rad)
 
-    def _ahead_rad(self, t_s: FloatArray, true_rad: FloatArray) -> FloatArray:
+    def _ahead_rad(self, pace: Pace, true_rad: FloatArray) -> FloatArray:
         """What gears with play must be ahead of hanging arms by, (n, 3)."""
-        increasing_s = _increasing(t_s)
-        load, ahead = self._flow(increasing_s, true_rad).load, np.zeros_like(true_rad)
+        pace = replace(pace, t_s=_increasing(pace.t_s))
+        load, ahead = self._flow(pace.t_s, true_rad).load, np.zeros_like(true_rad)
         for hanging in self._hanging:
             motor = hanging.motor
-            ahead[:, motor] += hanging.ahead_rad(
-                increasing_s, true_rad[:, motor], load.torque_nm[:, motor]
-            )
+            ahead[:, motor] += hanging.ahead_rad(pace, true_rad[:, motor], load.torque_nm[:, motor])
         return ahead
 
     def _grown(self, linkage: Linkage, mapped: Course) -> Linkage:

@@ -7,18 +7,20 @@ whose knots are as near to each other as the drives can follow. What that takes 
 smoothed too and put back (Tukey's twicing): no more is asked of the drives, and half is left of it.
 
 A motor takes up play before its arm moves, and the arm before the platform rings. So the motion is
-made without what motors take up where arms stick in play, and they take it up in what is made.
+made without what motors take up of play, and they take it up in what is made.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
 from deltactl.drivers.steps.contract import MOTORS, NO_TICKS, Counts, Int64Array, Ticks
-from deltactl.firmware_py.compensation.lead import GRID_S, lags_s
-from deltactl.firmware_py.compensation.remembering import STILL_STEPS, Hanging
+from deltactl.firmware_py.compensation.hanging import Hanging, Pace
+from deltactl.firmware_py.compensation.lead import GRID_S, can_lead, lags_s
+from deltactl.firmware_py.compensation.remembering import STILL_STEPS
 from deltactl.firmware_py.robot_file import RobotFile
 from deltactl.foundation.clock import NS_PER_S
 from deltactl.models.calibrated_inverse import CalibratedInverse
@@ -37,15 +39,90 @@ KNOTS_S = np.arange(0.012, 0.25, 0.002)
 LOOKED_S = 0.004
 SPARE = 0.9
 """Share of the drives' acceleration for the motion as it is looked at beforehand."""
+GENTLY = 0.4
+"""And for gears that cross play: an arm that is let go and caught makes the platform ring."""
 MOST_AWAY_M = 0.03
 """The arms leave the path by no more."""
 GRID_NS = round(GRID_S * NS_PER_S)
 
 
 def rings(robot: RobotFile) -> bool:
-    """Whether it is known to."""
+    """Whether it is known to, and can be kept from it."""
     shaped = compensated(Compensated.SHAPED)
-    return any(entry.effect in shaped for entry in robot.effects)
+    return can_lead(robot) and any(entry.effect in shaped for entry in robot.effects)
+
+
+class Along(NamedTuple):
+    """A path as it is planned, first lap and a later one: rows (n, 3) at times (n,) [s]."""
+
+    t_s: FloatArray
+    angle_rad: FloatArray
+    place_m: FloatArray
+    mapped_rad: FloatArray
+    """Where arms are meant, without what motors take up."""
+    begins_s: float
+    """From the start of the motion."""
+    lap_s: float
+    """How long the last lap takes, which is repeated."""
+
+
+class Plays:
+    """Where gears are in the play in which arms hang: as planned, and as the smooth motion asks."""
+
+    def __init__(self, robot: RobotFile, knot: float, along: Along):
+        self._along, taken_rad = along, along.angle_rad - along.mapped_rad
+        turns, self._grid_s = _told(robot, knot, along)
+        chain, limits = Chain(robot.model_copy(update={"effects": ()})), robot.limits
+        torque_nm = chain.course(Commands.of_angles(self._grid_s, turns)).load().torque_nm
+        gently = GENTLY * limits.joint_acceleration_radps2
+        pace = Pace(self._grid_s, limits.joint_speed_radps, gently)
+        self._hang = np.zeros(MOTORS, dtype=np.bool_)
+        """Whose arms hang."""
+        self._planned, self._made = np.zeros_like(taken_rad), np.zeros_like(turns)
+        for hanging in (Hanging(one) for one in _at_joints(robot) if Hanging.is_one(one)):
+            m, half_rad = hanging.motor, 0.5 * hanging.width_rad
+            self._hang[m] = True
+            self._planned[:, m] = np.clip(taken_rad[:, m], -half_rad, half_rad)
+            across = hanging.across(pace, turns[:, m], torque_nm[:, m])
+            self._made[:, m] = half_rad * across
+
+    def planned_rad(self, t_s: FloatArray, way_in_rad: FloatArray) -> FloatArray:
+        """How far gears are ahead of their arms at times (n,) of the motion, (n, 3).
+
+        way_in_rad: (n, 3), what counts on the way to the path.
+        """
+        return self._after(
+            t_s, way_in_rad, _at_times(self._path_s(t_s), self._along.t_s, self._planned)
+        )
+
+    def made_rad(self, t_s: FloatArray, way_in_rad: FloatArray) -> FloatArray:
+        """The same in the smooth motion."""
+        return self._after(t_s, way_in_rad, _at_times(self._path_s(t_s), self._grid_s, self._made))
+
+    def _after(self, t_s: FloatArray, way_in_rad: FloatArray, path_rad: FloatArray) -> FloatArray:
+        chosen = np.where((t_s < self._along.begins_s)[:, None], way_in_rad, path_rad)
+        return np.where(self._hang, chosen, 0.0)
+
+    def _path_s(self, t_s: FloatArray) -> FloatArray:
+        """Since the path began; laps beyond those that are known are as the last one is."""
+        path_s, known_s = t_s - self._along.begins_s, float(self._along.t_s[-1])
+        laps = np.ceil(np.maximum(path_s - known_s, 0.0) / self._along.lap_s)
+        moved: FloatArray = path_s - laps * self._along.lap_s
+        return moved
+
+
+def _at_times(t_s: FloatArray, knots_s: FloatArray, rows: FloatArray) -> FloatArray:
+    return np.stack([np.interp(t_s, knots_s, column) for column in rows.T], axis=1)
+
+
+def _told(robot: RobotFile, knot: float, along: Along) -> tuple[FloatArray, FloatArray]:
+    """About where arms are to be so that the platform does not ring, (n, 3), and when [s]."""
+    rest_s, boxes = 2 * BOXES * knot, round(knot / LOOKED_S)
+    grid_s = np.arange(along.t_s[0] - rest_s, along.t_s[-1] + rest_s, LOOKED_S)
+    turns = _smooth(_at_times(grid_s, along.t_s, along.mapped_rad), boxes)
+    away = np.diff(turns, 2, axis=0) / LOOKED_S**2 / _omega(_mode(robot)) ** 2
+    cut = (len(grid_s) - len(away)) // 2
+    return turns[1:-1] + away, grid_s[cut : cut + len(away)]
 
 
 def knot_s(robot: RobotFile, t_s: FloatArray, angle_rad: FloatArray, place_m: FloatArray) -> float:
@@ -79,8 +156,11 @@ def knot_s(robot: RobotFile, t_s: FloatArray, angle_rad: FloatArray, place_m: Fl
 class Ringing:
     """The motion of one robot: steps go in, counts to follow come out, `reach_s` behind."""
 
-    def __init__(self, robot: RobotFile, knot: float, start: Counts):
-        """knot: as `knot_s` says, above 0 [s]. start: counts before the first step."""
+    def __init__(self, robot: RobotFile, knot: float, start: Counts, along: Along | None = None):
+        """knot: as `knot_s` says, above 0 [s]. start: counts before the first step.
+
+        along: needed where arms hang in play.
+        """
         mode = _mode(robot)
         self._stiffness = _omega(mode) ** 2
         self._late_s = 2.0 * scalar(mode.values, "damping") / _omega(mode)
@@ -91,6 +171,8 @@ class Ringing:
         self._static = CalibratedInverse(robot)
         self._chain = Chain(robot.model_copy(update={"effects": ()}))
         self._joints = _at_joints(robot)
+        hang = along is not None and any(map(Hanging.is_one, self._joints))
+        self._plays = Plays(robot, knot, along) if along is not None and hang else None
         self._half, self._offset = np.zeros(MOTORS), np.zeros(MOTORS)
         """Half of the play in which arms stick, and its middle, in counts."""
         self._moved: FloatArray | None = None
@@ -102,7 +184,7 @@ class Ringing:
         self._limits = np.radians(robot.limits.arm_deg) / self._step_rad
         self._start = self._count = np.array(start, dtype=np.int64)
         self._waiting = NO_TICKS
-        self._known = 0
+        self._known = self._done = 0
         self._rows = np.empty((0, 3 * MOTORS))
         """Places, counts without play and counts of the grid points that are still needed."""
         self._memory: dict[str, FloatArray] = {}
@@ -121,6 +203,7 @@ class Ringing:
             return np.empty((0, MOTORS))
         smooth = _convolved(self._rows[:, : 2 * MOTORS], self._kernel)
         given = self._rows[:, 2 * MOTORS :]
+        taken = (given - self._rows[:, MOTORS : 2 * MOTORS])[self._margin : -self._margin]
         moves = np.append(0, np.cumsum(np.diff(given, axis=0).any(axis=1)))
         rests = moves[2 * self._margin :] == moves[: -2 * self._margin]
         self._rows = self._rows[-2 * self._margin :]
@@ -128,8 +211,13 @@ class Ringing:
         pushed = np.diff(meant_m, 2, axis=0) / GRID_S**2 / self._stiffness
         away_m = lagged(pushed, np.full(len(pushed), GRID_S), self._late_s, self._memory)
         counts = smooth[1:-1, MOTORS:] + self._more(meant_m[1:-1], away_m)
+        made_s = (self._done + np.arange(len(counts))) * GRID_S
+        self._done += len(counts)
+        if self._plays is not None:
+            counts += self._plays.made_rad(made_s, taken * self._step_rad) / self._step_rad
         if self._half.any():
             counts += self._taken(counts)
+        if self._joints:
             counts[rests] = given[self._margin : -self._margin][rests]
         within: FloatArray = np.clip(counts, *self._limits) - self._start
         return within
@@ -168,7 +256,7 @@ class Ringing:
     def _places_m(self, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where the arms put what rings, with play and friction as they are by then.
 
-        And the counts of play that motors have taken up where arms stick in it; both (n, 3).
+        And the counts of play that motors have taken up; both (n, 3).
         """
         taken = np.zeros_like(angles_rad)
         if not self._joints:
@@ -179,12 +267,17 @@ class Ringing:
         load = self._chain.course(Commands.of_angles(t_s, angles_rad)).load
         flow = Flow(t_s, fresh, 0.0, angles_rad.copy(), load, previous_s=t_s[0] - GRID_S)
         for active in self._joints:
-            driven_rad = flow.angles_rad.copy()
+            driven_rad, motor = flow.angles_rad.copy(), active.kind.index(active.component)
             active.act(flow)
-            if _sticks(active):
-                motor = active.kind.index(active.component)
-                yields = flow.load.torque_nm[:, motor] / scalar(active.values, "stiffness")
-                taken[:, motor] += (driven_rad - flow.angles_rad)[:, motor] + yields
+            if "width" not in active.values:
+                continue
+            yields = flow.load.torque_nm[:, motor] / scalar(active.values, "stiffness")
+            ahead_rad = driven_rad - flow.angles_rad + yields[:, None]
+            if self._plays is not None and Hanging.is_one(active):
+                ahead_rad = self._plays.planned_rad(t_s, ahead_rad)
+                flow.angles_rad[:, motor] = driven_rad[:, motor] - ahead_rad[:, motor] + yields
+            if self._plays is not None or _sticks(active):
+                taken[:, motor] += ahead_rad[:, motor]
         return self._static.place_m(flow.angles_rad), taken / self._step_rad
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from deltactl.drivers.steps.contract import Counts
+from deltactl.firmware_py.compensation.hanging import Pace
 from deltactl.firmware_py.compensation.lead import stretch
 from deltactl.firmware_py.compensation.remembering import Course, Remembering
 from deltactl.firmware_py.job_file import SLOWEST_MPS, JobFile, Together, load_job, way_in_mps
@@ -159,7 +160,7 @@ def schedule_of(
 def _led_schedule(job: JobFile, robot: RobotFile, lap: Lap, reach: Reach) -> tuple[Schedule, float]:
     """The timing, slowed where a drive that follows late could not be led, and by how much."""
     stretched, schedule = 1.0, schedule_of(job, robot, lap, reach)
-    if lap.space is Space.JOINT or len(lap) < 2 or robot.steps.backend == "gpiozero":
+    if lap.space is Space.JOINT or len(lap) < 2:
         return schedule, stretched
     jump_hz = _jump_hz(job)
     for _ in range(MOST_STRETCHED):
@@ -210,18 +211,16 @@ USUAL_START_S = 3.0
 class LapMemory:
     """Commands the first and every later lap of one plan."""
 
-    def __init__(self, robot: RobotFile, remembering: Remembering):
-        self._remembering = remembering
-        self._step_rad = robot.drive.rad_per_step
-        self._first_rad: FloatArray | None = None
-        """Mapped angles of the first lap."""
-        self._again_rad: FloatArray | None = None
+    def __init__(self, job: JobFile, robot: RobotFile, remembering: Remembering):
+        self._job, self._robot, self._remembering = job, robot, remembering
+        self._first: TimedLap | None = None
+        """The first lap as it was mapped and timed."""
+        self._again: TimedLap | None = None
 
     def first(self, timed: TimedLap) -> Lap:
         """The first lap; the way to it takes play up in the direction it will set out in."""
-        if self._first_rad is None:
-            self._first_rad = timed.lap.angles_rad
-        mapped = Course(_times_s(timed), self._first_rad)
+        self._first = self._first or timed
+        mapped = Course(_times_s(timed), self._first.lap.angles_rad, self._pace(self._first, timed))
         before = self._remembering.before(mapped)
         return self._commanded(timed.lap, self._remembering.angles_rad(mapped, before))
 
@@ -230,11 +229,11 @@ class LapMemory:
 
         Growth is followed up to the second lap; what little is left of it later is not.
         """
-        if self._again_rad is None:
-            self._again_rad = timed.lap.angles_rad
+        self._again = self._again or timed
         earlier = Course(_times_s(first), first.lap.angles_rad)
         begins_s = float(earlier.t_s[-1]) + float(first.lap.dwell_s[-1])
-        mapped = Course(begins_s + _times_s(timed) - USUAL_START_S, self._again_rad)
+        times_s = begins_s + _times_s(timed) - USUAL_START_S
+        mapped = Course(times_s, self._again.lap.angles_rad, self._pace(self._again, timed))
         commanded = self._remembering.angles_rad(mapped, earlier)
         commanded[0] = commanded[-1] = first.lap.angles_rad[-1]
         return self._commanded(timed.lap, commanded)
@@ -245,13 +244,22 @@ class LapMemory:
         As the arms are meant to set out, which is what the first lap was worked out for: where an
         arm turns round within a step of the start, what is commanded may set out the other way.
         """
-        if self._first_rad is None:
+        if self._first is None:
             return None
-        preload = self._remembering.preload_rad(self._first_rad)
+        preload = self._remembering.preload_rad(self._first.lap.angles_rad)
         return preload if preload.any() else None
 
+    def _pace(self, mapped: TimedLap, timed: TimedLap) -> Pace:
+        """That of a lap before play is taken up, as slow as its drives are led now."""
+        limits, t_s = motor_limits(self._job, self._robot), mapped.schedule.reached_ns / NS_PER_S
+        speed_radps = limits.speed_radps
+        if isinstance(self._job.timing, Together):
+            speed_radps = limits.rad_per_step / (timed.led * self._job.timing.t_pwm_s)
+        t_s = timed.led / mapped.led * t_s
+        return Pace(t_s, speed_radps, limits.acceleration_radps2, mapped is self._first)
+
     def _commanded(self, lap: Lap, angles_rad: FloatArray) -> Lap:
-        counts = np.rint(angles_rad / self._step_rad).astype(np.int64)
+        counts = np.rint(angles_rad / self._robot.drive.rad_per_step).astype(np.int64)
         return replace(lap, angles_rad=angles_rad, counts=counts, mapped=lap.mapped_counts)
 
 
@@ -295,7 +303,7 @@ def _with_memory(
     """The same where arms have play or grow: laps are planned, then commanded otherwise."""
     limits, path = PathLimits(job, robot), path_of(job, robot)
     builder = LapBuilder(kinematics, Linkage.of(robot.geometry), robot.drive.rad_per_step)
-    memory = LapMemory(robot, remembering)
+    memory = LapMemory(job, robot, remembering)
     first = _timed(job, robot, limits, builder.first(path), 1)
     for _ in range(TIMED_AGAIN):
         first = _timed(job, robot, limits, (memory.first(first), None), 1)

@@ -22,7 +22,7 @@ from deltactl.firmware_py.compensation.lead import (
     merged_s,
     smoothed_s,
 )
-from deltactl.firmware_py.compensation.ringing import Ringing, knot_s, rings
+from deltactl.firmware_py.compensation.ringing import Along, Ringing, knot_s, rings
 from deltactl.firmware_py.paths.path import BoolArray, Space
 from deltactl.firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached, Schedule, StepGate
 from deltactl.firmware_py.planner.plan import Plan, TimedLap
@@ -54,10 +54,8 @@ class LeadStream:
         """
         dead_s, lag_s = lags_s(robot)
         pairs = list(zip(dead_s.tolist(), lag_s.tolist(), strict=True))
-        together = robot.steps.backend == "gpiozero"
         late = any(dead + lag > 0.0 for dead, lag in pairs)
-        self.active = (late or ringing is not None) and not (together or as_given)
-        """The gpiozero backend cannot step motors one shortly after the other."""
+        self.active = (late or ringing is not None) and not as_given
         step_s, window_s = 1.0 / robot.limits.step_rate_hz, merged_s(robot)
         fastest = fastest_hz(robot)
         acceleration = robot.limits.joint_acceleration_radps2 / robot.drive.rad_per_step
@@ -135,7 +133,8 @@ class MotionStream:
         self.approach, self.otherwise = way_in.schedule, way_in.says
         """The way to the path, and what of it is otherwise than was asked for."""
         as_given = plan.first.lap.space is Space.JOINT
-        ringing = None if as_given else _ringing(plan, from_counts)
+        begins_ns = self.approach.duration_ns + ns(plan.first_dwell_s)
+        ringing = None if as_given else _ringing(plan, from_counts, begins_ns)
         self._lead = LeadStream(plan.robot, plan.jump_hz, ringing, as_given)
         self.path_start_ns = self.approach.duration_ns + self._lead.after_ns
         """When the first target is reached; before that comes the approach."""
@@ -251,19 +250,24 @@ def _rows(
     )
 
 
-def _ringing(plan: Plan, from_counts: Counts) -> Ringing | None:
+def _ringing(plan: Plan, from_counts: Counts, begins_ns: int) -> Ringing | None:
     """What keeps the platform from ringing, where it would and the drives can follow."""
     if not rings(plan.robot):
         return None
     begins_s, times_s, rows = 0.0, [], []
     for timed in plan.timed:
-        arrives_s = begins_s + timed.schedule.reached_ns / NS_PER_S
-        times_s.append(np.stack([arrives_s, arrives_s + timed.lap.dwell_s], axis=1).ravel())
-        rows.append(np.repeat(np.hstack([timed.lap.angles_rad, timed.lap.position_m]), 2, axis=0))
+        arrives_s, lap = begins_s + timed.schedule.reached_ns / NS_PER_S, timed.lap
+        times_s.append(np.stack([arrives_s, arrives_s + lap.dwell_s], axis=1).ravel())
+        mapped_rad = lap.mapped_counts * plan.robot.drive.rad_per_step
+        row = np.hstack([lap.angles_rad, lap.position_m, mapped_rad])
+        rows.append(np.repeat(row, 2, axis=0))
         begins_s += timed.schedule.duration_ns / NS_PER_S
-    angle_rad, place_m = np.hsplit(np.vstack(rows), 2)
-    knot = knot_s(plan.robot, np.concatenate(times_s), angle_rad, place_m)
-    return Ringing(plan.robot, knot, from_counts) if knot > 0.0 else None
+    angle_rad, place_m, mapped_rad = np.hsplit(np.vstack(rows), 3)
+    lap_s = plan.timed[-1].schedule.duration_ns / NS_PER_S
+    t_s = np.concatenate(times_s)
+    along = Along(t_s, angle_rad, place_m, mapped_rad, begins_ns / NS_PER_S, lap_s)
+    knot = knot_s(plan.robot, *along[:3])
+    return Ringing(plan.robot, knot, from_counts, along) if knot > 0.0 else None
 
 
 def _end_ns(plan: Plan, approach_ns: int) -> int:

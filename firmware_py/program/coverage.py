@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from deltactl.firmware_py.compensation.lead import can_lead
 from deltactl.firmware_py.file_access import FileAccess
 from deltactl.firmware_py.job_file import JobFile, NetworkIk
 from deltactl.firmware_py.job_targets import network_file, read_network
@@ -101,14 +102,13 @@ def robot_coverage(robot: RobotFile) -> Coverage:
 
 def _covered(robot: RobotFile, known: tuple[EffectEntry, ...], inside: str) -> list[Covered]:
     covered = []
-    together = robot.steps.backend == "gpiozero"
     for entry in robot.effects:
         card = card_of(entry.effect)
         if card.compensated is Compensated.INVERSE:
             is_known = entry.model_copy(update={"found": None}) in known
             why = "the network does not know it"
             covered.append(_by(entry, inside) if is_known else _left(entry, why))
-        elif together and card.compensated in (Compensated.AHEAD, Compensated.SHAPED):
+        elif not can_lead(robot) and card.compensated in (Compensated.AHEAD, Compensated.SHAPED):
             covered.append(_left(entry, NOT_TOGETHER))
         elif card.compensated is Compensated.NOT:
             covered.append(_left(entry, card.left))

@@ -120,14 +120,27 @@ def test_an_arm_that_falls_about_as_fast_as_it_is_to_move_does_not_rattle() -> N
     assert float(np.sqrt(np.mean(error_m**2))) < 1.5e-4
 
 
-def test_a_gear_crosses_its_play_while_the_arm_falls_as_fast_as_it_is_to_move() -> None:
-    play = {"width": 0.0105, "drag": 8.0, "friction": 0.2}
-    robot = with_effects(("gear_backlash", "motor1", play))
+@pytest.mark.parametrize(
+    ("motor", "drag", "most_m"),
+    [
+        ("motor1", 8.0, 3.0e-4),
+        ("motor1", 10.0, 6.0e-4),
+        ("motor2", 8.0, 1.0e-3),
+        ("motor2", 12.0, 1.0e-3),
+        ("motor3", 8.0, 3.0e-4),
+    ],
+)
+def test_a_gear_crosses_its_play_while_the_arm_falls_as_fast_as_it_is_to_move(
+    motor: str, drag: float, most_m: float
+) -> None:
+    """Also at a corner, where the path is as fast as motors step, and from the first step on."""
+    play = {"width": 0.0105, "drag": drag, "friction": 0.2}
+    robot = with_effects(("gear_backlash", motor, play))
     path = CONFIG_FOLDER / "demo-heart.yaml"
     job = load_job(path)
     _, _, error_m = run(robot, make_plan(job, robot, kinematics_of(job, robot, path)))
     assert float(np.sqrt(np.mean(error_m**2))) < 0.9e-4
-    assert error_m.max() < 3.0e-4
+    assert error_m.max() < most_m
 
 
 def test_how_far_a_stopped_arm_swings_on_does_not_make_a_moving_one_rattle() -> None:

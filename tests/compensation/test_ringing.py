@@ -83,6 +83,25 @@ def test_play_is_taken_up_where_the_arm_turns_round_that_keeps_the_platform_from
     assert tuple(streamed(plan)[1][-1]) == plan.last_counts
 
 
+@pytest.mark.parametrize("motor", ["motor1", "motor2", "motor3"])
+def test_arms_that_hang_in_play_do_not_make_the_platform_ring(motor: str) -> None:
+    play = {"width": 0.0105, "drag": 8.0, "friction": 0.2}
+    robot = ringing(1.7, 0.1, EffectEntry(effect="gear_backlash", component=motor, parameters=play))
+    plan = plan_of("demo-heart.yaml", robot)
+    assert off_m(robot, plan) < 1.6e-4
+    assert tuple(streamed(plan)[1][-1]) == plan.last_counts
+
+
+def test_every_lap_of_hanging_arms_is_as_good_as_the_first() -> None:
+    play = {"width": 0.0105, "drag": 8.0, "friction": 0.2}
+    hangs = EffectEntry(effect="gear_backlash", component="motor2", parameters=play)
+    path, robot = CONFIG_FOLDER / "demo-heart.yaml", ringing(3.0, 0.1, hangs)
+    job = load_job(path).model_copy(update={"repeats": 3})
+    plan = make_plan(job, robot, kinematics_of(job, robot, path))
+    assert off_m(robot, plan) < 1.5e-4
+    assert tuple(streamed(plan)[1][-1]) == plan.last_counts
+
+
 def test_drives_are_told_no_more_than_they_can_follow_and_all_of_the_way() -> None:
     late = EffectEntry(effect="following_lag", component="motor3", parameters={"time": 0.05})
     robot = ringing(1.7, 0.1, late)

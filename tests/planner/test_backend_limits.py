@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from deltactl.firmware_py.compensation.lead import lags_s
+from deltactl.firmware_py.compensation.ringing import rings
 from deltactl.firmware_py.planner.plan import home_counts, make_plan
 from deltactl.firmware_py.planner.stream import MotionStream
 from deltactl.foundation.errors import LimitExceeded
 from deltactl.models.inverse_kinematics import GeometricInverse
+from deltactl.models.robot import EffectEntry
 
 SHORTEST_NS = 2_000_000
 
@@ -43,3 +46,18 @@ def test_what_gpiozero_cannot_is_refused_before(on_gpiozero, zhao, job_of, timin
     with pytest.raises(LimitExceeded, match=says):
         make_plan(job, on_gpiozero, GeometricInverse(on_gpiozero.geometry))
     make_plan(job, zhao, GeometricInverse(zhao.geometry))
+
+
+def test_what_gpiozero_cannot_lead_is_commanded_as_if_it_were_not_known(on_gpiozero, job_of):
+    late = EffectEntry(effect="following_lag", component="motor1", parameters={"time": 0.1})
+    wobbles = EffectEntry(effect="resonance", component="platform", parameters={"frequency": 2.0})
+    known = on_gpiozero.model_copy(update={"effects": (late, wobbles)})
+    assert not rings(known)
+    assert not any(own.any() for own in lags_s(known))
+    made = []
+    for robot in (on_gpiozero, known):
+        job = job_of(timing={"mode": "together", "t_pwm_s": 0.002})
+        plan = make_plan(job, robot, GeometricInverse(robot.geometry))
+        stream = MotionStream(plan, home_counts(robot))
+        made.append(np.concatenate([chunk.ticks.due_ns for chunk in stream]))
+    np.testing.assert_array_equal(*made)

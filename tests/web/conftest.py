@@ -13,6 +13,7 @@ import urllib.request
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
 
+from deltactl.drivers.steps.pulse_main import die_with_parent
 from deltactl.firmware_py.daemon.client import Client
 from deltactl.firmware_py.named_files import CONFIG_FOLDER
 from deltactl.web.access.users import SCRYPT, add_user
@@ -142,6 +144,7 @@ def start_page(folder: Path, *more: str) -> WebPage:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", "deltactl.cli.main", *call],
             cwd=folder, stdout=log, stderr=log,
+            preexec_fn=partial(die_with_parent, signal.SIGINT),
         )  # fmt: skip
     page = WebPage(process, f"http://127.0.0.1:{port}", folder / "recordings")
     give_up_s = time.monotonic() + READY_S

@@ -94,6 +94,10 @@ class Healings:
         self._says = text
 
     def _folder(self, status: Status) -> Path:
-        """One for each robot file."""
-        key = hashlib.sha256(status.robot_path.encode("utf-8")).hexdigest()[:12]
-        return self._work / "heal" / f"{Path(status.robot_path).stem}-{key}"
+        return healing_folder(self._work, status)
+
+
+def healing_folder(work: Path, status: Status) -> Path:
+    """Where the page keeps what it heals: a folder for each robot file."""
+    key = hashlib.sha256(status.robot_path.encode("utf-8")).hexdigest()[:12]
+    return work / "heal" / f"{Path(status.robot_path).stem}-{key}"

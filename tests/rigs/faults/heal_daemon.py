@@ -1,11 +1,14 @@
 """A daemon on the simulated robot whose sensors and drives fail when standard input says so.
 
 `python -m tests.rigs.faults.heal_daemon FOLDER`, with `mine.yaml` in the folder. The words are
-`blind` and `see` (all three sensors), and `trip N` (a drive's alarm).
+`blind` and `see` (all three sensors), and `trip N` (a drive's alarm). It ends with its standard
+input, as when who started it is killed.
 """
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 import threading
 from contextlib import closing
@@ -26,7 +29,7 @@ BLIND_RAW_STATUS = 4
 
 
 def obey(controller: Controller) -> None:
-    """Carry out the words of standard input until it ends."""
+    """Carry out the words of standard input; its end is that of the daemon."""
     rig, bench = controller.machine.rig, controller.machine.bench
     assert rig is not None
     assert bench is not None
@@ -37,6 +40,7 @@ def obey(controller: Controller) -> None:
         else:
             for chip in rig.chips.values():
                 chip.faults.raw_status = BLIND_RAW_STATUS if words[0] == "blind" else None
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def main() -> int:
