@@ -44,8 +44,6 @@ class EffortNoise:
             seen = seen and seen.between(0.0, within)
             if seen is not None and len(seen.angle) >= OBSERVATIONS.fewest_bins:
                 found.append(Bound(seen, self._passed(seen.angle)))
-        if not found:
-            return None
         fast = np.zeros_like(position)
         fast[DIFFERENCES:] = np.diff(position, DIFFERENCES)
         for values, order, column in ((force, 0, 0), (fast, DIFFERENCES, 1)):
@@ -57,6 +55,8 @@ class EffortNoise:
                 parts = [np.zeros_like(own), np.zeros_like(own)]
                 parts[column] = own
                 found.append(Bound(seen, np.concatenate(parts, axis=1)))
+        if not found:
+            return None
         angle = np.linspace(0.0, np.pi, OBSERVATIONS.angles_summed)[1:]
         return NoiseBounds(found, self._passed(angle).mean(axis=0))
 
