@@ -132,7 +132,7 @@ def _beside(
     """Choose among what was open, or is needless beside the unknown, beside what is sure.
 
     The unknown gives way to what is sure. What was searched for at many places never is: one of
-    them may stand in for an unknown.
+    them may imitate an unknown.
     """
     placed = {r.key for r in plant.regressors if r.places is not None}
     sure = frozenset(k for k in named.best.keys - placed if chances[k] > SELECTION.sure)
