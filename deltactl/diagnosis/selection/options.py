@@ -24,8 +24,8 @@ class SelectionOptions:
     """How often named effects are chosen under the noise that the last choice leaves."""
     sure: float = 0.95
     """Posterior above which a regressor is settled,"""
-    open: float = 0.05
-    """below which it is out of the question,"""
+    open: float = 0.2
+    """below which it is out of the question: a row more or less does not have it chosen,"""
     likely: float = 0.5
     """and above which it is accepted."""
     most_of_map: float = 0.5
