@@ -148,17 +148,3 @@ def test_what_moves_says_that_an_effort_was_recorded(deltactl: Deltactl, tmp_pat
     made = deltactl("init", "axis", "axis.yaml", *given)
     assert "--recorded" not in made.stdout
     assert inspect(axis(tmp_path / "log.csv")).kind == "servo_axis"
-
-
-@pytest.mark.parametrize(("motion", "asks"), [("rotary", True), ("linear", False)])
-def test_what_a_printed_command_asks_is_said_with_the_option_that_answers_it(
-    deltactl: Deltactl, tmp_path: Path, motion: str, asks: bool
-) -> None:
-    axis(tmp_path / "log.csv", "time,goal,place,current")
-    unit = {"rotary": "rad", "linear": "m"}[motion]
-    shown = deltactl("inspect", "log.csv", "--set", f"position=place[{unit}]")
-    assert ("--hanging-nm" in shown.stdout) is asks
-    answers = ["--hanging-nm", "unknown"] * asks
-    made = deltactl(*printed(shown, "describe the machine:"), *answers)
-    assert made.returncode == 0
-    assert "--hanging-nm" not in made.stdout

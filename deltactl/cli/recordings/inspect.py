@@ -33,7 +33,6 @@ MEASURED_SAYS = (
     " --effort-gain, add it; where a weight pulls at it, also {{weight}}"
 )
 COMMANDED = ["--recorded", "command"]
-COMMANDED_SAYS = ("  It asks how a weight pulls at the axis; {weight} answers that beforehand.",)
 OF_ANGLES = ["--gear-ratio", "1", "--microsteps-per-rev", "1600", "--sensors", "none"]
 """For a delta whose angles were recorded, not its steps, and no distances."""
 STEPPED = ["--microsteps-per-rev", "STEPS", "--gear-ratio", "GEAR"]
@@ -175,7 +174,7 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     weight = WEIGHT[seen.motion or "rotary"]
     forced, says = _forced(seen) if seen.needs_inertia else ([], ())
     if seen.kind == "servo_axis" and "command" in there:
-        forced, says = COMMANDED, () if seen.motion == "linear" else COMMANDED_SAYS
+        forced = COMMANDED
     if seen.kind == "stepper_axis":
         forced, says = STEPPED, STEPPED_SAYS
     if seen.kind == "delta" and not {"steps_1", "range_x"} & there:
