@@ -81,8 +81,8 @@ class ObservationOptions:
     low_pass_order: int = 4
     """Order of the Butterworth filter, run both ways so that nothing is delayed."""
     turning_wider: float = 4.0
-    """Times the low-pass' frequency up to which the velocity that friction follows goes. At 5, noise
-    makes needless names beside gross friction (even seeds 72000 ff.)."""
+    """Times the low-pass' frequency up to which the velocity that friction follows goes: at 5,
+    noise makes needless names beside gross friction (even seeds 72000 ff.)."""
     above_noise: float = 10.0
     """Times its noise floor that a spectrum exceeds where it still shows motion. Noise with
     memory (0.7 from sample to sample) has slow parts 6 times its fast ones."""
