@@ -51,9 +51,9 @@ def test_a_limit_of_the_speed_is_reached_between_two_rows(every: int, stamped_s:
 
 def test_friction_follows_a_velocity_that_turns_as_fast_as_the_axis() -> None:
     t_s = np.arange(0.0, 30.0, 0.005)
-    speed = np.tanh(4.0 * np.sin(2.0 * np.pi * 0.5 * t_s))
+    speed = np.tanh(12.0 * np.sin(2.0 * np.pi * 0.5 * t_s))
     way = cumulative_simpson(speed, dx=0.005, initial=0.0)
-    read = way + 1e-4 * np.random.default_rng(2).standard_normal(len(t_s))
+    read = way + 2e-5 * np.random.default_rng(2).standard_normal(len(t_s))
     motion = motion_of(t_s, np.arange(len(t_s)) == 0, read, None)
     turns = motion.settled & (np.abs(speed) < 0.5)
     off = [np.std((course - speed)[turns]) for course in (motion.turning, motion.velocity)]
