@@ -26,7 +26,8 @@ from pathlib import Path
 from typing import Any
 
 ROOMS = (
-    "observations plants plants.lone evidence estimation priors score_tests selection assessment"
+    "observations plants plants.lone evidence estimation priors score_tests selection assessment "
+    "pipelines answer"
 )
 """Rooms of the engine whose numbers an axis or a range sensor meets."""
 FACTORS = (0.5, 2.0)

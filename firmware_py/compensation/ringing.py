@@ -71,7 +71,7 @@ class Plays:
 
     def __init__(self, robot: RobotFile, knot: float, along: Along):
         self._along, taken_rad = along, along.angle_rad - along.mapped_rad
-        turns, self._grid_s = _told(robot, knot, along)
+        turns, self._grid_s = _aimed_turns(robot, knot, along)
         chain, limits = Chain(robot.model_copy(update={"effects": ()})), robot.limits
         torque_nm = chain.course(Commands.of_angles(self._grid_s, turns)).load().torque_nm
         gently = GENTLY * limits.joint_acceleration_radps2
@@ -115,7 +115,7 @@ def _at_times(t_s: FloatArray, knots_s: FloatArray, rows: FloatArray) -> FloatAr
     return np.stack([np.interp(t_s, knots_s, column) for column in rows.T], axis=1)
 
 
-def _told(robot: RobotFile, knot: float, along: Along) -> tuple[FloatArray, FloatArray]:
+def _aimed_turns(robot: RobotFile, knot: float, along: Along) -> tuple[FloatArray, FloatArray]:
     """About where arms are to be so that the platform does not ring, (n, 3), and when [s]."""
     rest_s, boxes = 2 * BOXES * knot, round(knot / LOOKED_S)
     grid_s = np.arange(along.t_s[0] - rest_s, along.t_s[-1] + rest_s, LOOKED_S)

@@ -32,7 +32,8 @@ def rate_limited(
         if first < done:
             continue
         done, here = first, float(at[first - 1]) if first else before
-        done, here = _made_up(asked, at, np.append(late[first], most[first + 1 :]), done, here)
+        ahead = np.append(late[first], most[first + 1 : first + CHUNK])
+        done, here = _made_up(asked, at, ahead, done, here)
         while done < len(at) and step_s[done] > 0.0 and abs(asked[done] - here) > most[done]:
             done, here = _made_up(asked, at, most[done:], done, here)
     return at
@@ -76,9 +77,12 @@ def _made_up(
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     asked = flow.angles_rad[:, 0]
-    before = memory.get("at", float(asked[0]))
-    flow.angles_rad = rate_limited(asked, flow.step_s, scalar(values, "limit"), before)[:, None]
-    memory["at"] = float(flow.angles_rad[-1, 0])
+    before, speed = memory.get("at", float(asked[0])), memory.get("speed", 0.0)
+    limited = rate_limited(asked, flow.step_s, scalar(values, "limit"), before, speed)
+    last, step_s = np.append(memory.get("asked", asked[0]), asked)[-2:], float(flow.step_s[-1])
+    memory["speed"] = float(last[1] - last[0]) / step_s if step_s > 0.0 else 0.0
+    memory["at"], memory["asked"] = float(limited[-1]), float(asked[-1])
+    flow.angles_rad = limited[:, None]
 
 
 EFFECT = EffectKind(
