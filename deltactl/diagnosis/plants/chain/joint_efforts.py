@@ -15,7 +15,7 @@ from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.chain.joint_motions import Layout, joint_motions, prepared
 from deltactl.diagnosis.plants.left_over import LeftOver, Way
-from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
+from deltactl.diagnosis.plants.lone.clear_motion import alike, clocks_apart_s
 from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns
 from deltactl.models.rigid_chain import BODY, RigidChain
@@ -50,7 +50,7 @@ class ChainOptions:
     """Way over which a bearing yields before it slides, as a share of the travel (a harmonic drive:
     minutes of arc). A fifth or three times of it changes no answer on even draws,"""
     yields_of_size: float = 0.1
-    """and the friction that does, as a share of all effort."""
+    """and the friction that does, as a share of all effort; what the model states does, too."""
     bends: int = 2
     """Pieces of a spline by which friction grows along the way, or a torque constant in time."""
     dead_time_s: float = 0.05
@@ -94,10 +94,19 @@ class JointEfforts(LeftOver):
         stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
         self.layout = Layout(moved.counts, ASSESSMENT.folds, stride)
         self.readings = self.layout.readings(moved.whole, moved.counts, "effort", self.unit)
-        self.kinds: IntArray = self.layout.column
         self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
-        self.own = self.kinds[:, None] == np.arange(len(self.joints))
+        self.own = self.layout.column[:, None] == np.arange(len(self.joints))
         """Whether a row is of a joint, (n, joints)."""
+        self.kinds: IntArray = self._alike()
+
+    def _alike(self) -> IntArray:
+        """Small numbers (n,): rows of one number are of one joint and have one noise."""
+        moved, kept = self.moved, self.layout.kept
+        period = moved.edge.cut_off_hz * moved.whole.period_s
+        counted = [kept[counts[kept]] for counts in moved.counts.T]
+        columns = zip(moved.speed.T, self._changing.T, counted, strict=True)
+        own = self.layout.laid(np.stack([alike(*one, period) for one in columns], axis=1))
+        return np.asarray(self.layout.column * (1 + own.max()) + own)
 
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""
@@ -126,7 +135,7 @@ class JointEfforts(LeftOver):
     @property
     def usual(self) -> FloatArray:
         """Efforts of the joint that a row is of: a wrist's are a hundredth of a shoulder's."""
-        return np.asarray(self.sizes[self.kinds])
+        return np.asarray(self.sizes[self.layout.column])
 
     def whitened(self, columns: Sequence[Columns]) -> FloatArray:
         """Rows (m, k) of columns in their usual sizes, by the usual noise of efforts."""
@@ -144,7 +153,7 @@ class JointEfforts(LeftOver):
             "dry": (each(chain.friction * self._direction), CHAIN.friction_as_stated),
             "viscous": (each(chain.damping * self._speed), CHAIN.friction_as_stated),
             "loaded": (each(self._by_load), CHAIN.friction_of_load),
-            "yields": (each(self._yielding * self.sizes), CHAIN.yields_of_size),
+            "yields": (each(self._yielding * self._gripping), 1.0),
             "link": (self._links, CHAIN.as_built),
         }
         values = np.concatenate([shapes for shapes, _ in tables.values()], axis=1)
@@ -161,6 +170,11 @@ class JointEfforts(LeftOver):
         """Friction by the load of the gear, less that at the usual load."""
         load = np.abs(self._bare)
         return self._low_passed(self.moved.signs * (load - self._usually(load)))
+
+    @property
+    def _gripping(self) -> FloatArray:
+        """Usual friction of each joint that yields before it slides, (joints,)."""
+        return np.asarray(np.hypot(CHAIN.yields_of_size * self.sizes, self.chain.friction))
 
     @cached_property
     def _yielding(self) -> FloatArray:
@@ -200,9 +214,13 @@ class JointEfforts(LeftOver):
         weighs.
         """
         chain, mass = self.chain, CHAIN.load_of_mass * self.chain.mass_kg
-        values = self.layout.laid(self._low_passed(chain.load_columns(*self._motion)))
+        values = self.layout.laid(self._low_passed(self._moments))
         off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
         return Columns(values, mass * np.array([1.0] + [off] * 3 + [off**2] * 6), BODY)
+
+    @cached_property
+    def _moments(self) -> FloatArray:
+        return self.chain.load_columns(*self._motion)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:

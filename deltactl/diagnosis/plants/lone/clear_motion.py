@@ -7,8 +7,8 @@ from scipy.ndimage import binary_dilation, binary_opening
 
 from deltactl.diagnosis.observations.inverse_dynamics import Motion
 from deltactl.diagnosis.observations.options import OBSERVATIONS
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
-from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
+from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
 
 
 def rests_of(motion: Motion, period: float) -> BoolArray:
@@ -41,6 +41,24 @@ def _slow(motion: Motion) -> BoolArray:
 def rows_apart(period: float) -> int:
     """Samples between rows that count: nearer ones repeat each other."""
     return max(1, int(FORCED_AXIS.periods_a_row / period))
+
+
+def alike(velocity: FloatArray, changing: FloatArray, rows: IntArray, period: float) -> IntArray:
+    """Small numbers (n,): rows of one number have one noise.
+
+    Between two samples an effort that changes fast may be anything, and near a reversal bearings
+    first yield, which no curve over the speed says.
+    """
+    steep, count = np.abs(changing), len(rows)
+    fewest = LONE.rows_a_piece
+    shares = [one for one in FORCED_AXIS.steeper if (1.0 - one) * count >= fewest]
+    edges = np.quantile(steep[rows], shares) if shares else np.zeros(0)
+    turns = np.diff(np.signbit(velocity), prepend=False)
+    near = binary_dilation(turns, np.ones(2 * max(1, int(0.5 / period)) + 1, dtype=bool))
+    kinds: IntArray = np.searchsorted(edges, steep)
+    if np.count_nonzero(near[rows]) >= fewest:
+        kinds = kinds + (len(shares) + 1) * near
+    return kinds
 
 
 def clocks_apart_s(period_s: float) -> float:
