@@ -89,7 +89,9 @@ class JointEfforts(LeftOver):
         self._filtered = self._low_passed(moved.force)
         self._direction = self._low_passed(moved.signs)
         self._speed = self._low_passed(moved.speed)
+        self._changing = moved.edge.slope(self._filtered)
         self._bare = chain.efforts(*self._motion)
+        self._moments = chain.load_columns(*self._motion)
         self._needed = self._low_passed(self._bare) + chain.friction * self._direction
         stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
         self.layout = Layout(moved.counts, ASSESSMENT.folds, stride)
@@ -110,23 +112,20 @@ class JointEfforts(LeftOver):
 
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""
-        rows: IntArray = self.rows[self.own[self.rows, joint]]
-        return rows
+        return np.asarray(self.rows[self.own[self.rows, joint]])
 
     @cached_property
     def sizes(self) -> FloatArray:
         """How large efforts of each joint are here, (joints,), by their root mean square."""
         both = np.stack([self._filtered, self._needed]) ** 2
-        sizes: FloatArray = np.sqrt(np.maximum(self._usually(both), 1e-300)).max(axis=0)
-        return sizes
+        return np.asarray(np.sqrt(np.maximum(self._usually(both), 1e-300)).max(axis=0))
 
     def _usually(self, values: FloatArray) -> FloatArray:
         """Means (..., joints) of values (..., m, joints) where a joint is in clear motion; of one
         that never is, of all.
         """
         counts = self.moved.counts | ~self.moved.counts.any(axis=0)
-        means: FloatArray = np.sum(values * counts, axis=-2) / np.sum(counts, axis=0)
-        return means
+        return np.asarray(np.sum(values * counts, axis=-2) / np.sum(counts, axis=0))
 
     def moving(self) -> list[int]:
         """Joints with rows enough in clear motion for anything to show."""
@@ -147,13 +146,14 @@ class JointEfforts(LeftOver):
         arm is built exactly as its model, and bearings yield before they slide.
         """
         chain, each = self.chain, self._each
+        grips = np.hypot(CHAIN.yields_of_size * self.sizes, chain.friction)
         tables = {
             "lag": (each(self._changing), clocks_apart_s(self.moved.whole.period_s)),
             "gain": (each(self._needed), CHAIN.as_built),
             "dry": (each(chain.friction * self._direction), CHAIN.friction_as_stated),
             "viscous": (each(chain.damping * self._speed), CHAIN.friction_as_stated),
             "loaded": (each(self._by_load), CHAIN.friction_of_load),
-            "yields": (each(self._yielding * self._gripping), 1.0),
+            "yields": (each(self._yielding * grips), 1.0),
             "link": (self._links, CHAIN.as_built),
         }
         values = np.concatenate([shapes for shapes, _ in tables.values()], axis=1)
@@ -171,11 +171,6 @@ class JointEfforts(LeftOver):
         load = np.abs(self._bare)
         return self._low_passed(self.moved.signs * (load - self._usually(load)))
 
-    @property
-    def _gripping(self) -> FloatArray:
-        """Usual friction of each joint that yields before it slides, (joints,)."""
-        return np.asarray(np.hypot(CHAIN.yields_of_size * self.sizes, self.chain.friction))
-
     @cached_property
     def _yielding(self) -> FloatArray:
         """Friction of a bearing that yields before it slides, less that of one that does not."""
@@ -185,10 +180,6 @@ class JointEfforts(LeftOver):
         one = np.ones(len(moves))
         held = np.stack([clipped(move, -one, one, 0.0) for move in moves.T], axis=1)
         return self._low_passed(held) - self._direction
-
-    @cached_property
-    def _changing(self) -> FloatArray:
-        return self.moved.edge.slope(self._filtered)
 
     def _since(self, joint: int, dead_s: float) -> FloatArray:
         """Effort of a joint less what it was a dead time ago, (n,).
@@ -217,10 +208,6 @@ class JointEfforts(LeftOver):
         values = self.layout.laid(self._low_passed(self._moments))
         off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
         return Columns(values, mass * np.array([1.0] + [off] * 3 + [off**2] * 6), BODY)
-
-    @cached_property
-    def _moments(self) -> FloatArray:
-        return self.chain.load_columns(*self._motion)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:

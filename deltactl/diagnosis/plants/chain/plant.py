@@ -59,9 +59,7 @@ class ChainPlant(JointEfforts):
         """Efforts (n,) of the model and of the linear effects in the robot file."""
         made, gains = self.layout.laid(self._needed), np.ones(len(self.joints))
         made = made + self._load.values @ self._stated_load
-        for key, sizes in self._stated:
-            if key == LOAD:
-                continue
+        for key, sizes in ((key, sizes) for key, sizes in self._stated if key != LOAD):
             column, joint = self._place(key)
             if column == "gain":
                 gains[joint] *= sizes["scale"]
@@ -135,14 +133,13 @@ class ChainPlant(JointEfforts):
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
-        as_stated, spread_s = CHAIN.friction_as_stated, CHAIN.dead_time_s
-        longest_s = LONE.longest_lag_s
+        spread_s, longest_s = CHAIN.dead_time_s, LONE.longest_lag_s
         late = Size(
             "dead_time", "half", spread_s, 0.0, longest_s, 0.05 * period_s, within=(0.0, longest_s)
         )
         table = {
-            "dry": off(as_stated * float(chain.friction[joint]), **brakes),
-            "viscous": off(as_stated * float(chain.damping[joint]), **brakes),
+            "dry": off(CHAIN.friction_as_stated * float(chain.friction[joint]), **brakes),
+            "viscous": off(CHAIN.friction_as_stated * float(chain.damping[joint]), **brakes),
             "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
             "gain": off(CHAIN.as_built, above=-1.0),
             "offset": off(CHAIN.zero_of_current * float(self.sizes[joint]), **by_gain),

@@ -240,8 +240,7 @@ class ForcedAxis(LeftOver):
         """Samples (n,) whose effort is cut at a limit, and its noise with it."""
         if "limit" not in keys:
             return None
-        cut: BoolArray = self._limit.kept_back(sizes["limit.limit"]) != 0.0
-        return cut
+        return np.asarray(self._limit.kept_back(sizes["limit.limit"]) != 0.0)
 
     def _left_by_all(self, rows: IntArray) -> FloatArray:
         """What all named forces together leave of some rows (m,), absolute."""
