@@ -15,7 +15,7 @@ from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.chain.joint_motions import Layout, joint_motions, prepared
 from deltactl.diagnosis.plants.left_over import LeftOver, Way
-from deltactl.diagnosis.plants.lone.clear_motion import alike, clocks_apart_s
+from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns
 from deltactl.models.rigid_chain import BODY, RigidChain
@@ -99,16 +99,7 @@ class JointEfforts(LeftOver):
         self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
         self.own = self.layout.column[:, None] == np.arange(len(self.joints))
         """Whether a row is of a joint, (n, joints)."""
-        self.kinds: IntArray = self._alike()
-
-    def _alike(self) -> IntArray:
-        """Small numbers (n,): rows of one number are of one joint and have one noise."""
-        moved, kept = self.moved, self.layout.kept
-        period = moved.edge.cut_off_hz * moved.whole.period_s
-        counted = [kept[counts[kept]] for counts in moved.counts.T]
-        columns = zip(moved.speed.T, self._changing.T, counted, strict=True)
-        own = self.layout.laid(np.stack([alike(*one, period) for one in columns], axis=1))
-        return np.asarray(self.layout.column * (1 + own.max()) + own)
+        self.kinds: IntArray = self.layout.column
 
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""
