@@ -18,7 +18,7 @@ from scipy.special import ndtr
 
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.evidence.scalar_products import Block, Products, Target
+from deltactl.diagnosis.evidence.scalar_products import Block, Products, Target, left_of
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 
@@ -60,7 +60,7 @@ class Explanation:
     @cached_property
     def white(self) -> FloatArray:
         """Whitened residual (m,), computed once it is asked for: of most sets it never is."""
-        return _left_of(self.target, self.shapes, self.theta)
+        return left_of(self.target, self.shapes, self.theta)
 
     @cached_property
     def predicted(self) -> FloatArray:
@@ -238,7 +238,7 @@ class Laplace:
         """Penalised cost and the vector (m + p + q,) whose square it is."""
         target, blocks = self._whitened(keys, point)
         theta, _, _ = self._most_probable(target, blocks, self._taken(keys))
-        white = _left_of(target.white, [shape for _, shape in blocks], theta)
+        white = left_of(target.white, [shape for _, shape in blocks], theta)
         left = np.concatenate([white, theta, self._penalties(keys, point)])
         return float(left @ left), left
 
@@ -387,17 +387,6 @@ def tolerated(plant: RegressionPlant) -> FloatArray:
     free = plant.free()
     names = free.names or ("",) * len(free.spread)
     return np.array([EVIDENCE.tolerated if name and name in bounded else np.inf for name in names])
-
-
-def _left_of(target: FloatArray, shapes: Sequence[FloatArray], theta: FloatArray) -> FloatArray:
-    """What linear sizes (p,) of the first shapes leave of a whitened model error, (m,)."""
-    left, first = target.copy(), 0
-    for shape in shapes:
-        if first == len(theta):
-            break
-        left -= shape @ theta[first : first + shape.shape[1]]
-        first += shape.shape[1]
-    return left
 
 
 def _side_by_side(rows: int, shapes: Sequence[FloatArray], taken: IntArray) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -56,3 +57,14 @@ class Target:
             kept = (block, block[1].T @ self.white)
             self._shares[block[0]] = kept
         return kept[1]
+
+
+def left_of(target: FloatArray, shapes: Sequence[FloatArray], theta: FloatArray) -> FloatArray:
+    """What linear sizes (p,) of the first shapes leave of a whitened model error, (m,)."""
+    left, first = target.copy(), 0
+    for shape in shapes:
+        if first == len(theta):
+            break
+        left -= shape @ theta[first : first + shape.shape[1]]
+        first += shape.shape[1]
+    return left
