@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -10,6 +12,8 @@ from scipy.integrate import cumulative_simpson
 from deltactl.diagnosis.answer.records import Finding
 from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.diagnosis.observations.inverse_dynamics import motion_of
+from deltactl.models.effects.flow import Flow, Load
+from deltactl.models.effects.lone_axis import command_effects
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import from_columns
 
@@ -47,6 +51,35 @@ def test_a_limit_of_the_speed_is_reached_between_two_rows(every: int, stamped_s:
     ((value, low, high),) = finding.parameters["limit"].components
     assert value == pytest.approx(LIMIT, rel=1e-3)
     assert low < LIMIT < high
+
+
+@pytest.mark.parametrize("rows", [1, 7, 50])
+def test_a_limit_of_the_speed_knows_the_motion_before_its_block(rows: int) -> None:
+    """Rows as a running robot has them, some at a time, beside all at once."""
+    t_s = np.arange(0.0, 8.0, 0.02)
+    asked = cumulative_simpson(0.9 + 0.3 * np.sin(t_s), dx=0.02, initial=0.0)
+    whole, parts = (in_blocks(t_s, asked, every) for every in (len(t_s), rows))
+    assert np.abs(whole - asked).max() > 0.01
+    assert np.abs(parts - whole).max() < 1e-3
+
+
+def in_blocks(t_s: FloatArray, asked: FloatArray, rows: int) -> FloatArray:
+    """What a limited axis does of a command that comes some rows at a time."""
+    kind, memory = command_effects("rotary")["speed_limit"], dict[str, Any]()
+    done = []
+    for first in range(0, len(t_s), rows):
+        part = slice(first, first + rows)
+        flow = Flow(
+            t_s=t_s[part],
+            fresh=np.arange(len(t_s))[part] == 0,
+            start_s=0.0,
+            angles_rad=asked[part, None].copy(),
+            load_of=lambda: Load(np.zeros((0, 1)), np.zeros((0, 1))),
+            previous_s=t_s[first - 1] if first else None,
+        )
+        kind.operate(flow, 0, {"limit": np.array(LIMIT)}, memory)
+        done.append(flow.angles_rad[:, 0])
+    return np.concatenate(done)
 
 
 def test_friction_follows_a_velocity_that_turns_as_fast_as_the_axis() -> None:

@@ -16,6 +16,7 @@ from deltactl.repair.heal_answer import IMPROVED
 from deltactl.repair.heal_campaign import ProofPatient
 from deltactl.repair.machine import faulty_robot
 from deltactl.repair.played import Paths
+from deltactl.repair.surveys import MOST_ROBOT_S
 
 
 @pytest.mark.study
@@ -44,3 +45,14 @@ def test_a_drawn_robot_that_misses_its_goal_is_not_called_healed(tmp_path: Path)
     assert answer["outcome"] == IMPROVED
     low_m, high_m = answer["expected_ci95_m"]
     assert low_m < after_m < 1.2 * high_m
+
+
+@pytest.mark.study
+def test_drawings_end_with_the_time_of_the_robot(tmp_path: Path) -> None:
+    """Arms that grow by a little, which few drawings show: none is begun that would be too long."""
+    robot_file = tmp_path / ROBOT.name
+    robot_file.write_bytes(ROBOT.read_bytes())
+    machine, paths = faulty_robot(["contact", "thermal_expansion"], 5521105), Paths(JOB)
+    order = Order(robot_file, JOB, tmp_path / "healing", goal_m=1e-6)
+    answer = Healer(order, ProofPatient(machine, JOB, paths), lambda _: None, paths).heal()
+    assert answer["robot_s"] < MOST_ROBOT_S
