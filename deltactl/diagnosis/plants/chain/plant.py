@@ -48,8 +48,6 @@ class ChainPlant(JointEfforts):
         filtered = self.layout.laid(self._filtered)
         self.observed = filtered - self._explained - self._late_by_file()
         self.drawn_on = filtered - self.observed
-        self._bare += self._moments @ (self._carried + self._stated_load)
-        del self._by_load  # of the links alone
         self.regressors = tuple(self._regressors())
 
     # ---- the robot file ------------------------------------------------------------------------
