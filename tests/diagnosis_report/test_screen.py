@@ -111,7 +111,7 @@ def fits(answer: Diagnosis, robot: RobotModel | None = None) -> None:
     whole = shown(answer, robot, most=10_000, width=10_000)
     cut = ("screen.more_findings", "headline.more_there", "screen.unseen", "do.if_confirmed_there")
     more = [say(key, number="", do="") for key in cut]
-    more.append(say("headline.or_another", name=""))
+    more += [say(f"headline.open_{of}", what="", open="") for of in ("one", "each", "some")]
     more += [say("screen.all_unseen", findings="one finding findings"), ""]
     counted = words(more) | {"", *map(str, range(100))}
     assert words(lines) <= words(whole) | counted

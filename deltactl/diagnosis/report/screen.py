@@ -29,7 +29,15 @@ from deltactl.diagnosis.report.finding import (
 from deltactl.diagnosis.report.fit import fit_line, fit_title, unexplained
 from deltactl.diagnosis.report.headline import opening
 from deltactl.diagnosis.report.limits import above_nothing, in_file, limit_alone, of_the_file
-from deltactl.diagnosis.report.names import all_followed, count, numbers, part_of, percent, sentence
+from deltactl.diagnosis.report.names import (
+    all_followed,
+    count,
+    in_table,
+    numbers,
+    part_of,
+    percent,
+    sentence,
+)
 from deltactl.diagnosis.report.next_run import (
     experiment_line,
     hint,
@@ -149,7 +157,7 @@ def _below_the_table(
     return [
         Part(_helps(diagnosis), turns=0, rank=1),
         Part(or_else, say("screen.or_else"), turns=0, rank=2),
-        Part([*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways)], short=2, rank=3),
+        Part([*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways, True)], short=2, rank=3),
         Part(_not_shown(diagnosis, width), gap=False, rank=4),
     ]
 
@@ -238,7 +246,7 @@ def _saved(diagnosis: Diagnosis, all_of_them: bool | None, ways: Ways, width: in
 
 def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     """Its cells, the main size first; further sizes as rows below it."""
-    name = finding.effect.replace("_", " ")
+    name = in_table(finding)
     if finding.effect == NAMELESS and finding.depends_on:
         name = say("screen.unknown", follows=all_followed(finding.depends_on))
     where = part_of(finding.effect, finding.component, finding.depends_on).removeprefix("the ")
@@ -318,9 +326,9 @@ def _on_top(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> list[
     return [say("screen.on_top", which=numbers(which, ways.rows))] if which else []
 
 
-def remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
+def remarks(diagnosis: Diagnosis, ways: Ways, brief: bool = False) -> list[str]:
     """What was not read, not used or not compared, what is known from the robot file, and what
-    the answer as a whole depends on.
+    the answer as a whole depends on. brief: without what is beyond doubt.
     """
     by_assumption = [
         by_priors(one)
@@ -336,7 +344,7 @@ def remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
         ),
         *(say("summary.not_read", why=why) for why in diagnosis.not_read),
         *(say("summary.not_held_out", why=why) for why in diagnosis.not_held_out),
-        *of_the_file(diagnosis),
+        *of_the_file(diagnosis, brief),
         *_agreement(diagnosis),
         *by_assumption,
     ]
