@@ -243,7 +243,7 @@ def test_the_table_has_size_interval_and_probability(make: Any) -> None:
     one.parameters["angle"] = ParameterResult(value=0.02, ci95=[0.018, 0.022], unit="rad")
     (row,) = [line for line in shown(make("explained", findings=[one])) if line.startswith("1  ")]
     size = next(size for name, size in shown_sizes(one) if name == "angle")
-    for cell in ("home offset", "motor 2", size.shown, size.interval, "93 %"):
+    for cell in ("wrong home angle", "motor 2", size.shown, size.interval, "93 %"):
         assert cell in row
 
 

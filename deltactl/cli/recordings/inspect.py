@@ -27,7 +27,8 @@ OF_THE_RUN = "ROBOT is the robot file that it was made with"
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
     "  INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is known",
-    "  GAIN: N m (or N) for one unit of the effort; where a weight pulls at it, also {weight}",
+    "  GAIN: N m (or N) for one unit of the effort, or unknown; where a weight pulls at it, also"
+    " {weight}",
 )
 MEASURED_SAYS = (
     "  what moves is measured{measured}; if you know --inertia or"
