@@ -23,18 +23,14 @@ def of_the_file(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
 
 
 def alarm_line(diagnosis: Diagnosis, brief: bool = False) -> str:
-    """How surely the robot file is incomplete; empty where the headline says as much.
-
-    brief: and where it is beyond doubt.
-    """
+    """How surely the robot file is incomplete; empty where the headline or a table says it."""
     p, nothing = diagnosis.false_alarm_p, diagnosis.probability_nothing_missing
-    beyond_doubt = nothing is not None and max(nothing, 1e6 * p) < 1.0 - SAYING.settled_p
-    if brief and diagnosis.findings and beyond_doubt:
-        return ""
     if math.isnan(p):
         return say("alarm.not_computed")
     if not diagnosis.findings:
         return "" if surely_nothing(diagnosis) else say("alarm.more_data")
+    if brief and nothing is not None and max(nothing, 1e6 * p) < 1.0 - SAYING.settled_p:
+        return ""
     sure = "" if nothing is None else say("alarm.sure", sure=percent(1.0 - nothing))
     return sentence(say("alarm.incomplete", sure=sure, p=by_noise(p)))
 

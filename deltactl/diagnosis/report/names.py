@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 
 from deltactl.diagnosis.answer.how_sure import after_its_effort
@@ -86,28 +85,14 @@ def called(finding: Finding) -> str:
     return phrase(finding.effect, finding.component)
 
 
-_PLACE = re.compile(r"^an? | (?:(?:of|at|in|on|by) )?\{part\}")
-"""What a name lacks where its place is in another column: the article, and where."""
-
-
-def in_table(finding: Finding) -> str:
-    """A finding by name, as in `called`, without its place."""
-    own = card_of(finding.effect).words.effort if after_its_effort(finding) else ""
-    return _PLACE.sub("", own or _template(finding.effect, [finding.component]))
-
-
 def _where(name: str, components: Sequence[str]) -> str:
     return part_of(name, components[0]) if len(components) == 1 else parts(components)
 
 
 def _phrase(name: str, components: Sequence[str], where: str) -> str:
-    return _template(name, components).format(part=where)
-
-
-def _template(name: str, components: Sequence[str]) -> str:
-    of = card_of(name).words
-    own = of.axis if list(components) == [COMPONENT] else of.several if len(components) > 1 else ""
-    return own or of.noun or f"{name.replace('_', ' ')} at {{part}}"
+    words = card_of(name).words
+    several = words.several if len(components) > 1 else ""
+    return (several or words.of_one(name, list(components) == [COMPONENT])).format(part=where)
 
 
 def other_cause(finding: str, other: str, component: str) -> str:

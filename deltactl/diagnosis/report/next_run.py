@@ -48,10 +48,7 @@ def hint(finding: Finding, answer: Diagnosis, ways: Ways = TERMINAL) -> str:
 
 
 def measured(finding: Finding, answer: Diagnosis, ways: Ways) -> str:
-    """Motion or measurement of an axis that distinguishes its causes, as part of a sentence.
-
-    What the robot file has need not be entered.
-    """
+    """Motion or measurement of an axis that distinguishes its causes, as part of a sentence."""
     slides = "_slides" * (answer.fit.unit in ("m", "N"))
     pulls = "" if answer.pull_said else say(f"apart.say_what_pulls{slides}")
     texts = (
@@ -140,10 +137,7 @@ def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
 def saved_lines(
     diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL, brief: bool = False
 ) -> list[str]:
-    """Which findings a corrected robot file holds, which it leaves out and why, by their numbers.
-
-    brief: without how sure each is.
-    """
+    """What a corrected file holds, and why not the rest; brief: without how sure each is."""
     groups, in_file = dict[str, dict[int, str]](), kept(diagnosis, all_of_them)
     for number, finding in enumerate(diagnosis.findings, 1):
         name = f"{number}{'' if brief else _how_sure(finding)}"

@@ -13,7 +13,7 @@ from functools import partial
 
 from rich.markup import escape
 
-from deltactl.diagnosis.answer.how_sure import is_about, settled
+from deltactl.diagnosis.answer.how_sure import after_its_effort, is_about, settled
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import NAMELESS
@@ -29,15 +29,7 @@ from deltactl.diagnosis.report.finding import (
 from deltactl.diagnosis.report.fit import fit_line, fit_title, unexplained
 from deltactl.diagnosis.report.headline import opening
 from deltactl.diagnosis.report.limits import above_nothing, in_file, limit_alone, of_the_file
-from deltactl.diagnosis.report.names import (
-    all_followed,
-    count,
-    in_table,
-    numbers,
-    part_of,
-    percent,
-    sentence,
-)
+from deltactl.diagnosis.report.names import all_followed, count, numbers, part_of, percent, sentence
 from deltactl.diagnosis.report.next_run import (
     experiment_line,
     hint,
@@ -59,6 +51,8 @@ from deltactl.foundation.one_screen import (
     spaced,
     wrapped,
 )
+from deltactl.models.effects import card_of
+from deltactl.models.effects.lone_axis import COMPONENT
 from deltactl.models.robot import RobotModel
 
 WIDTH = 80
@@ -246,7 +240,8 @@ def _saved(diagnosis: Diagnosis, all_of_them: bool | None, ways: Ways, width: in
 
 def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     """Its cells, the main size first; further sizes as rows below it."""
-    name = in_table(finding)
+    words, alone = card_of(finding.effect).words, finding.component == COMPONENT
+    name = words.without_place(finding.effect, alone, after_its_effort(finding))
     if finding.effect == NAMELESS and finding.depends_on:
         name = say("screen.unknown", follows=all_followed(finding.depends_on))
     where = part_of(finding.effect, finding.component, finding.depends_on).removeprefix("the ")
@@ -262,10 +257,7 @@ def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
 
 
 def _cells(size: Size | None, there: bool) -> tuple[str, str]:
-    """A size and its interval, which is not known of a sum of times and of a lone event.
-
-    there: the finding is settled; where its interval holds nothing, its size is not known.
-    """
+    """A size, unknown of what is there with an interval that holds nothing, and its interval."""
     if size is None:
         return "", ""
     shown = say("size.not_known") if there and size.low < 0.0 < size.high else size.shown
@@ -327,9 +319,7 @@ def _on_top(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> list[
 
 
 def remarks(diagnosis: Diagnosis, ways: Ways, brief: bool = False) -> list[str]:
-    """What was not read, not used or not compared, what is known from the robot file, and what
-    the answer as a whole depends on. brief: without what is beyond doubt.
-    """
+    """What the answer as a whole depends on; brief: without what is beyond doubt."""
     by_assumption = [
         by_priors(one)
         for one in diagnosis.prior_sensitivity
