@@ -236,8 +236,7 @@ class ServoAxis(RuledModel):
         Annotated[float, Field(gt=0.0, description="turn the sign of the effort column instead")]
         | Literal["unknown"]
     ) = 1.0
-    """Torque or force for one unit of the effort column; `unknown`: what answers call N and kg (or
-    N m and kg m2) is in the unit of that column."""
+    """Torque or force for one unit of the effort column; `unknown`: forces are in its unit."""
     gravity: AxisGravity | None = None
     drive_stiffness: (
         Annotated[float, Field(gt=0.0, description="with 0 nothing would hold it")] | None

@@ -76,7 +76,7 @@ def inspect_recordings(
             awaited = bool(together) and number < len(seen)
             _show(table, why_not, _Next(paths, robot, machine is None, save, awaited))
     if save is not None:
-        write_whole(save, seen[0][0].mapping_text())
+        write_whole(save, seen[0][0].mapping_text(typed=True))
         if not as_json:
             say(f"mapping: {save}")
 

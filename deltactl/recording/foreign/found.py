@@ -114,9 +114,13 @@ class Inspection:
         """The same as they are typed: the unit that its owner has to say is UNIT in them."""
         if self.asked is None:
             return self.options
+        return ["--set", "unit=UNIT", *self._words(self._unsaid)]
+
+    @property
+    def _unsaid(self) -> set[str]:
+        """Columns whose unit its owner has to say."""
         guesses = (one for one in self.guesses.values() if one.name in (*LONE, "velocity"))
-        unsaid = {one.name for one in guesses if one.unsaid}
-        return ["--set", "unit=UNIT", *self._words(unsaid)]
+        return {one.name for one in guesses if self.asked is not None and one.unsaid}
 
     def _words(self, unsaid: set[str]) -> list[str]:
         """unsaid: columns whose unit is left out."""
@@ -188,14 +192,18 @@ class Inspection:
             "warnings": self.warnings,
         }
 
-    def mapping_text(self) -> str:
-        """The mapping as a file for `--columns`."""
+    def mapping_text(self, typed: bool = False) -> str:
+        """The mapping as a file for `--columns`; typed: with UNIT for what has to be said."""
         columns = {
             name: source.model_dump(by_alias=True, exclude_defaults=True)
             | ({"scale": source.scale} if "scale" in source.model_fields_set else {})
             for name, source in self.mapping.columns.items()
         }
         plain: dict[str, Any] = {"columns": columns}
+        if typed and self.asked is not None:
+            plain = {"unit": "UNIT", **plain}
+            for name in self._unsaid & columns.keys():
+                columns[name].pop("unit", None)
         for name, default in Mapping().model_dump().items():
             value = getattr(self.mapping, name)
             if name != "columns" and value != default:

@@ -79,8 +79,7 @@ class Mapping(StrictModel):
     columns: dict[str, Source] = Field(default_factory=dict)
     """Each column by its name, and where it comes from."""
     unit: str | None = None
-    """Unit of a single axis' command and position, and a second of it of its velocity, where
-    neither the column nor its heading says one."""
+    """Unit of an axis' motion where no heading says one."""
     rate_hz: Annotated[float, Field(gt=0.0)] | None = None
     """Rows a second, of a table without times."""
     skip_lines: Annotated[int, Field(ge=0)] = 0

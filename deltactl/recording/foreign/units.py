@@ -83,7 +83,7 @@ LONE = ("command", "position")
 
 
 def size_of(unit: str) -> float:
-    """Of a unit of `unit=`, in SI: one that is known, or what one is. Raises ValueError."""
+    """SI size of what `unit=` says: a unit, or the size itself. Raises ValueError."""
     return IN_SI[unit] if unit in IN_SI else float(unit)
 
 
