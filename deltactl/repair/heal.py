@@ -359,7 +359,9 @@ class Healer:
         return load_robot(candidate)
 
     def _drawn(self, candidate: Path, corrected: RobotFile) -> tuple[Distance, Distance, Gain]:
-        """The job before and after, again while noise hides which is nearer to its path."""
+        """The job before and after, again while noise hides which is nearer to its path and there
+        is time.
+        """
         job, path = self._job, self._order.robot_file
         while True:
             for kind, file in ((OLD, path), (NEW, candidate)):
@@ -371,7 +373,8 @@ class Healer:
             before, after = (distance(runs, corrected) for runs in (drawn, redrawn))
             better = gain(drawn, redrawn, corrected)
             self._say(f"by the sensors: before {before.text}, after {after.text}")
-            if better.sign != 0 or len(self._state.of(NEW)) >= MOST_DRAWINGS:
+            over = left_s(self._state.robot_s, self._paths.path(corrected), times=1) < 0.0
+            if over or better.sign != 0 or len(self._state.of(NEW)) >= MOST_DRAWINGS:
                 return before, after, better
 
     def _seen(self, kind: str) -> list[Seen]:

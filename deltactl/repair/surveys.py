@@ -51,6 +51,8 @@ EXPLAINED = ("explained", "nothing_missing")
 SWINGS_S = 1.0
 """Arms that follow late are pressed so long after the command, or before."""
 RANGES = tuple(f"range_{axis}" for axis in "xyz")
+PAIRS = 2
+"""Drawings by each file that a survey leaves time for: one may not tell which is nearer."""
 MOST_ROBOT_S, WORTH_S = 600.0, 60.0
 """A healing moves the robot no longer; less than the second of another survey changes nothing."""
 
@@ -83,9 +85,9 @@ def more_s(job: Path, paths: Paths, corrected: Path, surveyed_s: float, robot_s:
     return more_s if more_s > WORTH_S else 0.0
 
 
-def left_s(robot_s: float, path: Played) -> float:
-    """How long the robot may still move before the job is drawn twice [s]."""
-    return MOST_ROBOT_S - robot_s - 2.0 * path.seconds
+def left_s(robot_s: float, path: Played, times: int = PAIRS) -> float:
+    """How long the robot may still move before the job is drawn by both files so often [s]."""
+    return MOST_ROBOT_S - robot_s - 2.0 * times * path.seconds
 
 
 def heights_in_the_way(answer: Diagnosis) -> list[float]:

@@ -18,7 +18,7 @@ from scipy.special import ndtr
 
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.evidence.scalar_products import Block, Products
+from deltactl.diagnosis.evidence.scalar_products import Block, Products, Target, left_of
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 
@@ -52,8 +52,15 @@ class Explanation:
     taken: IntArray
     names: tuple[str, ...]
     spreads: FloatArray
-    white: FloatArray
-    """Whitened residual (m,)."""
+    target: FloatArray
+    """Whitened model error (m,) by the base."""
+    theta: FloatArray
+    """Linear sizes (p,), each in its prior spread."""
+
+    @cached_property
+    def white(self) -> FloatArray:
+        """Whitened residual (m,), computed once it is asked for: of most sets it never is."""
+        return left_of(self.target, self.shapes, self.theta)
 
     @cached_property
     def predicted(self) -> FloatArray:
@@ -71,7 +78,7 @@ class Explanation:
     @property
     def tangent(self) -> FloatArray:
         """All shapes side by side, (m, p)."""
-        return _side_by_side(len(self.white), self.shapes, self.taken)
+        return _side_by_side(len(self.target), self.shapes, self.taken)
 
 
 class Laplace:
@@ -86,6 +93,9 @@ class Laplace:
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = {}
         self._products = Products()
+        nothing = np.zeros(0)
+        self._targets: dict[int, Target] = {}
+        self._target = Target(nothing, nothing)
 
     @property
     def evaluated(self) -> list[Explanation]:
@@ -226,9 +236,10 @@ class Laplace:
 
     def _solve(self, keys: frozenset[str], point: Point) -> tuple[float, FloatArray]:
         """Penalised cost and the vector (m + p + q,) whose square it is."""
-        _, white, blocks = self._whitened(keys, point)
-        theta, explained, _ = self._most_probable(white, blocks, self._taken(keys))
-        left = np.concatenate([white - explained, theta, self._penalties(keys, point)])
+        target, blocks = self._whitened(keys, point)
+        theta, _, _ = self._most_probable(target, blocks, self._taken(keys))
+        white = left_of(target.white, [shape for _, shape in blocks], theta)
+        left = np.concatenate([white, theta, self._penalties(keys, point)])
         return float(left @ left), left
 
     def _penalties(self, keys: frozenset[str], point: Point) -> FloatArray:
@@ -244,13 +255,20 @@ class Laplace:
         taken = {self.by_key[key].takes_over for key in keys} - {""}
         return np.flatnonzero(np.array([name in taken for name in self._free.names], dtype=bool))
 
-    def _whitened(
-        self, keys: frozenset[str], point: Point
-    ) -> tuple[FloatArray, FloatArray, list[Block]]:
+    def _whitened(self, keys: frozenset[str], point: Point) -> tuple[Target, list[Block]]:
         base = self.plant.base(keys, point)
-        white = self.noise.whiten(self.plant.observed - base)
+        if base is not self._target.base:
+            self._target = self._targets.get(id(base)) or self._fresh(base)
         columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
-        return base, white, [self._block(key, c) for key, c in columns if c.values.shape[1]]
+        return self._target, [self._block(key, c) for key, c in columns if c.values.shape[1]]
+
+    def _fresh(self, base: FloatArray) -> Target:
+        """The model error by another base; the last few are kept."""
+        if len(self._targets) >= EVIDENCE.targets_kept:
+            self._targets.pop(next(iter(self._targets)))
+        made = Target(base, self.noise.whiten(self.plant.observed - base))
+        self._targets[id(base)] = made
+        return made
 
     def _block(self, key: str, columns: Columns) -> Block:
         """Whitened columns times their spreads; kept, since most are the same at every point."""
@@ -261,22 +279,16 @@ class Laplace:
         return kept[1]
 
     def _most_probable(
-        self, white: FloatArray, blocks: list[Block], taken: IntArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Linear sizes (p,), each in its prior spread, what they explain, (m,), and their inverse
+        self, target: Target, blocks: list[Block], taken: IntArray
+    ) -> tuple[FloatArray, float, FloatArray]:
+        """Linear sizes (p,), each in its prior spread, their penalised cost, and their inverse
         covariance.
         """
-        share = np.concatenate([np.zeros(0), *(block[1].T @ white for block in blocks)])
-        gram = self._products.of(blocks)
+        share, gram = target.share(blocks), self._products.of(blocks)
         share[taken] = gram[taken] = gram[:, taken] = 0.0
         gram[np.diag_indices_from(gram)] += 1.0
         theta = self._within_tolerance(gram, share)
-        explained, first = np.zeros(len(white)), 0
-        for block in blocks:
-            end = first + block[1].shape[1]
-            explained += block[1] @ theta[first:end]
-            first = end
-        return theta, explained, gram
+        return theta, target.power - float(theta @ (2.0 * share - gram @ theta)), gram
 
     def _within_tolerance(self, gram: FloatArray, share: FloatArray) -> FloatArray:
         """Sizes (p,) that minimise the cost while tolerances stay within what machines have."""
@@ -292,17 +304,17 @@ class Laplace:
 
     def at(self, keys: frozenset[str], point: Point) -> Explanation:
         """A set with its nonlinear sizes as they are known."""
-        base, white, blocks = self._whitened(keys, point)
+        target, blocks = self._whitened(keys, point)
+        base = target.base
         columns = dict(zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True))
         taken = self._taken(keys)
-        theta, explained, known = self._most_probable(white, blocks, taken)
-        left = white - explained
+        theta, cost, known = self._most_probable(target, blocks, taken)
         shapes = [shape for _, shape in blocks]
         if moved := self._moved(keys):
             _, whole = self._solve(keys, point)
-            slopes = [(self._slope(keys, point, whole, m))[: len(white)] for m in moved]
+            slopes = [self._slope(keys, point, whole, m)[: len(target.white)] for m in moved]
             shapes += [slope[:, None] for slope in slopes]
-            tangent = _side_by_side(len(white), shapes, taken)
+            tangent = _side_by_side(len(target.white), shapes, taken)
             known = np.eye(tangent.shape[1]) + tangent.T @ tangent
         spreads = np.concatenate([c.spread for c in columns.values()])
         ends = np.cumsum([len(c.spread) for c in columns.values()])[:-1]
@@ -310,7 +322,7 @@ class Laplace:
         names = [f"{key}.{name}" for key, c in columns.items() for name in c.sizes]
         names += [name for name, _ in moved]
         priors = float(np.sum(self._penalties(keys, point) ** 2))
-        penalised = float(left @ left + theta @ theta + priors)
+        penalised = cost + priors
         occam = float(np.linalg.slogdet(known)[1])
         odds = self._odds(keys, point)
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
@@ -320,10 +332,11 @@ class Laplace:
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
             parts=tuple((c.values, linear[key]) for key, c in columns.items() if len(c.spread)),
-            observed=self.plant.observed, chi2=float(left @ left), penalised=penalised,
+            observed=self.plant.observed, chi2=cost - float(theta @ theta), penalised=penalised,
             log_evidence=odds - 0.5 * (penalised + occam + volume), shapes=tuple(shapes),
             taken=taken, names=tuple(names),
-            spreads=np.concatenate([spreads, [size.spread for _, size in moved]]), white=left,
+            spreads=np.concatenate([spreads, [size.spread for _, size in moved]]),
+            target=target.white, theta=theta,
         )  # fmt: skip
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
