@@ -210,9 +210,9 @@ def _for_the_effort(seen: Inspection) -> str:
     from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
-    says = "  to use the effort too, add --inertia and --effort-gain to that"
+    says = "  to use the effort too, add --inertia, --effort-gain"
     if option := effort_option(seen):
-        says += f", and --set {shlex.quote(option)} to the next"
+        says += f", and below --set {shlex.quote(option)}"
     outside = [
         one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"
     ]
