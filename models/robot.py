@@ -232,10 +232,11 @@ class ServoAxis(RuledModel):
     """Whether it slides or turns; m, N and kg, or rad, N m and kg m2."""
     inertia: Annotated[float, Field(gt=0.0, description="something moves")] | None = None
     """Inertia of all that moves; needed only where there is an effort column."""
-    effort_gain: Annotated[
-        float, Field(gt=0.0, description="turn the sign of the effort column instead")
-    ] = 1.0
-    """Torque or force for one unit of the effort column."""
+    effort_gain: (
+        Annotated[float, Field(gt=0.0, description="turn the sign of the effort column instead")]
+        | Literal["unknown"]
+    ) = 1.0
+    """Torque or force for one unit of the effort column; `unknown`: forces are in its unit."""
     gravity: AxisGravity | None = None
     drive_stiffness: (
         Annotated[float, Field(gt=0.0, description="with 0 nothing would hold it")] | None
@@ -246,6 +247,11 @@ class ServoAxis(RuledModel):
     was set equal to the other once."""
     effects: tuple[EffectEntry, ...] = ()
     """What is known of it already."""
+
+    @property
+    def force_per_effort(self) -> float:
+        """Torque or force for one unit of the effort column, 1 where it is not known."""
+        return 1.0 if self.effort_gain == "unknown" else self.effort_gain
 
     @rule("motion", "gravity")
     def _slides(self) -> None:

@@ -126,7 +126,7 @@ def effort_in_thousandths(case: Case) -> Case | None:
     changed = everywhere(
         case, lambda r: with_columns(r, lambda name, v: 1e3 * v if name == "effort" else v)
     )
-    gain = robot.effort_gain / 1e3
+    gain = robot.force_per_effort / 1e3
     return replace(changed, robot=robot.model_copy(update={"effort_gain": gain}))
 
 

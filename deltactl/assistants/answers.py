@@ -123,7 +123,8 @@ def _to_diagnose(seen: Json) -> Iterator[str]:
         yield "No machine that deltactl diagnoses is seen in it: ask what the columns are."
         return
     if columns:
-        yield f"To diagnose it, pass columns: {json.dumps(columns, ensure_ascii=False)}."
+        unit = ", with the unit of the axis for UNIT" if "unit=UNIT" in columns else ""
+        yield f"To diagnose it, pass columns: {json.dumps(columns, ensure_ascii=False)}{unit}."
     if seen["own_run"]:
         yield "It is a run that deltactl recorded: pass the robot file that it was made with."
     elif robot := _robot_text(seen):

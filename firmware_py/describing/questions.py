@@ -116,8 +116,10 @@ INERTIA = Question(
 )
 EFFORT_GAIN = Question(
     "effort_gain",
-    "N m (or N) for one unit of the effort column; 1 if there is none",
-    "1",
+    "N m (or N) for one unit of the effort column: 1 if it is in N m or N, of a current the motor"
+    " constant times the gear; unknown: if you do not know",
+    UNKNOWN,
+    unknown=True,
     unless=NO_EFFORT,
 )
 STEPPER_AXIS: tuple[Question, ...] = (NAME, MICROSTEPS, GEAR, ZERO)

@@ -43,6 +43,7 @@ def robot_text(kind: str, answers: Answers, wired: bool) -> str:
 MOVED, GAIN = INERTIA.key, EFFORT_GAIN.key
 """Keys of an axis whose effort is recorded."""
 ZERO = "# absolute: at a command of 30 it reads 30; arbitrary: it may read 217, always as far off"
+OF_EFFORT = "# N m (or N) for one unit of the effort; unknown: sizes are in that unit"
 NO_WIRING = [
     "",
     "# No pins, limits or homing are said: this file runs simulated, not on hardware.",
@@ -105,14 +106,16 @@ def _stepper(answers: Answers) -> list[str]:
 
 
 def _servo(answers: Answers) -> list[str]:
-    inertia, gain = numbers(answers, MOVED)[0], numbers(answers, GAIN)[0]
+    inertia, gain = numbers(answers, MOVED)[0], _known(answers, GAIN)
     unit = "kg" if answers["motion"] == "linear" else "kg m2"
     lines = [f"motion: {answers['motion']}"]
     if inertia > 0.0:
         lines.append(f"inertia: {_number(inertia)}   # {unit}")
     else:
         lines.append(f"# inertia: 0.1   # {unit}; needed where the recording has an effort column")
-    if inertia > 0.0 or gain != 1.0:
+    if gain is None and inertia > 0.0:
+        lines.append(f"effort_gain: {UNKNOWN}   {OF_EFFORT}")
+    elif gain is not None and (inertia > 0.0 or gain != 1.0):
         lines.append(f"effort_gain: {_number(gain)}")
     if answers["motion"] == "rotary":
         lines.append(_hanging(answers))
@@ -316,17 +319,19 @@ def _forced(recording: FlatRecording, known: Answers) -> tuple[Answers, list[str
             f"{recording.source}: its effort does not go with its acceleration, so that what moves"
             " cannot be measured from it; leave --measure out, and give --inertia and --effort-gain"
         )
-    gain = 1.0
+    gain = None if known.get(GAIN, UNKNOWN) == UNKNOWN else numbers(known, GAIN)[0]
     if MOVED in known:
         gain = numbers(known, MOVED)[0] / one
-    elif GAIN in known:
-        (gain,) = numbers(known, GAIN)
-    answers = {"recorded": "effort", MOVED: f"{one * gain:.3g}", GAIN: f"{gain:.3g}"}
+    answers = {
+        "recorded": "effort",
+        MOVED: f"{one * (gain or 1.0):.3g}",
+        GAIN: UNKNOWN if gain is None else f"{gain:.3g}",
+    }
     said = (
         f"{MOVED} {answers[MOVED]}, {GAIN} {answers[GAIN]}: as the effort of this"
         " recording goes with its acceleration, so that a diagnosis of it cannot find them wrong"
     )
-    if not {MOVED, GAIN} & known.keys():
+    if gain is None:
         said += (
             "; every size is then in the unit of the effort. Where one of the two is known, give it"
             " (--inertia, or --effort-gain: N m or N for one unit): the other follows"

@@ -162,7 +162,7 @@ class EffortChain:
             t_s=driven.t_s,
             fresh=driven.fresh,
             start_s=float(driven.t_s[0]),
-            angles_rad=robot.effort_gain * driven.effort[:, None],
+            angles_rad=robot.force_per_effort * driven.effort[:, None],
             load_of=lambda: Load(load, np.zeros_like(load)),
             position=column,
             velocity=driven.velocity[:, None],

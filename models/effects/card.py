@@ -7,6 +7,7 @@ effect asks its card. `{part}` is the component in words everywhere.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
@@ -170,6 +171,17 @@ class Words:
     axis_part: str = ""
     gap: str = ""
     sizes: Mapping[str, str] = field(default_factory=dict)
+
+    def of_one(self, name: str, alone: bool) -> str:
+        """The phrase for one part; name: of the effect. alone: of a single axis."""
+        return (alone and self.axis) or self.noun or f"{name.replace('_', ' ')} at {{part}}"
+
+    def without_place(self, name: str, alone: bool, by_effort: bool) -> str:
+        """The same for a table, which has the part in another column; no article either."""
+        return _PLACE.sub("", (by_effort and self.effort) or self.of_one(name, alone))
+
+
+_PLACE = re.compile(r"^an? | (?:(?:of|at|in|on|by) )?\{part\}")
 
 
 @dataclass(frozen=True, slots=True)

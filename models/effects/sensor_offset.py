@@ -53,7 +53,7 @@ CARD = EffectCard(
         ),
         "sensor/": (
             "{sign:take|add} {size} {sign:off|to} what {part} reads: it reads that much {sign:too "
-            "far|short} at every distance"
+            "far|short}"
         ),
     },
     drawing=Drawing(axis=("sensor",)),

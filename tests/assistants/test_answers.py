@@ -59,9 +59,11 @@ def test_an_inspection_says_what_the_diagnosis_takes(
 ) -> None:
     seen = answers["inspect"].structured
     assert seen["kind"] == "servo_axis"
+    assert "unit=UNIT" in seen["columns"]
+    assert "for UNIT" in " ".join(answers["inspect"].text.split())
     asked = {
         "recordings": ["slide.csv"],
-        "columns": seen["columns"],
+        "columns": [one.replace("UNIT", "deg") for one in seen["columns"]],
         "robot_text": seen["robot_text"],
     }
     (made,) = all_answered(root, [("diagnose", asked)])

@@ -106,7 +106,7 @@ def test_of_a_delay_whose_parts_are_not_known_the_sum_is_given(make: Any) -> Non
         return " ".join([card_text(finding, answer), *remedies(answer)])
 
     open_one = text(lag((0.0019, 0.0, 0.129), (0.065, 0.0, 0.184)))
-    assert "following lag axis 66.9 ms" in open_one
+    assert "drive that follows late axis 66.9 ms" in open_one
     assert "time constant" not in open_one, "parts that are not known have no size"
     assert "it is late by 66.9 ms in all." in open_one
     assert "Raise the gains in the control of the axis" in open_one

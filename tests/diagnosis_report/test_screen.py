@@ -111,7 +111,7 @@ def fits(answer: Diagnosis, robot: RobotModel | None = None) -> None:
     whole = shown(answer, robot, most=10_000, width=10_000)
     cut = ("screen.more_findings", "headline.more_there", "screen.unseen", "do.if_confirmed_there")
     more = [say(key, number="", do="") for key in cut]
-    more.append(say("headline.or_another", name=""))
+    more += [say(f"headline.open_{of}", what="", open="") for of in ("one", "each", "some")]
     more += [say("screen.all_unseen", findings="one finding findings"), ""]
     counted = words(more) | {"", *map(str, range(100))}
     assert words(lines) <= words(whole) | counted
@@ -243,7 +243,7 @@ def test_the_table_has_size_interval_and_probability(make: Any) -> None:
     one.parameters["angle"] = ParameterResult(value=0.02, ci95=[0.018, 0.022], unit="rad")
     (row,) = [line for line in shown(make("explained", findings=[one])) if line.startswith("1  ")]
     size = next(size for name, size in shown_sizes(one) if name == "angle")
-    for cell in ("home offset", "motor 2", size.shown, size.interval, "93 %"):
+    for cell in ("wrong home angle", "motor 2", size.shown, size.interval, "93 %"):
         assert cell in row
 
 

@@ -69,18 +69,33 @@ def test_a_joint_turns_in_a_unit_that_is_asked_for(tmp_path: Path) -> None:
     found = table(tmp_path / "a.csv", "goal_elbow,read_elbow", 1.2)
     assert found.motion == "rotary"
     assert found.options[3::2] == ["position=read_elbow[rad]", "command=goal_elbow[rad]"]
-    (question,) = found.warnings
-    assert "[deg]" in question
-    assert "[mm]" not in question
+    assert found.typed[1::2] == ["unit=UNIT", "t=time", "position=read_elbow", "command=goal_elbow"]
+    assert found.asked is not None
+    assert found.asked.units == "deg, rad or turn if it turns"
 
 
-def test_more_than_a_turn_is_degrees_or_something_else(tmp_path: Path) -> None:
-    found = table(tmp_path / "a.csv", "goal,read", 9.0)
-    assert units(found) == ["deg", "deg"]
-    assert all(found.guesses[name].unit_guessed for name in ("goal", "read"))
-    (question,) = found.warnings
-    assert "inspect it with --set 'position=read[rad]'" in question
-    assert "; if mm, [mm]" in question
+@pytest.mark.parametrize(
+    ("amplitude", "rotary", "linear"),
+    [
+        (9.0, ["deg", "rad", "turn"], ["mm", "m"]),
+        (40.0, ["deg", "rad", "turn"], ["mm"]),
+        (300.0, ["deg"], ["mm"]),
+        (20_000.0, ["deg", "arcsec"], ["um"]),
+    ],
+)
+def test_units_that_the_size_excludes_are_not_offered(
+    tmp_path: Path, amplitude: float, rotary: list[str], linear: list[str]
+) -> None:
+    found = table(tmp_path / "a.csv", "goal,read", amplitude)
+    assert found.motion is None
+    assert found.asked is not None
+    assert (found.asked.rotary, found.asked.linear) == (rotary, linear)
+
+
+def test_where_the_size_leaves_one_unit_it_is_taken(tmp_path: Path) -> None:
+    found = table(tmp_path / "a.csv", "goal_elbow,read_elbow", 300.0)
+    assert (units(found), found.asked) == (["deg", "deg"], None)
+    assert "taken for degrees; if it is radians, inspect it with" in found.warnings[0]
 
 
 @pytest.mark.parametrize("names", ["goal,read", "command,position"])
@@ -89,12 +104,11 @@ def test_what_stays_open_is_asked_and_explicit_in_the_command(
 ) -> None:
     table(tmp_path / "a.csv", names, 1.2)
     done = deltactl("inspect", "a.csv")
-    for unit in ("[deg]", "[rad]", "[mm]", "[m]"):
-        assert unit in done.stdout
+    assert "turns:  MOTION is rotary, UNIT is deg, rad or turn\n" in done.stdout
+    assert "slides: MOTION is linear, UNIT is mm or m\n" in done.stdout
     command = next(line for line in done.stdout.split("\n") if line.startswith("diagnose it:"))
-    said = [word for word in shlex.split(command) if "=" in word and not word.startswith("t=")]
-    assert len(said) == 2
-    assert all(word.endswith("[rad]") for word in said)
+    assert "unit=UNIT" in shlex.split(command)
+    assert "[" not in command
 
 
 @given(

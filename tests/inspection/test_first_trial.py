@@ -16,6 +16,7 @@ from deltactl.foundation.errors import ConfigError, RecordingError, RefusedRecor
 from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
+from tests.inspection.test_printed_commands import put
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 T_S = np.arange(0.0, 15.0, 0.02)
@@ -76,7 +77,7 @@ def test_the_command_of_a_wide_table_without_heading_runs(
     (tmp_path / "my-robot.yaml").write_text("kind: servo_axis\nname: arm\nmotion: rotary\n")
     (typed,) = [one.split(":", 1)[1] for one in shown if one.startswith("diagnose it:")]
     assert len(typed) < 200
-    deltactl(*shlex.split(typed)[1:])
+    deltactl(*put(shlex.split(typed)[1:], "rad", "rotary"))
     heading = ",".join(["t", "command", "position", *(f"column_{n}" for n in range(4, 44))])
     assert len(heading) > 300
     deltactl(*shlex.split(typed)[1:5], "--set", f"heading={heading}")
@@ -197,9 +198,10 @@ def test_an_effort_of_the_programs_own_name_is_offered(deltactl: Deltactl, tmp_p
     options = [word.strip(",") for word in line.split() if word.startswith("--")]
     (init,) = [one.split(":", 1)[1] for one in shown if one.startswith("describe the machine:")]
     sizes = [word for option in options for word in (option, "3")]
-    deltactl(*shlex.split(init)[1:], *sizes)
+    deltactl(*put(shlex.split(init)[1:], "rad", "rotary"), *sizes)
     (typed,) = [one.split(":", 1)[1] for one in shown if one.startswith("diagnose it:")]
-    assert "effort is not used" not in deltactl(*shlex.split(typed)[1:]).stderr
+    command = put(shlex.split(typed)[1:], "rad", "rotary")
+    assert "effort is not used" not in deltactl(*command).stderr
 
 
 def test_joints_of_a_whole_arm_are_offered_together(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from tests.inspection.heads import GEOMETRY, Head, heads, truth, write
+from tests.inspection.test_printed_commands import put
 
 HEADS = {
     head.program: head
@@ -79,7 +80,10 @@ def test_the_commands_that_are_printed_run_as_they_are(
     commands = [shlex.split(one) for one in typed if one.strip().startswith("deltactl ")]
     assert len(commands) == 2
     for command in commands:
-        run(*command[1:], *(["--json", "-"] if command[1] == "diagnose" else []))
+        run(
+            *put(command[1:], "rad", "rotary"),
+            *(["--json", "-"] if command[1] == "diagnose" else []),
+        )
 
 
 @pytest.mark.study

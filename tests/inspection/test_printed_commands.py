@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 import subprocess
 from collections.abc import Callable, Sequence
@@ -31,6 +32,12 @@ def printed(done: subprocess.CompletedProcess[str], label: str = "diagnose it:")
     return shlex.split(line.removeprefix(label))[1:]
 
 
+def put(words: Sequence[str], unit: str, motion: str) -> list[str]:
+    """A printed command with what it leaves to the owner of the table."""
+    said = {"unit=UNIT": f"unit={unit}", "MOTION": motion}
+    return [said.get(word, word) for word in words]
+
+
 def refused(done: subprocess.CompletedProcess[str]) -> Sequence[str]:
     return [one for one in done.stderr.splitlines() if one.startswith("deltactl:")]
 
@@ -43,15 +50,22 @@ def test_units_are_those_of_the_motion_in_the_robot_file(
 ) -> None:
     write(tmp_path / "log.csv", heading)
     deltactl("init", "axis", "axis.yaml", "--motion", motion)
-    command = printed(deltactl("inspect", "log.csv", "--robot", "axis.yaml"))
-    units = {word.split("=")[0]: word[word.index("[") :] for word in command if "[" in word}
+    shown = deltactl("inspect", "log.csv", "--robot", "axis.yaml")
+    (choice,) = [line for line in shown.stdout.splitlines() if line.startswith("  UNIT, of ")]
+    assert {"m", "mm"}.isdisjoint(re.findall(r"\w+", choice)) == (motion == "rotary")
+    (why,) = refused(deltactl(*printed(shown), status=2))
+    assert "unit: 'UNIT' must be" in why
+    (why,) = refused(deltactl("diagnose", "log.csv", "--robot", "axis.yaml", status=2))
+    assert "nothing says the unit of" in why
+    command = put(printed(shown), unit, motion)
+    said = printed(deltactl("inspect", "log.csv", "--robot", "axis.yaml", "--set", f"unit={unit}"))
+    units = {word.split("=")[0]: word[word.index("[") :] for word in said if "[" in word}
     assert {units["position"], units["command"]} == {f"[{unit}]"}
     assert units.get("velocity", f"[{unit}/s]") == f"[{unit}/s]"
     done = deltactl(*command)
     assert done.returncode == 0
     assert "effort is not used" not in done.stderr
-    alone = ["diagnose", "log.csv", "--robot", "axis.yaml"]
-    answers = [json.loads(deltactl(*one, "--json", "-").stdout) for one in (command, alone)]
+    answers = [json.loads(deltactl(*one, "--json", "-").stdout) for one in (command, said)]
     assert answers[0]["findings"] == answers[1]["findings"]
 
 

@@ -47,8 +47,6 @@ def test_an_angle_is_read_in_parts_of_a_degree(tmp_path: Path, unit: str, per_tu
         ("% angles in arcminutes\n", "wanted seen", "arcmin"),
         ("", "wanted_arcsec seen_arcsec", "arcsec"),
         ("# tilted by 30 degrees\n# all in arcsec\n", "wanted seen", "arcsec"),
-        ("# degrees or arcsec\n", "wanted seen", "deg"),
-        ("# arcsec, slide in mm\n", "wanted seen", "deg"),
     ],
 )
 def test_the_unit_of_a_comment_is_used_where_there_is_one(
@@ -58,26 +56,28 @@ def test_the_unit_of_a_comment_is_used_where_there_is_one(
     assert found.motion == "rotary"
     assert {g.unit for g in found.guesses.values() if g.role != "t"} == {unit}
     read = read_mapped(found.path, load_mapping(None, found.options[1::2]))
-    per_turn = {"deg": 360.0, "arcmin": 21600.0, "arcsec": 1296000.0}[unit]
+    per_turn = {"arcmin": 21600.0, "arcsec": 1296000.0}[unit]
     np.testing.assert_allclose(
         read.column("position"), SEEN_ARCSEC * 2.0 * math.pi / per_turn, rtol=1e-4
     )
 
 
-@pytest.mark.parametrize(
-    ("heading", "factor", "offered", "not_offered"),
-    [
-        ("wanted seen", 1.0, "[arcsec]", "[mm]"),
-        ("wanted seen", 0.02, "inspect it with --set 'position=seen[mm]'", "[arcsec]"),
-        ('wanted["] seen["]', 1.0, "seconds of arc; if it is inches, inspect it", "[deg]"),
-    ],
-)
-def test_what_is_offered_goes_with_the_motion_that_is_proposed(
-    tmp_path: Path, heading: str, factor: float, offered: str, not_offered: str
+@pytest.mark.parametrize("above", ["# degrees or arcsec\n", "# arcsec, slide in mm\n", ""])
+@pytest.mark.parametrize(("factor", "offered"), [(1.0, True), (0.02, False)])
+def test_seconds_of_arc_are_offered_where_it_goes_so_far(
+    tmp_path: Path, above: str, factor: float, offered: bool
 ) -> None:
-    said = " ".join(inspect(write(tmp_path / "a.txt", "", factor, heading)).warnings)
-    assert offered in said
-    assert not_offered not in said
+    found = inspect(write(tmp_path / "a.txt", above, factor))
+    assert found.motion is None
+    assert found.asked is not None
+    assert ("arcsec" in found.asked.rotary) == offered
+    assert found.asked.linear == ["mm"]
+
+
+def test_inches_are_offered_where_a_heading_has_their_sign(tmp_path: Path) -> None:
+    said = " ".join(inspect(write(tmp_path / "a.txt", "", 1.0, 'wanted["] seen["]')).warnings)
+    assert "seconds of arc; if it is inches, inspect it" in said
+    assert "[deg]" not in said
 
 
 def test_an_unknown_unit_may_be_a_factor() -> None:

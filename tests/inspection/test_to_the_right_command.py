@@ -17,7 +17,8 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from tests.inspection.logs_of_makers import T_S, asked, current, seen
-from tests.inspection.test_printed_commands import printed
+from tests.inspection.test_printed_commands import printed, put
+from tests.inspection.test_shown import in_a_window
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -38,18 +39,42 @@ def axis(
 def test_a_unit_is_said_once_and_both_commands_are_right(
     deltactl: Deltactl, tmp_path: Path, unit: str, motion: str, heading: str
 ) -> None:
+    """And as long as it is not said, neither command runs."""
     axis(tmp_path / "log.csv", heading)
-    (hint,) = re.findall(r"inspect it with --set '([^']+)'", deltactl("inspect", "log.csv").stdout)
-    said = re.sub(r"\[\w+\]", f"[{unit}]", hint)
-    again = deltactl("inspect", "log.csv", "--set", said)
-    made = deltactl(*printed(again, "describe the machine:"))
+    shown = deltactl("inspect", "log.csv")
+    said = [line for line in shown.stdout.splitlines() if f"MOTION is {motion}, UNIT is" in line]
+    assert unit in re.split(r"\W+", said[0])
+    init, command = printed(shown, "describe the machine:"), printed(shown)
+    assert "must be rotary or linear" in deltactl(*init, status=2).stderr
+    made = deltactl(*put(init, unit, motion))
     assert f"motion: {motion}" in (tmp_path / "my-robot.yaml").read_text()
     assert "--recorded" not in made.stdout
     assert "--zero" not in made.stdout
-    command = printed(again)
-    units = {word.split("=")[0]: word[word.index("[") :] for word in command if "[" in word}
-    assert units["position"] == units["command"] == f"[{unit}]"
-    assert deltactl(*command).returncode == 0
+    assert "unit: 'UNIT' must be" in deltactl(*command, status=2).stderr
+    done = deltactl(*put(command, unit, motion), "--json", "-")
+    named = {"t": "time", "command": "goal", "position": "place"}
+    if not heading:
+        named = {"t": "column_1", "command": "column_2", "position": "column_3"}
+    units = {"t": "s", "command": unit, "position": unit}
+    sets = [w for name, one in named.items() for w in ("--set", f"{name}={one}[{units[name]}]")]
+    long = deltactl("diagnose", "log.csv", "--robot", "my-robot.yaml", "--json", "-", *sets)
+    assert json.loads(done.stdout)["findings"] == json.loads(long.stdout)["findings"]
+
+
+def test_a_unit_of_the_other_motion_is_refused(deltactl: Deltactl, tmp_path: Path) -> None:
+    axis(tmp_path / "log.csv")
+    shown = deltactl("inspect", "log.csv")
+    deltactl(*put(printed(shown, "describe the machine:"), "mm", "linear"))
+    assert "this axis slides" in deltactl(*put(printed(shown), "deg", ""), status=2).stderr
+
+
+def test_the_printed_init_command_asks_nothing(deltactl: Deltactl, tmp_path: Path) -> None:
+    """Else it would take the next line of what was pasted for an answer."""
+    axis(tmp_path / "log.csv", "time,goal_deg,place_deg,torque")
+    words = printed(deltactl("inspect", "log.csv"), "describe the machine:")
+    shown = in_a_window(tmp_path, 80, *words)
+    assert "assumed:         --hanging-nm unknown" in shown
+    assert "?" not in shown
 
 
 @pytest.mark.study

@@ -69,10 +69,10 @@ def test_print_is_one_screen(diagnosis: dc.Diagnosis) -> None:
     lines = str(diagnosis).split("\n")
     assert len(lines) <= 25
     assert max(map(len, lines)) <= 80
-    assert "gear ratio" in str(diagnosis)
+    assert "wrong ratio between command and motion" in " ".join(str(diagnosis).split())
     assert "deltactl " not in str(diagnosis)  # what is typed in a terminal
     assert len(diagnosis.summary()) > len(str(diagnosis))
-    assert "gear ratio" in diagnosis._repr_html_()
+    assert "wrong ratio between command and motion" in diagnosis._repr_html_()
 
 
 def test_files_and_json_are_those_of_the_command(diagnosis: dc.Diagnosis, tmp_path: Path) -> None:

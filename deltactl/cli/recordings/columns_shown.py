@@ -121,6 +121,10 @@ def _preview(seen: Inspection, shown: Sequence[str], narrow: bool, first: int) -
 
 
 def _unit(seen: Inspection, guess: Guess) -> str:
+    from deltactl.recording.foreign.units import LONE
+
+    if seen.asked and guess.name in LONE and guess.unsaid:
+        return "UNIT"
     unit = f"{guess.unit or ''}{'?' * guess.unit_guessed}"
     if guess.scale != 1.0:
         return f"{guess.scale:.4g} {unit}".rstrip()

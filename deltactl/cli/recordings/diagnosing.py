@@ -166,7 +166,9 @@ def _refuse_other_motion(columns: list[str], robot: RobotModel) -> None:
     """Raise ConfigError where a length was said of an axis that turns, or an angle of a slide."""
     from deltactl.recording.foreign.doubts import other_motion
 
-    units = {name: column.unit for name, column in mapping_of(columns).columns.items()}
+    mapping = mapping_of(columns)
+    units = {name: column.unit for name, column in mapping.columns.items()}
+    units |= {"position": mapping.unit} if mapping.unit else {}
     if isinstance(robot, ServoAxis) and (why := other_motion(units, robot.motion)):
         raise ConfigError(f"--set: {why}")
 

@@ -51,6 +51,9 @@ FileArgument = Annotated[Path, typer.Argument(help="Robot file to write (.yaml).
 MeasureOption = Annotated[
     Path | None, typer.Option(help="A recording: measure what it tells of the machine.")
 ]
+YesOption = Annotated[
+    bool, typer.Option("--yes", help="Ask nothing: for what no option gives, take the usual.")
+]
 SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", help="How that recording is read, as for deltactl diagnose."),
@@ -125,6 +128,7 @@ def axis(
     name: Annotated[str | None, _asked("name")] = None,
     measure: MeasureOption = None,
     columns: SetOption = None,
+    yes: YesOption = False,
     force: ForceOption = False,
     inertia: Annotated[str | None, _asked(INERTIA.key, FORCED)] = None,
     effort_gain: Annotated[str | None, _asked(EFFORT_GAIN.key, FORCED)] = None,
@@ -142,7 +146,8 @@ def axis(
     deltactl init axis table.yaml --drive stepper --measure run.csv
     ```
     """
-    _describe(f"{drive.value}_axis", file, _given(locals()), force, (measure, columns or []))
+    recorded_by = measure, columns or []
+    _describe(f"{drive.value}_axis", file, _given(locals()), force, recorded_by, ask=not yes)
 
 
 def sensor(
@@ -171,6 +176,7 @@ def _describe(
     force: bool,
     recorded: tuple[Path | None, list[str]] = (None, []),
     wiring: bool = False,
+    ask: bool = True,
 ) -> None:
     """Ask what is missing and write the file; `recorded` is a recording and how it is read."""
     measure, columns = recorded
@@ -188,9 +194,9 @@ def _describe(
     moved = "recorded" in keys and {INERTIA.key, EFFORT_GAIN.key} & known.keys()
     if moved and known.get("recorded", "command") == "command":
         known["recorded"] = "both"  # nothing but an effort needs what moves
-    ask = _ask if sys.stdin.isatty() else None
-    answers = gather(questions, known, ask)
-    for line in remarks(questions, known if ask is None else answers, answers):
+    asked = _ask if ask and sys.stdin.isatty() else None
+    answers = gather(questions, known, asked)
+    for line in remarks(questions, known if asked is None else answers, answers):
         tell(line)
     for line in _write(file, kind, robot_text(kind, answers, wiring), force):
         (say if line.startswith(COPIED) else tell)(line)

@@ -19,6 +19,7 @@ from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.recording.foreign.found import Inspection
+    from deltactl.recording.foreign.motion_units import Asked
 
 Seen = TypeVar("Seen")
 ROBOT = "my-robot.yaml"
@@ -26,10 +27,11 @@ OF_THE_RUN = "ROBOT is the robot file that it was made with"
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
     "  INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is known",
-    "  GAIN: N m (or N) for one unit of the effort; where a weight pulls at it, also {weight}",
+    "  GAIN: N m (or N) for one unit of the effort, or unknown; where a weight pulls at it, also"
+    " {weight}",
 )
 MEASURED_SAYS = (
-    "  what moves is measured: {inertia:.3g} in the unit of the effort; if you know --inertia or"
+    "  what moves is measured{measured}; if you know --inertia or"
     " --effort-gain, add it; where a weight pulls at it, also {{weight}}"
 )
 COMMANDED = ["--recorded", "command"]
@@ -40,8 +42,12 @@ STEPPED_SAYS = (
     "  STEPS: step pulses for one turn of the motor, as set at the drive: 1600, or 200x8",
     "  GEAR: turns of the motor for one turn of the axis: 5 for a gear of 5:1, 1 without a gear",
 )
-WEIGHT = {"rotary": "--hanging-nm or --constant-nm", "linear": "--slope-n"}
-"""The option that says what a weight does, by what the axis does."""
+WEIGHT = {
+    "rotary": "--hanging-nm or --constant-nm",
+    "linear": "--slope-n",
+    "MOTION": "--hanging-nm, --constant-nm (rotary) or --slope-n (linear)",
+}
+"""The options that say what a weight does, by what the axis does."""
 
 
 def inspect_recordings(
@@ -70,7 +76,7 @@ def inspect_recordings(
             awaited = bool(together) and number < len(seen)
             _show(table, why_not, _Next(paths, robot, machine is None, save, awaited))
     if save is not None:
-        write_whole(save, seen[0][0].mapping_text())
+        write_whole(save, seen[0][0].mapping_text(typed=True))
         if not as_json:
             say(f"mapping: {save}")
 
@@ -156,11 +162,24 @@ def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]
     file = robot or _new(seen)
     if new:
         lines += _describing(seen, file)
-    options = ["--columns", str(save)] if save is not None else read.options
+    options = ["--columns", str(save)] if save is not None else read.typed
     if read is not seen:
         lines += broken(_for_the_effort(seen))
     label = f"{'diagnose it:' if len(following.paths) == 1 else 'diagnose them:':23}"
-    return lines + _command(label, diagnosing(following.paths, file, options))
+    lines += _command(label, diagnosing(following.paths, file, options))
+    return lines + (_to_be_put(seen.asked, new) if seen.asked else [])
+
+
+def _to_be_put(asked: Asked, new: bool) -> list[str]:
+    """What is put for the words in capitals that a table leaves to its owner."""
+    from deltactl.recording.foreign.units import either
+
+    if not (new and asked.motion):
+        return broken(f"  UNIT, of {asked.columns}: {asked.units}")
+    choices = (("turns: ", "rotary", asked.rotary), ("slides:", "linear", asked.linear))
+    return [
+        f"  if it {does} MOTION is {what}, UNIT is {either(units)}" for does, what, units in choices
+    ]
 
 
 def _describing(seen: Inspection, file: str) -> list[str]:
@@ -168,10 +187,11 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     from deltactl.recording.foreign.found import init_words
 
     assert seen.kind is not None
-    motion = ["--motion", seen.motion or "rotary"] if seen.kind == "servo_axis" else []
+    moves = "MOTION" if seen.asked and seen.asked.motion else seen.motion or "rotary"
+    motion = ["--motion", moves] if seen.kind == "servo_axis" else []
     zero = ["--zero", seen.zero] if seen.zero and seen.kind != "delta" else []
     there = {guess.name for guess in seen.guesses.values()}
-    weight = WEIGHT[seen.motion or "rotary"]
+    weight = WEIGHT[moves]
     forced, says = _forced(seen) if seen.needs_inertia else ([], ())
     if seen.kind == "servo_axis" and "command" in there:
         forced = COMMANDED
@@ -179,7 +199,8 @@ def _describing(seen: Inspection, file: str) -> list[str]:
         forced, says = STEPPED, STEPPED_SAYS
     if seen.kind == "delta" and not {"steps_1", "range_x"} & there:
         forced = OF_ANGLES
-    init = ["deltactl", *init_words(seen.kind, file), *motion, *forced, *zero]
+    asks_nothing = ["--yes"] if seen.kind == "servo_axis" else []
+    init = ["deltactl", *init_words(seen.kind, file), *motion, *forced, *zero, *asks_nothing]
     lines = _command("describe the machine:  ", init)
     return lines + [part for one in says for part in broken(one.format(weight=weight))]
 
@@ -189,9 +210,9 @@ def _for_the_effort(seen: Inspection) -> str:
     from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
-    says = "  to use the effort too, add --inertia and --effort-gain to that"
+    says = "  to use the effort too, add --inertia, --effort-gain"
     if option := effort_option(seen):
-        says += f", and --set {shlex.quote(option)} to the next"
+        says += f", and below --set {shlex.quote(option)}"
     outside = [
         one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"
     ]
@@ -221,7 +242,8 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
         one = None
     if one is None:
         return FORCED, FORCED_SAYS
-    return ["--measure", str(seen.path), *seen.options], (MEASURED_SAYS.format(inertia=one),)
+    measured = "" if seen.asked else f": {one:.3g} in the unit of the effort"
+    return ["--measure", str(seen.path), *seen.typed], (MEASURED_SAYS.format(measured=measured),)
 
 
 def _command(label: str, words: list[str]) -> list[str]:

@@ -108,7 +108,7 @@ class Notes:
         from deltactl.recording.foreign.units import PULLING
 
         source = mapping_of(self._columns).columns.get("effort")
-        gain = self._robot.effort_gain if isinstance(self._robot, ServoAxis) else 1.0
+        gain = self._robot.force_per_effort if isinstance(self._robot, ServoAxis) else 1.0
         if source is None or source.from_ is None or gain == 1.0:
             return ""
         unit = source.unit if source.unit != "1" else read_name(source.from_).unit
@@ -122,8 +122,12 @@ class Notes:
         )
 
     def say_of(self, answer: Diagnosis) -> None:
-        """That the commands were not used, of an axis that was judged by its forces."""
+        """That the commands were not used, of an axis that was judged by its forces, and in which
+        unit these are where the robot file does not say it.
+        """
         if isinstance(self._robot, ServoAxis) and answer.fit.unit in ("N", "N m"):
+            if self._robot.effort_gain == "unknown":
+                self.warn(in_unit_of_effort(self._source("effort") or "effort", answer.fit.unit))
             for name, why in self._command_unused.items():
                 self.warn(why, name)
 
@@ -185,6 +189,14 @@ def effort_unused(robot: RobotModel, recording: FlatRecording, column: str | Non
         "effort is not used, as the robot file has no `inertia`: what the drive gives says nothing"
         " without it. If it pulls at the axis from outside (a weight, a spring), read it as load:"
         f" --set load={column or 'effort'}"
+    )
+
+
+def in_unit_of_effort(column: str, unit: str) -> str:
+    """What is meant by forces where nobody knows how large a unit of the effort is."""
+    return (
+        f"effort_gain is unknown: read every {unit} below as the unit of '{column}'. Enter as"
+        f" effort_gain how many {unit} one of it makes, and diagnose again"
     )
 
 

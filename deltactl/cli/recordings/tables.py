@@ -111,6 +111,11 @@ def _as_inspected(
         )
     if why_not or seen.kind != robot.kind:
         return None
+    if seen.asked is not None:
+        raise misfit(path, f"nothing says the unit of {seen.asked.columns}").with_typed(
+            f"; it is {seen.asked.units}: what to type shows deltactl inspect"
+            f" {shlex.quote(str(path))}"
+        )
     recording = read_mapped(path, seen.mapping)
     tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")
     if seen.warnings:

@@ -73,7 +73,7 @@ def check_forced(robot: ServoAxis, recordings: Sequence[FlatRecording]) -> None:
     for needed in (name, "effort"):
         for recording in recordings:
             refuse_mostly_empty(recording, _need(recording, (needed,), needed))
-    force = robot.effort_gain * np.concatenate([bridged(one, "effort") for one in recordings])
+    force = robot.force_per_effort * np.concatenate([bridged(one, "effort") for one in recordings])
     if not float(np.ptp(force)) > 0.0 and robot.gravity is None:
         _refuse_still(force, "effort", source)
     if all(first_of(one, ["velocity"]) for one in recordings):

@@ -35,7 +35,7 @@ def corrected_text(
     all_of_them: bool = False,
     tables: Tables = Tables.NONE,
 ) -> str:
-    """The robot file with every lasting, sure finding in its `effects` section.
+    """The robot file with every lasting, sure finding of a known size in its `effects` section.
 
     What is found again is one entry with the size that both amount to, and says where it comes
     from. Comments outside the section are kept. One-off events (lost steps, stale readings) and
@@ -44,9 +44,7 @@ def corrected_text(
     """
     document = robot_file if isinstance(robot_file, Document) else Document.read(robot_file)
     robot = with_effects_in(document)
-    lasting = [one for one in diagnosis.findings if lasts(one)]
-    kept = [one for one in lasting if all_of_them or sure(one, diagnosis)]
-    found = [_entry(finding, diagnosis) for finding in kept]
+    found = [_entry(finding, diagnosis) for finding in kept(diagnosis, all_of_them)]
     if isinstance(robot, DeltaRobot):
         found += _tables(robot, diagnosis, tables)
     if not found:
@@ -84,6 +82,12 @@ def save_corrected(
         text = with_model(text, Path(there).as_posix())
     with said_of_output(out, fresh=True):
         write_whole(out, text, fresh=not replace)
+
+
+def kept(diagnosis: Diagnosis, all_of_them: bool) -> list[Finding]:
+    """The findings that a corrected robot file holds."""
+    lasting = (one for one in diagnosis.findings if lasts(one) and sized(one))
+    return [one for one in lasting if all_of_them or sure(one, diagnosis)]
 
 
 def lasts(finding: Finding) -> bool:

@@ -74,7 +74,11 @@ def _what(findings: Sequence[Finding], brief: bool, below: bool) -> str:
         case = "headline.more" if below else "headline.more_there"
         more = say(case, number=len(named) - IN_HEADLINE + 1)
         named = [*named[: IN_HEADLINE - 1], more]
-    return listed(named)
+    unsure = sum(not certain(one) for one in shown) if brief else 0
+    if not unsure:
+        return listed(named)
+    of = "one" if len(shown) == 1 else "each" if unsure == len(shown) else "some"
+    return say(f"headline.open_{of}", what=listed(named), open=unsure)
 
 
 def _named(findings: Sequence[Finding], brief: bool) -> list[str]:
@@ -94,9 +98,7 @@ def _one_kind(same: Sequence[Finding], brief: bool) -> str:
     finding, *others = same
     places = dict.fromkeys(one.component for one in same)
     name = effect(finding.effect, *places) if others else called(finding)
-    if brief and not all(map(certain, same)):
-        return say("headline.or_another", name=name)
-    if others or certain(finding):
+    if brief or others or certain(finding):
         return name
     first = likelier(finding) or finding.alternatives[0]
     return say(

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from deltactl.diagnosis.answer.how_sure import unsure
+from deltactl.diagnosis.answer.options import SAYING
 from deltactl.diagnosis.answer.records import AllowedFor, Diagnosis, Known, SmallestDetectable
 from deltactl.diagnosis.answer.what_is_left import surely_nothing
 from deltactl.diagnosis.report.finding import in_brackets
@@ -15,19 +16,21 @@ from deltactl.diagnosis.report.templates import say
 from deltactl.models.robot import RobotModel
 
 
-def of_the_file(diagnosis: Diagnosis) -> list[str]:
+def of_the_file(diagnosis: Diagnosis, brief: bool = False) -> list[str]:
     """How surely the robot file is complete, what is taken as known from it, and allowed for."""
-    lines = (alarm_line(diagnosis), known_line(diagnosis), allowed_line(diagnosis))
+    lines = (alarm_line(diagnosis, brief), known_line(diagnosis), allowed_line(diagnosis))
     return [line for line in lines if line]
 
 
-def alarm_line(diagnosis: Diagnosis) -> str:
-    """How surely the robot file is incomplete; empty where the headline says as much."""
+def alarm_line(diagnosis: Diagnosis, brief: bool = False) -> str:
+    """How surely the robot file is incomplete; empty where the headline or a table says it."""
     p, nothing = diagnosis.false_alarm_p, diagnosis.probability_nothing_missing
     if math.isnan(p):
         return say("alarm.not_computed")
     if not diagnosis.findings:
         return "" if surely_nothing(diagnosis) else say("alarm.more_data")
+    if brief and nothing is not None and max(nothing, 1e6 * p) < 1.0 - SAYING.settled_p:
+        return ""
     sure = "" if nothing is None else say("alarm.sure", sure=percent(1.0 - nothing))
     return sentence(say("alarm.incomplete", sure=sure, p=by_noise(p)))
 

@@ -90,9 +90,9 @@ def _where(name: str, components: Sequence[str]) -> str:
 
 
 def _phrase(name: str, components: Sequence[str], where: str) -> str:
-    of = card_of(name).words
-    own = of.axis if list(components) == [COMPONENT] else of.several if len(components) > 1 else ""
-    return (own or of.noun or f"{name.replace('_', ' ')} at {{part}}").format(part=where)
+    words = card_of(name).words
+    several = words.several if len(components) > 1 else ""
+    return (several or words.of_one(name, list(components) == [COMPONENT])).format(part=where)
 
 
 def other_cause(finding: str, other: str, component: str) -> str:

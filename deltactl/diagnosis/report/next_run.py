@@ -11,11 +11,11 @@ from collections.abc import Sequence
 
 from deltactl.diagnosis.answer.corrected_robot import (
     corrected_alike,
+    kept,
     lasts,
-    sure,
     sure_of_correction,
 )
-from deltactl.diagnosis.answer.how_sure import settled
+from deltactl.diagnosis.answer.how_sure import settled, sized
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Alternative, Diagnosis, Finding, OpenTie
 from deltactl.diagnosis.answer.verdict import NAMELESS
@@ -48,10 +48,7 @@ def hint(finding: Finding, answer: Diagnosis, ways: Ways = TERMINAL) -> str:
 
 
 def measured(finding: Finding, answer: Diagnosis, ways: Ways) -> str:
-    """Motion or measurement of an axis that distinguishes its causes, as part of a sentence.
-
-    What the robot file has need not be entered.
-    """
+    """Motion or measurement of an axis that distinguishes its causes, as part of a sentence."""
     slides = "_slides" * (answer.fit.unit in ("m", "N"))
     pulls = "" if answer.pull_said else say(f"apart.say_what_pulls{slides}")
     texts = (
@@ -133,31 +130,29 @@ def _names(side: Sequence[str]) -> str:
 
 def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
     """How many of the findings a corrected robot file holds."""
-    kept, of = len(_kept(diagnosis, all_of_them)), len(diagnosis.findings)
-    return say("saved.some" if kept else "saved.unchanged", kept=kept, of=of)
+    number, of = len(kept(diagnosis, all_of_them)), len(diagnosis.findings)
+    return say("saved.some" if number else "saved.unchanged", kept=number, of=of)
 
 
 def saved_lines(
     diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL, brief: bool = False
 ) -> list[str]:
-    """Which findings a corrected robot file holds, which it leaves out and why, by their numbers.
-
-    brief: without how sure each is.
-    """
-    kept, groups = _kept(diagnosis, all_of_them), dict[str, dict[int, str]]()
+    """What a corrected file holds, and why not the rest; brief: without how sure each is."""
+    groups, in_file = dict[str, dict[int, str]](), kept(diagnosis, all_of_them)
     for number, finding in enumerate(diagnosis.findings, 1):
         name = f"{number}{'' if brief else _how_sure(finding)}"
-        groups.setdefault(_case(finding, kept), {})[number] = name
+        groups.setdefault(_case(finding, in_file), {})[number] = name
     too = say("saved.too", way=ways.save_all) if ways.save_all else ""
-    cases = ("written", "left_out", "once", "no_name", "no_entry")
+    cases = ("written", "left_out", "no_size", "once", "no_name", "no_entry")
     shown = [(case, numbers(groups[case], ways.rows)) for case in cases if case in groups]
     return [say(f"saved.{case}", which=which, too=too) for case, which in shown]
 
 
-def _case(finding: Finding, kept: Sequence[Finding]) -> str:
+def _case(finding: Finding, in_file: Sequence[Finding]) -> str:
     """Whether it is written, and why not."""
     if lasts(finding):
-        return "written" if finding in kept else "left_out"
+        left_out = "left_out" if sized(finding) else "no_size"
+        return "written" if finding in in_file else left_out
     kind = VOCABULARY.get(finding.effect)
     if kind is not None and kind.event:
         return "once"
@@ -166,7 +161,7 @@ def _case(finding: Finding, kept: Sequence[Finding]) -> str:
 
 def _how_sure(finding: Finding) -> str:
     """In brackets, of one that is not certain: how sure it is, or its correction."""
-    if not lasts(finding) or settled(finding):
+    if not lasts(finding) or settled(finding) or not sized(finding):
         return ""
     if finding.probability is None:
         return say("saved.open") if finding.alternatives else ""
@@ -190,8 +185,3 @@ def done_part(
     lines += [say("corrected.not_written", says=one.says, why=why) for one, why in not_written]
     head, more = say("corrected.head"), say("saved.more", number="{number}")
     return Part(lines or [say("corrected.unchanged")], head, more, short=2, turns=2)
-
-
-def _kept(diagnosis: Diagnosis, all_of_them: bool) -> list[Finding]:
-    lasting = (one for one in diagnosis.findings if lasts(one))
-    return [one for one in lasting if all_of_them or sure(one, diagnosis)]

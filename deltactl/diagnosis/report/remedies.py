@@ -79,11 +79,11 @@ def remedies(
         return [say("do.change_nothing")]
     unconfirmed = [one for one in named if act_on(one, sure(one, diagnosis)) == "if_confirmed"]
     lines = [
-        *together(diagnosis.findings),
         *_named(named, unconfirmed, diagnosis, robot, ways),
         *_kept(named, diagnosis, ways),
         *_unnamed(named, diagnosis, robot, ways),
     ]
+    lines[:0] = together(diagnosis.findings) if any(lines) else ()
     if moves_at_rest(diagnosis.fit) and all(one.component == COMPONENT for one in named):
         lines.append(say("do.record_the_load"))
     if lines and diagnosis.next_experiment is not None and any(map(tied, named)):

@@ -13,7 +13,7 @@ from functools import partial
 
 from rich.markup import escape
 
-from deltactl.diagnosis.answer.how_sure import is_about, settled
+from deltactl.diagnosis.answer.how_sure import after_its_effort, is_about, settled
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import NAMELESS
@@ -51,6 +51,8 @@ from deltactl.foundation.one_screen import (
     spaced,
     wrapped,
 )
+from deltactl.models.effects import card_of
+from deltactl.models.effects.lone_axis import COMPONENT
 from deltactl.models.robot import RobotModel
 
 WIDTH = 80
@@ -149,7 +151,7 @@ def _below_the_table(
     return [
         Part(_helps(diagnosis), turns=0, rank=1),
         Part(or_else, say("screen.or_else"), turns=0, rank=2),
-        Part([*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways)], short=2, rank=3),
+        Part([*_on_top(diagnosis, robot, ways), *remarks(diagnosis, ways, True)], short=2, rank=3),
         Part(_not_shown(diagnosis, width), gap=False, rank=4),
     ]
 
@@ -238,7 +240,8 @@ def _saved(diagnosis: Diagnosis, all_of_them: bool | None, ways: Ways, width: in
 
 def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     """Its cells, the main size first; further sizes as rows below it."""
-    name = finding.effect.replace("_", " ")
+    words, alone = card_of(finding.effect).words, finding.component == COMPONENT
+    name = words.without_place(finding.effect, alone, after_its_effort(finding))
     if finding.effect == NAMELESS and finding.depends_on:
         name = say("screen.unknown", follows=all_followed(finding.depends_on))
     where = part_of(finding.effect, finding.component, finding.depends_on).removeprefix("the ")
@@ -254,10 +257,7 @@ def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
 
 
 def _cells(size: Size | None, there: bool) -> tuple[str, str]:
-    """A size and its interval, which is not known of a sum of times and of a lone event.
-
-    there: the finding is settled; where its interval holds nothing, its size is not known.
-    """
+    """A size, unknown of what is there with an interval that holds nothing, and its interval."""
     if size is None:
         return "", ""
     shown = say("size.not_known") if there and size.low < 0.0 < size.high else size.shown
@@ -318,10 +318,8 @@ def _on_top(diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways) -> list[
     return [say("screen.on_top", which=numbers(which, ways.rows))] if which else []
 
 
-def remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
-    """What was not read, not used or not compared, what is known from the robot file, and what
-    the answer as a whole depends on.
-    """
+def remarks(diagnosis: Diagnosis, ways: Ways, brief: bool = False) -> list[str]:
+    """What the answer as a whole depends on; brief: without what is beyond doubt."""
     by_assumption = [
         by_priors(one)
         for one in diagnosis.prior_sensitivity
@@ -336,7 +334,7 @@ def remarks(diagnosis: Diagnosis, ways: Ways) -> list[str]:
         ),
         *(say("summary.not_read", why=why) for why in diagnosis.not_read),
         *(say("summary.not_held_out", why=why) for why in diagnosis.not_held_out),
-        *of_the_file(diagnosis),
+        *of_the_file(diagnosis, brief),
         *_agreement(diagnosis),
         *by_assumption,
     ]

@@ -58,6 +58,7 @@ def as_chain(seen: Inspection, joints: Sequence[str]) -> Inspection | None:
         kind_why=f"{asked} of {count(len(joints), 'joint')}",
         mapping=seen.mapping.model_copy(update={"columns": columns}),
         warnings=[],
+        asked=None,
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 
 from deltactl.recording.foreign.mapping import Mapping, Source, as_option
+from deltactl.recording.foreign.motion_units import Asked
 from deltactl.recording.foreign.names import (
     Guess,
     Hint,
@@ -21,7 +22,7 @@ from deltactl.recording.foreign.names import (
     unit_said,
     without_unit,
 )
-from deltactl.recording.foreign.units import IN_SI
+from deltactl.recording.foreign.units import IN_SI, LONE
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.table_format import IN_OPTIONS
 
@@ -73,6 +74,8 @@ class Inspection:
     """A column of times that does not increase in every row."""
     own_run: bool = False
     """Whether the program itself recorded it."""
+    asked: Asked | None = None
+    """The unit that its owner has to say, of an axis."""
     named: bool = True
     """Whether the file names its columns; where not, they are called by their place."""
 
@@ -104,19 +107,40 @@ class Inspection:
 
         Whoever reads the file by names of its columns finds the line of its heading by them.
         """
+        return self._words(set())
+
+    @property
+    def typed(self) -> list[str]:
+        """The same as they are typed: the unit that its owner has to say is UNIT in them."""
+        if self.asked is None:
+            return self.options
+        return ["--set", "unit=UNIT", *self._words(self._unsaid)]
+
+    @property
+    def _unsaid(self) -> set[str]:
+        """Columns whose unit its owner has to say."""
+        guesses = (one for one in self.guesses.values() if one.name in (*LONE, "velocity"))
+        return {one.name for one in guesses if self.asked is not None and one.unsaid}
+
+    def _words(self, unsaid: set[str]) -> list[str]:
+        """unsaid: columns whose unit is left out."""
         said = [f"{name}=" for name in self.mapping.leave_out]
         named = any(source.from_ for source in self.mapping.columns.values())
-        unsaid = ("columns", "leave_out", *(("skip_lines", "heading") if named else ()))
+        left_out = ("columns", "leave_out", *(("skip_lines", "heading") if named else ()))
         for name, default in Mapping().model_dump().items():
             value = getattr(self.mapping, name)
-            if name not in unsaid and value != default:
+            if name not in left_out and value != default:
                 text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
                 said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
-        said += [self._option(name, source) for name, source in self.mapping.columns.items()]
+        for name, source in self.mapping.columns.items():
+            if name not in unsaid:
+                said.append(self._option(name, source))
+            elif source.from_ != name:
+                said.append(self._option(name, source, bare=True))
         return [part for one in said for part in ("--set", one)]
 
-    def _option(self, name: str, source: Source) -> str:
-        """What `--set` takes for a column."""
+    def _option(self, name: str, source: Source, bare: bool = False) -> str:
+        """What `--set` takes for a column; bare: without a unit."""
         if source.from_ is None:
             return f"{name}={source.value:.12g}"
         plain = without_unit(source.from_)
@@ -124,13 +148,13 @@ class Inspection:
         scale = source.scale if "scale" in source.model_fields_set else None
         where = plain if len(alike) == 1 else source.from_
         plainly = source.unit == unit_said(source.from_, name)  # which needs no saying
-        unit = "1" if plainly and IN_SI[source.unit] == 1.0 else source.unit
+        unit = "1" if bare or (plainly and IN_SI[source.unit] == 1.0) else source.unit
         return as_option(name, where, unit, scale, source.offset)
 
     @property
     def columns(self) -> dict[str, str]:
         """The same as `deltactl.read` takes it: column and unit by the program's own names."""
-        parts = (option.partition("=") for option in self.options[1::2])
+        parts = (option.partition("=") for option in self.typed[1::2])
         return {name: source for name, _, source in parts}
 
     @property
@@ -164,18 +188,22 @@ class Inspection:
                 name: asdict(guess) | {"name": guess.name} for name, guess in self.guesses.items()
             },
             "unused": {name: self.unused(name) for name in self.table if name not in self.guesses},
-            "options": self.options,
+            "options": self.typed,
             "warnings": self.warnings,
         }
 
-    def mapping_text(self) -> str:
-        """The mapping as a file for `--columns`."""
+    def mapping_text(self, typed: bool = False) -> str:
+        """The mapping as a file for `--columns`; typed: with UNIT for what has to be said."""
         columns = {
             name: source.model_dump(by_alias=True, exclude_defaults=True)
             | ({"scale": source.scale} if "scale" in source.model_fields_set else {})
             for name, source in self.mapping.columns.items()
         }
         plain: dict[str, Any] = {"columns": columns}
+        if typed and self.asked is not None:
+            plain = {"unit": "UNIT", **plain}
+            for name in self._unsaid & columns.keys():
+                columns[name].pop("unit", None)
         for name, default in Mapping().model_dump().items():
             value = getattr(self.mapping, name)
             if name != "columns" and value != default:

@@ -33,11 +33,12 @@ from deltactl.recording.foreign.guessed_units import (
 )
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
 from deltactl.recording.foreign.mapping import Mapping, Source
-from deltactl.recording.foreign.motion_units import ask_unit, turns_by_name
+from deltactl.recording.foreign.motion_units import Asked, ask_unit, in_unit, turns_by_name
 from deltactl.recording.foreign.names import (
     AS_SAID,
     BY_NAME,
     Guess,
+    Hint,
     Taken,
     of_contract,
     of_role,
@@ -52,7 +53,7 @@ from deltactl.recording.foreign.timing import (
     rows_and_times,
     stumbling,
 )
-from deltactl.recording.foreign.units import IN_SI
+from deltactl.recording.foreign.units import IN_SI, LONE
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.binary_tables import JOINTS, files_of, is_data_set, names_of
@@ -73,7 +74,7 @@ def inspect(path: Path, said: Mapping | None = None, motion: str | None = None) 
     if is_own_run(path) and not known:
         return _of_own_run(path)
     if is_log(path) or is_parquet(path):
-        return _of_columns(path, known, _said_of_the_table(said), motion)
+        return _of_columns(path, known, said or Mapping(), motion)
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
     remarks: list[str] = []
     skip, heading = form.skip_lines, form.heading
@@ -84,7 +85,8 @@ def inspect(path: Path, said: Mapping | None = None, motion: str | None = None) 
     units = dict(zip(form.names, form.units, strict=True)) | dict.fromkeys(table.dated, "s")
     base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
     facts = _facts(form) + [("remarks", words) for words in remarks]
-    read = _Read(path, table.columns, base, facts, units, form.named, form.before, table.lines)
+    text = form.named, form.before, table.lines, said.unit if said else None
+    read = _Read(path, table.columns, base, facts, units, *text)
     return _inspected(read, known, motion)
 
 
@@ -104,7 +106,7 @@ def _said_of_the_table(said: Mapping | None) -> Mapping:
 
 
 def _of_columns(
-    path: Path, known: AnyMapping[str, Source], base: Mapping, motion: str | None
+    path: Path, known: AnyMapping[str, Source], said: Mapping, motion: str | None
 ) -> Inspection:
     """A log or a Parquet file: its columns have names already."""
     table = read_log(path) if is_log(path) else read_parquet_table(path)
@@ -115,7 +117,8 @@ def _of_columns(
     if joints := names_of(path).get(JOINTS[0]):
         facts.append(("joints", ", ".join(joints)))
     units, of_units = of_data_set(table)
-    found = _inspected(_Read(path, table, base, facts, units), known, motion)
+    base = _said_of_the_table(said)
+    found = _inspected(_Read(path, table, base, facts, units, unit=said.unit), known, motion)
     return replace(found, warnings=[*of_units, *found.warnings])
 
 
@@ -133,6 +136,8 @@ class _Read:
     """The lines above the table."""
     lines: Sequence[int] = ()
     """The lines of its rows, where it has such."""
+    unit: str | None = None
+    """What somebody says of the motion of an axis."""
 
 
 def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = None) -> Inspection:
@@ -151,27 +156,37 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     left = [name for name, one in known.items() if name not in guesses and not rising(one)]
     constant = (name for name, one in said.items() if one.value is not None)
     kind, motion, why = kind_of(guesses, left, constant)
-    asked: dict[str, str] = {}
+    taken, asked = dict[str, str](), None
     if kind == "servo_axis":
-        asked, motion, questions = _of_an_axis(guesses, known, motion, moves)
-        warnings += [*questions, *of_load, *may_be_asked(guesses, known)]
+        taken, asked, motion = _of_an_axis(guesses, known, motion, moves)
+        warnings += [*([_question(asked)] if asked else []), *of_load]
+        warnings += may_be_asked(guesses, known)
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
-    columns, zero = _as_columns(guesses, said, asked), zero_of(guesses, known)
+    columns, zero = _as_columns(guesses, said, taken), zero_of(guesses, known)
     mapping = read.base.model_copy(update={"columns": columns})
     found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
-    return Inspection(*found, [*warnings, *late], *left_out, named=read.named)
+    return Inspection(*found, [*warnings, *late], *left_out, named=read.named, asked=asked)
 
 
 def _of_an_axis(
     guesses: Taken, known: Table, motion: str | None, moves: str | None
-) -> tuple[dict[str, str], str | None, list[str]]:
-    """Units that are asked for, motion, and questions, of an axis whose columns say this motion."""
-    if motion is not None:
-        return {}, motion, []
-    asked, question = ask_unit(guesses, known, moves)
-    by_name = "rotary" if turns_by_name(guesses.values()) else None
-    return asked, moves or by_name, [question] if question else []
+) -> tuple[dict[str, str], Asked | None, str | None]:
+    """Units that are taken until they are said, what is to be asked, and the motion, of an axis.
+
+    motion: that of its units, which may be guesses. moves: that which is known.
+    """
+    turns = turns_by_name(guesses.values())
+    sure = any(one.unit and not one.unit_guessed for one in guesses.values() if one.name in LONE)
+    moves = moves or (motion if sure else "rotary" if turns else None)
+    taken, asked = ask_unit(guesses, known, moves)
+    return taken, asked, moves if asked else motion or moves
+
+
+def _question(asked: Asked) -> Hint:
+    """The unit that the owner of a table has to say."""
+    says = "nothing says the unit"
+    return Hint(says, "unit", asked.columns, asked.units, "so put it for UNIT below")
 
 
 def _guessed(
@@ -186,7 +201,7 @@ def _guessed(
         for name, guess in guess_columns(known, read.units, read.named).items()
         if guess.name in UNITS and guess.name not in read.base.leave_out
     }
-    guesses = _as_said(path, table, guesses, said)
+    guesses = in_unit(_as_said(path, table, guesses, said), read.unit)
     guesses, noted = unit_noted(guesses, read.before)
     guesses, warnings = with_units(guesses, known, moves)
     warnings += noted

@@ -6,6 +6,7 @@ A mapping says for each contract column where it comes from:
       t: {from: time_ms, scale: 0.001}
       position: {from: angle, unit: deg}
       distance: {value: 0.2}            # the same in every row
+    unit: mm                            # of the axis' columns that neither this nor a heading says
     rate_hz: 50                         # instead of t: one row every 1/50 s
     skip_lines: 3                       # lines before the heading
     heading: [d]                        # names of the columns, where the file has none
@@ -13,9 +14,9 @@ A mapping says for each contract column where it comes from:
     decimal: ","
 
 On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
-`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`; `effort=`
-leaves a column out). A column
-whose name holds a star, or ends like an offset, is put in quotes: `--set 'position="axis-1"'`.
+`name=column*factor+offset`, `name=0.2`, `unit=mm`, `rate_hz=50`, `separator=tab`, `decimal=,`;
+`effort=` leaves a column out). A column whose name holds a star, or ends like an offset, is put in
+quotes: `--set 'position="axis-1"'`.
 """
 
 from __future__ import annotations
@@ -31,12 +32,12 @@ from pydantic import Field, ValidationError, model_validator
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.explain import explain
 from deltactl.foundation.strict_yaml import Document, StrictModel
-from deltactl.recording.foreign.units import IN_SI, SPEEDS, no_unit
+from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY, SPEEDS, no_unit, of_motion
 from deltactl.recording.tables.cells import number
 from deltactl.recording.tables.flat import UNITS, known_unit
 from deltactl.recording.tables.table_format import IN_OPTIONS, WIDE
 
-OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
+OF_THE_TABLE = ("unit", "rate_hz", "skip_lines", "heading", "separator", "decimal")
 """What `--set` takes beside columns; separators also by name: tab, space, spaces, comma,
 semicolon."""
 BARE = ("rad", "m", "rad/s", "m/s")
@@ -77,6 +78,8 @@ class Mapping(StrictModel):
 
     columns: dict[str, Source] = Field(default_factory=dict)
     """Each column by its name, and where it comes from."""
+    unit: str | None = None
+    """Unit of an axis' motion where no heading says one."""
     rate_hz: Annotated[float, Field(gt=0.0)] | None = None
     """Rows a second, of a table without times."""
     skip_lines: Annotated[int, Field(ge=0)] = 0
@@ -96,9 +99,19 @@ class Mapping(StrictModel):
             if known_unit(name) is None:
                 where = "columns" if name in self.columns else "leave_out"
                 raise ValueError(f"{where}: '{name}' must be one of {', '.join(UNITS)}")
+        if self.unit is not None:
+            _refuse_unit(self.unit)
         if self.separator is not None and len(self.separator) > 1 and self.separator != WIDE:
             raise ValueError("separator: must be one character, or two spaces")
         return self
+
+
+def _refuse_unit(unit: str) -> None:
+    """Raise ValueError for what is neither a unit of a motion nor a number."""
+    size = number(unit)
+    if unit not in (*ROTARY, *LINEAR) and not (size is not None and size > 0.0):
+        known = of_motion(ROTARY, LINEAR)
+        raise ValueError(f"unit: '{unit}' must be {known}; or what one is in rad or m")
 
 
 def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:

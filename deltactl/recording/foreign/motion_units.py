@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from deltactl.recording.foreign.names import (
 )
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, same_range
+from deltactl.recording.foreign.units import IN_SI, LONE, of_motion, size_of
 from deltactl.recording.reading.run import FloatArray
 
 PAIRS = (
@@ -39,13 +40,11 @@ PAIRS = (
     *((f"command_{n}", f"theta_{n}") for n in (1, 2, 3)),
 )
 """What was asked for, and what came of it."""
-LONE = frozenset({"command", "position"})
-"""Columns of a single axis, which turns or slides."""
 STRAIGHT = ("pos", "range", "distance")
 COUNTS = frozenset({"count", "counts", "cnt", "tick", "ticks", "steps", "raw", "inkremente"})
 """What headings call the counts of an encoder."""
-ASKED = {"rotary": ("rad", "radians", "degrees", "deg"), "linear": ("m", "metres", "mm", "mm")}
-"""By the motion of an axis, the unit that is taken where none is said, and the one it may be."""
+TAKEN = {None: "rad", "rotary": "rad", "linear": "m"}
+"""By the motion of an axis, the unit that is taken where neither a word nor the size tells one."""
 PUT = "into the printed command"
 NO_UNIT = "nothing says the unit"
 
@@ -111,6 +110,7 @@ def unit_of_motion(
             f" turn; if a turn has others, put what one count is [rad] in place of"
             f" {GUESSES.count_rad} {PUT}"
         )
+    turning = turning or turns_by_name(group)
     return _all(group, "deg"), _taken_for_degrees(group, largest, turning)
 
 
@@ -132,11 +132,11 @@ def _of_called(
         return None
     if all(is_of_data_joint(one.source) for one in group):
         says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
-        return _all(group, "deg"), rather(says, "radians", group, "rad")
+        return _named(group, "deg"), rather(says, "radians", group, "rad")
     if turning or largest <= GUESSES.longest_m or not all(map(_is_place, group)):
         return None
     says = f"up to {largest:g}, taken for mm, as axes called x, y or z slide"
-    return _all(group, "mm"), rather(says, "degrees", group, "deg")
+    return _named(group, "mm"), rather(says, "degrees", group, "deg")
 
 
 def _is_lone(group: Sequence[Guess]) -> bool:
@@ -158,6 +158,11 @@ def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:
     return [replace(one, unit=unit, scale=scale, unit_guessed=True) for one in group]
 
 
+def _named(group: Sequence[Guess], unit: str) -> list[Guess]:
+    """In a unit that their names speak for."""
+    return [replace(one, unit=unit) for one in group]
+
+
 def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str = "") -> Hint:
     """What columns were taken for, and the unit to say if they are something else.
 
@@ -176,19 +181,28 @@ def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str =
 
 
 def _taken_for_degrees(group: Sequence[Guess], largest: float, turning: bool) -> str:
-    """That columns are taken for degrees, and what to write where they are something else."""
-    guess = group[0]
+    """That columns are taken for degrees; empty where it is asked what they are."""
     says = f"up to {largest:g}, taken for degrees"
-    if guess.index is not None:  # which no machine has in mm
+    if group[0].index is not None:  # which no machine has in mm
         return f"{_names(group)}: {says}, as all angles of the arms"
-    if largest > GUESSES.few_turns_deg:
-        counts = f"{without_unit(guess.source)}*{GUESSES.count_rad}"
-        of_counts = f'; if counts, with what one is in rad, as "{guess.name}={counts}" of 4096'
-        return rather(says, "seconds of arc", group, "arcsec", of_counts)
-    turns = turning or turns_by_name(group)
-    if largest <= GUESSES.widest_rad or turns:
-        return rather(says, "radians", group, "rad", "" if turns else "; if mm, [mm]")
-    return rather(says, "mm", group, "mm", "; if radians or turns, [rad] or [turn]")
+    rivals = [
+        one for units in units_of_size(largest, "rotary" if turning else None) for one in units
+    ]
+    return "" if len(rivals) > 1 else rather(says, "radians", group, "rad")
+
+
+def units_of_size(largest: float, motion: str | None) -> tuple[list[str], list[str]]:
+    """Units in which an axis may go up to a number, where it turns and where it slides."""
+    few = largest <= GUESSES.said_factor * GUESSES.widest_rad
+    turning = {"deg": True, "rad": few, "turn": few, "arcsec": largest > GUESSES.few_turns_deg}
+    longest_mm = 1e3 * GUESSES.longest_m
+    sliding = {
+        "mm": largest <= longest_mm,
+        "m": largest <= GUESSES.longest_m,
+        "um": largest > longest_mm,
+    }
+    rotary, linear = ([one for one, may_be in of.items() if may_be] for of in (turning, sliding))
+    return ([] if motion == "linear" else rotary, [] if motion == "rotary" else linear)
 
 
 def _names(group: Sequence[Guess]) -> str:
@@ -213,25 +227,59 @@ def turns_by_name(group: Iterable[Guess]) -> bool:
     return any(is_of_joint(one.source) for one in group)
 
 
-def ask_unit(guesses: Taken, table: Table, motion: str | None = None) -> tuple[dict[str, str], str]:
-    """The unit to be written for columns of an axis of which nothing tells one, by their name in
-    the contract, and what to be asked of them; both empty where there are none.
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What nothing in a table of an axis tells, and its owner has to say: the unit of its motion,
+    and with it whether it turns or slides.
+    """
+
+    columns: str
+    """Names of command and position in the file."""
+    rotary: Sequence[str]
+    """Units they may have where it turns; none where it is known to slide."""
+    linear: Sequence[str]
+    """The same where it slides."""
+
+    @property
+    def motion(self) -> bool:
+        """Whether it is not known either if it turns or slides."""
+        return bool(self.rotary and self.linear)
+
+    @property
+    def units(self) -> str:
+        """The units to choose from."""
+        return of_motion(self.rotary, self.linear)
+
+
+def ask_unit(
+    guesses: Taken, table: Table, motion: str | None = None
+) -> tuple[dict[str, str], Asked | None]:
+    """Units that are taken until somebody says one, by the columns' names in the contract, and what
+    is to be asked; nothing where a word or the size decides.
 
     motion: linear or rotary, where that is known.
     """
-    open_ = [guess for guess in guesses.values() if guess.name in LONE and is_open(guess)]
+    open_ = [guess for guess in guesses.values() if guess.name in LONE and guess.unsaid]
     if not open_:
-        return {}, ""
+        return {}, None
     largest = max(float(np.nanmax(np.abs(table[one.source]))) for one in open_)
-    unit, taken, other, short = ASKED[motion or "rotary"]
-    asked = dict.fromkeys((one.name for one in open_), unit)
+    rotary, linear = units_of_size(largest, motion)
+    if len(rotary) + len(linear) == 1:
+        return {}, None
+    unit = TAKEN[motion]
+    taken = {one.name: one.unit or unit for one in open_}
     if any(one.name == "velocity" and is_open(one) for one in guesses.values()):
-        asked["velocity"] = f"{unit}/s"
-    known = motion is not None or turns_by_name(open_)
-    also = "; if turns, [turn]" if unit == "rad" else ""
-    also += "" if known else "; if it slides, [m] or [mm]"
-    says = f"up to {largest:.4g}, and {NO_UNIT}; taken for {taken}"
-    return asked, rather(says, other, open_, short, also)
+        taken["velocity"] = f"{unit}/s"
+    return taken, Asked(_names(open_), rotary, linear)
+
+
+def in_unit(guesses: Taken, unit: str | None) -> dict[str, Guess]:
+    """Guesses with the unit that somebody says of what an axis does."""
+    if unit is None:
+        return dict(guesses)
+    given = {"unit": unit} if unit in IN_SI else {"scale": size_of(unit)}
+    lone = (name for name, one in guesses.items() if one.name in LONE and is_open(one))
+    return {**guesses, **{name: replace(guesses[name], **given) for name in lone}}
 
 
 def _doubt(guess: Guess, values: FloatArray) -> str:

@@ -168,6 +168,11 @@ class Guess:
     """Whether only the size of the values speaks for the unit."""
 
     @property
+    def unsaid(self) -> bool:
+        """Whether neither a word nor a factor says the unit."""
+        return self.scale == 1.0 and (self.unit is None or self.unit_guessed)
+
+    @property
     def name(self) -> str:
         """The column's name in the contract; velocity and others have none with a number."""
         return self.role if self.index is None else f"{self.role}_{self.index}"

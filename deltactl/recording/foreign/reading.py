@@ -16,7 +16,7 @@ from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.missing import no_column, no_time, other_separator
 from deltactl.recording.foreign.names import Guess, unit_said, without_unit
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.units import IN_SI, LINEAR, PULLING, ROTARY, TIMES
+from deltactl.recording.foreign.units import IN_SI, LINEAR, LONE, PULLING, ROTARY, TIMES, size_of
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.flat import (
     GAP_PERIODS,
@@ -48,6 +48,7 @@ def read_mapped(
     and what could replace it.
     """
     table, lines = _table(path, mapping, tell)
+    mapping = _in_unit(path, mapping, table)
     file = _File(path, table, lines, tell)
     rows = len(next(iter(table.values())))
     named: dict[str, FloatArray] = {}
@@ -72,6 +73,23 @@ def read_mapped(
     given = [k for k, source in mapping.columns.items() if source.model_fields_set & SAID]
     recording = from_columns({"t": t_s, **named}, str(path), lines or None)
     return replace(recording, units_given=frozenset(given), timed=not counted)
+
+
+def _in_unit(path: Path, mapping: Mapping, table: AnyMapping[str, AnyArray]) -> Mapping:
+    """With the unit of an axis at each column of its motion of which nothing else says one."""
+    if (unit := mapping.unit) is None:
+        return mapping
+    columns = dict(mapping.columns)
+    for name in (*LONE, "velocity"):
+        source = columns.get(name, Source.model_validate({"from": name}))
+        own = source.from_ is None or source.model_fields_set & SAID
+        if own or (name not in columns and name not in table) or name in mapping.leave_out:
+            continue
+        if unit_said(named_column(path, table, name, source), name) is None:
+            speed = f"{unit}/s" if name == "velocity" else unit
+            said = {"unit": speed} if speed in IN_SI else {"scale": size_of(unit)}
+            columns[name] = source.model_copy(update=said)
+    return mapping.model_copy(update={"columns": columns})
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -75,6 +76,26 @@ CLOCKS = frozenset(word for unit in ("ms", "us", "ns") for word in UNIT_WORDS[un
 """Headings that are a unit and nothing else: the time. Not s or min, which may be a way or a least.
 """
 A_FACTOR = "or a factor to SI units in its place, as position=seen*4.848e-6"
+
+
+LONE = ("command", "position")
+"""Columns of a single axis, which turns or slides."""
+
+
+def size_of(unit: str) -> float:
+    """SI size of what `unit=` says: a unit, or the size itself. Raises ValueError."""
+    return IN_SI[unit] if unit in IN_SI else float(unit)
+
+
+def of_motion(rotary: Sequence[str], linear: Sequence[str]) -> str:
+    """Units to choose from, by what an axis does."""
+    kinds = ((rotary, "turns"), (linear, "slides"))
+    return "; ".join(f"{either(units)} if it {does}" for units, does in kinds if units)
+
+
+def either(names: Sequence[str]) -> str:
+    """'a', 'a or b', 'a, b or c'."""
+    return " or ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def no_unit(said: str) -> str:

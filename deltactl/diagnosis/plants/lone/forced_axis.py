@@ -92,7 +92,7 @@ class ForcedAxis(LeftOver):
         self.readings: Readings = gather(recordings, [name], unit)
         self.position = np.concatenate([smoothly_bridged(r, name) for r in recordings])
         self.t_s = sampling_times(self.readings.t_s, self.readings.fresh, self.position)
-        self.force = robot.effort_gain * np.concatenate(
+        self.force = robot.force_per_effort * np.concatenate(
             [smoothly_bridged(r, "effort") for r in recordings]
         )
         self._in_time = AheadInTime(self.t_s, self.readings.fresh)
@@ -132,7 +132,7 @@ class ForcedAxis(LeftOver):
         """Effort less what inertia, gravity, load and accepted effects need, low-passed, (n,)."""
         motion, robot = self.motion, self.robot
         load = known_loads(recordings)
-        effort = self.force / robot.effort_gain
+        effort = self.force / robot.force_per_effort
         driven = Driven(
             t_s=self.t_s,
             fresh=self.readings.fresh,
