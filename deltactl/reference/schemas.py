@@ -23,7 +23,7 @@ from deltactl.models.effects.lone_axis import (
 )
 from deltactl.recording.foreign import mapping
 from deltactl.recording.foreign.units import IN_SI
-from deltactl.recording.tables.flat import UNITS
+from deltactl.recording.tables.flat import OF_A_CHAIN, UNITS
 from deltactl.reference.examples import WHOLE, example_of
 from deltactl.reference.fields import key
 from deltactl.reference.words import ARGUMENT_WORDS, REQUEST_WORDS
@@ -270,7 +270,9 @@ def _to(name: str) -> Schema:
 
 def _mapping() -> Schema:
     schema = _of_model(mapping.Mapping)
-    schema["properties"]["columns"]["propertyNames"] = {"enum": list(UNITS)}
+    schema["properties"]["columns"]["propertyNames"] = {
+        "anyOf": [{"enum": list(UNITS)}, {"pattern": f"^({OF_A_CHAIN.pattern})$"}]
+    }
     schema["$defs"]["Source"]["properties"]["unit"]["enum"] = list(IN_SI)
     return schema
 

@@ -14,10 +14,17 @@ import numpy as np
 import pytest
 
 from deltactl.cli.recordings.init_chain import chain
+from deltactl.cli.recordings.tables import read_plain
 from deltactl.diagnosis.api import diagnose
 from deltactl.diagnosis.report.next_run import experiment_line
 from deltactl.foundation.errors import DeltactlError
 from deltactl.models.rigid_chain import RigidChain
+from deltactl.models.robot_files import load_with_effects
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
+from deltactl.recording.tables.chain_tables import joints_of
+from deltactl.recording.tables.flat import FlatRecording
+from deltactl.recording.tables.flat_files import read_flat
 
 pytest.importorskip("mujoco")
 
@@ -295,6 +302,31 @@ def _refused(robot: Path, recording: Path) -> str:
     text = str(caught.value)
     assert "\n" not in text
     return text
+
+
+def test_columns_are_found_by_joint_names_and_by_what_is_set(robot: Path) -> None:
+    """Joint by joint, as logs of arms name them."""
+    own = recorded(robot.parent)
+    rows = own.read_text().split("\n", 1)[1]
+    stems = ("theta", "effort")
+    columns = [f"{stem}_{joint}" for stem in stems for joint in JOINTS]
+    by_joint, by_log = own.with_name("joints.csv"), own.with_name("log.csv")
+    by_joint.write_text("\n".join([",".join(["t", *columns]), rows]))
+    logged = [f"actual_{stem}_{n}" for stem in ("q", "current") for n in range(3)]
+    by_log.write_text("\n".join([",".join(["timestamp", *logged]), rows]))
+    said = [f"{s}_{n}" for s in stems for n in (1, 2, 3)]
+    options = [f"{name}={column}" for name, column in zip(said, logged, strict=True)]
+    mapping = load_mapping(None, ["t=timestamp", *options])
+    chain_of = load_with_effects(robot)
+    plain = joint_columns(read_flat(own))
+    assert np.array_equal(joint_columns(read_plain(by_joint, chain_of)), plain)
+    assert np.array_equal(joint_columns(read_mapped(by_log, mapping)), plain)
+
+
+def joint_columns(recording: FlatRecording) -> np.ndarray:
+    """Angles and efforts (n, 6)."""
+    found = [joints_of(JOINTS, recording, stem) for stem in ("theta", "effort")]
+    return np.concatenate([one for one in found if one is not None], axis=1)
 
 
 def test_an_unknown_joint_is_refused_with_the_nearest_name(robot: Path) -> None:

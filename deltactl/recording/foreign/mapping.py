@@ -34,7 +34,7 @@ from deltactl.foundation.explain import explain
 from deltactl.foundation.strict_yaml import Document, StrictModel
 from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY, SPEEDS, no_unit, of_motion
 from deltactl.recording.tables.cells import number
-from deltactl.recording.tables.flat import UNITS
+from deltactl.recording.tables.flat import UNITS, known_unit
 from deltactl.recording.tables.table_format import IN_OPTIONS, WIDE
 
 OF_THE_TABLE = ("unit", "rate_hz", "skip_lines", "heading", "separator", "decimal")
@@ -96,7 +96,7 @@ class Mapping(StrictModel):
     @model_validator(mode="after")
     def _known(self) -> Mapping:
         for name in (*self.columns, *self.leave_out):
-            if name not in UNITS:
+            if known_unit(name) is None:
                 where = "columns" if name in self.columns else "leave_out"
                 raise ValueError(f"{where}: '{name}' must be one of {', '.join(UNITS)}")
         if self.unit is not None:
@@ -122,7 +122,7 @@ def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:
         name, equals, rest = option.partition("=")
         if name in OF_THE_TABLE:
             changes[name] = _of_the_table(name, rest, option)
-        elif equals and not rest and name in UNITS and name != "t":
+        elif equals and not rest and known_unit(name) is not None and name != "t":
             changes["leave_out"] = (*changes.get("leave_out", mapping.leave_out), name)
             columns.pop(name, None)
         else:
@@ -147,12 +147,12 @@ def _of_the_table(name: str, text: str, option: str) -> Any:
 
 def _source(option: str) -> Source:
     match = _OPTION.fullmatch(option.strip())
-    if match is None or match["name"] not in UNITS:
+    if match is None or known_unit(match["name"]) is None:
         raise _not_understood(option)
     unit = match["unit"] or "1"
     if unit not in IN_SI:
         raise ConfigError(f"--set {option}: {no_unit(unit)}")
-    if unit in SPEEDS and match["name"] != "velocity":
+    if unit in SPEEDS and not match["name"].startswith("velocity"):
         raise ConfigError(f"--set {option}: {unit} is a unit of velocity, not of {match['name']}")
     given: dict[str, Any] = {} if match["unit"] is None else {"unit": unit}
     scale = 1.0

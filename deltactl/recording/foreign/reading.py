@@ -18,7 +18,14 @@ from deltactl.recording.foreign.names import Guess, unit_said, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.units import IN_SI, LINEAR, LONE, PULLING, ROTARY, TIMES, size_of
 from deltactl.recording.reading.run import FloatArray
-from deltactl.recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
+from deltactl.recording.tables.flat import (
+    GAP_PERIODS,
+    UNITS,
+    AnyArray,
+    FlatRecording,
+    from_columns,
+    known_unit,
+)
 from deltactl.recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
 from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
 from deltactl.recording.tables.table_format import guess_format, guess_marks, marks_said
@@ -265,7 +272,7 @@ def _refuse_other_quantity(path: Path, column: str, name: str, unit: str) -> Non
     wrong, is_a, other = {
         "rad": (LINEAR, "an angle", "position (and command) of an axis that slides"),
         "m": (ROTARY, "a length", "position (and command) of an axis that turns"),
-    }.get(UNITS[name], ((), "", ""))
+    }.get(known_unit(name) or "", ((), "", ""))
     if unit in wrong:
         raise RecordingError(
             f"{path}: {name} is {is_a}, and column '{column}' is in {unit}; read it as {other},"

@@ -45,8 +45,22 @@ OF_A_CHAIN = re.compile(
 )
 """Columns of a chain of any number of joints, in rad and m; kept beside those of the contract."""
 
+CALLED_BY_JOINT = re.compile(r"(theta|effort)_\w+|\w+_(theta|effort)")
+"""Columns of a chain whose joints have names."""
+
 TARGET = re.compile(r"(pos\d*)_x(?:_mm)?")
 """Column of a target on a chain, whose places were measured."""
+
+
+def known_unit(name: str) -> str | None:
+    """Unit of a column of the contract or of a chain; None of any other."""
+    if name in UNITS or not OF_A_CHAIN.fullmatch(name):
+        return UNITS.get(name)
+    stem = re.split(r"\d*_", name)[0]
+    return {"pos": "m", "quat": "", "velocity": UNITS["velocity"], "effort": UNITS["effort"]}.get(
+        stem, "rad"
+    )
+
 
 BESIDE = frozenset(
     [f"t_{axis}" for axis in "xyz"]
@@ -167,7 +181,8 @@ def from_columns(
     known = {
         name: _numbers(values, name, source) for name, values in named.items() if name in UNITS
     }
-    if len(known) == 1 and not any(map(OF_A_CHAIN.fullmatch, named)):
+    of_chains = (OF_A_CHAIN, CALLED_BY_JOINT)
+    if len(known) == 1 and not any(one.fullmatch(name) for one in of_chains for name in named):
         raise RecordingError(
             f"{source}: none of its columns {_listed(name for name in named if name != 't')} "
             "is one that the program knows (steps_1, range_x, position, ...; all of them are in"

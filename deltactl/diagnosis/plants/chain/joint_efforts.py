@@ -50,7 +50,7 @@ class ChainOptions:
     """Way over which a bearing yields before it slides, as a share of the travel (a harmonic drive:
     minutes of arc). A fifth or three times of it changes no answer on even draws,"""
     yields_of_size: float = 0.1
-    """and the friction that does, as a share of all effort."""
+    """and the friction that does, as a share of all effort; what the model states does, too."""
     bends: int = 2
     """Pieces of a spline by which friction grows along the way, or a torque constant in time."""
     dead_time_s: float = 0.05
@@ -89,35 +89,34 @@ class JointEfforts(LeftOver):
         self._filtered = self._low_passed(moved.force)
         self._direction = self._low_passed(moved.signs)
         self._speed = self._low_passed(moved.speed)
+        self._changing = moved.edge.slope(self._filtered)
         self._bare = chain.efforts(*self._motion)
+        self._moments = chain.load_columns(*self._motion)
         self._needed = self._low_passed(self._bare) + chain.friction * self._direction
         stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
         self.layout = Layout(moved.counts, ASSESSMENT.folds, stride)
         self.readings = self.layout.readings(moved.whole, moved.counts, "effort", self.unit)
-        self.kinds: IntArray = self.layout.column
         self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
-        self.own = self.kinds[:, None] == np.arange(len(self.joints))
+        self.own = self.layout.column[:, None] == np.arange(len(self.joints))
         """Whether a row is of a joint, (n, joints)."""
+        self.kinds: IntArray = self.layout.column
 
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""
-        rows: IntArray = self.rows[self.own[self.rows, joint]]
-        return rows
+        return np.asarray(self.rows[self.own[self.rows, joint]])
 
     @cached_property
     def sizes(self) -> FloatArray:
         """How large efforts of each joint are here, (joints,), by their root mean square."""
         both = np.stack([self._filtered, self._needed]) ** 2
-        sizes: FloatArray = np.sqrt(np.maximum(self._usually(both), 1e-300)).max(axis=0)
-        return sizes
+        return np.asarray(np.sqrt(np.maximum(self._usually(both), 1e-300)).max(axis=0))
 
     def _usually(self, values: FloatArray) -> FloatArray:
         """Means (..., joints) of values (..., m, joints) where a joint is in clear motion; of one
         that never is, of all.
         """
         counts = self.moved.counts | ~self.moved.counts.any(axis=0)
-        means: FloatArray = np.sum(values * counts, axis=-2) / np.sum(counts, axis=0)
-        return means
+        return np.asarray(np.sum(values * counts, axis=-2) / np.sum(counts, axis=0))
 
     def moving(self) -> list[int]:
         """Joints with rows enough in clear motion for anything to show."""
@@ -126,7 +125,7 @@ class JointEfforts(LeftOver):
     @property
     def usual(self) -> FloatArray:
         """Efforts of the joint that a row is of: a wrist's are a hundredth of a shoulder's."""
-        return np.asarray(self.sizes[self.kinds])
+        return np.asarray(self.sizes[self.layout.column])
 
     def whitened(self, columns: Sequence[Columns]) -> FloatArray:
         """Rows (m, k) of columns in their usual sizes, by the usual noise of efforts."""
@@ -138,13 +137,14 @@ class JointEfforts(LeftOver):
         arm is built exactly as its model, and bearings yield before they slide.
         """
         chain, each = self.chain, self._each
+        grips = np.hypot(CHAIN.yields_of_size * self.sizes, chain.friction)
         tables = {
             "lag": (each(self._changing), clocks_apart_s(self.moved.whole.period_s)),
             "gain": (each(self._needed), CHAIN.as_built),
             "dry": (each(chain.friction * self._direction), CHAIN.friction_as_stated),
             "viscous": (each(chain.damping * self._speed), CHAIN.friction_as_stated),
             "loaded": (each(self._by_load), CHAIN.friction_of_load),
-            "yields": (each(self._yielding * self.sizes), CHAIN.yields_of_size),
+            "yields": (each(self._yielding * grips), 1.0),
             "link": (self._links, CHAIN.as_built),
         }
         values = np.concatenate([shapes for shapes, _ in tables.values()], axis=1)
@@ -172,10 +172,6 @@ class JointEfforts(LeftOver):
         held = np.stack([clipped(move, -one, one, 0.0) for move in moves.T], axis=1)
         return self._low_passed(held) - self._direction
 
-    @cached_property
-    def _changing(self) -> FloatArray:
-        return self.moved.edge.slope(self._filtered)
-
     def _since(self, joint: int, dead_s: float) -> FloatArray:
         """Effort of a joint less what it was a dead time ago, (n,).
 
@@ -200,7 +196,7 @@ class JointEfforts(LeftOver):
         weighs.
         """
         chain, mass = self.chain, CHAIN.load_of_mass * self.chain.mass_kg
-        values = self.layout.laid(self._low_passed(chain.load_columns(*self._motion)))
+        values = self.layout.laid(self._low_passed(self._moments))
         off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
         return Columns(values, mass * np.array([1.0] + [off] * 3 + [off**2] * 6), BODY)
 

@@ -56,17 +56,15 @@ class ChainPlant(JointEfforts):
     def _explained(self) -> FloatArray:
         """Efforts (n,) of the model and of the linear effects in the robot file."""
         made, gains = self.layout.laid(self._needed), np.ones(len(self.joints))
-        for key, sizes in self._stated:
-            if key == LOAD:
-                made = made + self._load.values @ load_moments(sizes)
-                continue
+        made = made + self._load.values @ self._stated_load
+        for key, sizes in ((key, sizes) for key, sizes in self._stated if key != LOAD):
             column, joint = self._place(key)
             if column == "gain":
                 gains[joint] *= sizes["scale"]
             elif column != "lag":
                 size = sizes[JOINT_EFFECTS[column].parameter] - self._kept(column, joint)
                 made = made + self._acting[key].values[:, 0] * size
-        return np.asarray(made / gains[self.kinds])
+        return np.asarray(made / gains[self.layout.column])
 
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
@@ -78,6 +76,12 @@ class ChainPlant(JointEfforts):
             for one in self.robot.effects
             if (key := keys.get((one.effect, one.component)))
         ]
+
+    @property
+    def _stated_load(self) -> FloatArray:
+        """Moments (10,) of what the robot file has at the last link."""
+        loads = [load_moments(sizes) for key, sizes in self._stated if key == LOAD]
+        return np.asarray(np.sum([np.zeros(len(BODY)), *loads], axis=0))
 
     def _late_by_file(self) -> FloatArray:
         """What dead times of the robot file change of the efforts, (n,)."""
@@ -107,6 +111,7 @@ class ChainPlant(JointEfforts):
         found = [
             Regressor(
                 f"{key} {joint}", one.name, component=joint, alone=False,
+                takes_over=f"{key} {joint}",
                 **{"log_odds": one.log_odds, **self._differing(key, j)},
             )
             for j, joint in moving for key, one in JOINT_EFFECTS.items()
@@ -125,22 +130,19 @@ class ChainPlant(JointEfforts):
         def off(share: float, **more: Any) -> dict[str, Any]:
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
-        def braked(stated: float) -> dict[str, Any]:
-            one = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
-            return off(CHAIN.friction_as_stated * float(stated), **one)
-
+        brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
         spread_s, longest_s = CHAIN.dead_time_s, LONE.longest_lag_s
         late = Size(
             "dead_time", "half", spread_s, 0.0, longest_s, 0.05 * period_s, within=(0.0, longest_s)
         )
         table = {
-            "dry": braked(chain.friction[joint]),
-            "viscous": braked(chain.damping[joint]),
+            "dry": off(CHAIN.friction_as_stated * float(chain.friction[joint]), **brakes),
+            "viscous": off(CHAIN.friction_as_stated * float(chain.damping[joint]), **brakes),
             "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
-            "gain": off(CHAIN.as_built, above=-1.0, takes_over=f"gain {name}"),
+            "gain": off(CHAIN.as_built, above=-1.0),
             "offset": off(CHAIN.zero_of_current * float(self.sizes[joint]), **by_gain),
             "lag": off(
-                clocks_apart_s(period_s), sizes=(late,), takes_over=f"lag {name}", saturated=False,
+                clocks_apart_s(period_s), sizes=(late,), saturated=False,
                 starts=tuple((dead_s,) for dead_s in CHAIN.dead_times_s),
             ),
         }  # fmt: skip

@@ -34,10 +34,8 @@ class EffortNoise:
     ) -> NoiseBounds | None:
         """Bounds for a residual force (n,), all and where it counts, and of raw force and
         position."""
-        within, beyond = (
-            OBSERVATIONS.within_band * self._edge,
-            OBSERVATIONS.beyond_band * self._edge,
-        )
+        bands = OBSERVATIONS.within_band, OBSERVATIONS.beyond_band
+        within, beyond = (band * self._edge for band in bands)
         found: list[Bound] = []
         for known in (None, counts):
             seen = spectrum(left, self._groups, self._segment, known)

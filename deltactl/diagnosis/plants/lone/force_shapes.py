@@ -106,8 +106,7 @@ class ForceShapes:
     def middle(self) -> FloatArray:
         """Middle of a force by position, (1,); of its sine and cosine, (2,), over a wide range."""
         far = self.turns and np.ptp(self.motion.position[self.rows]) > FORCED_AXIS.weighed_rad
-        middle: FloatArray = self._by_place(bool(far))[self.rows].mean(axis=0)
-        return middle
+        return np.asarray(self._by_place(bool(far))[self.rows].mean(axis=0))
 
     def _by_place(self, far: bool) -> FloatArray:
         at = self.motion.position

@@ -13,7 +13,6 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
@@ -33,6 +32,7 @@ from deltactl.diagnosis.observations.readings import (
 from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver, Way
 from deltactl.diagnosis.plants.lone.clear_motion import (
+    alike,
     clocks_apart_s,
     direction_of,
     in_clear_motion,
@@ -102,7 +102,7 @@ class ForcedAxis(LeftOver):
             self._low_passed(recordings, narrower * wider)
             if len(self.rows) >= FEWEST_IN_MOTION:
                 break
-        self.kinds = self._alike()
+        self.kinds = alike(self.motion.velocity, self._changing, self.rows, self._period)
         enough = len(self.rows) >= FEWEST_IN_MOTION
         self.regressors = tuple(self._regressors()) if enough else ()
 
@@ -170,23 +170,6 @@ class ForcedAxis(LeftOver):
         """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
         self._counts = in_clear_motion(self.motion, self._period) & self.readings.valid[:, 0]
         return np.flatnonzero(self._counts)[:: rows_apart(self._period)]
-
-    def _alike(self) -> IntArray:
-        """Small numbers (n,): rows of one number have one noise.
-
-        Between two samples an effort that changes fast may be anything, and near a reversal
-        bearings first yield, which no curve over the speed says.
-        """
-        steep, count = np.abs(self._changing), len(self.rows)
-        fewest = LONE.rows_a_piece
-        shares = [one for one in FORCED_AXIS.steeper if (1.0 - one) * count >= fewest]
-        edges = np.quantile(steep[self.rows], shares) if shares else np.zeros(0)
-        turns = np.diff(np.signbit(self.motion.velocity), prepend=False)
-        near = binary_dilation(turns, np.ones(2 * max(1, int(0.5 / self._period)) + 1, dtype=bool))
-        kinds: IntArray = np.searchsorted(edges, steep)
-        if np.count_nonzero(near[self.rows]) >= fewest:
-            kinds = kinds + (len(shares) + 1) * near
-        return kinds
 
     # ---- what may be missing -------------------------------------------------------------------
 
@@ -257,8 +240,7 @@ class ForcedAxis(LeftOver):
         """Samples (n,) whose effort is cut at a limit, and its noise with it."""
         if "limit" not in keys:
             return None
-        cut: BoolArray = self._limit.kept_back(sizes["limit.limit"]) != 0.0
-        return cut
+        return np.asarray(self._limit.kept_back(sizes["limit.limit"]) != 0.0)
 
     def _left_by_all(self, rows: IntArray) -> FloatArray:
         """What all named forces together leave of some rows (m,), absolute."""

@@ -77,8 +77,7 @@ class ServoDelta(LeftOver):
 
     def _stacked(self, each: Sequence[FloatArray]) -> FloatArray:
         """(m, 3) of each recording as one column (n,), joint after joint."""
-        column: FloatArray = np.concatenate([v[:, j] for j in range(3) for v in each])
-        return column
+        return np.concatenate([v[:, j] for j in range(3) for v in each])
 
     def _torque(self, effects: Sequence[Active]) -> FloatArray:
         """What the observers would say with effects, (n,) [N m at the arm]."""
