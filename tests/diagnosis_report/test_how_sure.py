@@ -90,10 +90,17 @@ def test_causes_that_may_act_together_have_one_share_between_them() -> None:
 @pytest.mark.parametrize("left_m", [0.0039, None])
 def test_what_a_finding_is_worth_is_the_error_without_it(left_m: float | None) -> None:
     line = without_line(
-        _finding(1e-9, 0.97).model_copy(update={"left_without_m": left_m}), unit="m"
+        _finding(1e-9, 0.97).model_copy(update={"left_without_m": left_m}), "m", 0.0080
     )
     assert ("3.90 mm" in line) == (left_m is not None)
     assert bool(line) == (left_m is not None)
+
+
+def test_what_one_repair_alone_would_do_is_in_percent_of_the_error() -> None:
+    sizes = {"left_without_m": 0.0039, "alone_m": 0.0020, "alone_ci95_m": (0.0019, 0.0022)}
+    line = without_line(_finding(1e-9, 0.97).model_copy(update=sizes), "m", 0.0080)
+    assert "75 %" in line
+    assert "2.00 mm [1.90 mm, 2.20 mm]" in line
 
 
 def test_what_depends_on_a_prior_is_reported_with_the_finding(make: Any) -> None:

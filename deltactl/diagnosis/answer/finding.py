@@ -142,6 +142,10 @@ class Finding(Record):
     left_without_m: float | None = None
     """The model error (root mean square, in the unit of the fit) without it, with the others fitted
     again; None where it was not computed."""
+    alone_m: float | None = None
+    """The same with it corrected and nothing else; None where only a job shows that (`heal`)."""
+    alone_ci95_m: tuple[float, float] | None = None
+    """Between these, for sizes in the interval of the first parameter."""
     probability: float | None = None
     """Posterior that this effect acts at this component (unknown: that something outside the
     vocabulary does); None where it was not computed."""

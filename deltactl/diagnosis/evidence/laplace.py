@@ -93,9 +93,7 @@ class Laplace:
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = {}
         self._products = Products()
-        nothing = np.zeros(0)
-        self._targets: dict[int, Target] = {}
-        self._target = Target(nothing, nothing)
+        self._target = Target(np.zeros(0), np.zeros(0))
 
     @property
     def evaluated(self) -> list[Explanation]:
@@ -257,18 +255,10 @@ class Laplace:
 
     def _whitened(self, keys: frozenset[str], point: Point) -> tuple[Target, list[Block]]:
         base = self.plant.base(keys, point)
-        if base is not self._target.base:
-            self._target = self._targets.get(id(base)) or self._fresh(base)
+        if base is not self._target.base:  # most sets share one
+            self._target = Target(base, self.noise.whiten(self.plant.observed - base))
         columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
         return self._target, [self._block(key, c) for key, c in columns if c.values.shape[1]]
-
-    def _fresh(self, base: FloatArray) -> Target:
-        """The model error by another base; the last few are kept."""
-        if len(self._targets) >= EVIDENCE.targets_kept:
-            self._targets.pop(next(iter(self._targets)))
-        made = Target(base, self.noise.whiten(self.plant.observed - base))
-        self._targets[id(base)] = made
-        return made
 
     def _block(self, key: str, columns: Columns) -> Block:
         """Whitened columns times their spreads; kept, since most are the same at every point."""

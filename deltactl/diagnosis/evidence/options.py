@@ -107,8 +107,6 @@ class EvidenceOptions:
     """Starts of a set that go on while its regressors join one after another."""
     most_fit_steps: int = 14
     """Gauss-Newton steps at which a fit is given up; it ends earlier by `fit_gain`."""
-    targets_kept: int = 32
-    """Bases whose model errors are remembered: most sets share one."""
     fit_gain: float = 0.02
     """A step that gains less in chi-square ends a fit: far below what decides anything."""
 

@@ -7,14 +7,13 @@ was asked for; what following costs is the torques' business.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-
-import numpy as np
+from typing import Any
 
 from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
-from deltactl.diagnosis.answer.records import Diagnosis, Finding, NotTestable, Picture, Verdict
+from deltactl.diagnosis.answer.records import Diagnosis, NotTestable, Picture, Verdict
 from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.next_motion import next_motion
 from deltactl.diagnosis.experiment.propose import Proposal
@@ -104,7 +103,10 @@ def _joints(machine: Lone, progress: Progress) -> Diagnosis:
     plant = machine.plant
     assert isinstance(plant, ServoDelta)
     answer = _answered(machine, progress)
-    pictured = _by_joint(answer, MOTORS, float(plant.readings.t_s[0]), plant.span_s, CHANNEL)
+    joints = len(MOTORS)
+    t_s = plant.readings.t_s[: len(plant.readings.t_s) // joints]
+    answer = _by_joint(answer, MOTORS, float(t_s[0]), plant.span_s, CHANNEL)
+    pictured = _apart(answer, lambda column: column.reshape(joints, -1).T, t_s, channels=CHANNEL)
     return in_words(pictured, SERVO_EFFECTS)
 
 
@@ -114,9 +116,9 @@ def _chain(machine: Lone, progress: Progress) -> Diagnosis:
     assert isinstance(plant, ChainPlant)
     answer = _answered(machine, progress, partial(next_motion, plant))
     whole, chain = plant.moved.whole, plant.chain
-    if answer.picture is not None:
-        answer = answer.model_copy(update={"picture": _pictured(answer.picture, plant)})
-    answer = _by_joint(answer, chain.joints, float(whole.t_s[0]), whole.span_s, plant.channel)
+    t_s, channel = whole.t_s[plant.layout.kept], plant.channel
+    answer = _by_joint(answer, chain.joints, float(whole.t_s[0]), whole.span_s, channel)
+    answer = _apart(answer, plant.layout.apart, t_s, channels=channel)
     kinds = chain_effects(dict(zip(chain.joints, chain.slides, strict=True)), chain.tip)
     return in_words(answer, kinds, plant.robot.effects)
 
@@ -126,97 +128,68 @@ def _posed(machine: Lone, progress: Progress) -> Diagnosis:
     plant = machine.plant
     assert isinstance(plant, PosePlant)
     answer = _answered(machine, progress)
-    if answer.picture is not None:
-        answer = answer.model_copy(update={"picture": _of_channels(answer.picture, plant)})
-    whole = [(float(plant.poses.t_s[0]), float(plant.poses.t_s[-1]))]
-    found = [
-        one.model_copy(
-            update={"where": one.where.model_copy(update={"axes": plant.names, "times_s": whole})}
-        )
-        for one in answer.findings
-    ]
-    answer = answer.model_copy(update={"findings": found})
+    answer = _apart(answer, plant.layout.apart, plant.poses.t_s, names=plant.names)
+    whole = float(plant.poses.t_s[0]), float(plant.poses.t_s[-1])
+    answer = _seen_on(answer, lambda _: plant.names, times_s=[whole])
     slides = dict(zip(plant.joints, plant.chain.slides, strict=True))
     return in_words(answer, chain_effects(slides, plant.chain.tip), plant.robot.effects)
 
 
 DRAWN = ("observed", "before", "after", "counted")
+OF_A_JOINT = {"position": "theta", "velocity": "speed"}
+"""Covariates of joints that are drawn, and what they are called with the number of a joint."""
 
 
-def _of_channels(picture: Picture, plant: PosePlant) -> Picture:
-    """One channel for each column that was measured, over the poses."""
+def _apart(
+    answer: Diagnosis,
+    apart: Callable[[FloatArray], FloatArray],
+    t_s: FloatArray,
+    names: Sequence[str] = (),
+    channels: str = "",
+) -> Diagnosis:
+    """The same with a channel for each column of what lay end to end, in its own time.
+
+    apart: a column (n,) as (samples, columns). names: of the channels; of joints, `channels` is the
+    stem of their names, and each has a position and a velocity of its own.
+    """
+    picture = answer.picture
+    if picture is None:
+        return answer
     (whole,) = picture.channels
-    channels = []
-    for number, name in enumerate(plant.names):
-        parts = {part: plant.layout.apart(getattr(whole, part))[:, number] for part in DRAWN}
-        channels.append(whole.model_copy(update={"name": name, **parts}))
-    covariates = {
-        name: plant.layout.apart(values)[:, 0] for name, values in picture.covariates.items()
-    }
-    return Picture(t_s=plant.poses.t_s, channels=channels, covariates=covariates)
-
-
-def _pictured(picture: Picture, plant: ChainPlant) -> Picture:
-    """The same with each joint in one piece."""
-    layout = plant.layout
-
-    def whole(column: FloatArray) -> FloatArray:
-        return layout.apart(column).T.ravel()
-
-    channels = [
-        one.model_copy(update={n: whole(getattr(one, n)) for n in DRAWN})
-        for one in picture.channels
+    parts = {part: apart(getattr(whole, part)) for part in DRAWN}
+    names = names or [f"{channels}_{j}" for j in range(1, parts["observed"].shape[1] + 1)]
+    drawn = [
+        whole.model_copy(update={"name": name} | {part: v[:, k] for part, v in parts.items()})
+        for k, name in enumerate(names)
     ]
-    covariates = {name: whole(values) for name, values in picture.covariates.items()}
-    t_s = np.tile(plant.moved.whole.t_s[layout.kept], len(plant.joints))
-    return Picture(t_s=t_s, channels=channels, covariates=covariates)
+    follows = {name: apart(values) for name, values in picture.covariates.items()}
+    covariates = {
+        f"{OF_A_JOINT[name]}_{j}": column
+        for name in OF_A_JOINT
+        if channels
+        for j, column in enumerate(follows[name].T, 1)
+    } or {name: values[:, 0] for name, values in follows.items()}
+    made = Picture(t_s=t_s, channels=drawn, covariates=covariates)
+    return answer.model_copy(update={"picture": made})
 
 
 def _by_joint(
     answer: Diagnosis, joints: Sequence[str], first_s: float, span_s: float, channel: str
 ) -> Diagnosis:
-    """Findings and pictures of joints that were end to end, one channel a joint."""
-    found = [_of_joint(one, joints, first_s, span_s, channel) for one in answer.findings]
-    picture = joint_channels(answer, len(joints), channel)
-    return answer.model_copy(update={"findings": found, "picture": picture})
+    """Findings of joints that were end to end, each at its own, in the recording's own time."""
+    each = {joint: [f"{channel}_{number}"] for number, joint in enumerate(joints, 1)}
+    every = [name for (name,) in each.values()]
+    whole = [(first_s, first_s + span_s)]
+    return _seen_on(answer, lambda one: each.get(one, every), times_s=whole, recordings=[1])
 
 
-def _of_joint(
-    finding: Finding, joints: Sequence[str], first_s: float, span_s: float, channel: str
-) -> Finding:
-    """Its place in the recording's own time, on the channels of its joint."""
-    own = [finding.component] if finding.component in joints else joints
-    axes = [f"{channel}_{list(joints).index(joint) + 1}" for joint in own]
-    where = finding.where.model_copy(
-        update={"axes": axes, "times_s": [(first_s, first_s + span_s)], "recordings": [1]}
-    )
-    return finding.model_copy(update={"where": where})
-
-
-def joint_channels(
-    answer: Diagnosis, joints: int = len(MOTORS), channel: str = CHANNEL
-) -> Picture | None:
-    """One channel a joint, in the recording's own time, of several that were end to end."""
-    picture = answer.picture
-    if picture is None:
-        return None
-    (whole,) = picture.channels
-    each = len(picture.t_s) // joints
-    parts = [slice(each * j, each * (j + 1)) for j in range(joints)]
-    channels = [
-        whole.model_copy(
-            update={"name": f"{channel}_{j + 1}"}
-            | {name: getattr(whole, name)[rows] for name in DRAWN}
-        )
-        for j, rows in enumerate(parts)
-    ]
-    names = {"position": "theta", "velocity": "speed"}
-    covariates = {
-        f"{new}_{j + 1}": picture.covariates[old][rows]
-        for old, new in names.items()
-        for j, rows in enumerate(parts)
-    }
-    return Picture(t_s=picture.t_s[:each], channels=channels, covariates=covariates)
+def _seen_on(answer: Diagnosis, axes: Callable[[str], list[str]], **where: Any) -> Diagnosis:
+    """Findings with the channels on which their component shows."""
+    found = []
+    for one in answer.findings:
+        seen = one.where.model_copy(update={"axes": axes(one.component), **where})
+        found.append(one.model_copy(update={"where": seen}))
+    return answer.model_copy(update={"findings": found})
 
 
 def _alone(outside: Diagnosis, why: str) -> Diagnosis:

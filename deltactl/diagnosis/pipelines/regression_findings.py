@@ -63,6 +63,9 @@ def _finding(
     odds = np.exp([0.0, *log_odds])
     share = odds / odds.sum()
     probability = min(probability_of(selected, regressor), 1.0)
+    made, sized = _own(selected, regressor.key), sizes(selected, regressor.key)
+    nothing = next((one.nothing for one in selected.plant.shown(regressor.key)), 0.0)
+    alone_m, alone_ci95_m = _alone(selected, made, next(iter(sized.values())), nothing)
     alternatives = [
         Alternative(
             effect=t.effect,
@@ -78,12 +81,14 @@ def _finding(
         effect=regressor.effect,
         component=regressor.component,
         says="",
-        parameters=sizes(selected, regressor.key),
+        parameters=sized,
         where=_where(regressor, readings, best, axes),
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
         share_of_mismatch=_share(selected, without),
-        own_share=_own_share(selected, regressor),
+        own_share=_own_share(selected, made),
         left_without_m=rms_left(without, selected.noise),
+        alone_m=alone_m,
+        alone_ci95_m=alone_ci95_m,
         probability=float(probability * share[0]),
         alternatives=alternatives,
         depends_on=list(regressor.follows),
@@ -102,14 +107,31 @@ def _share(selected: Selected, without: Explanation) -> float:
     return float(np.clip((left - after) / max(before - after, 1e-300), 0.0, 1.0))
 
 
-def _own_share(selected: Selected, regressor: Regressor) -> float:
-    """Share of the model error's power that one effect of the set makes by itself."""
-    plant, best, key = selected.plant, selected.best, regressor.key
+def _own(selected: Selected, key: str) -> FloatArray:
+    """What one effect of the set makes by itself, in rows that count (m,)."""
+    plant, best = selected.plant, selected.best
     base = plant.base(best.keys, best.sizes)
     own = base - plant.base(best.keys - {key}, best.sizes)
     own = own + plant.columns(key, base, best.sizes).values @ best.linear[key]
+    return np.asarray(own[selected.noise.rows])
+
+
+def _own_share(selected: Selected, own: FloatArray) -> float:
+    """Share of the model error's power that is its own."""
     whole = rms_left(selected.empty, selected.noise)
-    return float(np.mean(own[selected.noise.rows] ** 2)) / max(whole**2, 1e-300)
+    return float(np.mean(own**2)) / max(whole**2, 1e-300)
+
+
+def _alone(
+    selected: Selected, own: FloatArray, sized: ParameterResult, nothing: float
+) -> tuple[float, tuple[float, float]]:
+    """The model error with one effect corrected alone, and its ends over the interval of a size."""
+    left, ((value, *ends),) = selected.empty.residual[selected.noise.rows], sized.components
+    sizes = (end - nothing for end in ends) if math.isfinite(nothing) else (1.0 / e for e in ends)
+    whole = value - nothing if math.isfinite(nothing) else 1.0 / value
+    shares = [1.0, *(one / whole for one in sizes if whole)]
+    each = [selected.noise.rms(left - own * min(max(share, 0.0), 2.0)) for share in shares]
+    return each[0], (min(each), max(each))
 
 
 def _table(selected: Selected, regressor: Regressor) -> Table | None:

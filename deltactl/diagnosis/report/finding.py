@@ -156,8 +156,15 @@ def _times(where: Where, start_s: float, end_s: float) -> str:
     return listed([*shown, say("finding.more_times", number=more)] if more > 0 else shown)
 
 
-def without_line(finding: Finding, unit: str) -> str:
-    """The model error if it alone were left out, the others fitted again; empty if not known."""
+def without_line(finding: Finding, unit: str, before: float) -> str:
+    """The model error without it, the others fitted again; of a job, with it corrected alone, in
+    percent of the whole; empty if not known.
+    """
     if finding.left_without_m is None:
         return ""
-    return say("finding.without", size=quantity(finding.left_without_m, unit, digits=3))
+    says = say("finding.without", size=quantity(finding.left_without_m, unit, digits=3))
+    if finding.alone_m is None or finding.alone_ci95_m is None:
+        return says
+    left, *ends = (quantity(x, unit, digits=3) for x in (finding.alone_m, *finding.alone_ci95_m))
+    gone = percent(1.0 - finding.alone_m / max(before, 1e-300))
+    return f"{says} {say('finding.alone', gone=gone, size=left, low=ends[0], high=ends[1])}"

@@ -159,7 +159,8 @@ def finding_rows(diagnosis: Diagnosis, span: Span, ways: Ways = TERMINAL) -> lis
 
 def _beside_sizes(finding: Finding, diagnosis: Diagnosis, span: Span, ways: Ways) -> Iterator[str]:
     """Where it shows, how sure it is, what it is worth, and what else it could be."""
-    parts = (where_line(finding, span), without_line(finding, diagnosis.fit.unit))
+    fit = diagnosis.fit
+    parts = (where_line(finding, span), without_line(finding, fit.unit, fit.rms_before_m))
     yield from filter(None, (*parts, *beside(finding, diagnosis)))
     yield from how_sure(finding, diagnosis)
     if not finding.alternatives:
