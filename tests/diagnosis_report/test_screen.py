@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
 from rich.text import Text
 
+from benchmarks.proofs import one_screen
 from deltactl.diagnosis.answer.corrected_robot import lasts, sure
 from deltactl.diagnosis.answer.records import (
     Alternative,
@@ -302,3 +304,11 @@ def test_a_weak_finding_without_other_causes_may_be_nothing(make: Any) -> None:
     assert "No other known effect" not in text
     text = " ".join(shown(make("explained", findings=[sure], next_experiment=None)))
     assert "No other known effect fits these readings as well." in text
+
+
+@pytest.mark.study
+def test_answers_of_drawn_machines_fit_one_screen(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    few = ("--axes", "12", "--arms", "2", "--deltas", "3", "--seed", "9402")
+    assert one_screen.main(["--keep", str(tmp_path), *few]) == 0, capsys.readouterr().out
