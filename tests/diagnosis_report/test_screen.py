@@ -308,7 +308,8 @@ def test_a_weak_finding_without_other_causes_may_be_nothing(make: Any) -> None:
 
 @pytest.mark.study
 def test_answers_of_drawn_machines_fit_one_screen(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.chdir(tmp_path)  # names of recordings are as long as they are typed
     few = ("--axes", "12", "--arms", "2", "--deltas", "3", "--seed", "9402")
-    assert one_screen.main(["--keep", str(tmp_path), *few]) == 0, capsys.readouterr().out
+    assert one_screen.main(["--keep", "kept", *few]) == 0, capsys.readouterr().out
