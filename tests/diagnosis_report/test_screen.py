@@ -157,6 +157,17 @@ def test_the_parts_come_in_the_order_in_which_they_are_needed(make: Any) -> None
     assert places == sorted(places)
 
 
+def test_what_a_finding_may_be_instead_is_not_called_invisible(make: Any) -> None:
+    alone, beside = (
+        "\n".join(
+            shown(make("explained", findings=[finding("home_offset", "motor1", 0.5, *others)]))
+        )
+        for others in ((), ("encoder_error",))
+    )
+    assert "encoder error" in alone[alone.index("Not visible") :]
+    assert "encoder error" not in beside[beside.index("Not visible") :]
+
+
 REFERENCE = re.compile(
     r"findings? (?!of )(\d+(?: \([^)]*\))?(?:(?:, | and )\d+(?: \([^)]*\))?)*)|^(\d+) could"
 )

@@ -358,13 +358,18 @@ def _agreement(answer: Diagnosis) -> list[str]:
 
 
 def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
-    """One line: effects that could not be seen at all, then those that could not below a size."""
-    names = [one.effect.replace("_", " ") for one in diagnosis.not_testable]
+    """One line: effects that could not be seen at all, then those that could not below a size.
+
+    What a finding may be instead is none of them, though its size is not to be seen.
+    """
+    offered = {other.effect for one in diagnosis.findings for other in one.alternatives}
+    unseen = dict.fromkeys(one.effect for one in diagnosis.not_testable)
+    names = [one.replace("_", " ") for one in unseen if one not in offered]
     limits = [one for one in diagnosis.smallest_detectable if one.parameter != "stiffness"]
     largest = {one.effect: one for one in sorted(limits, key=above_nothing)}
     order = dict.fromkeys(one.effect for one in limits)
     sizes = ((one.replace("_", " "), limit_alone(largest[one])) for one in order)
-    names = [*dict.fromkeys(names), *(say("screen.below", name=a, size=b) for a, b in sizes)]
+    names = [*names, *(say("screen.below", name=a, size=b) for a, b in sizes)]
     for shown in range(len(names), 0, -1):
         text, more = ", ".join(names[:shown]), len(names) - shown
         named = say("screen.and_more", names=text, number=more) if more else text
