@@ -147,10 +147,9 @@ def _apart(
     names: Sequence[str] = (),
     channels: str = "",
 ) -> Diagnosis:
-    """The same with a channel for each column of what lay end to end, in its own time.
+    """The same with a channel for each column of what lay end to end, `apart` (samples, columns).
 
-    apart: a column (n,) as (samples, columns). names: of the channels; of joints, `channels` is the
-    stem of their names, and each has a position and a velocity of its own.
+    names: of the channels; of joints their stem, and each has covariates of its own.
     """
     picture = answer.picture
     if picture is None:
@@ -159,7 +158,7 @@ def _apart(
     parts = {part: apart(getattr(whole, part)) for part in DRAWN}
     names = names or [f"{channels}_{j}" for j in range(1, parts["observed"].shape[1] + 1)]
     drawn = [
-        whole.model_copy(update={"name": name} | {part: v[:, k] for part, v in parts.items()})
+        whole.model_copy(update={"name": name, **{part: v[:, k] for part, v in parts.items()}})
         for k, name in enumerate(names)
     ]
     follows = {name: apart(values) for name, values in picture.covariates.items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -64,8 +64,7 @@ def _finding(
     share = odds / odds.sum()
     probability = min(probability_of(selected, regressor), 1.0)
     made, sized = _own(selected, regressor.key), sizes(selected, regressor.key)
-    nothing = next((one.nothing for one in selected.plant.shown(regressor.key)), 0.0)
-    alone_m, alone_ci95_m = _alone(selected, made, next(iter(sized.values())), nothing)
+    alone_m, alone_ci95_m = _alone(selected, made, selected.plant.shown(regressor.key), sized)
     alternatives = [
         Alternative(
             effect=t.effect,
@@ -123,15 +122,19 @@ def _own_share(selected: Selected, own: FloatArray) -> float:
 
 
 def _alone(
-    selected: Selected, own: FloatArray, sized: ParameterResult, nothing: float
-) -> tuple[float, tuple[float, float]]:
+    selected: Selected,
+    own: FloatArray,
+    shown: Sequence[Shown],
+    sized: Mapping[str, ParameterResult],
+) -> tuple[float, tuple[float, float] | None]:
     """The model error with one effect corrected alone, and its ends over the interval of a size."""
-    left, ((value, *ends),) = selected.empty.residual[selected.noise.rows], sized.components
-    sizes = (end - nothing for end in ends) if math.isfinite(nothing) else (1.0 / e for e in ends)
-    whole = value - nothing if math.isfinite(nothing) else 1.0 / value
-    shares = [1.0, *(one / whole for one in sizes if whole)]
-    each = [selected.noise.rms(left - own * min(max(share, 0.0), 2.0)) for share in shares]
-    return each[0], (min(each), max(each))
+    left, nothing = selected.empty.residual[selected.noise.rows], shown[0].nothing if shown else 0.0
+    known = [np.array(one.components[0]) for one in sized.values()][:1]
+    with np.errstate(all="ignore"):  # the smaller a stiffness is, the more it does
+        moved = [one - nothing if math.isfinite(nothing) else 1.0 / one for one in known]
+        shares = [np.clip(np.nan_to_num(one / one[0], nan=1.0), 0.0, 2.0) for one in moved]
+    each = [selected.noise.rms(left - own * x) for x in (1.0, *np.ravel(shares))]
+    return each[0], (min(each), max(each)) if known else None
 
 
 def _table(selected: Selected, regressor: Regressor) -> Table | None:

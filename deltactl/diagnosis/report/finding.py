@@ -157,9 +157,7 @@ def _times(where: Where, start_s: float, end_s: float) -> str:
 
 
 def without_line(finding: Finding, unit: str, before: float) -> str:
-    """The model error without it, the others fitted again; of a job, with it corrected alone, in
-    percent of the whole; empty if not known.
-    """
+    """The model error without it, the others fitted again, and with it alone; empty if unknown."""
     if finding.left_without_m is None:
         return ""
     says = say("finding.without", size=quantity(finding.left_without_m, unit, digits=3))
