@@ -47,7 +47,7 @@ WEIGHT = {
     "linear": "--slope-n",
     "MOTION": "--hanging-nm, --constant-nm (rotary) or --slope-n (linear)",
 }
-"""The options that say what a weight does, by what the axis does."""
+"""The options that say what a weight does, by the motion of the axis."""
 
 
 def inspect_recordings(

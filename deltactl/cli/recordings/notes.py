@@ -193,7 +193,7 @@ def effort_unused(robot: RobotModel, recording: FlatRecording, column: str | Non
 
 
 def in_unit_of_effort(column: str, unit: str) -> str:
-    """What is meant by forces where nobody knows how large a unit of the effort is."""
+    """What forces are in where the size of a unit of the effort is unknown."""
     return (
         f"effort_gain is unknown: read every {unit} below as the unit of '{column}'. Enter as"
         f" effort_gain how many {unit} one of it makes, and diagnose again"

@@ -113,8 +113,8 @@ def _as_inspected(
         return None
     if seen.asked is not None:
         raise misfit(path, f"nothing says the unit of {seen.asked.columns}").with_typed(
-            f"; it is {seen.asked.units}: what to type shows deltactl inspect"
-            f" {shlex.quote(str(path))}"
+            f"; it is {seen.asked.units}: 'deltactl inspect {shlex.quote(str(path))}' shows what"
+            " to type"
         )
     recording = read_mapped(path, seen.mapping)
     tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")

@@ -32,7 +32,7 @@ def next_motion(plant: ChainPlant, selected: Selected) -> Proposal:
     series = exciting_motion(plant.robot, plant.chain)
     run = moved_so(plant.robot, plant.chain, series)
     run.adopt(plant)
-    scale = _scale(plant, selected)[run.layout.column[run.rows]]
+    scale = _scale(plant, selected)[run.kinds[run.rows]]
     best = selected.best
     both = [(_separates(run, scale, best, e), _separates(run, scale, e, best)) for e, _ in ties]
     a_series = np.array(both) / DESIGNED
@@ -63,7 +63,7 @@ def _ties(selected: Selected) -> list[tuple[Explanation, Sides]]:
 
 def _scale(plant: ChainPlant, selected: Selected) -> FloatArray:
     """How much a row of each joint counted in the recording, (joints,) [1/unit]."""
-    joint, noise = plant.layout.column[selected.noise.rows], selected.noise.scale
+    joint, noise = plant.kinds[selected.noise.rows], selected.noise.scale
     each = [noise[joint == j] for j in range(len(plant.joints))]
     return np.array([float(np.median(one)) if len(one) else 0.0 for one in each])
 

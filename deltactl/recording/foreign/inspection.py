@@ -33,7 +33,7 @@ from deltactl.recording.foreign.guessed_units import (
 )
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
 from deltactl.recording.foreign.mapping import Mapping, Source
-from deltactl.recording.foreign.motion_units import Asked, ask_unit, in_unit, turns_by_name
+from deltactl.recording.foreign.motion_units import NO_UNIT, Asked, ask_unit, in_unit, turns_by_name
 from deltactl.recording.foreign.names import (
     AS_SAID,
     BY_NAME,
@@ -185,8 +185,7 @@ def _of_an_axis(
 
 def _question(asked: Asked) -> Hint:
     """The unit that the owner of a table has to say."""
-    says = "nothing says the unit"
-    return Hint(says, "unit", asked.columns, asked.units, "so put it for UNIT below")
+    return Hint(NO_UNIT, "unit", asked.columns, asked.units, "so put it for UNIT below")
 
 
 def _guessed(

@@ -185,10 +185,10 @@ def _taken_for_degrees(group: Sequence[Guess], largest: float, turning: bool) ->
     says = f"up to {largest:g}, taken for degrees"
     if group[0].index is not None:  # which no machine has in mm
         return f"{_names(group)}: {says}, as all angles of the arms"
-    rivals = [
+    choices = [
         one for units in units_of_size(largest, "rotary" if turning else None) for one in units
     ]
-    return "" if len(rivals) > 1 else rather(says, "radians", group, "rad")
+    return "" if len(choices) > 1 else rather(says, "radians", group, "rad")
 
 
 def units_of_size(largest: float, motion: str | None) -> tuple[list[str], list[str]]:

@@ -88,7 +88,7 @@ def size_of(unit: str) -> float:
 
 
 def of_motion(rotary: Sequence[str], linear: Sequence[str]) -> str:
-    """Units to choose from, by what an axis does."""
+    """Units to choose from, for an axis that turns and for one that slides."""
     kinds = ((rotary, "turns"), (linear, "slides"))
     return "; ".join(f"{either(units)} if it {does}" for units, does in kinds if units)
 

@@ -89,17 +89,15 @@ class JointEfforts(LeftOver):
         self._filtered = self._low_passed(moved.force)
         self._direction = self._low_passed(moved.signs)
         self._speed = self._low_passed(moved.speed)
-        self._changing = moved.edge.slope(self._filtered)
         self._bare = chain.efforts(*self._motion)
-        self._moments = chain.load_columns(*self._motion)
         self._needed = self._low_passed(self._bare) + chain.friction * self._direction
         stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
         self.layout = Layout(moved.counts, ASSESSMENT.folds, stride)
         self.readings = self.layout.readings(moved.whole, moved.counts, "effort", self.unit)
-        self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
-        self.own = self.layout.column[:, None] == np.arange(len(self.joints))
-        """Whether a row is of a joint, (n, joints)."""
         self.kinds: IntArray = self.layout.column
+        self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
+        self.own = self.kinds[:, None] == np.arange(len(self.joints))
+        """Whether a row is of a joint, (n, joints)."""
 
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""
@@ -125,7 +123,7 @@ class JointEfforts(LeftOver):
     @property
     def usual(self) -> FloatArray:
         """Efforts of the joint that a row is of: a wrist's are a hundredth of a shoulder's."""
-        return np.asarray(self.sizes[self.layout.column])
+        return np.asarray(self.sizes[self.kinds])
 
     def whitened(self, columns: Sequence[Columns]) -> FloatArray:
         """Rows (m, k) of columns in their usual sizes, by the usual noise of efforts."""
@@ -172,6 +170,10 @@ class JointEfforts(LeftOver):
         held = np.stack([clipped(move, -one, one, 0.0) for move in moves.T], axis=1)
         return self._low_passed(held) - self._direction
 
+    @cached_property
+    def _changing(self) -> FloatArray:
+        return self.moved.edge.slope(self._filtered)
+
     def _since(self, joint: int, dead_s: float) -> FloatArray:
         """Effort of a joint less what it was a dead time ago, (n,).
 
@@ -196,7 +198,7 @@ class JointEfforts(LeftOver):
         weighs.
         """
         chain, mass = self.chain, CHAIN.load_of_mass * self.chain.mass_kg
-        values = self.layout.laid(self._low_passed(self._moments))
+        values = self.layout.laid(self._low_passed(chain.load_columns(*self._motion)))
         off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
         return Columns(values, mass * np.array([1.0] + [off] * 3 + [off**2] * 6), BODY)
 

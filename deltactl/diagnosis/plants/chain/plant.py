@@ -56,15 +56,17 @@ class ChainPlant(JointEfforts):
     def _explained(self) -> FloatArray:
         """Efforts (n,) of the model and of the linear effects in the robot file."""
         made, gains = self.layout.laid(self._needed), np.ones(len(self.joints))
-        made = made + self._load.values @ self._stated_load
-        for key, sizes in ((key, sizes) for key, sizes in self._stated if key != LOAD):
+        for key, sizes in self._stated:
+            if key == LOAD:
+                made = made + self._load.values @ load_moments(sizes)
+                continue
             column, joint = self._place(key)
             if column == "gain":
                 gains[joint] *= sizes["scale"]
             elif column != "lag":
                 size = sizes[JOINT_EFFECTS[column].parameter] - self._kept(column, joint)
                 made = made + self._acting[key].values[:, 0] * size
-        return np.asarray(made / gains[self.layout.column])
+        return np.asarray(made / gains[self.kinds])
 
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
@@ -76,12 +78,6 @@ class ChainPlant(JointEfforts):
             for one in self.robot.effects
             if (key := keys.get((one.effect, one.component)))
         ]
-
-    @property
-    def _stated_load(self) -> FloatArray:
-        """Moments (10,) of what the robot file has at the last link."""
-        loads = [load_moments(sizes) for key, sizes in self._stated if key == LOAD]
-        return np.asarray(np.sum([np.zeros(len(BODY)), *loads], axis=0))
 
     def _late_by_file(self) -> FloatArray:
         """What dead times of the robot file change of the efforts, (n,)."""
