@@ -16,9 +16,10 @@ from deltactl.models.robot import ChainRobot, DeltaRobot, RobotModel
 from deltactl.recording.column_measures import first_of
 from deltactl.recording.foreign.by_values import ASKED
 from deltactl.recording.foreign.found import Inspection, init_words
-from deltactl.recording.foreign.guess import MOTIONS, guess_columns, kind_of
+from deltactl.recording.foreign.guess import MOTIONS, guess_columns
 from deltactl.recording.foreign.guessed_units import with_units
 from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.kinds import kind_of
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.missing import listed
 from deltactl.recording.foreign.names import Guess, without_unit

@@ -16,15 +16,9 @@ import numpy as np
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
-from deltactl.recording.foreign.by_values import EARLIER
+from deltactl.recording.foreign.axis_columns import EARLIER
 from deltactl.recording.foreign.found import Inspection, init_words
-from deltactl.recording.foreign.guess import (
-    from_outside,
-    guess_columns,
-    kind_of,
-    may_be_asked,
-    zero_of,
-)
+from deltactl.recording.foreign.guess import guess_columns
 from deltactl.recording.foreign.guessed_units import (
     meant_otherwise,
     steps_of_a_slide,
@@ -32,6 +26,7 @@ from deltactl.recording.foreign.guessed_units import (
     with_units,
 )
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
+from deltactl.recording.foreign.kinds import from_outside, kind_of, may_be_asked, zero_of
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import NO_UNIT, Asked, ask_unit, in_unit, turns_by_name
 from deltactl.recording.foreign.names import (
