@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from deltactl.recording.foreign.motion_units import Asked
 
 Seen = TypeVar("Seen")
-ROBOT = "my-robot.yaml"
 OF_THE_RUN = "ROBOT is the robot file that it was made with"
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
@@ -164,14 +163,16 @@ def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]
         lines += _describing(seen, file)
     options = ["--columns", str(save)] if save is not None else read.typed
     if read is not seen:
-        lines += broken(_for_the_effort(seen))
+        lines += _for_the_effort(seen)
     label = f"{'diagnose it:' if len(following.paths) == 1 else 'diagnose them:':23}"
     lines += _command(label, diagnosing(following.paths, file, options))
-    return lines + (_to_be_put(seen.asked, new) if seen.asked else [])
+    lines += _to_be_put(seen.asked, new) if seen.asked else []
+    owed = (f"  {factor.word}: {factor.says}" for factor in seen.factors.values())
+    return lines + [part for one in owed for part in broken(one)]
 
 
 def _to_be_put(asked: Asked, new: bool) -> list[str]:
-    """What is put for the words in capitals that a table leaves to its owner."""
+    """What is put for the unit and the motion that a table leaves to its owner."""
     from deltactl.recording.foreign.units import either
 
     if not (new and asked.motion):
@@ -187,7 +188,7 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     from deltactl.recording.foreign.found import init_words
 
     assert seen.kind is not None
-    moves = "MOTION" if seen.asked and seen.asked.motion else seen.motion or "rotary"
+    moves = _motion(seen)
     motion = ["--motion", moves] if seen.kind == "servo_axis" else []
     zero = ["--zero", seen.zero] if seen.zero and seen.kind != "delta" else []
     there = {guess.name for guess in seen.guesses.values()}
@@ -205,12 +206,17 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     return lines + [part for one in says for part in broken(one.format(weight=weight))]
 
 
-def _for_the_effort(seen: Inspection) -> str:
+def _motion(seen: Inspection) -> str:
+    """The motion of an axis, as it is typed."""
+    return "MOTION" if seen.asked and seen.asked.motion else seen.motion or "rotary"
+
+
+def _for_the_effort(seen: Inspection) -> list[str]:
     """What is to be added to the commands for an effort that they leave out."""
     from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
-    says = "  to use the effort too, add --inertia, --effort-gain"
+    says = "  to use the effort too, add --inertia INERTIA --effort-gain GAIN"
     if option := effort_option(seen):
         says += f", and below --set {shlex.quote(option)}"
     outside = [
@@ -219,7 +225,8 @@ def _for_the_effort(seen: Inspection) -> str:
     if outside and option:
         load = shlex.quote(option.replace("effort=", "load=", 1))
         says += f" (of a weight or a spring only --set {load})"
-    return says
+    weight = WEIGHT[_motion(seen)]
+    return [part for one in (says, *FORCED_SAYS) for part in broken(one.format(weight=weight))]
 
 
 def _has_unused_effort(seen: Inspection) -> bool:
@@ -273,6 +280,8 @@ def _options(words: list[str]) -> Iterator[str]:
 
 def _new(seen: Inspection) -> str:
     """A robot file name that is still free: a second machine gets its own file."""
-    own = f"{Path(seen.path.name.removesuffix('.gz')).stem}-robot"
-    names = itertools.chain([ROBOT, f"{own}.yaml"], (f"{own}-{n}.yaml" for n in itertools.count(2)))
+    from deltactl.recording.foreign.found import robot_named_after
+
+    own = robot_named_after(seen.path)
+    names = itertools.chain([f"{own}.yaml"], (f"{own}-{n}.yaml" for n in itertools.count(2)))
     return next(name for name in names if not Path(name).exists())

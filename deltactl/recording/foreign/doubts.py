@@ -255,7 +255,8 @@ def of_counts(name: str, column: str, unit: str, values: FloatArray) -> str:
 
     Commands may be whole degrees over many turns, readings of an angle hardly ever are.
     """
-    if unit != "deg" or name.split("_")[0] not in READ or not counts_like(values):
+    said = unit_said(column, name) == "deg"
+    if unit != "deg" or said or name.split("_")[0] not in READ or not counts_like(values):
         return ""
     return (
         f"{name} is given in degrees, and '{column}' has only whole numbers, up to"

@@ -20,6 +20,7 @@ from deltactl.recording.foreign.names import (
     read_name,
 )
 from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.owners_factors import named_by_pulses, steps_commanded
 from deltactl.recording.foreign.shapes import (
     Table,
     copies_of_others,
@@ -55,10 +56,11 @@ _AXIS = re.compile(r"((?:.*[^A-Za-z])?)([xyzXYZ])((?:_[a-z]+)?(?:\s*[\[(]\w+[\])
 def guess_columns(table: Table, units: Mapping[str, str], named: bool) -> dict[str, Guess]:
     """A guess for each column that one could be made for, by its name in the file."""
     spelled = _letters(list(table))
+    thin = {name: values[: GUESSES.guessed_rows] for name, values in table.items()}
     said = {name: read_name(spelled[name], units.get(name, "")) for name in table}
+    said |= named_by_pulses(thin, said)
     ours = _ours(table, said) if named else {}
     said |= ours if named else {name: Named(None, one.unit, None) for name, one in said.items()}
-    thin = {name: values[: GUESSES.guessed_rows] for name, values in table.items()}
     first = Columns(thin, said, _by_name(said))
     for correct in BY_NAME_THEN:
         correct(first)
@@ -142,6 +144,11 @@ def _twins(columns: Columns) -> None:
                 columns.found[name] = replace(columns.found[name], role="position", why=why)
 
 
+def _steps_commanded(columns: Columns) -> None:
+    """Commands called steps are steps where what came of them has a unit."""
+    columns.found.update(steps_commanded(columns.found, columns.said, columns.table))
+
+
 def _measured_distance(columns: Columns) -> None:
     """What was measured beside a true distance, and followed no command, is a range."""
     seen, found = columns.of("position"), columns.found
@@ -207,6 +214,7 @@ def _evenest(columns: Columns) -> str | None:
 BY_NAME_THEN = (
     _counts_between,
     _twins,
+    _steps_commanded,
     _ranges_that_follow,
     _measured_distance,
     _distance_of_an_axis,

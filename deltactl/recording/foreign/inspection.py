@@ -17,11 +17,10 @@ import numpy as np
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.axis_columns import EARLIER
-from deltactl.recording.foreign.found import Inspection, init_words
+from deltactl.recording.foreign.found import Inspection, init_words, robot_named_after
 from deltactl.recording.foreign.guess import guess_columns
 from deltactl.recording.foreign.guessed_units import (
     meant_otherwise,
-    steps_of_a_slide,
     unit_noted,
     with_units,
 )
@@ -40,6 +39,7 @@ from deltactl.recording.foreign.names import (
     read_name,
 )
 from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.owners_factors import with_factors
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import Table, rising
 from deltactl.recording.foreign.timing import (
@@ -197,10 +197,9 @@ def _guessed(
     }
     guesses = in_unit(_as_said(path, table, guesses, said), read.unit)
     guesses, noted = unit_noted(guesses, read.before)
+    guesses, owed = with_factors(guesses, known)
     guesses, warnings = with_units(guesses, known, moves)
-    warnings += noted
-    guesses, of_steps = steps_of_a_slide(guesses, known)
-    warnings += of_steps
+    warnings += [*noted, *owed]
     warnings += meant_otherwise(guesses, read.units)
     warnings += _which_came_first(guesses)
     others += of_other_joints(known, guesses)
@@ -208,7 +207,7 @@ def _guessed(
         warnings.append(
             f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}"
             f"{', ...' if len(others) > SHOWN_OTHERS else ''}; name those of another with --set"
-            f"{OF_AN_ARM if _are_of_an_arm(others) else ''}"
+            f"{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
         )
     return guesses, known, warnings
 
@@ -302,10 +301,11 @@ def _split(name: str) -> tuple[str, str]:
 
 
 SHOWN_OTHERS = 4
-OF_AN_ARM = (
-    "; all joints of an arm together, with its URDF:"
-    f" {shlex.join(['deltactl', *init_words('chain', 'my-robot.yaml')])}"
-)
+
+
+def _of_an_arm(table: Path) -> str:
+    init = init_words("chain", f"{robot_named_after(table)}.yaml")
+    return f"; all joints of an arm together, with its URDF: {shlex.join(['deltactl', *init])}"
 
 
 def _are_of_an_arm(others: Sequence[str]) -> bool:

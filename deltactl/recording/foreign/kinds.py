@@ -28,7 +28,7 @@ from deltactl.recording.foreign.names import (
 )
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, correlation
-from deltactl.recording.foreign.units import LINEAR, ROTARY
+from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY
 from deltactl.recording.reading.run import FloatArray
 
 
@@ -131,10 +131,13 @@ def zero_of(guesses: Taken, table: Table) -> str | None:
         if asked not in named or seen not in named:
             continue
         one, other = named[asked], named[seen]
-        if one.unit != other.unit:
+        units = {one.unit, other.unit}
+        if len(units) > 1 and not units <= {*LINEAR}:
             return None
-        values = table[one.source]
-        apart = abs(float(np.nanmedian(table[other.source] - values)))
+        if any(guess.factor and not guess.factor.zero_known for guess in (one, other)):
+            return "arbitrary"
+        values, read = (table[of.source] * of.scale * IN_SI[of.unit or "1"] for of in (one, other))
+        apart = abs(float(np.nanmedian(read - values)))
         width = float(np.nanmax(values) - np.nanmin(values))
         return "arbitrary" if apart > GUESSES.zeros_apart * width else "absolute"
     return None

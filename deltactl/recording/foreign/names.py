@@ -8,7 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from deltactl.recording.foreign.units import CLOCKS, LINEAR, ROTARY, UNIT_OF, UNIT_WORDS, UNITS_OF
+from deltactl.recording.foreign.units import (
+    CLOCKS,
+    LINEAR,
+    LONE_UNITS,
+    ROTARY,
+    UNIT_OF,
+    UNIT_WORDS,
+    UNITS_OF,
+)
 
 WORDS: dict[str, str] = {
     "t": "t time timestamp stamp timestamps zeit zeitstempel uhrzeit datetime temps tiempo sec "
@@ -101,6 +109,10 @@ TOGETHER: tuple[tuple[frozenset[str], str | None], ...] = (
 a measured_distance a range."""
 OUTSIDE = _words("torque force moment drehmoment kraft couple coppia nm n ncm mnm")
 """Words of an effort that may as well pull from outside; a current or a voltage never does."""
+ANALOGUE = _words(
+    "pot poti potentiometer potmeter adc analog analogue analogread ain a0 a1 a2 a3 a4 a5"
+)
+"""Words of a voltage that a converter counts, as that of a potentiometer."""
 OF_A_PART = _words("wert motor achs achse axis ax gelenk joint arm servo mess")
 """Words that say nothing by themselves, and occur in compounds: Sollwert, motorangle."""
 PHASES = frozenset(["i", "iq", "id", "u", "v", "w"])
@@ -154,6 +166,20 @@ class Hint(str):
 
 
 @dataclass(frozen=True, slots=True)
+class Factor:
+    """What one of a column is, which nobody but the owner of the machine knows."""
+
+    word: str
+    """Stands in a printed command for the number."""
+    is_: str
+    """What the column is."""
+    says: str
+    """What is to be put for it."""
+    zero_known: bool = True
+    """Whether what it makes of the column is 0 where the axis is."""
+
+
+@dataclass(frozen=True, slots=True)
 class Guess:
     """A column of a file and what it is taken for; `why` says from what."""
 
@@ -166,6 +192,8 @@ class Guess:
     """How much of `unit` one of the column is."""
     unit_guessed: bool = False
     """Whether only the size of the values speaks for the unit."""
+    factor: Factor | None = None
+    """What its owner has to say in place of `scale`."""
 
     @property
     def unsaid(self) -> bool:
@@ -200,6 +228,8 @@ def read_name(name: str, unit_line: str = "") -> Named:
     words = _words_of(without_unit(name))
     if len(words) == 1 and words[0] in CLOCKS:
         return Named("t", UNIT_OF[words[0]], None)
+    if len(words) == 1 and words[0] in LONE_UNITS:
+        return Named(None, UNIT_OF[words[0]], None)
     words, ending = _without_unit(words)
     unit, role = unit or ending, _role(words)
     if _of_no_use(words, role):
@@ -325,6 +355,11 @@ def pulls(name: str) -> bool:
 def may_be_outside(name: str) -> bool:
     """Whether a name says torque or force, which a drive gives and a weight does too."""
     return not OUTSIDE.isdisjoint(in_words(name))
+
+
+def is_analogue(name: str) -> bool:
+    """Whether a name is that of a voltage as a converter counts it: pot, adc, A0."""
+    return not ANALOGUE.isdisjoint(_words_of(name))
 
 
 def in_words(name: str) -> list[str]:

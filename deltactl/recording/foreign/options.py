@@ -101,6 +101,12 @@ class GuessOptions:
     """One of 4096 counts a turn, as hobby servos have: the one that is most often met."""
     one_turn_rad: float = 6.2832
     """Travel of an axis without a unit: more is degrees or mm more often than rad or m."""
+    pulses_us: tuple[float, float] = (400.0, 2600.0)
+    """Pulses that hobby servos take are 500 to 2500 us long, and a little more."""
+    pulse_deg: float = 0.09
+    """Degrees that one microsecond of such a pulse turns most of them: 180 over 2000 us."""
+    analogue_deg: float = 0.293
+    """Degrees for one count of a potentiometer: most turn by 300, read by 10 bits."""
     encoder_bits: tuple[int, int] = (8, 24)
     """Steps of a turn as powers of two: from the coarsest magnetic encoders to the finest glass."""
     near_unit_step: tuple[float, float] = (0.001, 0.01)
