@@ -164,8 +164,8 @@ def test_what_a_finding_may_be_instead_is_not_called_invisible(make: Any) -> Non
         )
         for others in ((), ("encoder_error",))
     )
-    assert "encoder error" in alone[alone.index("Not visible") :]
-    assert "encoder error" not in beside[beside.index("Not visible") :]
+    assert "angle encoder" in alone[alone.index("Not visible") :]
+    assert "angle encoder" not in beside[beside.index("Not visible") :]
 
 
 REFERENCE = re.compile(

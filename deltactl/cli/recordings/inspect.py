@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from deltactl.cli.file_arguments import refuse_missing
-from deltactl.cli.output import broken, console, print_json, say, warn
+from deltactl.cli.output import broken, console, print_json, say, waiting, warn
 from deltactl.cli.recordings.columns_shown import print_columns
 from deltactl.cli.recordings.tables import mapping_of
 from deltactl.foundation.errors import RecordingError
@@ -60,11 +60,13 @@ def inspect_recordings(
 
     columns: what is known already, as --columns and --set say it.
     """
-    with needs("diagnosis", "inspect"):
-        from deltactl.cli.recordings.fitting import described, looked_at
     refuse_missing(recordings)
-    known, machine = mapping_of(columns), described(robot)
-    found = _readable(recordings, lambda path: looked_at(path, known, machine))
+    with waiting("loading", as_json) as show:
+        with needs("diagnosis", "inspect"):
+            from deltactl.cli.recordings.fitting import described, looked_at
+        known, machine = mapping_of(columns), described(robot)
+        show("reading")
+        found = _readable(recordings, lambda path: looked_at(path, known, machine))
     seen = [(_measured(table), why_not) for table, why_not in found]
     if as_json:
         print_json([table.to_json() for table, _ in seen])

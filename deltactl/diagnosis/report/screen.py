@@ -15,7 +15,12 @@ from rich.markup import escape
 
 from deltactl.diagnosis.answer.how_sure import after_its_effort, is_about, settled
 from deltactl.diagnosis.answer.options import VERDICT
-from deltactl.diagnosis.answer.records import Diagnosis, Finding
+from deltactl.diagnosis.answer.records import (
+    Diagnosis,
+    Finding,
+    NotTestable,
+    SmallestDetectable,
+)
 from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.answer.what_is_left import apart
 from deltactl.diagnosis.report.finding import (
@@ -240,8 +245,7 @@ def _saved(diagnosis: Diagnosis, all_of_them: bool | None, ways: Ways, width: in
 
 def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     """Its cells, the main size first; further sizes as rows below it."""
-    words, alone = card_of(finding.effect).words, finding.component == COMPONENT
-    name = words.without_place(finding.effect, alone, after_its_effort(finding))
+    name = _called(finding, after_its_effort(finding))
     if finding.effect == NAMELESS and finding.depends_on:
         name = say("screen.unknown", follows=all_followed(finding.depends_on))
     where = part_of(finding.effect, finding.component, finding.depends_on).removeprefix("the ")
@@ -254,6 +258,13 @@ def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     yield (f"{number}", name, where, *_cells(first, there), sure)
     for _, size in sizes[1:]:
         yield "", f"  {size.name}", "", *_cells(size, there), ""
+
+
+def _called(one: Finding | NotTestable | SmallestDetectable, by_effort: bool = False) -> str:
+    """Its effect as the card calls it, without the part."""
+    return card_of(one.effect).words.without_place(
+        one.effect, one.component == COMPONENT, by_effort
+    )
 
 
 def _cells(size: Size | None, there: bool) -> tuple[str, str]:
@@ -358,22 +369,23 @@ def _agreement(answer: Diagnosis) -> list[str]:
 
 
 def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
-    """One line: effects that could not be seen at all, then those that could not below a size.
+    """Mostly one line: effects that could not be seen at all, then those that could not below a size.
 
     What a finding may be instead is none of them, though its size is not to be seen.
     """
     offered = {other.effect for one in diagnosis.findings for other in one.alternatives}
-    unseen = dict.fromkeys(one.effect for one in diagnosis.not_testable)
-    names = [one.replace("_", " ") for one in unseen if one not in offered]
+    unseen = {one.effect: _called(one) for one in diagnosis.not_testable}
+    names = [name for effect, name in unseen.items() if effect not in offered]
     limits = [one for one in diagnosis.smallest_detectable if one.parameter != "stiffness"]
     largest = {one.effect: one for one in sorted(limits, key=above_nothing)}
-    order = dict.fromkeys(one.effect for one in limits)
-    sizes = ((one.replace("_", " "), limit_alone(largest[one])) for one in order)
+    order = {one.effect: _called(one) for one in limits}
+    sizes = ((name, limit_alone(largest[effect])) for effect, name in order.items())
     names = [*names, *(say("screen.below", name=a, size=b) for a, b in sizes)]
     for shown in range(len(names), 0, -1):
         text, more = ", ".join(names[:shown]), len(names) - shown
         named = say("screen.and_more", names=text, number=more) if more else text
-        if len(line := say("screen.not_shown", names=named)) <= width:
+        line = say("screen.not_shown", names=named)
+        if shown == 1 or len(line) <= width:
             return [line]
     return []
 

@@ -113,6 +113,8 @@ ANALOGUE = _words(
     "pot poti potentiometer potmeter adc analog analogue analogread ain a0 a1 a2 a3 a4 a5"
 )
 """Words of a voltage that a converter counts, as that of a potentiometer."""
+PULSES = _words("pulse pulses puls pulsewidth width pw pwm us usec micros microseconds servo")
+"""Words of the pulses that command a hobby servo."""
 OF_A_PART = _words("wert motor achs achse axis ax gelenk joint arm servo mess")
 """Words that say nothing by themselves, and occur in compounds: Sollwert, motorangle."""
 PHASES = frozenset(["i", "iq", "id", "u", "v", "w"])

@@ -15,6 +15,7 @@ import numpy as np
 from deltactl.recording.foreign.motion_units import is_open
 from deltactl.recording.foreign.names import (
     AS_SAID,
+    PULSES,
     ROLE_OF,
     Factor,
     Guess,
@@ -30,10 +31,6 @@ from deltactl.recording.foreign.shapes import Table, is_whole, lead, rising
 from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY
 from deltactl.recording.reading.run import FloatArray
 
-PULSES = frozenset(
-    "pulse pulses puls pulsewidth width pw pwm us usec micros microseconds servo".split(" ")
-)
-"""Words of the pulses that command a hobby servo."""
 PER_US, PER_COUNT, PER_STEP = "DEG_PER_US", "DEG_PER_COUNT", "MM_PER_STEP"
 OF_PULSES = Factor(
     PER_US,
