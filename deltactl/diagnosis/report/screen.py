@@ -369,7 +369,7 @@ def _agreement(answer: Diagnosis) -> list[str]:
 
 
 def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
-    """Mostly one line: effects that could not be seen at all, then those that could not below a size.
+    """A line of effects that could not be seen at all, then those that could not below a size.
 
     What a finding may be instead is none of them, though its size is not to be seen.
     """

@@ -21,6 +21,7 @@ from deltactl.recording.foreign.shapes import (
     is_stepwise,
     is_whole,
     pairs_alike,
+    rests_at_what_is_read,
     roughness,
     slopes,
 )
@@ -79,10 +80,13 @@ def _of_pairs(columns: Columns, pairs: list[tuple[str, str]]) -> Iterator[Guess]
     for (asked, seen), index in zip(pairs, indices, strict=False):
         like, unit = LIKE.format(seen), columns.said[asked].unit
         role, seen_as, why = "command", "theta" if index else "position", f"{like}, {EARLIER}"
-        if is_count(table[asked]) and not is_count(table[seen]):
+        places = len(pairs) == 1 and bool(table[asked].min() >= 0.0)
+        if places and rests_at_what_is_read(table[asked], table[seen]):
+            role, seen_as, why = "distance", "range", f"rests in turns, and {seen} reads the same"
+        elif is_count(table[asked]) and not is_count(table[seen]):
             role, seen_as, why = "steps", "theta", f"whole numbers; {like}"
             index, unit = index or "1", None
-        elif is_stepwise(table[asked]) and len(pairs) == 1 and table[asked].min() >= 0.0:
+        elif is_stepwise(table[asked]) and places:
             role, seen_as, why = "distance", "range", f"rests in turns; {like}"
         yield Guess(asked, role, index, unit, why)
         yield columns.taken(seen, seen_as, index, LIKE.format(asked))

@@ -266,6 +266,26 @@ def of_counts(name: str, column: str, unit: str, values: FloatArray) -> str:
     )
 
 
+def far_from_readings(distance_m: float, range_m: FloatArray, column: str | None) -> str:
+    """Why one distance for all rows cannot be what a sensor read (n,); empty where it may be.
+
+    column: of the readings.
+    """
+    read_m = float(np.nanmedian(np.abs(range_m))) if np.isfinite(range_m).any() else 0.0
+    larger, smaller = max(distance_m, read_m), min(distance_m, read_m)
+    if not 0.0 < smaller * GUESSES.far_from_read < larger:
+        return ""
+    unit = min(("cm", "mm"), key=lambda one: abs(np.log(smaller / larger / IN_SI[one])))
+    said = f"distance={distance_m:g}[{unit}]"
+    if read_m > distance_m:
+        said = f"range={without_unit(column or 'COLUMN')}[{unit}]"
+    return (
+        f"distance is {distance_m:g} m, and the readings are about {read_m:.3g} m; is"
+        f" {'the distance' if distance_m > read_m else 'the reading'} in {unit}? Then type"
+        f' --set "{said}"'
+    )
+
+
 def other_motion(units: Mapping[str, str], motion: str) -> str:
     """Why units cannot be those of an axis that turns (rotary) or slides (linear); empty if right.
 

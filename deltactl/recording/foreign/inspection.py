@@ -17,6 +17,7 @@ import numpy as np
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.axis_columns import EARLIER
+from deltactl.recording.foreign.doubts import far_from_readings
 from deltactl.recording.foreign.found import Inspection, init_words, robot_named_after
 from deltactl.recording.foreign.guess import guess_columns
 from deltactl.recording.foreign.guessed_units import (
@@ -34,6 +35,7 @@ from deltactl.recording.foreign.names import (
     Guess,
     Hint,
     Taken,
+    by_name,
     of_contract,
     of_role,
     read_name,
@@ -151,6 +153,8 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     left = [name for name, one in known.items() if name not in guesses and not rising(one)]
     constant = (name for name, one in said.items() if one.value is not None)
     kind, motion, why = kind_of(guesses, left, constant)
+    if kind == "range_sensor" and (far := _far_from_readings(guesses, known, said)):
+        raise RecordingError(f"{read.path}: {far}")
     taken, asked = dict[str, str](), None
     if kind == "servo_axis":
         taken, asked, motion = _of_an_axis(guesses, known, motion, moves)
@@ -162,6 +166,15 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     mapping = read.base.model_copy(update={"columns": columns})
     found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
     return Inspection(*found, [*warnings, *late], *left_out, named=read.named, asked=asked)
+
+
+def _far_from_readings(guesses: Taken, table: Table, said: AnyMapping[str, Source]) -> str:
+    """Why one distance that somebody says for all rows is not what was read; empty where it is."""
+    if "distance" not in said or (distance_m := said["distance"].value) is None:
+        return ""
+    guess = by_name(guesses)["range"]
+    read_m = table[guess.source] * guess.scale * IN_SI[guess.unit or "1"]
+    return far_from_readings(distance_m, read_m, guess.source)
 
 
 def _of_an_axis(

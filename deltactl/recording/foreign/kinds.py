@@ -94,14 +94,14 @@ def _lacking(guesses: Taken, left: Sequence[str]) -> str:
     if "range" in named:
         return (
             "the true distance was not found; name its column, or, where it is one for all rows,"
-            f" say how large it is, in m: {HERE} --set distance=METRES"
+            f" say how large it is: {HERE} --set 'distance=NUMBER[mm]' (or [m], [cm])"
         )
     likely = next((one for one in left if read_name(one).used and not pulls(one)), None)
     name = without_unit(likely or "COLUMN")
     asked, read = (shlex.join(["--set", f"{role}={name}"]) for role in ("position", "range"))
     return (
         f"a position or a reading was not found; name its column: {HERE} {asked}; of a distance"
-        f" sensor, with {read} --set distance=COLUMN (or the true distance in m)"
+        f" sensor, with {read} --set distance=COLUMN (or --set 'distance=NUMBER[mm]')"
     )
 
 

@@ -38,6 +38,8 @@ class GuessOptions:
     """Travel beyond which whole numbers are step counts rather than labels or states."""
     mostly_still: float = 0.1
     """Share of its rows in which a column that rests in turns changes at most."""
+    few_places: float = 0.3
+    """Share of its rows up to which a column has few values: those of somebody with a ruler."""
     most_runs: float = 0.02
     """Times that a clock may start again, as a share of the rows: runs shorter than fifty rows are
     none."""
@@ -125,6 +127,8 @@ class GuessOptions:
     few_turns_deg: float = 1440.0
     """Travel of an axis without a unit: more is seconds of arc or counts rather than degrees or
     mm."""
+    far_from_read: float = 50.0
+    """Times that a known distance and its reading differ from where on their units do."""
     longest_m: float = 15.0
     """More is millimetres: no distance sensor of this kind sees so far, and no axis is so long."""
 
