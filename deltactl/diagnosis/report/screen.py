@@ -15,12 +15,7 @@ from rich.markup import escape
 
 from deltactl.diagnosis.answer.how_sure import after_its_effort, is_about, settled
 from deltactl.diagnosis.answer.options import VERDICT
-from deltactl.diagnosis.answer.records import (
-    Diagnosis,
-    Finding,
-    NotTestable,
-    SmallestDetectable,
-)
+from deltactl.diagnosis.answer.records import Diagnosis, Finding
 from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.answer.what_is_left import apart
 from deltactl.diagnosis.report.finding import (
@@ -245,7 +240,7 @@ def _saved(diagnosis: Diagnosis, all_of_them: bool | None, ways: Ways, width: in
 
 def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     """Its cells, the main size first; further sizes as rows below it."""
-    name = _called(finding, after_its_effort(finding))
+    name = _called(finding.effect, finding.component, after_its_effort(finding))
     if finding.effect == NAMELESS and finding.depends_on:
         name = say("screen.unknown", follows=all_followed(finding.depends_on))
     where = part_of(finding.effect, finding.component, finding.depends_on).removeprefix("the ")
@@ -260,11 +255,9 @@ def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
         yield "", f"  {size.name}", "", *_cells(size, there), ""
 
 
-def _called(one: Finding | NotTestable | SmallestDetectable, by_effort: bool = False) -> str:
-    """Its effect as the card calls it, without the part."""
-    return card_of(one.effect).words.without_place(
-        one.effect, one.component == COMPONENT, by_effort
-    )
+def _called(effect: str, component: str, by_effort: bool = False) -> str:
+    """An effect as its card calls it, without the part."""
+    return card_of(effect).words.without_place(effect, component == COMPONENT, by_effort)
 
 
 def _cells(size: Size | None, there: bool) -> tuple[str, str]:
@@ -374,12 +367,12 @@ def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
     What a finding may be instead is none of them, though its size is not to be seen.
     """
     offered = {other.effect for one in diagnosis.findings for other in one.alternatives}
-    unseen = {one.effect: _called(one) for one in diagnosis.not_testable}
-    names = [name for effect, name in unseen.items() if effect not in offered]
+    unseen = {one.effect: one.component for one in diagnosis.not_testable}
+    names = [_called(*one) for one in unseen.items() if one[0] not in offered]
     limits = [one for one in diagnosis.smallest_detectable if one.parameter != "stiffness"]
     largest = {one.effect: one for one in sorted(limits, key=above_nothing)}
-    order = {one.effect: _called(one) for one in limits}
-    sizes = ((name, limit_alone(largest[effect])) for effect, name in order.items())
+    order = {one.effect: one.component for one in limits}
+    sizes = ((_called(*one), limit_alone(largest[one[0]])) for one in order.items())
     names = [*names, *(say("screen.below", name=a, size=b) for a, b in sizes)]
     for shown in range(len(names), 0, -1):
         text, more = ", ".join(names[:shown]), len(names) - shown
