@@ -224,6 +224,8 @@ def _pairs(guesses: dict[str, Guess], table: Table) -> list[str]:
         if asked not in named or seen not in named:
             continue
         one, other = named[asked], named[seen]
+        if one.factor or other.factor:
+            continue
         wide, told = travel(table[one.source]), travel(table[other.source])
         if wide <= 0.0 or told <= 0.0 or (one.unit != other.unit and one.unit and other.unit):
             continue
@@ -237,7 +239,10 @@ def _pairs(guesses: dict[str, Guess], table: Table) -> list[str]:
                     f"{big} against {small}?"
                 )
                 if big in ("deg", "mm", "cm"):
-                    guesses[larger.source] = replace(larger, unit=big)
-                    guesses[smaller.source] = replace(smaller, unit=small)
+                    guesses |= {
+                        guess.source: replace(guess, unit=unit)
+                        for guess, unit in ((larger, big), (smaller, small))
+                        if guess.unit is None or guess.unit_guessed  # a heading wins
+                    }
                 break
     return warnings

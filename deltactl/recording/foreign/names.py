@@ -53,6 +53,8 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
+UNIT_APART = UNIT_OF | {"in": "inch"}
+"""Units that stand in brackets, or in a line of their own."""
 PULLS = _words("pull load torque moment nm n force current effort tau amps ampere kraft")
 """Words of what pulls or drives, in names of columns that are not used."""
 _BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")
@@ -225,8 +227,8 @@ def by_name(guesses: Taken) -> dict[str, Guess]:
 def read_name(name: str, unit_line: str = "") -> Named:
     """Take a name apart, as `Goal Angle 1 [deg]` or `joint1.pos_mm`."""
     bracketed = _BRACKETED.search(name)
-    unit = UNIT_OF.get(unit_line.lower())
-    unit = unit or (UNIT_OF.get(bracketed[1].lower()) if bracketed else None)
+    apart = [unit_line, *([bracketed[1]] if bracketed else [])]
+    unit = next(filter(None, (UNIT_APART.get(one.lower()) for one in apart)), None)
     words = _words_of(without_unit(name))
     if len(words) == 1 and words[0] in CLOCKS:
         return Named("t", UNIT_OF[words[0]], None)
