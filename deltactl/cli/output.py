@@ -53,8 +53,8 @@ def tell(text: str, on: Console = console) -> None:
 
 
 def warn(text: str) -> None:
-    """One line beside the answer, on standard error."""
-    errors.print(text, soft_wrap=True)
+    """A sentence beside the answer, on standard error."""
+    tell(text, errors)
 
 
 @contextmanager

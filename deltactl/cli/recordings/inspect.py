@@ -47,6 +47,12 @@ WEIGHT = {
     "MOTION": "--hanging-nm, --constant-nm (rotary) or --slope-n (linear)",
 }
 """The options that say what a weight does, by the motion of the axis."""
+OF_MOTION = {
+    "rotary": ("kg m2", "N m"),
+    "linear": ("kg", "N"),
+    "MOTION": ("kg m2 or kg", "N m or N"),
+}
+"""By the motion, units of what moves and of what moves it."""
 
 
 def inspect_recordings(
@@ -218,7 +224,11 @@ def _for_the_effort(seen: Inspection) -> list[str]:
     from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
-    says = "  to use the effort too, add --inertia INERTIA --effort-gain GAIN"
+    mass, force = OF_MOTION[_motion(seen)]
+    says = (
+        f"  to use the effort too, add --inertia INERTIA (what moves, in {mass}) --effort-gain GAIN"
+        f" ({force} for one unit of the effort, or unknown)"
+    )
     if option := effort_option(seen):
         says += f", and below --set {shlex.quote(option)}"
     outside = [
@@ -227,8 +237,7 @@ def _for_the_effort(seen: Inspection) -> list[str]:
     if outside and option:
         load = shlex.quote(option.replace("effort=", "load=", 1))
         says += f" (of a weight or a spring only --set {load})"
-    weight = WEIGHT[_motion(seen)]
-    return [part for one in (says, *FORCED_SAYS) for part in broken(one.format(weight=weight))]
+    return broken(says)
 
 
 def _has_unused_effort(seen: Inspection) -> bool:

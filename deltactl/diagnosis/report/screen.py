@@ -374,6 +374,7 @@ def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
     order = {one.effect: one.component for one in limits}
     sizes = ((_called(*one), limit_alone(largest[one[0]])) for one in order.items())
     names = [*names, *(say("screen.below", name=a, size=b) for a, b in sizes)]
+    names = sorted(names, key=lambda one: len(one) > width // 2)
     for shown in range(len(names), 0, -1):
         text, more = ", ".join(names[:shown]), len(names) - shown
         named = say("screen.and_more", names=text, number=more) if more else text

@@ -239,10 +239,7 @@ def _pairs(guesses: dict[str, Guess], table: Table) -> list[str]:
                     f"{big} against {small}?"
                 )
                 if big in ("deg", "mm", "cm"):
-                    guesses |= {
-                        guess.source: replace(guess, unit=unit)
-                        for guess, unit in ((larger, big), (smaller, small))
-                        if guess.unit is None or guess.unit_guessed  # a heading wins
-                    }
+                    guesses[larger.source] = replace(larger, unit=big)
+                    guesses[smaller.source] = replace(smaller, unit=small)
                 break
     return warnings

@@ -54,7 +54,7 @@ def _words(text: str) -> frozenset[str]:
 
 
 UNIT_APART = UNIT_OF | {"in": "inch"}
-"""Units that stand in brackets, or in a line of their own."""
+"""Units in brackets, or in a line of their own."""
 PULLS = _words("pull load torque moment nm n force current effort tau amps ampere kraft")
 """Words of what pulls or drives, in names of columns that are not used."""
 _BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")
@@ -174,7 +174,7 @@ class Factor:
     """What one of a column is, which nobody but the owner of the machine knows."""
 
     word: str
-    """Stands in a printed command for the number."""
+    """In a printed command in place of the number."""
     is_: str
     """What the column is."""
     says: str

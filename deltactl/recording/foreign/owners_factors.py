@@ -100,7 +100,9 @@ def with_factors(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
         pulses = table[asked.source]
         out[asked.source] = _taken(asked, "deg", GUESSES.pulse_deg, OF_PULSES)
     if seen is not None and is_open(seen) and _is_counted_voltage(seen, table, pulses is not None):
-        factor = _of_counts(pulses, table[seen.source])
+        in_degrees = asked is not None and asked.unit == "deg"
+        beside = table[asked.source] if asked and in_degrees else pulses
+        factor = _of_counts(beside, in_degrees, table[seen.source])
         out[seen.source] = _taken(seen, "deg", GUESSES.analogue_deg, factor)
     out = _steps_of_a_slide(out, table)
     owed = [(one.source, one.factor) for one in out.values() if one.factor is not None]
@@ -121,15 +123,13 @@ def _is_counted_voltage(seen: Guess, table: Table, of_servo: bool) -> bool:
     return counted and called and seen.why != AS_SAID
 
 
-def _of_counts(pulses: FloatArray | None, counts: FloatArray) -> Factor:
-    """What is to be said of the count of a voltage, beside the pulses that it follows."""
+def _of_counts(asked: FloatArray | None, in_degrees: bool, counts: FloatArray) -> Factor:
+    """What is to be said of the count of a voltage, beside what it follows: degrees, or pulses."""
     says = "degrees for one count: 0.293 where 0 to 1023 make 300 degrees"
-    if pulses is not None and (each := _slope(pulses, counts)):
-        backwards = " (negative, as it falls while the pulse grows)" * (each < 0.0)
-        says += (
-            f"{backwards}; or {PER_US} divided by {each:.4g}, the counts of 1 us in this recording,"
-            " which hides a wrong travel"
-        )
+    if asked is not None and (each := _slope(asked, counts)):
+        backwards = " (negative, as it falls while the command grows)" * (each < 0.0)
+        here = f"{1.0 / each:.4g}" if in_degrees else f"{PER_US} divided by {each:.4g}"
+        says += f"{backwards}; here it is {here}, with which a wrong travel cannot be found"
     return Factor(PER_COUNT, "counts of a voltage, as of a potentiometer", says, zero_known=False)
 
 
