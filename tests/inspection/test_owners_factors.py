@@ -53,6 +53,38 @@ def test_pulses_command_a_hobby_servo(tmp_path: Path, heading: str, per_us: floa
     assert ("negative" in found.factors["position"].says) == (per_us < 0.0)
 
 
+@pytest.mark.parametrize(
+    ("heading", "asked", "read", "word"),
+    [
+        ("servo_angle,pot", np.round(90.0 + 60.0 * WAY), 512.0 + 180.0 * LATE, "DEG_PER_COUNT"),
+        ("target_mm,A1", 50.0 + 30.0 * WAY, 512.0 - 300.0 * LATE, "MM_PER_COUNT"),
+        ("goal_deg,adc", 60.0 * WAY, 2048.0 + 700.0 * LATE, "DEG_PER_COUNT"),
+    ],
+)
+def test_a_potentiometer_is_read_in_counts_of_its_own(
+    tmp_path: Path, heading: str, asked: np.ndarray, read: np.ndarray, word: str
+) -> None:
+    found = inspect(write(tmp_path / "log.csv", f"ms,{heading}", asked, np.round(read)))
+    names = {guess.name: name for name, guess in found.guesses.items()}
+    assert [names["command"], names["position"]] == heading.split(",")
+    assert found.factors["position"].word == word
+    known = found.guesses[names["command"]].why != "moves like pot, smoother or earlier"
+    assert ("here it is" in found.factors["position"].says) == known
+    assert found.zero == "arbitrary"
+
+
+def test_volts_of_a_potentiometer(tmp_path: Path) -> None:
+    pulses, volts = 1500.0 + 400.0 * WAY, 1.65 + 0.4 * LATE
+    found = inspect(write(tmp_path / "log.csv", "ms,pulse_us,pot_V", pulses, volts, digits=4))
+    assert found.factors["position"].word == "DEG_PER_VOLT"
+
+
+def test_an_encoder_beside_pulses_keeps_its_counts(tmp_path: Path) -> None:
+    found = inspect(servo(tmp_path / "log.csv", "pulse_us,encoder", 0.9))
+    assert list(found.factors) == ["command"]
+    assert (found.zero, found.guesses["encoder"].unit) == ("arbitrary", "rad")
+
+
 def test_pulses_beside_an_angle_with_a_unit(tmp_path: Path) -> None:
     found = inspect(write(tmp_path / "log.csv", "ms,pwm_us,roll_deg", 1500 + 500 * WAY, 45 * LATE))
     assert list(found.factors) == ["command"]

@@ -20,6 +20,7 @@ from deltactl.recording.foreign.names import (
     Named,
     Taken,
     in_words,
+    is_analogue,
     of_role,
     pulls,
 )
@@ -171,6 +172,8 @@ def _both_ways(columns: Columns, one: str, other: str) -> Iterator[_Pair]:
     near = GUESSES.own_name * (_begins(one) == _begins(other))
     first, open_ = asks(a, b), columns.of("command") or not columns.of("effort")
     for asked, read, leads in ((one, other, first), (other, one, not first)):
+        if is_analogue(asked) and not is_analogue(read):
+            continue
         if open_ or (leads and ahead):
             says = _says_asked(columns, asked) - _says_asked(columns, read)
             came_first = GUESSES.came_first if leads else -GUESSES.came_first

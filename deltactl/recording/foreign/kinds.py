@@ -131,11 +131,11 @@ def zero_of(guesses: Taken, table: Table) -> str | None:
         if asked not in named or seen not in named:
             continue
         one, other = named[asked], named[seen]
+        if any(guess.factor and not guess.factor.zero_known for guess in (one, other)):
+            return "arbitrary"
         units = {one.unit, other.unit}
         if len(units) > 1 and not units <= {*LINEAR}:
             return None
-        if any(guess.factor and not guess.factor.zero_known for guess in (one, other)):
-            return "arbitrary"
         values, read = (table[of.source] * of.scale * IN_SI[of.unit or "1"] for of in (one, other))
         apart = abs(float(np.nanmedian(read - values)))
         width = float(np.nanmax(values) - np.nanmin(values))

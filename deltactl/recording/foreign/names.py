@@ -31,7 +31,7 @@ WORDS: dict[str, str] = {
     "actual_position measured_position observation laser encoderwert lage messwert gemessen "
     "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star",
     "velocity": "velocity vel speed omega dq qd dot rate geschwindigkeit drehzahl vitesse "
-    "velocidad velocita present_velocity",
+    "velocidad velocita present_velocity rpm",
     "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
     "spannung stellgroesse stellsignal moment kraft couple courant corriente corrente motorstrom "
     "cur i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",

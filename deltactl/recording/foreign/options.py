@@ -107,8 +107,8 @@ class GuessOptions:
     """Pulses that hobby servos take are 500 to 2500 us long, and a little more."""
     pulse_deg: float = 0.09
     """Degrees that one microsecond of such a pulse turns most of them: 180 over 2000 us."""
-    analogue_deg: float = 0.293
-    """Degrees for one count of a potentiometer: most turn by 300, read by 10 bits."""
+    highest_v: float = 5.5
+    """What a converter reads at most, and a little more."""
     encoder_bits: tuple[int, int] = (8, 24)
     """Steps of a turn as powers of two: from the coarsest magnetic encoders to the finest glass."""
     near_unit_step: tuple[float, float] = (0.001, 0.01)

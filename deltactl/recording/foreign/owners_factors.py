@@ -7,14 +7,13 @@ hide a wrong setting.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from deltactl.recording.foreign.motion_units import is_open
 from deltactl.recording.foreign.names import (
-    AS_SAID,
     PULSES,
     ROLE_OF,
     Factor,
@@ -31,29 +30,37 @@ from deltactl.recording.foreign.shapes import Table, is_whole, lead, rising
 from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY
 from deltactl.recording.reading.run import FloatArray
 
-PER_US, PER_COUNT, PER_STEP = "DEG_PER_US", "DEG_PER_COUNT", "MM_PER_STEP"
+PER_US, PER_STEP = "DEG_PER_US", "MM_PER_STEP"
 OF_PULSES = Factor(
     PER_US,
     "pulses in us, which command a hobby servo",
     "degrees for 1 us of the pulse: 0.09 where 500 to 2500 us make 180 degrees",
     zero_known=False,
 )
+OF_A_VOLTAGE = {
+    ("deg", "COUNT"): (0.293, "degrees for one count: 0.293 where 0 to 1023 make 300 degrees"),
+    ("deg", "VOLT"): (90.9, "degrees for 1 V: 90.9 where 0 to 3.3 V make 300 degrees"),
+    ("mm", "COUNT"): (0.0978, "mm for one count: 0.0978 where 0 to 1023 make 100 mm"),
+    ("mm", "VOLT"): (30.3, "mm for 1 V: 30.3 where 0 to 3.3 V make 100 mm"),
+}
+"""By the unit of a motion, and what of a potentiometer is read: what one usually is, and words."""
 SAYS = "{}: taken for {}; put for {} below what one is"
+OTHERS = ("velocity", "effort", "load", "t", "temp_c")
+"""What is no motion, though it may go where the motion goes."""
+COUNTED = frozenset({"enc", "encoder", "encoderwert", "tick", "ticks", "rpm"})
+"""Words of whole numbers that no voltage is counted by."""
 
 
 def named_by_pulses(table: Table, said: Mapping[str, Named]) -> dict[str, Named]:
-    """Pulses that something follows as the command of a hobby servo, and the count of its
-    potentiometer as its reading, whatever their names say elsewhere.
+    """Pulses that something follows as the command of a hobby servo, and what a potentiometer gives
+    as a reading, whatever their names say elsewhere.
     """
-    found: dict[str, Named] = {}
+    free = [name for name in table if said[name].role is None and is_analogue(name)]
+    found = {name: Named("position", None, None) for name in free if not rising(table[name])}
+    moving = [name for name in table if said[name].role not in OTHERS and said[name].used]
     for name, pulses in table.items():
-        if not _is_pulses(name, pulses, said[name].role):
-            continue
-        followers = list(_followers(table, name))
-        if followers:
+        if _is_pulses(name, pulses, said[name].role) and _is_followed(table, name, moving):
             found[name] = replace(said[name], role="command", unit=None, asked=True, used=True)
-            read = [one for one in followers if is_analogue(one)]
-            found |= {one: Named("position", None, None) for one in read}
     return found
 
 
@@ -64,16 +71,16 @@ def _is_pulses(name: str, values: FloatArray, role: str | None) -> bool:
     return bool(called) and bool(np.nanmin(values) >= low and np.nanmax(values) <= high)
 
 
-def _followers(table: Table, pulses: str) -> Iterator[str]:
-    """Columns that go where pulses go, later, or the other way round."""
+def _is_followed(table: Table, pulses: str, others: Collection[str]) -> bool:
+    """Whether another column goes where pulses go, later, or the other way round."""
     asked = table[pulses]
     if not np.nanstd(asked):
-        return
-    for name, values in table.items():
-        if name == pulses or rising(values) or not np.nanstd(values):
-            continue
-        if max(lead(asked, values)[1], lead(asked, -values)[1]) >= GUESSES.alike:
-            yield name
+        return False
+    return any(
+        max(lead(asked, table[name])[1], lead(asked, -table[name])[1]) >= GUESSES.alike
+        for name in others
+        if name != pulses and not rising(table[name]) and np.nanstd(table[name])
+    )
 
 
 def steps_commanded(found: Taken, said: Mapping[str, Named], table: Table) -> dict[str, Guess]:
@@ -95,15 +102,12 @@ def with_factors(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
     """Guesses with what the owner has to say of them, and a word of each."""
     named = by_name(guesses)
     asked, seen = named.get("command"), named.get("position")
-    out, pulses = dict(guesses), None
+    out = dict(guesses)
     if asked and is_open(asked) and _is_pulses(asked.source, table[asked.source], None):
-        pulses = table[asked.source]
-        out[asked.source] = _taken(asked, "deg", GUESSES.pulse_deg, OF_PULSES)
-    if seen is not None and is_open(seen) and _is_counted_voltage(seen, table, pulses is not None):
-        in_degrees = asked is not None and asked.unit == "deg"
-        beside = table[asked.source] if asked and in_degrees else pulses
-        factor = _of_counts(beside, in_degrees, table[seen.source])
-        out[seen.source] = _taken(seen, "deg", GUESSES.analogue_deg, factor)
+        asked = _taken(asked, "deg", GUESSES.pulse_deg, OF_PULSES)
+        out[asked.source] = asked
+    if seen and is_open(seen) and (of := _voltage(seen.source, table, asked)):
+        out[seen.source] = _of_voltage(seen, of, asked, table)
     out = _steps_of_a_slide(out, table)
     owed = [(one.source, one.factor) for one in out.values() if one.factor is not None]
     return out, [SAYS.format(name, factor.is_, factor.word) for name, factor in owed]
@@ -113,24 +117,34 @@ def _taken(guess: Guess, unit: str, one: float, factor: Factor) -> Guess:
     return replace(guess, unit=unit, scale=one, unit_guessed=True, factor=factor)
 
 
-def _is_counted_voltage(seen: Guess, table: Table, of_servo: bool) -> bool:
-    """Whether readings are whole numbers as a converter gives them, and are called so, or nothing
-    else is known of them and they are those of a hobby servo.
+def _voltage(name: str, table: Table, asked: Guess | None) -> str | None:
+    """What of a voltage is read, COUNT or VOLT, where a column is called so, or nothing else is
+    known of whole numbers that follow pulses; else None.
     """
-    values = table[seen.source]
-    counted = is_whole(values) and float(np.nanmin(values)) >= 0.0
-    called = is_analogue(seen.source) or (of_servo and not is_of_joint(seen.source))
-    return counted and called and seen.why != AS_SAID
+    values = table[name]
+    of_servo = asked is not None and asked.factor is OF_PULSES
+    if float(np.nanmin(values)) < 0.0 or not (of_servo or is_analogue(name)):
+        return None
+    if is_whole(values):
+        other = is_of_joint(name) or COUNTED.intersection(in_words(name))
+        return "COUNT" if is_analogue(name) or not other else None
+    called = is_analogue(name) and float(np.nanmax(values)) <= GUESSES.highest_v
+    return "VOLT" if called else None
 
 
-def _of_counts(asked: FloatArray | None, in_degrees: bool, counts: FloatArray) -> Factor:
-    """What is to be said of the count of a voltage, beside what it follows: degrees, or pulses."""
-    says = "degrees for one count: 0.293 where 0 to 1023 make 300 degrees"
-    if asked is not None and (each := _slope(asked, counts)):
+def _of_voltage(seen: Guess, of: str, asked: Guess | None, table: Table) -> Guess:
+    """A reading by a potentiometer, with what is to be said of it beside its command."""
+    unit = "mm" if asked is not None and asked.unit in LINEAR else "deg"
+    usual, says = OF_A_VOLTAGE[unit, of]
+    each = _slope(table[asked.source], table[seen.source]) if asked else 0.0
+    if asked is not None and each and (asked.factor or asked.unit in IN_SI):
+        each *= 1.0 if asked.factor else IN_SI[unit] / IN_SI[asked.unit or unit]
         backwards = " (negative, as it falls while the command grows)" * (each < 0.0)
-        here = f"{1.0 / each:.4g}" if in_degrees else f"{PER_US} divided by {each:.4g}"
+        here = f"{asked.factor.word} divided by {each:.4g}" if asked.factor else f"{1 / each:.4g}"
         says += f"{backwards}; here it is {here}, with which a wrong travel cannot be found"
-    return Factor(PER_COUNT, "counts of a voltage, as of a potentiometer", says, zero_known=False)
+    is_ = f"the {'counts' if of == 'COUNT' else 'volts'} of a potentiometer"
+    factor = Factor(f"{unit.upper()}_PER_{of}", is_, says, zero_known=False)
+    return _taken(seen, unit, usual, factor)
 
 
 def _slope(asked: FloatArray, seen: FloatArray) -> float:
