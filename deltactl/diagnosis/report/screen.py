@@ -367,14 +367,13 @@ def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
     What a finding may be instead is none of them, though its size is not to be seen.
     """
     offered = {other.effect for one in diagnosis.findings for other in one.alternatives}
-    unseen = {one.effect: one.component for one in diagnosis.not_testable}
-    names = [_called(*one) for one in unseen.items() if one[0] not in offered]
+    unseen = (one for one in diagnosis.not_testable if one.effect not in offered)
     limits = [one for one in diagnosis.smallest_detectable if one.parameter != "stiffness"]
     largest = {one.effect: one for one in sorted(limits, key=above_nothing)}
-    order = {one.effect: one.component for one in limits}
-    sizes = ((_called(*one), limit_alone(largest[one[0]])) for one in order.items())
-    names = [*names, *(say("screen.below", name=a, size=b) for a, b in sizes)]
-    names = sorted(names, key=lambda one: len(one) > width // 2)
+    sizes = ((largest[one.effect], _called(one.effect, one.component)) for one in limits)
+    below = (say("screen.below", name=name, size=limit_alone(one)) for one, name in sizes)
+    names = [*(_called(one.effect, one.component) for one in unseen), *below]
+    names = sorted(dict.fromkeys(names), key=lambda one: len(one) > width // 2 - 4)
     for shown in range(len(names), 0, -1):
         text, more = ", ".join(names[:shown]), len(names) - shown
         named = say("screen.and_more", names=text, number=more) if more else text
