@@ -79,6 +79,26 @@ def test_volts_of_a_potentiometer(tmp_path: Path) -> None:
     assert found.factors["position"].word == "DEG_PER_VOLT"
 
 
+@pytest.mark.parametrize(
+    ("heading", "way", "each", "word"),
+    [
+        ("setpoint_deg,encoder_counts", 700.0, 8192.0 / 360.0, "DEG_PER_COUNT"),
+        ("goal [rad],enc_ticks", 6.0, 2000.0 / 2.0 / np.pi, "DEG_PER_COUNT"),
+        ("target_mm,encoder", 90.0, 200.0, "MM_PER_COUNT"),
+    ],
+)
+def test_counts_of_an_encoder_beside_a_command_with_a_unit(
+    tmp_path: Path, heading: str, way: float, each: float, word: str
+) -> None:
+    read = np.round(each * way * LATE)
+    path = write(tmp_path / "log.csv", f"ms,{heading}", way * WAY, read, digits=3)
+    found = inspect(path)
+    assert found.kind == "servo_axis"
+    assert found.factors["position"].word == word
+    both = read_mapped(path, found.mapping).columns
+    assert np.ptp(both["position"]) == pytest.approx(np.ptp(both["command"]), rel=0.02)
+
+
 def test_an_encoder_beside_pulses_keeps_its_counts(tmp_path: Path) -> None:
     found = inspect(servo(tmp_path / "log.csv", "pulse_us,encoder", 0.9))
     assert list(found.factors) == ["command"]

@@ -111,6 +111,8 @@ TOGETHER: tuple[tuple[frozenset[str], str | None], ...] = (
 a measured_distance a range."""
 OUTSIDE = _words("torque force moment drehmoment kraft couple coppia nm n ncm mnm")
 """Words of an effort that may as well pull from outside; a current or a voltage never does."""
+OF_ENCODER = frozenset(["encoder", "enc", "resolver"])
+"""Words of what counts the motion that came of a command."""
 ANALOGUE = _words(
     "pot poti potentiometer potmeter adc analog analogue analogread ain a0 a1 a2 a3 a4 a5"
 )
@@ -241,7 +243,7 @@ def read_name(name: str, unit_line: str = "") -> Named:
     role, index, stem = _numbered(words, role)
     if role == "steps" and unit in (*LINEAR, *ROTARY):
         role = "command"  # a counter that is read in mm
-    elif role == "steps" and MEASURED.intersection(words):
+    elif role == "steps" and (MEASURED | OF_ENCODER).intersection(words):
         role = "position"
     asked = "command" in {ROLE_OF.get(word) for word in [*words, *stem]} or _qualified(words)
     return Named(role, unit, index, asked)

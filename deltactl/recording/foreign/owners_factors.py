@@ -12,6 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from deltactl.recording.column_measures import travel
+from deltactl.recording.foreign.doubts import counts_like
 from deltactl.recording.foreign.motion_units import is_open
 from deltactl.recording.foreign.names import (
     PULSES,
@@ -37,13 +39,17 @@ OF_PULSES = Factor(
     "degrees for 1 us of the pulse: 0.09 where 500 to 2500 us make 180 degrees",
     zero_known=False,
 )
-OF_A_VOLTAGE = {
-    ("deg", "COUNT"): (0.293, "degrees for one count: 0.293 where 0 to 1023 make 300 degrees"),
-    ("deg", "VOLT"): (90.9, "degrees for 1 V: 90.9 where 0 to 3.3 V make 300 degrees"),
-    ("mm", "COUNT"): (0.0978, "mm for one count: 0.0978 where 0 to 1023 make 100 mm"),
-    ("mm", "VOLT"): (30.3, "mm for 1 V: 30.3 where 0 to 3.3 V make 100 mm"),
+COUNTS, VOLTS = "the counts of a potentiometer", "the volts of a potentiometer"
+TICKS = "the counts of an encoder"
+READ_AS = {
+    ("deg", COUNTS): (0.293, "degrees for one count: 0.293 where 0 to 1023 make 300 degrees"),
+    ("deg", VOLTS): (90.9, "degrees for 1 V: 90.9 where 0 to 3.3 V make 300 degrees"),
+    ("deg", TICKS): (0.0879, "degrees for one count: 0.0879 where 4096 make a turn"),
+    ("mm", COUNTS): (0.0978, "mm for one count: 0.0978 where 0 to 1023 make 100 mm"),
+    ("mm", VOLTS): (30.3, "mm for 1 V: 30.3 where 0 to 3.3 V make 100 mm"),
+    ("mm", TICKS): (0.005, "mm for one count: 0.005 where 200 make 1 mm"),
 }
-"""By the unit of a motion, and what of a potentiometer is read: what one usually is, and words."""
+"""By the unit of a motion, and what is read of it: what one usually is, and words."""
 SAYS = "{}: taken for {}; put for {} below what one is"
 OTHERS = ("velocity", "effort", "load", "t", "temp_c")
 """What is no motion, though it may go where the motion goes."""
@@ -106,8 +112,8 @@ def with_factors(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
     if asked and is_open(asked) and _is_pulses(asked.source, table[asked.source], None):
         asked = _taken(asked, "deg", GUESSES.pulse_deg, OF_PULSES)
         out[asked.source] = asked
-    if seen and is_open(seen) and (of := _voltage(seen.source, table, asked)):
-        out[seen.source] = _of_voltage(seen, of, asked, table)
+    if seen and is_open(seen) and (what := _read_as(seen.source, table, asked)):
+        out[seen.source] = _of_reading(seen, what, asked, table)
     out = _steps_of_a_slide(out, table)
     owed = [(one.source, one.factor) for one in out.values() if one.factor is not None]
     return out, [SAYS.format(name, factor.is_, factor.word) for name, factor in owed]
@@ -117,34 +123,37 @@ def _taken(guess: Guess, unit: str, one: float, factor: Factor) -> Guess:
     return replace(guess, unit=unit, scale=one, unit_guessed=True, factor=factor)
 
 
-def _voltage(name: str, table: Table, asked: Guess | None) -> str | None:
-    """What of a voltage is read, COUNT or VOLT, where a column is called so, or nothing else is
-    known of whole numbers that follow pulses; else None.
+def _read_as(name: str, table: Table, asked: Guess | None) -> str | None:
+    """What a reading counts, where that is no unit: a potentiometer, where it is called so, or
+    follows pulses in whole numbers; an encoder, beside a command that has a unit.
     """
-    values = table[name]
-    of_servo = asked is not None and asked.factor is OF_PULSES
-    if float(np.nanmin(values)) < 0.0 or not (of_servo or is_analogue(name)):
+    values, positive = table[name], float(np.nanmin(table[name])) >= 0.0
+    if is_analogue(name) and positive:
+        in_volts = float(np.nanmax(values)) <= GUESSES.highest_v
+        return COUNTS if is_whole(values) else VOLTS if in_volts else None
+    if asked is None or not counts_like(values):
         return None
-    if is_whole(values):
+    if asked.factor is OF_PULSES and positive:
         other = is_of_joint(name) or COUNTED.intersection(in_words(name))
-        return "COUNT" if is_analogue(name) or not other else None
-    called = is_analogue(name) and float(np.nanmax(values)) <= GUESSES.highest_v
-    return "VOLT" if called else None
+        return None if other else COUNTS
+    wide, told = travel(table[asked.source]), travel(values)
+    said = asked.unit in IN_SI and asked.factor is None
+    return TICKS if said and told > GUESSES.other_unit * wide else None
 
 
-def _of_voltage(seen: Guess, of: str, asked: Guess | None, table: Table) -> Guess:
-    """A reading by a potentiometer, with what is to be said of it beside its command."""
+def _of_reading(seen: Guess, what: str, asked: Guess | None, table: Table) -> Guess:
+    """A reading in something that is no unit, with what is to be said of it beside its command."""
     unit = "mm" if asked is not None and asked.unit in LINEAR else "deg"
-    usual, says = OF_A_VOLTAGE[unit, of]
+    usual, says = READ_AS[unit, what]
     each = _slope(table[asked.source], table[seen.source]) if asked else 0.0
     if asked is not None and each and (asked.factor or asked.unit in IN_SI):
         each *= 1.0 if asked.factor else IN_SI[unit] / IN_SI[asked.unit or unit]
         backwards = " (negative, as it falls while the command grows)" * (each < 0.0)
         here = f"{asked.factor.word} divided by {each:.4g}" if asked.factor else f"{1 / each:.4g}"
-        says += f"{backwards}; here it is {here}, with which a wrong travel cannot be found"
-    is_ = f"the {'counts' if of == 'COUNT' else 'volts'} of a potentiometer"
-    factor = Factor(f"{unit.upper()}_PER_{of}", is_, says, zero_known=False)
-    return _taken(seen, unit, usual, factor)
+        says += f"{backwards}; here it is {here}, with which a wrong one cannot be found"
+        usual = usual if asked.factor else float(f"{1 / each:.4g}")
+    word = f"{unit.upper()}_PER_{'VOLT' if what == VOLTS else 'COUNT'}"
+    return _taken(seen, unit, usual, Factor(word, what, says, zero_known=what == TICKS))
 
 
 def _slope(asked: FloatArray, seen: FloatArray) -> float:
