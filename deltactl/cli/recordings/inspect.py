@@ -25,13 +25,13 @@ Seen = TypeVar("Seen")
 OF_THE_RUN = "ROBOT is the robot file that it was made with"
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
-    "  INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is known",
-    "  GAIN: N m (or N) for one unit of the effort, or unknown; where a weight pulls at it, also"
+    "  INERTIA: what moves, {mass}, as well as it is known",
+    "  GAIN: {force} for one unit of the effort, or unknown; where a weight pulls at it, also"
     " {weight}",
 )
 MEASURED_SAYS = (
-    "  what moves is measured{measured}; if you know --inertia or"
-    " --effort-gain, add it; where a weight pulls at it, also {{weight}}"
+    "  what moves is measured{measured}; if you know --inertia ({{mass}}) or --effort-gain"
+    " ({{force}} for one unit of the effort), add it; where a weight pulls at it, also {{weight}}"
 )
 COMMANDED = ["--recorded", "command"]
 OF_ANGLES = ["--gear-ratio", "1", "--microsteps-per-rev", "1600", "--sensors", "none"]
@@ -41,18 +41,17 @@ STEPPED_SAYS = (
     "  STEPS: step pulses for one turn of the motor, as set at the drive: 1600, or 200x8",
     "  GEAR: turns of the motor for one turn of the axis: 5 for a gear of 5:1, 1 without a gear",
 )
-WEIGHT = {
-    "rotary": "--hanging-nm or --constant-nm",
-    "linear": "--slope-n",
-    "MOTION": "--hanging-nm, --constant-nm (rotary) or --slope-n (linear)",
-}
-"""The options that say what a weight does, by the motion of the axis."""
 OF_MOTION = {
-    "rotary": ("kg m2", "N m"),
-    "linear": ("kg", "N"),
-    "MOTION": ("kg m2 or kg", "N m or N"),
+    "rotary": ("kg m2", "N m", "--hanging-nm or --constant-nm"),
+    "linear": ("kg", "N", "--slope-n"),
+    "MOTION": (
+        "kg m2 or kg",
+        "N m or N",
+        "--hanging-nm, --constant-nm (rotary) or --slope-n (linear)",
+    ),
 }
-"""By the motion, units of what moves and of what moves it."""
+"""By the motion of an axis: units of what moves and of what moves it, and the options that say what
+a weight does."""
 
 
 def inspect_recordings(
@@ -144,6 +143,7 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Seen]) -> list[Seen]:
 def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     """Print one table on one screen. why_not: why it is none of the robot file's machine."""
     from deltactl.recording.foreign.fitted import without_effort
+    from deltactl.recording.foreign.motion_units import NO_UNIT
 
     if why_not:
         says = f"not of {following.robot}: {why_not}; the commands below describe its own machine"
@@ -152,8 +152,10 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     read = seen
     if following.new and following.save is None and _has_unused_effort(seen):
         read = without_effort(seen)
-    warnings = [line for one in read.warnings for line in broken(f"look here: {one}")]
     known = seen.kind is not None and not following.awaited
+    below = f"{seen.asked.columns}: {NO_UNIT}" if known and seen.asked else None
+    look = [one for one in read.warnings if below is None or not one.startswith(below)]
+    warnings = [line for one in look for line in broken(f"look here: {one}")]
     print_columns(seen, warnings, _commands(seen, read, following) if known else [])
 
 
@@ -200,7 +202,6 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     motion = ["--motion", moves] if seen.kind == "servo_axis" else []
     zero = ["--zero", seen.zero] if seen.zero and seen.kind != "delta" else []
     there = {guess.name for guess in seen.guesses.values()}
-    weight = WEIGHT[moves]
     forced, says = _forced(seen) if seen.needs_inertia else ([], ())
     if seen.kind == "servo_axis" and "command" in there:
         forced = COMMANDED
@@ -211,7 +212,9 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     asks_nothing = ["--yes"] if seen.kind == "servo_axis" else []
     init = ["deltactl", *init_words(seen.kind, file), *motion, *forced, *zero, *asks_nothing]
     lines = _command("describe the machine:  ", init)
-    return lines + [part for one in says for part in broken(one.format(weight=weight))]
+    mass, force, weight = OF_MOTION[moves]
+    said = (one.format(weight=weight, mass=mass, force=force) for one in says)
+    return lines + [part for one in said for part in broken(one)]
 
 
 def _motion(seen: Inspection) -> str:
@@ -224,10 +227,10 @@ def _for_the_effort(seen: Inspection) -> list[str]:
     from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
-    mass, force = OF_MOTION[_motion(seen)]
+    mass, force, _ = OF_MOTION[_motion(seen)]
     says = (
-        f"  to use the effort too, add --inertia INERTIA (what moves, in {mass}) --effort-gain GAIN"
-        f" ({force} for one unit of the effort, or unknown)"
+        f"  to use the effort too, add --inertia INERTIA (what moves, {mass})"
+        f" --effort-gain GAIN ({force} for 1 of it, or unknown)"
     )
     if option := effort_option(seen):
         says += f", and below --set {shlex.quote(option)}"
@@ -260,7 +263,7 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
         one = None
     if one is None:
         return FORCED, FORCED_SAYS
-    measured = "" if seen.asked else f": {one:.3g} in the unit of the effort"
+    measured = "" if seen.asked or seen.factors else f": {one:.3g} in the unit of the effort"
     return ["--measure", str(seen.path), *seen.typed], (MEASURED_SAYS.format(measured=measured),)
 
 
