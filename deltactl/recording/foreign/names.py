@@ -94,9 +94,6 @@ OF_JOINTS = _words(
     " angulo"
 )
 """Words of what turns."""
-_OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
-"""How LeRobot calls what a joint did and its command; where all joints are together, below
-`action`, their values say more."""
 IS_PRESENT = "current"
 """Also says that something is as it is now, before another word: current_position."""
 OF_A_SERVO = "present"
@@ -346,11 +343,6 @@ def without_unit(name: str) -> str:
 def is_of_joint(name: str) -> bool:
     """Whether a name says that it is an angle, or is that of a joint that turns."""
     return not OF_JOINTS.isdisjoint(in_words(name))
-
-
-def is_of_data_joint(name: str) -> bool:
-    """Whether a joint's name is written as in LeRobot, `shoulder_pan.pos`: in degrees."""
-    return _OF_DATA.fullmatch(name) is not None and is_of_joint(name)
 
 
 def pulls(name: str) -> bool:

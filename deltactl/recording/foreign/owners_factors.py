@@ -29,7 +29,7 @@ from deltactl.recording.foreign.names import (
 )
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, is_whole, lead, rising
-from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY
+from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY, UNIT_FACTORS
 from deltactl.recording.reading.run import FloatArray
 
 PER_US, PER_STEP = "DEG_PER_US", "MM_PER_STEP"
@@ -136,9 +136,11 @@ def _read_as(name: str, table: Table, asked: Guess | None) -> str | None:
     if asked.factor is OF_PULSES and positive:
         other = is_of_joint(name) or COUNTED.intersection(in_words(name))
         return None if other else COUNTS
-    wide, told = travel(table[asked.source]), travel(values)
-    said = asked.unit in IN_SI and asked.factor is None
-    return TICKS if said and told > GUESSES.other_unit * wide else None
+    if asked.unit not in IN_SI or asked.factor is not None:
+        return None
+    ratio = travel(values) / max(travel(table[asked.source]), 1e-300)
+    in_a_unit = any(abs(ratio / one - 1.0) < GUESSES.near_unit for one in UNIT_FACTORS)
+    return None if in_a_unit or ratio < GUESSES.other_unit else TICKS
 
 
 def _of_reading(seen: Guess, what: str, asked: Guess | None, table: Table) -> Guess:
