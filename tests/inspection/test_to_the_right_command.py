@@ -155,6 +155,18 @@ def test_a_packed_table_gives_its_own_name_to_a_second_machine(
     assert made[2] == "slow.run-robot.yaml"
 
 
+def test_tables_of_one_folder_have_robot_files_of_their_own(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    for name in ("pan.csv", "tilt.csv"):
+        axis(tmp_path / name)
+        shown = deltactl("inspect", name)
+        file = f"{name.removesuffix('.csv')}-robot.yaml"
+        assert printed(shown, "describe the machine:")[2] == file
+        command = printed(shown)
+        assert command[command.index("--robot") + 1] == file
+
+
 def test_angles_of_a_delta_ask_for_no_steps(deltactl: Deltactl, tmp_path: Path) -> None:
     names = [f"{what}_{n}" for what in ("command", "theta") for n in (1, 2, 3)]
     parts = [asked(n) for n in range(3)] + [seen(n) for n in range(3)]
