@@ -126,7 +126,7 @@ def test_counts_and_a_reading_in_mm_are_a_slide_and_no_gear(tmp_path: Path) -> N
     assert taken(found) == {"t": "t", "command": "steps", "position": "pos_mm"}
     assert "command=steps[mm]*0.0125" in found.options
     assert "command=steps[mm]*MM_PER_STEP" in found.typed
-    assert "here it moves 0.0125 mm" in found.factors["command"].says
+    assert "in this recording 0.0125" in found.factors["command"].says
     assert "steps: taken for the steps of a slide" in found.warnings[-1]
     np.testing.assert_allclose(read_as_told(found).columns["command"], COMMAND, atol=1e-4)
 

@@ -69,7 +69,7 @@ def test_a_potentiometer_is_read_in_counts_of_its_own(
     assert [names["command"], names["position"]] == heading.split(",")
     assert found.factors["position"].word == word
     known = found.guesses[names["command"]].why != "moves like pot, smoother or earlier"
-    assert ("here it is" in found.factors["position"].says) == known
+    assert ("in this recording" in found.factors["position"].says) == known
     assert found.zero == "arbitrary"
 
 
@@ -163,7 +163,7 @@ def test_a_length_in_the_heading_makes_steps_those_of_a_slide(
     assert (found.kind, found.motion) == ("servo_axis", "linear")
     name = heading.partition(",")[0]
     assert f"command={name}[mm]*MM_PER_STEP" in found.typed
-    assert "here it moves 0.00997 mm" in found.factors["command"].says
+    assert "in this recording 0.00997" in found.factors["command"].says
     command = read_mapped(tmp_path / "log.csv", found.mapping).columns["command"]
     assert np.ptp(command) == pytest.approx(np.ptp(0.08 * WAY), rel=1e-2)
 

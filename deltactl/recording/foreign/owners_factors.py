@@ -152,7 +152,7 @@ def _of_reading(seen: Guess, what: str, asked: Guess | None, table: Table) -> Gu
         each *= 1.0 if asked.factor else IN_SI[unit] / IN_SI[asked.unit or unit]
         backwards = " (negative, as it falls while the command grows)" * (each < 0.0)
         here = f"{asked.factor.word} divided by {each:.4g}" if asked.factor else f"{1 / each:.4g}"
-        says += f"{backwards}; here it is {here}, with which a wrong one cannot be found"
+        says += f"{backwards}; in this recording {here} (by that, no wrong scale is found)"
         usual = usual if asked.factor else float(f"{1 / each:.4g}")
     word = f"{unit.upper()}_PER_{'VOLT' if what == VOLTS else 'COUNT'}"
     return _taken(seen, unit, usual, Factor(word, what, says, zero_known=what == TICKS))
@@ -187,8 +187,8 @@ def _steps_of_a_slide(guesses: dict[str, Guess], table: Table) -> dict[str, Gues
     factor = Factor(
         PER_STEP,
         "the steps of a slide",
-        "mm for one step, as the drive is set: 0.0125 where 80 steps make 1 mm; here it moves"
-        f" {each:g} mm, with which a wrong setting cannot be found",
+        "mm for one step, as the drive is set: 0.0125 where 80 steps make 1 mm; in this"
+        f" recording {each:g} (by that, no wrong setting is found)",
     )
     command = _taken(replace(steps, role="command", index=None), "mm", each, factor)
     return {**guesses, steps.source: command, seen.source: position}
