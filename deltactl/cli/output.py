@@ -53,8 +53,8 @@ def tell(text: str, on: Console = console) -> None:
 
 
 def warn(text: str) -> None:
-    """One line beside the answer, on standard error."""
-    errors.print(text, soft_wrap=True)
+    """A sentence beside the answer, on standard error."""
+    tell(text, errors)
 
 
 @contextmanager
@@ -66,7 +66,7 @@ def waiting(first: str, hidden: bool) -> Iterator[Callable[[str], None]]:
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    disable = hidden or not errors.is_terminal
+    disable = hidden or not errors.is_terminal or errors.is_dumb_terminal
     with Progress(*shown, console=errors, transient=True, disable=disable) as progress:
         bar = progress.add_task(first)
 
@@ -89,7 +89,7 @@ def bar(
 
     elapsed = (parts.TimeElapsedColumn(),) if took else ()
     shown = (parts.BarColumn(), parts.MofNCompleteColumn(), *elapsed, parts.TimeRemainingColumn())
-    disable = hidden or not errors.is_terminal
+    disable = hidden or not errors.is_terminal or errors.is_dumb_terminal
     with parts.Progress(
         *shown,
         parts.TextColumn("{task.description}"),

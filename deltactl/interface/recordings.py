@@ -211,7 +211,7 @@ def _as_inspected(path: Path) -> Recording | None:
     notes: list[str] = []
     try:
         seen = look_at(path)
-        guessed = any(isinstance(one, Hint) for one in seen.warnings)
+        guessed = seen.factors or any(isinstance(one, Hint) for one in seen.warnings)
         if guessed or seen.kind is None or seen.mapping.rate_hz is not None:
             return None
         table = read_mapped(path, seen.mapping, notes.append)

@@ -18,10 +18,10 @@ COLUMNS = {
     "range_sensor": ("distance", "range"),
 }
 DESCRIBED = {
-    "delta": "delta my-delta.yaml",
-    "stepper_axis": "axis my-stepper-axis.yaml --drive stepper",
-    "servo_axis": "axis my-servo-axis.yaml",
-    "range_sensor": "sensor my-range-sensor.yaml",
+    "delta": "delta run-robot.yaml",
+    "stepper_axis": "axis run-robot.yaml --drive stepper",
+    "servo_axis": "axis run-robot.yaml",
+    "range_sensor": "sensor run-robot.yaml",
 }
 
 

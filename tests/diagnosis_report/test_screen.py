@@ -29,7 +29,7 @@ from deltactl.diagnosis.report.finding import shown_sizes
 from deltactl.diagnosis.report.remedies import remedies
 from deltactl.diagnosis.report.screen import marked, screen_lines
 from deltactl.diagnosis.report.templates import PAGE, PYTHON, TERMINAL, Ways, say
-from deltactl.foundation.one_screen import wrapped
+from deltactl.foundation.one_screen import shortened, wrapped
 from deltactl.models.effects import CARDS
 from deltactl.models.robot import RobotModel, ServoAxis
 from tests.axes import axis_rigs
@@ -164,8 +164,8 @@ def test_what_a_finding_may_be_instead_is_not_called_invisible(make: Any) -> Non
         )
         for others in ((), ("encoder_error",))
     )
-    assert "encoder error" in alone[alone.index("Not visible") :]
-    assert "encoder error" not in beside[beside.index("Not visible") :]
+    assert "angle encoder" in alone[alone.index("Not visible") :]
+    assert "angle encoder" not in beside[beside.index("Not visible") :]
 
 
 REFERENCE = re.compile(
@@ -276,6 +276,27 @@ def test_text_of_others_is_shown_as_it_is(make: Any, hostile: str) -> None:
 def test_a_number_stays_with_a_unit_of_two_words() -> None:
     text = "the friction is 3.00 N m before"
     assert wrapped(text, text.index(" m "))[1].startswith("3.00 N m")
+
+
+@pytest.mark.parametrize(
+    ("text", "left"),
+    [
+        ("1. Do this. Then do that, as it is needed.", "1. Do this."),
+        ("1. Do this with a weight (play closes, friction stays), or that.",
+         "1. Do this with a weight, or that."),
+        ("1. Enter `gravity` (18 %) and diagnose, or measure it by hand.",
+         "1. Enter `gravity` (18 %) and diagnose."),
+        ("1. Turn each of all the many screws of the axis.",
+         "1. Turn each of all the many screws of the axis."),
+    ],
+)  # fmt: skip
+def test_a_sentence_that_is_too_long_ends_as_a_sentence(text: str, left: str) -> None:
+    assert " ".join(line.strip() for line in shortened(text, 40, 1)) == left
+
+
+@pytest.mark.parametrize("most", [12, 16, 20])
+def test_no_line_of_a_small_screen_is_cut(make: Any, most: int) -> None:
+    assert not [line for line in shown(make("explained"), most=most) if line.endswith("...")]
 
 
 def test_an_interval_that_is_not_known_is_said(make: Any) -> None:

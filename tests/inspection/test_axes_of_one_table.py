@@ -117,7 +117,7 @@ def test_a_stepper_is_described_with_its_steps_and_gear(tmp_path: Path, capsys: 
     path = write(tmp_path / "log.csv", columns)
     lines = called(["inspect", path], capsys).stdout.splitlines()
     words = next(shlex.split(line) for line in lines if "--drive stepper" in line)
-    given = {"STEPS": "200x16", "GEAR": "5:1", "my-robot.yaml": str(tmp_path / "table.yaml")}
+    given = {"STEPS": "200x16", "GEAR": "5:1", "log-robot.yaml": str(tmp_path / "table.yaml")}
     init = [given.get(word, word) for word in words[words.index("init") :]]
     typed = [*init, "--zero", "absolute"] if "--zero" not in init else init
     assert called(typed, capsys).returncode == 0

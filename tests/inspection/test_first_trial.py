@@ -74,7 +74,7 @@ def test_the_command_of_a_wide_table_without_heading_runs(
     text = (tmp_path / "wide.txt").read_text().lstrip("\n")
     (tmp_path / "wide.txt").write_text(text)
     shown = deltactl("inspect", "wide.txt").stdout.splitlines()
-    (tmp_path / "my-robot.yaml").write_text("kind: servo_axis\nname: arm\nmotion: rotary\n")
+    (tmp_path / "wide-robot.yaml").write_text("kind: servo_axis\nname: arm\nmotion: rotary\n")
     (typed,) = [one.split(":", 1)[1] for one in shown if one.startswith("diagnose it:")]
     assert len(typed) < 200
     deltactl(*put(shlex.split(typed)[1:], "rad", "rotary"))

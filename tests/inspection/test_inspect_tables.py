@@ -125,7 +125,9 @@ def test_counts_and_a_reading_in_mm_are_a_slide_and_no_gear(tmp_path: Path) -> N
     assert (found.kind, found.motion) == ("servo_axis", "linear")
     assert taken(found) == {"t": "t", "command": "steps", "position": "pos_mm"}
     assert "command=steps[mm]*0.0125" in found.options
-    assert "80 steps are taken for 1 mm" in found.warnings[-1]
+    assert "command=steps[mm]*MM_PER_STEP" in found.typed
+    assert "in this recording 0.0125" in found.factors["command"].says
+    assert "steps: taken for the steps of a slide" in found.warnings[-1]
     np.testing.assert_allclose(read_as_told(found).columns["command"], COMMAND, atol=1e-4)
 
 
@@ -228,8 +230,8 @@ def test_the_command_line_shows_it_and_saves_the_mapping(
     (tmp_path / "axis.yaml").write_text("kind: servo_axis\nname: mine\nmotion: rotary\n")
     shown = deltactl("inspect", "log.csv", "--save-columns", "log.yaml").stdout
     assert "decimal comma" in shown
-    assert "deltactl init axis my-robot.yaml --motion rotary" in shown
-    assert "deltactl diagnose log.csv --robot my-robot.yaml --columns log.yaml" in shown
+    assert "deltactl init axis log-robot.yaml --motion rotary" in shown
+    assert "deltactl diagnose log.csv --robot log-robot.yaml --columns log.yaml" in shown
     done = deltactl(
         "diagnose", "log.csv", "--robot", "axis.yaml", "--columns", "log.yaml", "--json", "-"
     )
@@ -281,11 +283,11 @@ def test_what_is_said_of_a_column_is_taken_and_printed_back(
     assert taken(other) == {"t": "stamp", "position": "amperes_seen", "effort": "q"}
     assert other.motion == "linear"
     shown = deltactl("inspect", "log.csv", "--set", "effort=amperes_seen").stdout
-    assert "deltactl init axis my-robot.yaml" in shown
+    assert "deltactl init axis log-robot.yaml" in shown
     assert "--measure log.csv" in shown or "--recorded effort --inertia INERTIA" in shown
-    (tmp_path / "my-robot.yaml").write_text("another machine's\n")
+    (tmp_path / "log-robot.yaml").write_text("another machine's\n")
     again = deltactl("inspect", "log.csv", "--set", "effort=amperes_seen").stdout
-    assert "deltactl init axis log-robot.yaml" in again
+    assert "deltactl init axis log-robot-2.yaml" in again
 
 
 def test_motors_with_letters_are_three_and_have_one_unit(tmp_path: Path) -> None:
@@ -343,9 +345,9 @@ def test_the_command_for_a_log_of_currents_runs_and_says_what_moves(
     if goes_with_it:
         made = deltactl(*words)
         assert made.returncode == 0, made.stderr
-        robot = yaml.safe_load((tmp_path / "my-robot.yaml").read_text())
+        robot = yaml.safe_load((tmp_path / "vesc-robot.yaml").read_text())
         assert robot["inertia"] == pytest.approx(0.3, rel=0.1)
         other = deltactl(*words, "--effort-gain", "0.5", "--force")
         assert other.returncode == 0, other.stderr
-        robot = yaml.safe_load((tmp_path / "my-robot.yaml").read_text())
+        robot = yaml.safe_load((tmp_path / "vesc-robot.yaml").read_text())
         assert robot["inertia"] == pytest.approx(0.15, rel=0.1)

@@ -25,7 +25,7 @@ def test_a_run_and_its_table_are_diagnosed_as_they_are(deltactl: Deltactl, tmp_p
     deltactl("run", "small.yaml", "--simulate", "--record", "run.mcap")
     deltactl("export", "run.mcap", "run.csv", "--truth")
     table = deltactl("inspect", "run.csv").stdout
-    assert "diagnose run.csv --robot my-robot.yaml\n" in table
+    assert "diagnose run.csv --robot run-robot.yaml\n" in table
     run = deltactl("inspect", "run.mcap").stdout
     assert "this is a recording of deltactl" in run
     assert "deltactl diagnose run.mcap --robot ROBOT\n" in run

@@ -52,7 +52,7 @@ def test_nothing_is_broken_at_the_edge_of_a_window(tmp_path: Path) -> None:
     shown = in_a_window(tmp_path, width, "inspect", "log.csv")
     assert max(map(len, shown.splitlines())) <= width
     command = shlex.split(shown[shown.index("deltactl diagnose") :])
-    assert command[:5] == ["deltactl", "diagnose", "log.csv", "--robot", "my-robot.yaml"]
+    assert command[:5] == ["deltactl", "diagnose", "log.csv", "--robot", "log-robot.yaml"]
     assert {"unit=UNIT", "command=axis_of_the_gantry_goal"} <= {*command}
     assert "of a weight or a spring only --set load=torque_Nm" in " ".join(shown.split())
     assert len(shown.splitlines()) <= LINES

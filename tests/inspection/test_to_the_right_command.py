@@ -47,7 +47,7 @@ def test_a_unit_is_said_once_and_both_commands_are_right(
     init, command = printed(shown, "describe the machine:"), printed(shown)
     assert "must be rotary or linear" in deltactl(*init, status=2).stderr
     made = deltactl(*put(init, unit, motion))
-    assert f"motion: {motion}" in (tmp_path / "my-robot.yaml").read_text()
+    assert f"motion: {motion}" in (tmp_path / "log-robot.yaml").read_text()
     assert "--recorded" not in made.stdout
     assert "--zero" not in made.stdout
     assert "unit: 'UNIT' must be" in deltactl(*command, status=2).stderr
@@ -57,7 +57,7 @@ def test_a_unit_is_said_once_and_both_commands_are_right(
         named = {"t": "column_1", "command": "column_2", "position": "column_3"}
     units = {"t": "s", "command": unit, "position": unit}
     sets = [w for name, one in named.items() for w in ("--set", f"{name}={one}[{units[name]}]")]
-    long = deltactl("diagnose", "log.csv", "--robot", "my-robot.yaml", "--json", "-", *sets)
+    long = deltactl("diagnose", "log.csv", "--robot", "log-robot.yaml", "--json", "-", *sets)
     assert json.loads(done.stdout)["findings"] == json.loads(long.stdout)["findings"]
 
 
@@ -151,9 +151,20 @@ def test_a_packed_table_gives_its_own_name_to_a_second_machine(
 ) -> None:
     plain = axis(tmp_path / "slow.run.csv")
     (tmp_path / "slow.run.csv.gz").write_bytes(gzip.compress(plain.read_bytes()))
-    (tmp_path / "my-robot.yaml").write_text("kind: servo_axis\n")
     made = printed(deltactl("inspect", "slow.run.csv.gz"), "describe the machine:")
     assert made[2] == "slow.run-robot.yaml"
+
+
+def test_tables_of_one_folder_have_robot_files_of_their_own(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    for name in ("pan.csv", "tilt.csv"):
+        axis(tmp_path / name)
+        shown = deltactl("inspect", name)
+        file = f"{name.removesuffix('.csv')}-robot.yaml"
+        assert printed(shown, "describe the machine:")[2] == file
+        command = printed(shown)
+        assert command[command.index("--robot") + 1] == file
 
 
 def test_angles_of_a_delta_ask_for_no_steps(deltactl: Deltactl, tmp_path: Path) -> None:

@@ -256,7 +256,7 @@ def test_a_deltas_table_is_not_taken_for_its_first_arm(
     robot = str(CONFIG / f"{'stepper' if 'steps' in stems else 'servo'}-axis.yaml")
     said = deltactl("diagnose", "run.csv", "--robot", robot, status=2).stderr
     assert "looks like a table of a delta" in said
-    assert "deltactl init delta my-delta.yaml" in said
+    assert "deltactl init delta run-robot.yaml" in said
     assert len(said.splitlines()) == 1
 
 

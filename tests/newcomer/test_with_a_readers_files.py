@@ -28,8 +28,8 @@ SESSIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "a table of one's own": ((), (
         "source .venv/bin/activate",
         "deltactl inspect data.csv",
-        "deltactl init axis my-robot.yaml --motion rotary --recorded command --zero absolute",
-        'deltactl diagnose data.csv --robot my-robot.yaml --set "t=time[ms]"'
+        "deltactl init axis data-robot.yaml --motion rotary --recorded command --zero absolute",
+        'deltactl diagnose data.csv --robot data-robot.yaml --set "t=time[ms]"'
         ' --set "position=angle[deg]" --set "command=target[deg]" --report why.html',
     )),
     "a LeRobot data set": ((), (

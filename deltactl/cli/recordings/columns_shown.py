@@ -126,6 +126,8 @@ def _unit(seen: Inspection, guess: Guess) -> str:
     if seen.asked and guess.name in LONE and guess.unsaid:
         return "UNIT"
     unit = f"{guess.unit or ''}{'?' * guess.unit_guessed}"
+    if guess.factor is not None:
+        return f"? {guess.unit or ''}".rstrip()
     if guess.scale != 1.0:
         return f"{guess.scale:.4g} {unit}".rstrip()
     if guess.unit is not None:

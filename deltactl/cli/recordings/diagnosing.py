@@ -105,7 +105,8 @@ def diagnose_recordings(
     if report is not None:
         command = shlex.join(["deltactl", *sys.argv[1:]])
         origin = Origin(str(robot_file), [*notes.columns_used], command, notes.remarks)
-        write_report(answer, described, report, ways, origin)
+        with waiting("writing the report", quiet):
+            write_report(answer, described, report, ways, origin)
         ways = replace(ways, rest=ways.rest.replace("--report FILE.html", "in the report"))
     if quiet:
         print_json(answer.to_json())

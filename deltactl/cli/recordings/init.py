@@ -202,6 +202,8 @@ def _describe(
         (say if line.startswith(COPIED) else tell)(line)
     if kind != "delta":
         say(f"next: {_diagnosing(file, measure, columns)}")
+        if measure is None:
+            tell("with the --set options that deltactl inspect RECORDING prints")
 
 
 def _refuse_all_but(keys: set[str], kind: str, given: Answers) -> None:
@@ -282,8 +284,7 @@ def _diagnosing(file: Path, recording: Path | None, columns: list[str]) -> str:
     if recording is not None:
         sets = [word for option in columns for word in ("--set", option)]
         return shlex.join(["deltactl", "diagnose", str(recording), "--robot", str(file), *sets])
-    options = " (with the --set options that deltactl inspect RECORDING prints)"
-    return f"deltactl diagnose RECORDING --robot {file}{options}"
+    return f"deltactl diagnose RECORDING --robot {file}"
 
 
 COPIED = ("next: ", "then: ", "robot file: ")

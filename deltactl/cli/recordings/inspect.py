@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from deltactl.cli.file_arguments import refuse_missing
-from deltactl.cli.output import broken, console, print_json, say, warn
+from deltactl.cli.output import broken, console, print_json, say, waiting, warn
 from deltactl.cli.recordings.columns_shown import print_columns
 from deltactl.cli.recordings.tables import mapping_of
 from deltactl.foundation.errors import RecordingError
@@ -22,17 +22,16 @@ if TYPE_CHECKING:
     from deltactl.recording.foreign.motion_units import Asked
 
 Seen = TypeVar("Seen")
-ROBOT = "my-robot.yaml"
 OF_THE_RUN = "ROBOT is the robot file that it was made with"
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
-    "  INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is known",
-    "  GAIN: N m (or N) for one unit of the effort, or unknown; where a weight pulls at it, also"
+    "  INERTIA: what moves, {mass}, as well as it is known",
+    "  GAIN: {force} for one unit of the effort, or unknown; where a weight pulls at it, also"
     " {weight}",
 )
 MEASURED_SAYS = (
-    "  what moves is measured{measured}; if you know --inertia or"
-    " --effort-gain, add it; where a weight pulls at it, also {{weight}}"
+    "  what moves is measured{measured}; if you know --inertia ({{mass}}) or --effort-gain"
+    " ({{force}} for one unit of the effort), add it; where a weight pulls at it, also {{weight}}"
 )
 COMMANDED = ["--recorded", "command"]
 OF_ANGLES = ["--gear-ratio", "1", "--microsteps-per-rev", "1600", "--sensors", "none"]
@@ -42,12 +41,17 @@ STEPPED_SAYS = (
     "  STEPS: step pulses for one turn of the motor, as set at the drive: 1600, or 200x8",
     "  GEAR: turns of the motor for one turn of the axis: 5 for a gear of 5:1, 1 without a gear",
 )
-WEIGHT = {
-    "rotary": "--hanging-nm or --constant-nm",
-    "linear": "--slope-n",
-    "MOTION": "--hanging-nm, --constant-nm (rotary) or --slope-n (linear)",
+OF_MOTION = {
+    "rotary": ("kg m2", "N m", "--hanging-nm or --constant-nm"),
+    "linear": ("kg", "N", "--slope-n"),
+    "MOTION": (
+        "kg m2 or kg",
+        "N m or N",
+        "--hanging-nm, --constant-nm (rotary) or --slope-n (linear)",
+    ),
 }
-"""The options that say what a weight does, by the motion of the axis."""
+"""By the motion of an axis: units of what moves and of what moves it, and the options that say what
+a weight does."""
 
 
 def inspect_recordings(
@@ -61,11 +65,13 @@ def inspect_recordings(
 
     columns: what is known already, as --columns and --set say it.
     """
-    with needs("diagnosis", "inspect"):
-        from deltactl.cli.recordings.fitting import described, looked_at
     refuse_missing(recordings)
-    known, machine = mapping_of(columns), described(robot)
-    found = _readable(recordings, lambda path: looked_at(path, known, machine))
+    with waiting("loading", as_json) as show:
+        with needs("diagnosis", "inspect"):
+            from deltactl.cli.recordings.fitting import described, looked_at
+        known, machine = mapping_of(columns), described(robot)
+        show("reading")
+        found = _readable(recordings, lambda path: looked_at(path, known, machine))
     seen = [(_measured(table), why_not) for table, why_not in found]
     if as_json:
         print_json([table.to_json() for table, _ in seen])
@@ -137,6 +143,7 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Seen]) -> list[Seen]:
 def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     """Print one table on one screen. why_not: why it is none of the robot file's machine."""
     from deltactl.recording.foreign.fitted import without_effort
+    from deltactl.recording.foreign.motion_units import NO_UNIT
 
     if why_not:
         says = f"not of {following.robot}: {why_not}; the commands below describe its own machine"
@@ -145,8 +152,10 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     read = seen
     if following.new and following.save is None and _has_unused_effort(seen):
         read = without_effort(seen)
-    warnings = [line for one in read.warnings for line in broken(f"look here: {one}")]
     known = seen.kind is not None and not following.awaited
+    below = f"{seen.asked.columns}: {NO_UNIT}" if known and seen.asked else None
+    look = [one for one in read.warnings if below is None or not one.startswith(below)]
+    warnings = [line for one in look for line in broken(f"look here: {one}")]
     print_columns(seen, warnings, _commands(seen, read, following) if known else [])
 
 
@@ -164,14 +173,16 @@ def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]
         lines += _describing(seen, file)
     options = ["--columns", str(save)] if save is not None else read.typed
     if read is not seen:
-        lines += broken(_for_the_effort(seen))
+        lines += _for_the_effort(seen)
     label = f"{'diagnose it:' if len(following.paths) == 1 else 'diagnose them:':23}"
     lines += _command(label, diagnosing(following.paths, file, options))
-    return lines + (_to_be_put(seen.asked, new) if seen.asked else [])
+    lines += _to_be_put(seen.asked, new) if seen.asked else []
+    owed = (f"  {factor.word}: {factor.says}" for factor in seen.factors.values())
+    return lines + [part for one in owed for part in broken(one)]
 
 
 def _to_be_put(asked: Asked, new: bool) -> list[str]:
-    """What is put for the words in capitals that a table leaves to its owner."""
+    """What is put for the unit and the motion that a table leaves to its owner."""
     from deltactl.recording.foreign.units import either
 
     if not (new and asked.motion):
@@ -187,11 +198,10 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     from deltactl.recording.foreign.found import init_words
 
     assert seen.kind is not None
-    moves = "MOTION" if seen.asked and seen.asked.motion else seen.motion or "rotary"
+    moves = _motion(seen)
     motion = ["--motion", moves] if seen.kind == "servo_axis" else []
     zero = ["--zero", seen.zero] if seen.zero and seen.kind != "delta" else []
     there = {guess.name for guess in seen.guesses.values()}
-    weight = WEIGHT[moves]
     forced, says = _forced(seen) if seen.needs_inertia else ([], ())
     if seen.kind == "servo_axis" and "command" in there:
         forced = COMMANDED
@@ -202,15 +212,26 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     asks_nothing = ["--yes"] if seen.kind == "servo_axis" else []
     init = ["deltactl", *init_words(seen.kind, file), *motion, *forced, *zero, *asks_nothing]
     lines = _command("describe the machine:  ", init)
-    return lines + [part for one in says for part in broken(one.format(weight=weight))]
+    mass, force, weight = OF_MOTION[moves]
+    said = (one.format(weight=weight, mass=mass, force=force) for one in says)
+    return lines + [part for one in said for part in broken(one)]
 
 
-def _for_the_effort(seen: Inspection) -> str:
+def _motion(seen: Inspection) -> str:
+    """The motion of an axis, as it is typed."""
+    return "MOTION" if seen.asked and seen.asked.motion else seen.motion or "rotary"
+
+
+def _for_the_effort(seen: Inspection) -> list[str]:
     """What is to be added to the commands for an effort that they leave out."""
     from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
-    says = "  to use the effort too, add --inertia, --effort-gain"
+    mass, force, _ = OF_MOTION[_motion(seen)]
+    says = (
+        f"  to use the effort too, add --inertia INERTIA (what moves, {mass})"
+        f" --effort-gain GAIN ({force} for 1 of it, or unknown)"
+    )
     if option := effort_option(seen):
         says += f", and below --set {shlex.quote(option)}"
     outside = [
@@ -219,7 +240,7 @@ def _for_the_effort(seen: Inspection) -> str:
     if outside and option:
         load = shlex.quote(option.replace("effort=", "load=", 1))
         says += f" (of a weight or a spring only --set {load})"
-    return says
+    return broken(says)
 
 
 def _has_unused_effort(seen: Inspection) -> bool:
@@ -242,7 +263,7 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
         one = None
     if one is None:
         return FORCED, FORCED_SAYS
-    measured = "" if seen.asked else f": {one:.3g} in the unit of the effort"
+    measured = "" if seen.asked or seen.factors else f": {one:.3g} in the unit of the effort"
     return ["--measure", str(seen.path), *seen.typed], (MEASURED_SAYS.format(measured=measured),)
 
 
@@ -273,6 +294,8 @@ def _options(words: list[str]) -> Iterator[str]:
 
 def _new(seen: Inspection) -> str:
     """A robot file name that is still free: a second machine gets its own file."""
-    own = f"{Path(seen.path.name.removesuffix('.gz')).stem}-robot"
-    names = itertools.chain([ROBOT, f"{own}.yaml"], (f"{own}-{n}.yaml" for n in itertools.count(2)))
+    from deltactl.recording.foreign.found import robot_named_after
+
+    own = robot_named_after(seen.path)
+    names = itertools.chain([f"{own}.yaml"], (f"{own}-{n}.yaml" for n in itertools.count(2)))
     return next(name for name in names if not Path(name).exists())

@@ -116,6 +116,11 @@ def _as_inspected(
             f"; it is {seen.asked.units}: 'deltactl inspect {shlex.quote(str(path))}' shows what"
             " to type"
         )
+    if seen.factors:
+        owed = " and ".join(f"{factor.word} ({factor.says})" for factor in seen.factors.values())
+        raise misfit(path, f"its owner has to say {owed}").with_typed(
+            f"; 'deltactl inspect {shlex.quote(str(path))}' shows what to type"
+        )
     recording = read_mapped(path, seen.mapping)
     tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")
     if seen.warnings:

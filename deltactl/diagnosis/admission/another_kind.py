@@ -15,10 +15,11 @@ from deltactl.foundation.errors import RecordingError, RefusedRecording
 from deltactl.models.robot import ChainRobot, DeltaRobot, RobotModel
 from deltactl.recording.column_measures import first_of
 from deltactl.recording.foreign.by_values import ASKED
-from deltactl.recording.foreign.found import Inspection, init_words
-from deltactl.recording.foreign.guess import MOTIONS, guess_columns, kind_of
+from deltactl.recording.foreign.found import Inspection, init_words, robot_named_after
+from deltactl.recording.foreign.guess import MOTIONS, guess_columns
 from deltactl.recording.foreign.guessed_units import with_units
 from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.kinds import kind_of
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.missing import listed
 from deltactl.recording.foreign.names import Guess, without_unit
@@ -33,30 +34,24 @@ def of_another_kind(found: Refusal, robot: RobotModel, recording: FlatRecording)
     table looks like another kind of machine than the robot file describes, and where other columns
     look like those that are missing.
     """
-    table = {**recording.columns, **recording.extra}
+    table = {"t": recording.t_s, **recording.columns, **recording.extra}
     numbers = {
         name: values
         for name, values in table.items()
         if values.dtype.kind == "f" and bool(np.isfinite(values).any())
     }
-    numbers = {"t": recording.t_s, **numbers}
     guesses = {
-        name: replace(guess, unit="rad") if name in recording.columns and _turns(name) else guess
+        name: replace(guess, unit="rad") if UNITS.get(name) == "rad" else guess
         for name, guess in guess_columns(numbers, {}, named=True).items()
         if guess.name in UNITS
     }
     kind, _, why = kind_of(guesses, [])
     if kind is not None and kind != robot.kind:
-        also = f"({found.why}{found.between}{found.remedy})"
+        also = f" ({found.why}{found.between}{found.remedy})"
         looks = _looks_like(kind, why, robot, recording.source)
         return refusal("another_kind", recording.source, found.column, also=also, **looks)
     more = _could_be(with_units(guesses, numbers)[0], recording)
     return replace(found, remedy=f"{found.remedy}{more}")
-
-
-def _turns(name: str) -> bool:
-    """Whether a column of the program is an angle whatever the machine is."""
-    return UNITS[name] == "rad"
 
 
 def _could_be(guesses: Mapping[str, Guess], recording: FlatRecording) -> str:
@@ -83,7 +78,8 @@ def _option(guess: Guess) -> str:
 
 def _looks_like(kind: str, why: str, robot: RobotModel, source: str) -> dict[str, Any]:
     """Which kind of machine a table is of and what to type."""
-    init = shlex.join(["deltactl", *init_words(kind, f"my-{kind.replace('_', '-')}.yaml")])
+    file = f"{robot_named_after(Path(source))}.yaml"
+    init = shlex.join(["deltactl", *init_words(kind, file)])
     known, quoted = robot.kind, shlex.quote(source)
     return {"kind_seen": kind, "seen": why, "kind_known": known, "quoted": quoted, "init": init}
 
@@ -124,19 +120,15 @@ def without_our_names(
     return _named_otherwise(seen, robot)
 
 
-MOVED = MOTIONS | {"theta", "pos", "effort"}
-"""What is known of a table that may be of a machine."""
-
-
 def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RefusedRecording:
     """What is said of columns with names of their own, and of the machine that they are of."""
     source, names = str(seen.path), listed(seen.table)
     if robot is None or seen.kind is None or seen.kind == robot.kind:
         known = {one.role for one in seen.guesses.values()}
         case = "own_names" if seen.named else "no_names"
-        if seen.kind is None and known and not MOVED & known:
+        if seen.kind is None and known and not (MOTIONS | {"theta", "pos", "effort"}) & known:
             case = "no_motion_by_names"
         return refusal(case, source, listed=names).error()
-    also = f"Its columns: {names}" if seen.named else ""
+    also = f". Its columns: {names}" if seen.named else "."
     looks = _looks_like(seen.kind, seen.kind_why, robot, source)
-    return refusal("another_kind_listed", source, also=also, **looks).error()
+    return refusal("another_kind", source, also=also, **looks).error()

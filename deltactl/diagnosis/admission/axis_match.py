@@ -132,7 +132,9 @@ def check_force(plant: ForcedAxis) -> None:
         if known and abs(abs(ratio) / factor - 1.0) < ADMISSION.near_factor:
             refuse("unit_of_mass", plant.source, "effort", ratio=abs(ratio), factor=words)
     if ratio < ADMISSION.least_against and ratio < -ADMISSION.sure_of_mass * error:
-        refuse("against_effort", plant.source, "effort", ratio=ratio)
+        alike = float(np.corrcoef(plant.filtered_force[rows], motion.position[rows])[0, 1])
+        case = "effort_asks" if alike > GUESSES.asked_alike else "against_effort"
+        refuse(case, plant.source, "effort", ratio=ratio)
 
 
 def check_velocity(recordings: Sequence[FlatRecording]) -> None:

@@ -240,8 +240,7 @@ def _saved(diagnosis: Diagnosis, all_of_them: bool | None, ways: Ways, width: in
 
 def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     """Its cells, the main size first; further sizes as rows below it."""
-    words, alone = card_of(finding.effect).words, finding.component == COMPONENT
-    name = words.without_place(finding.effect, alone, after_its_effort(finding))
+    name = _called(finding.effect, finding.component, after_its_effort(finding))
     if finding.effect == NAMELESS and finding.depends_on:
         name = say("screen.unknown", follows=all_followed(finding.depends_on))
     where = part_of(finding.effect, finding.component, finding.depends_on).removeprefix("the ")
@@ -254,6 +253,11 @@ def table_rows(number: int, finding: Finding) -> Iterator[tuple[str, ...]]:
     yield (f"{number}", name, where, *_cells(first, there), sure)
     for _, size in sizes[1:]:
         yield "", f"  {size.name}", "", *_cells(size, there), ""
+
+
+def _called(effect: str, component: str, by_effort: bool = False) -> str:
+    """An effect as its card calls it, without the part."""
+    return card_of(effect).words.without_place(effect, component == COMPONENT, by_effort)
 
 
 def _cells(size: Size | None, there: bool) -> tuple[str, str]:
@@ -358,22 +362,23 @@ def _agreement(answer: Diagnosis) -> list[str]:
 
 
 def _not_shown(diagnosis: Diagnosis, width: int) -> list[str]:
-    """One line: effects that could not be seen at all, then those that could not below a size.
+    """A line of effects that could not be seen at all, then those that could not below a size.
 
     What a finding may be instead is none of them, though its size is not to be seen.
     """
     offered = {other.effect for one in diagnosis.findings for other in one.alternatives}
-    unseen = dict.fromkeys(one.effect for one in diagnosis.not_testable)
-    names = [one.replace("_", " ") for one in unseen if one not in offered]
+    unseen = (one for one in diagnosis.not_testable if one.effect not in offered)
     limits = [one for one in diagnosis.smallest_detectable if one.parameter != "stiffness"]
     largest = {one.effect: one for one in sorted(limits, key=above_nothing)}
-    order = dict.fromkeys(one.effect for one in limits)
-    sizes = ((one.replace("_", " "), limit_alone(largest[one])) for one in order)
-    names = [*names, *(say("screen.below", name=a, size=b) for a, b in sizes)]
+    sizes = ((largest[one.effect], _called(one.effect, one.component)) for one in limits)
+    below = (say("screen.below", name=name, size=limit_alone(one)) for one, name in sizes)
+    names = [*(_called(one.effect, one.component) for one in unseen), *below]
+    names = sorted(dict.fromkeys(names), key=lambda one: len(one) > width // 2 - 4)
     for shown in range(len(names), 0, -1):
         text, more = ", ".join(names[:shown]), len(names) - shown
         named = say("screen.and_more", names=text, number=more) if more else text
-        if len(line := say("screen.not_shown", names=named)) <= width:
+        line = say("screen.not_shown", names=named)
+        if shown == 1 or len(line) <= width:
             return [line]
     return []
 

@@ -255,13 +255,34 @@ def of_counts(name: str, column: str, unit: str, values: FloatArray) -> str:
 
     Commands may be whole degrees over many turns, readings of an angle hardly ever are.
     """
-    if unit != "deg" or name.split("_")[0] not in READ or not counts_like(values):
+    said = unit_said(column, name) == "deg"
+    if unit != "deg" or said or name.split("_")[0] not in READ or not counts_like(values):
         return ""
     return (
         f"{name} is given in degrees, and '{column}' has only whole numbers, up to"
         f" {np.nanmax(np.abs(values)):g}: these look like counts of an encoder. If it has 4096 a"
         f' turn, type --set "{name}={column}*{GUESSES.count_rad}" (the rad of one count; the same'
         f' for the command, if that is counted too); if they are degrees, "{name}={column}[deg]*1"'
+    )
+
+
+def far_from_readings(distance_m: float, range_m: FloatArray, column: str | None) -> str:
+    """Why one distance for all rows cannot be what a sensor read (n,); empty where it may be.
+
+    column: of the readings.
+    """
+    read_m = float(np.nanmedian(np.abs(range_m))) if np.isfinite(range_m).any() else 0.0
+    larger, smaller = max(distance_m, read_m), min(distance_m, read_m)
+    if not 0.0 < smaller * GUESSES.far_from_read < larger:
+        return ""
+    unit = min(("cm", "mm"), key=lambda one: abs(np.log(smaller / larger / IN_SI[one])))
+    said = f"distance={distance_m:g}[{unit}]"
+    if read_m > distance_m:
+        said = f"range={without_unit(column or 'COLUMN')}[{unit}]"
+    return (
+        f"distance is {distance_m:g} m, and the readings are about {read_m:.3g} m; is"
+        f" {'the distance' if distance_m > read_m else 'the reading'} in {unit}? Then type"
+        f' --set "{said}"'
     )
 
 

@@ -14,6 +14,7 @@ import yaml
 from deltactl.recording.foreign.mapping import Mapping, Source, as_option
 from deltactl.recording.foreign.motion_units import Asked
 from deltactl.recording.foreign.names import (
+    Factor,
     Guess,
     Hint,
     may_be_outside,
@@ -42,6 +43,11 @@ def init_words(kind: str, file: str) -> list[str]:
     """The words behind `deltactl` that describe a machine of this kind in a file."""
     name, *options = INIT[kind]
     return ["init", name, file, *options]
+
+
+def robot_named_after(table: Path) -> str:
+    """The robot file of the machine of a table, without its ending."""
+    return f"{Path(table.name.removesuffix('.gz')).stem}-robot"
 
 
 def diagnosing(paths: Sequence[Path], robot: str, read: Sequence[str]) -> list[str]:
@@ -107,14 +113,13 @@ class Inspection:
 
         Whoever reads the file by names of its columns finds the line of its heading by them.
         """
-        return self._words(set())
+        return self._words()
 
     @property
     def typed(self) -> list[str]:
         """The same as they are typed: the unit that its owner has to say is UNIT in them."""
-        if self.asked is None:
-            return self.options
-        return ["--set", "unit=UNIT", *self._words(self._unsaid)]
+        unit = [] if self.asked is None else ["--set", "unit=UNIT"]
+        return [*unit, *self._words(self._unsaid)]
 
     @property
     def _unsaid(self) -> set[str]:
@@ -122,8 +127,13 @@ class Inspection:
         guesses = (one for one in self.guesses.values() if one.name in (*LONE, "velocity"))
         return {one.name for one in guesses if self.asked is not None and one.unsaid}
 
-    def _words(self, unsaid: set[str]) -> list[str]:
-        """unsaid: columns whose unit is left out."""
+    @property
+    def factors(self) -> dict[str, Factor]:
+        """What one of a column is, of those of which its owner has to say it."""
+        return {one.name: one.factor for one in self.guesses.values() if one.factor is not None}
+
+    def _words(self, unsaid: set[str] | None = None) -> list[str]:
+        """unsaid: columns whose unit is left out, of what is typed."""
         said = [f"{name}=" for name in self.mapping.leave_out]
         named = any(source.from_ for source in self.mapping.columns.values())
         left_out = ("columns", "leave_out", *(("skip_lines", "heading") if named else ()))
@@ -133,14 +143,13 @@ class Inspection:
                 text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
                 said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
         for name, source in self.mapping.columns.items():
-            if name not in unsaid:
-                said.append(self._option(name, source))
-            elif source.from_ != name:
-                said.append(self._option(name, source, bare=True))
+            bare = name in (unsaid or ())
+            if not bare or source.from_ != name:
+                said.append(self._option(name, source, bare, typed=unsaid is not None))
         return [part for one in said for part in ("--set", one)]
 
-    def _option(self, name: str, source: Source, bare: bool = False) -> str:
-        """What `--set` takes for a column; bare: without a unit."""
+    def _option(self, name: str, source: Source, bare: bool, typed: bool) -> str:
+        """What `--set` takes for a column; bare: without a unit. typed: with words for factors."""
         if source.from_ is None:
             return f"{name}={source.value:.12g}"
         plain = without_unit(source.from_)
@@ -149,7 +158,9 @@ class Inspection:
         where = plain if len(alike) == 1 else source.from_
         plainly = source.unit == unit_said(source.from_, name)  # which needs no saying
         unit = "1" if bare or (plainly and IN_SI[source.unit] == 1.0) else source.unit
-        return as_option(name, where, unit, scale, source.offset)
+        option = as_option(name, where, unit, scale, source.offset)
+        owed = self.factors.get(name) if typed else None
+        return f"{option.rpartition('*')[0]}*{owed.word}" if owed else option
 
     @property
     def columns(self) -> dict[str, str]:
@@ -204,6 +215,9 @@ class Inspection:
             plain = {"unit": "UNIT", **plain}
             for name in self._unsaid & columns.keys():
                 columns[name].pop("unit", None)
+        if typed:
+            for name, factor in self.factors.items():
+                columns[name]["scale"] = factor.word
         for name, default in Mapping().model_dump().items():
             value = getattr(self.mapping, name)
             if name != "columns" and value != default:

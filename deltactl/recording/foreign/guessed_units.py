@@ -224,6 +224,8 @@ def _pairs(guesses: dict[str, Guess], table: Table) -> list[str]:
         if asked not in named or seen not in named:
             continue
         one, other = named[asked], named[seen]
+        if one.factor or other.factor:
+            continue
         wide, told = travel(table[one.source]), travel(table[other.source])
         if wide <= 0.0 or told <= 0.0 or (one.unit != other.unit and one.unit and other.unit):
             continue
@@ -241,38 +243,3 @@ def _pairs(guesses: dict[str, Guess], table: Table) -> list[str]:
                     guesses[smaller.source] = replace(smaller, unit=small)
                 break
     return warnings
-
-
-def steps_of_a_slide(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[str]]:
-    """Steps beside a reading in mm as a command in mm, and what is to be looked at.
-
-    Where a command is there too, it is compared with the reading, and the steps are not used: a
-    count of steps goes with an angle alone. How many steps make a mm is what the recording itself
-    shows: somebody who knows what the machine is set to must say so, or a wrong setting cannot be
-    found.
-    """
-    named = by_name(guesses)
-    steps = named.get("steps_1")
-    seen = named.get("theta_1") or named.get("position")
-    if steps is None or seen is None or seen.unit not in LINEAR:
-        return dict(guesses), []
-    position = replace(seen, role="position", index=None)
-    if "command" in named:
-        left = {name: one for name, one in guesses.items() if one.role != "steps"}
-        return {**left, seen.source: position}, []
-    counts, read_mm = table[steps.source], table[seen.source] * IN_SI[seen.unit] * 1e3
-    both = np.isfinite(counts) & np.isfinite(read_mm)
-    if both.sum() < 2 or not np.ptp(counts[both]):
-        return dict(guesses), []
-    mm_per_step = float(np.polyfit(counts[both], read_mm[both], 1)[0])
-    if not mm_per_step:
-        return dict(guesses), []
-    per_mm = float(f"{1.0 / mm_per_step:.3g}")
-    why = f"steps of a slide, {abs(per_mm):g} to the mm"
-    command = replace(steps, role="command", index=None, unit="mm", scale=1.0 / per_mm, why=why)
-    warning = (
-        f"{steps.source}: {abs(per_mm):g} steps are taken for 1 mm, as this recording moves; in the"
-        f" printed command, write 1 divided by the steps per mm that are set in place of"
-        f" {command.scale:.6g}, or a wrong setting cannot be found"
-    )
-    return {**guesses, steps.source: command, seen.source: position}, [warning]

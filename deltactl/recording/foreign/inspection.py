@@ -16,22 +16,17 @@ import numpy as np
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
-from deltactl.recording.foreign.by_values import EARLIER
-from deltactl.recording.foreign.found import Inspection, init_words
-from deltactl.recording.foreign.guess import (
-    from_outside,
-    guess_columns,
-    kind_of,
-    may_be_asked,
-    zero_of,
-)
+from deltactl.recording.foreign.axis_columns import EARLIER
+from deltactl.recording.foreign.doubts import far_from_readings
+from deltactl.recording.foreign.found import Inspection, init_words, robot_named_after
+from deltactl.recording.foreign.guess import guess_columns
 from deltactl.recording.foreign.guessed_units import (
     meant_otherwise,
-    steps_of_a_slide,
     unit_noted,
     with_units,
 )
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
+from deltactl.recording.foreign.kinds import from_outside, kind_of, may_be_asked, zero_of
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import NO_UNIT, Asked, ask_unit, in_unit, turns_by_name
 from deltactl.recording.foreign.names import (
@@ -40,11 +35,13 @@ from deltactl.recording.foreign.names import (
     Guess,
     Hint,
     Taken,
+    by_name,
     of_contract,
     of_role,
     read_name,
 )
 from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.owners_factors import with_factors
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import Table, rising
 from deltactl.recording.foreign.timing import (
@@ -156,6 +153,8 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     left = [name for name, one in known.items() if name not in guesses and not rising(one)]
     constant = (name for name, one in said.items() if one.value is not None)
     kind, motion, why = kind_of(guesses, left, constant)
+    if kind == "range_sensor" and (far := _far_from_readings(guesses, known, said)):
+        raise RecordingError(f"{read.path}: {far}")
     taken, asked = dict[str, str](), None
     if kind == "servo_axis":
         taken, asked, motion = _of_an_axis(guesses, known, motion, moves)
@@ -167,6 +166,15 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     mapping = read.base.model_copy(update={"columns": columns})
     found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
     return Inspection(*found, [*warnings, *late], *left_out, named=read.named, asked=asked)
+
+
+def _far_from_readings(guesses: Taken, table: Table, said: AnyMapping[str, Source]) -> str:
+    """Why one distance that somebody says for all rows is not what was read; empty where it is."""
+    if "distance" not in said or (distance_m := said["distance"].value) is None:
+        return ""
+    guess = by_name(guesses)["range"]
+    read_m = table[guess.source] * guess.scale * IN_SI[guess.unit or "1"]
+    return far_from_readings(distance_m, read_m, guess.source)
 
 
 def _of_an_axis(
@@ -202,10 +210,9 @@ def _guessed(
     }
     guesses = in_unit(_as_said(path, table, guesses, said), read.unit)
     guesses, noted = unit_noted(guesses, read.before)
+    guesses, owed = with_factors(guesses, known)
     guesses, warnings = with_units(guesses, known, moves)
-    warnings += noted
-    guesses, of_steps = steps_of_a_slide(guesses, known)
-    warnings += of_steps
+    warnings += [*noted, *owed]
     warnings += meant_otherwise(guesses, read.units)
     warnings += _which_came_first(guesses)
     others += of_other_joints(known, guesses)
@@ -213,7 +220,7 @@ def _guessed(
         warnings.append(
             f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}"
             f"{', ...' if len(others) > SHOWN_OTHERS else ''}; name those of another with --set"
-            f"{OF_AN_ARM if _are_of_an_arm(others) else ''}"
+            f"{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
         )
     return guesses, known, warnings
 
@@ -307,10 +314,11 @@ def _split(name: str) -> tuple[str, str]:
 
 
 SHOWN_OTHERS = 4
-OF_AN_ARM = (
-    "; all joints of an arm together, with its URDF:"
-    f" {shlex.join(['deltactl', *init_words('chain', 'my-robot.yaml')])}"
-)
+
+
+def _of_an_arm(table: Path) -> str:
+    init = init_words("chain", f"{robot_named_after(table)}.yaml")
+    return f"; all joints of an arm together, with its URDF: {shlex.join(['deltactl', *init])}"
 
 
 def _are_of_an_arm(others: Sequence[str]) -> bool:

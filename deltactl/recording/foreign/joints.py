@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from deltactl.recording.foreign.by_values import COMMANDED
+from deltactl.recording.foreign.axis_columns import COMMANDED
 from deltactl.recording.foreign.guess import LETTERED
 from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, label_of, read_name
 from deltactl.recording.foreign.options import GUESSES

@@ -171,6 +171,10 @@ def _not_understood(option: str) -> ConfigError:
     wanted = option.partition("=")[0].strip()
     near = [] if wanted in names else difflib.get_close_matches(wanted, names, n=1)
     near = [name for name in names if name == f"{wanted}_1"] or near  # the first motor's
+    if owed := re.search(r"\*([A-Z][A-Z_]+)$", option):
+        return ConfigError(
+            f"--set {option}: put a number for {owed[1]}; deltactl inspect FILE says which"
+        )
     longer = [name for name in names if wanted and wanted not in names and name.startswith(wanted)]
     near = sorted(longer, key=lambda name: name[-2:-1] == "_") or near  # those without a number
     meant = f"{wanted} is no name here; did you mean {near[0]}? It " if near else ""

@@ -25,7 +25,6 @@ from deltactl.recording.foreign.names import (
     Hint,
     Taken,
     in_words,
-    is_of_data_joint,
     is_of_joint,
     without_unit,
 )
@@ -45,6 +44,9 @@ COUNTS = frozenset({"count", "counts", "cnt", "tick", "ticks", "steps", "raw", "
 """What headings call the counts of an encoder."""
 TAKEN = {None: "rad", "rotary": "rad", "linear": "m"}
 """By the motion of an axis, the unit that is taken where neither a word nor the size tells one."""
+OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
+"""How LeRobot calls what a joint did and its command, in degrees; where all joints are together,
+below `action`, their values say more."""
 PUT = "into the printed command"
 NO_UNIT = "nothing says the unit"
 
@@ -130,7 +132,7 @@ def _of_called(
     """Columns of one axis in the unit that others with such names have; None where none is."""
     if not _is_lone(group):
         return None
-    if all(is_of_data_joint(one.source) for one in group):
+    if all(OF_DATA.fullmatch(one.source) and is_of_joint(one.source) for one in group):
         says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
         return _named(group, "deg"), rather(says, "radians", group, "rad")
     if turning or largest <= GUESSES.longest_m or not all(map(_is_place, group)):

@@ -8,7 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from deltactl.recording.foreign.units import CLOCKS, LINEAR, ROTARY, UNIT_OF, UNIT_WORDS, UNITS_OF
+from deltactl.recording.foreign.units import (
+    CLOCKS,
+    LINEAR,
+    LONE_UNITS,
+    ROTARY,
+    UNIT_OF,
+    UNIT_WORDS,
+    UNITS_OF,
+)
 
 WORDS: dict[str, str] = {
     "t": "t time timestamp stamp timestamps zeit zeitstempel uhrzeit datetime temps tiempo sec "
@@ -23,7 +31,7 @@ WORDS: dict[str, str] = {
     "actual_position measured_position observation laser encoderwert lage messwert gemessen "
     "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star",
     "velocity": "velocity vel speed omega dq qd dot rate geschwindigkeit drehzahl vitesse "
-    "velocidad velocita present_velocity",
+    "velocidad velocita present_velocity rpm",
     "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
     "spannung stellgroesse stellsignal moment kraft couple courant corriente corrente motorstrom "
     "cur i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",
@@ -45,6 +53,8 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
+UNIT_APART = UNIT_OF | {"in": "inch"}
+"""Units in brackets, or in a line of their own."""
 PULLS = _words("pull load torque moment nm n force current effort tau amps ampere kraft")
 """Words of what pulls or drives, in names of columns that are not used."""
 _BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")
@@ -84,9 +94,6 @@ OF_JOINTS = _words(
     " angulo"
 )
 """Words of what turns."""
-_OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
-"""How LeRobot calls what a joint did and its command; where all joints are together, below
-`action`, their values say more."""
 IS_PRESENT = "current"
 """Also says that something is as it is now, before another word: current_position."""
 OF_A_SERVO = "present"
@@ -101,6 +108,14 @@ TOGETHER: tuple[tuple[frozenset[str], str | None], ...] = (
 a measured_distance a range."""
 OUTSIDE = _words("torque force moment drehmoment kraft couple coppia nm n ncm mnm")
 """Words of an effort that may as well pull from outside; a current or a voltage never does."""
+OF_ENCODER = frozenset(["encoder", "enc", "resolver"])
+"""Words of what counts the motion that came of a command."""
+ANALOGUE = _words(
+    "pot poti potentiometer potmeter adc analog analogue analogread ain a0 a1 a2 a3 a4 a5"
+)
+"""Words of a voltage that a converter counts, as that of a potentiometer."""
+PULSES = _words("pulse pulses puls pulsewidth width pw pwm us usec micros microseconds servo")
+"""Words of the pulses that command a hobby servo."""
 OF_A_PART = _words("wert motor achs achse axis ax gelenk joint arm servo mess")
 """Words that say nothing by themselves, and occur in compounds: Sollwert, motorangle."""
 PHASES = frozenset(["i", "iq", "id", "u", "v", "w"])
@@ -154,6 +169,20 @@ class Hint(str):
 
 
 @dataclass(frozen=True, slots=True)
+class Factor:
+    """What one of a column is, which nobody but the owner of the machine knows."""
+
+    word: str
+    """In a printed command in place of the number."""
+    is_: str
+    """What the column is."""
+    says: str
+    """What is to be put for it."""
+    zero_known: bool = True
+    """Whether what it makes of the column is 0 where the axis is."""
+
+
+@dataclass(frozen=True, slots=True)
 class Guess:
     """A column of a file and what it is taken for; `why` says from what."""
 
@@ -166,6 +195,8 @@ class Guess:
     """How much of `unit` one of the column is."""
     unit_guessed: bool = False
     """Whether only the size of the values speaks for the unit."""
+    factor: Factor | None = None
+    """What its owner has to say in place of `scale`."""
 
     @property
     def unsaid(self) -> bool:
@@ -195,11 +226,13 @@ def by_name(guesses: Taken) -> dict[str, Guess]:
 def read_name(name: str, unit_line: str = "") -> Named:
     """Take a name apart, as `Goal Angle 1 [deg]` or `joint1.pos_mm`."""
     bracketed = _BRACKETED.search(name)
-    unit = UNIT_OF.get(unit_line.lower())
-    unit = unit or (UNIT_OF.get(bracketed[1].lower()) if bracketed else None)
+    apart = [unit_line, *([bracketed[1]] if bracketed else [])]
+    unit = next(filter(None, (UNIT_APART.get(one.lower()) for one in apart)), None)
     words = _words_of(without_unit(name))
     if len(words) == 1 and words[0] in CLOCKS:
         return Named("t", UNIT_OF[words[0]], None)
+    if len(words) == 1 and words[0] in LONE_UNITS:
+        return Named(None, UNIT_OF[words[0]], None)
     words, ending = _without_unit(words)
     unit, role = unit or ending, _role(words)
     if _of_no_use(words, role):
@@ -207,7 +240,7 @@ def read_name(name: str, unit_line: str = "") -> Named:
     role, index, stem = _numbered(words, role)
     if role == "steps" and unit in (*LINEAR, *ROTARY):
         role = "command"  # a counter that is read in mm
-    elif role == "steps" and MEASURED.intersection(words):
+    elif role == "steps" and (MEASURED | OF_ENCODER).intersection(words):
         role = "position"
     asked = "command" in {ROLE_OF.get(word) for word in [*words, *stem]} or _qualified(words)
     return Named(role, unit, index, asked)
@@ -312,11 +345,6 @@ def is_of_joint(name: str) -> bool:
     return not OF_JOINTS.isdisjoint(in_words(name))
 
 
-def is_of_data_joint(name: str) -> bool:
-    """Whether a joint's name is written as in LeRobot, `shoulder_pan.pos`: in degrees."""
-    return _OF_DATA.fullmatch(name) is not None and is_of_joint(name)
-
-
 def pulls(name: str) -> bool:
     """Whether a name sounds like a load, a torque or a current, as `pull_Nm` does."""
     return not PULLS.isdisjoint(in_words(name))
@@ -325,6 +353,11 @@ def pulls(name: str) -> bool:
 def may_be_outside(name: str) -> bool:
     """Whether a name says torque or force, which a drive gives and a weight does too."""
     return not OUTSIDE.isdisjoint(in_words(name))
+
+
+def is_analogue(name: str) -> bool:
+    """Whether a name is that of a voltage as a converter counts it: pot, adc, A0."""
+    return not ANALOGUE.isdisjoint(_words_of(name))
 
 
 def in_words(name: str) -> list[str]:

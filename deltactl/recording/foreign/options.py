@@ -38,6 +38,8 @@ class GuessOptions:
     """Travel beyond which whole numbers are step counts rather than labels or states."""
     mostly_still: float = 0.1
     """Share of its rows in which a column that rests in turns changes at most."""
+    few_places: float = 0.3
+    """Share of its rows up to which a column has few values: those of somebody with a ruler."""
     most_runs: float = 0.02
     """Times that a clock may start again, as a share of the rows: runs shorter than fifty rows are
     none."""
@@ -101,6 +103,12 @@ class GuessOptions:
     """One of 4096 counts a turn, as hobby servos have: the one that is most often met."""
     one_turn_rad: float = 6.2832
     """Travel of an axis without a unit: more is degrees or mm more often than rad or m."""
+    pulses_us: tuple[float, float] = (400.0, 2600.0)
+    """Pulses that hobby servos take are 500 to 2500 us long, and a little more."""
+    pulse_deg: float = 0.09
+    """Degrees that one microsecond of such a pulse turns most of them: 180 over 2000 us."""
+    highest_v: float = 5.5
+    """What a converter reads at most, and a little more."""
     encoder_bits: tuple[int, int] = (8, 24)
     """Steps of a turn as powers of two: from the coarsest magnetic encoders to the finest glass."""
     near_unit_step: tuple[float, float] = (0.001, 0.01)
@@ -119,6 +127,8 @@ class GuessOptions:
     few_turns_deg: float = 1440.0
     """Travel of an axis without a unit: more is seconds of arc or counts rather than degrees or
     mm."""
+    far_from_read: float = 50.0
+    """Times that a known distance and its reading differ from where on their units do."""
     longest_m: float = 15.0
     """More is millimetres: no distance sensor of this kind sees so far, and no axis is so long."""
 

@@ -11,7 +11,13 @@ import numpy as np
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.foundation.printable import count
-from deltactl.recording.foreign.doubts import doubt, of_counts, of_degrees, of_radians
+from deltactl.recording.foreign.doubts import (
+    doubt,
+    far_from_readings,
+    of_counts,
+    of_degrees,
+    of_radians,
+)
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.missing import no_column, no_time, other_separator
 from deltactl.recording.foreign.names import Guess, unit_said, without_unit
@@ -60,6 +66,7 @@ def read_mapped(
         column = named_column(path, table, name, source)
         used.add(column)
         named[name] = file.read(column, name, source)
+    _refuse_other_size(path, mapping, named)
     timed = "t" in named or mapping.rate_hz is None
     for name, values in table.items():
         kept = name not in used and name not in mapping.leave_out
@@ -90,6 +97,15 @@ def _in_unit(path: Path, mapping: Mapping, table: AnyMapping[str, AnyArray]) -> 
             said = {"unit": speed} if speed in IN_SI else {"scale": size_of(unit)}
             columns[name] = source.model_copy(update=said)
     return mapping.model_copy(update={"columns": columns})
+
+
+def _refuse_other_size(path: Path, mapping: Mapping, named: AnyMapping[str, FloatArray]) -> None:
+    """Raise RecordingError where one distance for all rows is another unit than the readings."""
+    said = mapping.columns.get("distance")
+    if said is None or said.value is None or "range" not in named:
+        return
+    if far := far_from_readings(said.value, named["range"], mapping.columns["range"].from_):
+        raise RecordingError(f"{path}: {far}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

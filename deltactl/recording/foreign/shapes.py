@@ -163,6 +163,18 @@ def is_stepwise(values: FloatArray) -> bool:
     return 0.0 < float(changes.mean()) < GUESSES.mostly_still
 
 
+def rests_at_what_is_read(one: FloatArray, other: FloatArray) -> bool:
+    """Whether the first is in few places, several rows in each, and the second reads these places
+    in the same unit.
+    """
+    known = one[np.isfinite(one)]
+    few = len(np.unique(known)) < GUESSES.few_places * len(known)
+    rests = float((np.diff(known) == 0.0).mean()) > 0.5
+    wide, told = (float(np.nanmax(values) - np.nanmin(values)) for values in (one, other))
+    near = abs(told / max(wide, 1e-300) - 1.0) < GUESSES.near_unit
+    return few and rests and near and same_range(one, other)
+
+
 def pairs_alike(table: Table, names: list[str]) -> Iterator[tuple[str, str]]:
     """Columns two by two that move alike, what was asked for first; each column once.
 

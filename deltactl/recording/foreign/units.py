@@ -17,7 +17,7 @@ _UNITS = {
     "cm": (0.01, "cm"),
     "mm": (1e-3, "mm"),
     "um": (1e-6, "um µm micron microns"),
-    "inch": (0.0254, ""),
+    "inch": (0.0254, "inch inches"),
     "rad": (1.0, "rad rads radian radians"),
     "mrad": (1e-3, "mrad"),
     "deg": (np.pi / 180.0, "deg degs degree degrees grad °"),
@@ -75,6 +75,10 @@ CLOCKS = frozenset(word for unit in ("ms", "us", "ns") for word in UNIT_WORDS[un
 }
 """Headings that are a unit and nothing else: the time. Not s or min, which may be a way or a least.
 """
+LONE_UNITS = frozenset(
+    word for unit in (*ROTARY, *LINEAR) for word in UNIT_WORDS[unit].split() if len(word) > 1
+) - {"turn", "turns", "grad", "rev", "revs"}
+"""Headings that are a unit and nothing else: of a motion."""
 A_FACTOR = "or a factor to SI units in its place, as position=seen*4.848e-6"
 
 
