@@ -187,6 +187,8 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     from deltactl.recording.foreign.found import init_words
 
     assert seen.kind is not None
+    if seen.kind == "chain":
+        return _describing_arm(seen, file)
     moves = "MOTION" if seen.asked and seen.asked.motion else seen.motion or "rotary"
     motion = ["--motion", moves] if seen.kind == "servo_axis" else []
     zero = ["--zero", seen.zero] if seen.zero and seen.kind != "delta" else []
@@ -203,6 +205,36 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     init = ["deltactl", *init_words(seen.kind, file), *motion, *forced, *zero, *asks_nothing]
     lines = _command("describe the machine:  ", init)
     return lines + [part for one in says for part in broken(one.format(weight=weight))]
+
+
+OF_A_MODEL = (
+    "  MODEL.urdf: URDF or MJCF (.xml) of the arm; where it has more joints than the {} of the table"
+    " (a gripper), add --joints with those of the table, in its order, as a,b,c"
+)
+OF_A_GAIN = (
+    "  GAIN: N m at the joint for one unit of {} (torque constant times gear ratio), one"
+    " for all joints or one a joint, as 11.9,11.9,9.8"
+)
+
+
+def _describing_arm(seen: Inspection, file: str) -> list[str]:
+    """The same of an arm with its URDF."""
+    from deltactl.recording.foreign.arms import effort_column, joint_names
+    from deltactl.recording.foreign.found import init_words
+    from deltactl.recording.foreign.names import of_role, without_unit
+
+    names, current = joint_names(seen), effort_column(seen)
+    joints = ["--joints", ",".join(names)] if names else []
+    gain = ["--effort-gain", "GAIN"] if current else []
+    init = ["deltactl", *init_words("chain", file), *joints, *gain]
+    says = [OF_A_MODEL.format(len(of_role(seen.guesses, "theta")))]
+    says += [OF_A_GAIN.format(current)] if current else []
+    angle = without_unit(of_role(seen.guesses, "theta")[0])
+    alone = ["deltactl", "inspect", str(seen.path), "--set", f"position={angle}"]
+    says += [f"  without a model, one joint by itself: {shlex.join(alone)}"]
+    return _command("describe the machine:  ", init) + [
+        part for one in says for part in broken(one)
+    ]
 
 
 def _for_the_effort(seen: Inspection) -> str:
