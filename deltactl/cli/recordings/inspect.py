@@ -208,8 +208,8 @@ def _describing(seen: Inspection, file: str) -> list[str]:
 
 
 OF_A_MODEL = (
-    "  MODEL.urdf: URDF or MJCF (.xml) of the arm; where it has more joints than the {} of the table"
-    " (a gripper), add --joints with those of the table, in its order, as a,b,c"
+    "  MODEL.urdf: URDF or MJCF (.xml) of the arm; where it has more joints than the {} of the"
+    " table (a gripper), add --joints with those of the table, in its order, as a,b,c"
 )
 OF_A_GAIN = (
     "  GAIN: N m at the joint for one unit of {} (torque constant times gear ratio), one"

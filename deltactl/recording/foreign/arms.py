@@ -112,7 +112,7 @@ def fitted_to(seen: Inspection, joints: Sequence[str]) -> tuple[Inspection, str]
             f"it has columns of {len(there)} joints, and the robot file has {len(joints)}; its"
             " `joints` are to be those of the columns, in their order"
         )
-    place = {str(there.index(j) + 1): str(n) for n, j in enumerate(named and joints or there, 1)}
+    place = {str(there.index(j) + 1): str(n) for n, j in enumerate(joints if named else there, 1)}
     guesses = {
         name: replace(one, index=place.get(one.index)) if one.index else one
         for name, one in seen.guesses.items()

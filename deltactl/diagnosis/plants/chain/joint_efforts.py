@@ -143,7 +143,9 @@ class JointEfforts(LeftOver):
             "viscous": (each(chain.damping * self._speed), CHAIN.friction_as_stated),
             "loaded": (each(self._by_load), CHAIN.friction_of_load),
             "link": (self._links, CHAIN.as_built),
-        } | {f"yields {k}": (each(one * grips), 1.0) for k, one in enumerate(self._yielding)}
+        }
+        yielding = [self._low_passed(held) - self._direction for held in self._held]
+        tables |= {f"yields {k}": (each(one * grips), 1.0) for k, one in enumerate(yielding)}
         values = np.concatenate([shapes for shapes, _ in tables.values()], axis=1)
         spread = np.repeat([spread for _, spread in tables.values()], len(self.joints))
         return Columns(values, spread, tuple(f"{name} {j}" for name in tables for j in self.joints))
@@ -157,17 +159,16 @@ class JointEfforts(LeftOver):
     def _by_load(self) -> FloatArray:
         """Friction by the load of the gear, which its links are, less that at the usual load."""
         load = np.abs(self._bare - self.chain.damping * self.moved.speed)
-        return self._low_passed(self.moved.signs * (load - self._usually(load)))
+        return self._low_passed(np.mean(self._held, axis=0) * (load - self._usually(load)))
 
     @cached_property
-    def _yielding(self) -> list[FloatArray]:
-        """Friction of bearings that yield before they slide, less that of ones that do not."""
-        moves = np.diff(self.moved.at, axis=0, prepend=self.moved.at[:1])
+    def _held(self) -> FloatArray:
+        """Friction of 1 of bearings that yield over each way and then slide, (ways, m, joints)."""
+        at, one = self.moved.at, np.ones(len(self.moved.at))
+        moves = np.diff(at, axis=0, prepend=at[:1]) / np.maximum(np.ptp(at, axis=0), 1e-300)
         moves[self.moved.whole.fresh] = 0.0
-        moves, one = moves / np.maximum(np.ptp(self.moved.at, axis=0), 1e-300), np.ones(len(moves))
         ways = ((moves / way).T for way in CHAIN.yields_of_travel)
-        held = ([clipped(each, -one, one, 0.0) for each in way] for way in ways)
-        return [self._low_passed(np.stack(each, axis=1)) - self._direction for each in held]
+        return np.array([np.stack([clipped(m, -one, one, 0.0) for m in way], 1) for way in ways])
 
     @cached_property
     def _changing(self) -> FloatArray:
