@@ -211,6 +211,10 @@ OF_A_MODEL = (
     "  MODEL.urdf: URDF or MJCF (.xml) of the arm; where it has more joints than the {} of the"
     " table (a gripper), add --joints with those of the table, in its order, as a,b,c"
 )
+OF_JOINTS = (
+    "  MODEL.urdf: URDF or MJCF (.xml) of the arm; --joints are the names in the table: where the"
+    " model has others, put those, in the same order"
+)
 OF_A_GAIN = (
     "  GAIN: N m at the joint for one unit of {} (torque constant times gear ratio), one"
     " for all joints or one a joint, as 11.9,11.9,9.8"
@@ -227,7 +231,7 @@ def _describing_arm(seen: Inspection, file: str) -> list[str]:
     joints = ["--joints", ",".join(names)] if names else []
     gain = ["--effort-gain", "GAIN"] if current else []
     init = ["deltactl", *init_words("chain", file), *joints, *gain]
-    says = [OF_A_MODEL.format(len(of_role(seen.guesses, "theta")))]
+    says = [OF_JOINTS if names else OF_A_MODEL.format(len(of_role(seen.guesses, "theta")))]
     says += [OF_A_GAIN.format(current)] if current else []
     angle = without_unit(of_role(seen.guesses, "theta")[0])
     alone = ["deltactl", "inspect", str(seen.path), "--set", f"position={angle}"]
