@@ -17,6 +17,7 @@ from deltactl.foundation.one_screen import LINES
 from deltactl.models.rigid_chain import RigidChain
 from deltactl.recording.foreign.arms import as_arm, fitted_to, joint_names
 from deltactl.recording.foreign.inspection import inspect
+from deltactl.recording.foreign.mapping import each_joint, joints_together, load_mapping
 from tests.inspection.test_printed_commands import printed
 from tests.inspection.test_shown import in_a_window
 
@@ -107,11 +108,12 @@ def lerobot(t: Array, q: Array, dq: Array, effort: Array) -> tuple[list[str], li
 
 
 MADE_BY = {
-    ur: ("ur.csv", "actual_q_2", NM_PER_UNIT), franka: ("franka.csv", "q[2]", None),
+    ur: ("ur.csv", "actual_q_2", NM_PER_UNIT),
+    franka: ("franka.csv", "q[2]", None),
     dynamixel: ("dynamixel.csv", "present_position_13", 1.0 / 200.0),
     joint_states: ("states.csv", "/joint_states/elbow/position", None),
     lerobot: ("lerobot.csv", "observation.state.elbow.pos", NM_PER_UNIT),
-}  # fmt: skip
+}
 Maker = Callable[[Array, Array, Array, Array], tuple[list[str], list[Array]]]
 
 
@@ -135,7 +137,10 @@ def test_what_inspect_prints_of_an_arm_runs(
     assert ("--effort-gain" in init) == (gain is not None)
     assert deltactl(*init).returncode == 0
     command = printed(shown)
-    assert any(word.startswith("theta_") and column in word for word in command)
+    angles = [word for word in command if word.startswith("theta=")]
+    sources = {one.from_ for one in load_mapping(None, angles).columns.values()}
+    assert column in sources
+    assert len(sources) == len(JOINTS)
     found = json.loads(deltactl(*command, "--json", "-").stdout)["findings"]
     assert [(one["effect"], one["component"]) for one in found] == [("joint_friction", RUBS)]
     bare = deltactl("diagnose", file, "--robot", "my-robot.yaml", "--json", "-")
@@ -157,7 +162,7 @@ def test_an_arm_is_shown_on_one_screen(tmp_path: Path) -> None:
     shown = in_a_window(tmp_path, 80, "inspect", "ur.csv")
     assert max(map(len, shown.splitlines())) <= 80
     command = shlex.split(shown[shown.index("deltactl diagnose") :])
-    assert {"theta_1=actual_q_0", "effort_5=actual_current_4"} <= {*command}
+    assert {"theta=actual_q_{0..4}", "effort=actual_current_{0..4}"} <= {*command}
     assert len(shown.splitlines()) <= LINES
 
 
@@ -187,3 +192,24 @@ def test_no_arm_has_as_few_joints_as_a_delta(tmp_path: Path, number: int) -> Non
     head = ",".join(["timestamp", *names])
     np.savetxt(file, np.column_stack([t_s, *parts]), "%.6g", ",", header=head, comments="")
     assert as_arm(inspect(file)) is None
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        ["q_0", "q_1", "q_2"],
+        ["q[8]", "q[9]", "q[10]"],
+        ["a.pos[deg]", "b.pos[deg]"],
+        ["p_1*0.5-3", "p_2*0.5-3"],
+        ["wrist_1", "wrist_3", "elbow"],
+        ["one", "one"],
+        ["q_01"],
+        ["q_1", "q_0"],
+        ["a,b", "c"],
+    ],
+)
+def test_options_of_joints_are_one_with_braces(columns: list[str]) -> None:
+    options = [f"theta_{n}={column}" for n, column in enumerate(columns, 1)]
+    together = joints_together(["t=time", *options])
+    assert [one for short in together for one in each_joint(short)] == ["t=time", *options]
+    assert load_mapping(None, together) == load_mapping(None, ["t=time", *options])

@@ -153,6 +153,7 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
 def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]:
     """Lines with what is to be typed next. read: the table as it is read by that."""
     from deltactl.recording.foreign.found import diagnosing
+    from deltactl.recording.foreign.mapping import joints_together
 
     lines: list[str] = []
     robot, new, save = following.robot, following.new, following.save
@@ -162,7 +163,8 @@ def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]
     file = robot or _new(seen)
     if new:
         lines += _describing(seen, file)
-    options = ["--columns", str(save)] if save is not None else read.typed
+    typed = [part for one in joints_together(read.typed[1::2]) for part in ("--set", one)]
+    options = ["--columns", str(save)] if save is not None else typed
     if read is not seen:
         lines += broken(_for_the_effort(seen))
     label = f"{'diagnose it:' if len(following.paths) == 1 else 'diagnose them:':23}"

@@ -99,6 +99,7 @@ def _as_inspected(
     """
     from deltactl.cli.recordings.fitting import looked_at
     from deltactl.recording.foreign.fitted import misfit
+    from deltactl.recording.foreign.mapping import joints_together
     from deltactl.recording.foreign.reading import read_mapped
 
     try:
@@ -119,7 +120,8 @@ def _as_inspected(
             " to type"
         )
     recording = read_mapped(path, seen.mapping)
-    tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")
+    options = [part for one in joints_together(seen.options[1::2]) for part in ("--set", one)]
+    tell(f"{path.name}: is read as inspected: {shlex.join(options)}")
     if seen.warnings:
         tell(f"{path.name}: {'; '.join(seen.warnings)}")
     return recording
