@@ -150,7 +150,7 @@ def test_what_inspect_prints_of_an_arm_runs(
 
 def test_one_joint_by_itself_is_offered_and_runs(deltactl: Deltactl, tmp_path: Path) -> None:
     write(tmp_path, ur)
-    label = "  without a model, one joint by itself:"
+    label = "  without a model, one joint:"
     alone = printed(deltactl("inspect", "ur.csv"), label)
     assert alone == ["inspect", "ur.csv", "--set", "position=actual_q_0"]
     assert "init axis" in deltactl(*alone).stdout

@@ -210,17 +210,14 @@ def _describing(seen: Inspection, file: str) -> list[str]:
 
 
 OF_A_MODEL = (
-    "  MODEL.urdf: URDF or MJCF (.xml) of the arm; where it has more joints than the {} of the"
-    " table (a gripper), add --joints with those of the table, in its order, as a,b,c"
+    "  MODEL.urdf: its URDF or MJCF (.xml); if that has joints beside the {} of the table, add"
+    " --joints a,b,c"
 )
 OF_JOINTS = (
-    "  MODEL.urdf: URDF or MJCF (.xml) of the arm; --joints are the names in the table: where the"
-    " model has others, put those, in the same order"
+    "  MODEL.urdf: its URDF or MJCF (.xml); where joints are called otherwise in it, put those"
+    " names behind --joints, in the same order"
 )
-OF_A_GAIN = (
-    "  GAIN: N m at the joint for one unit of {} (torque constant times gear ratio), one"
-    " for all joints or one a joint, as 11.9,11.9,9.8"
-)
+OF_A_GAIN = "  GAIN: N m at the joint for one unit of {}; one for all, or one a joint: 11.9,9.8"
 
 
 def _describing_arm(seen: Inspection, file: str) -> list[str]:
@@ -237,7 +234,7 @@ def _describing_arm(seen: Inspection, file: str) -> list[str]:
     says += [OF_A_GAIN.format(current)] if current else []
     angle = without_unit(of_role(seen.guesses, "theta")[0])
     alone = ["deltactl", "inspect", str(seen.path), "--set", f"position={angle}"]
-    says += [f"  without a model, one joint by itself: {shlex.join(alone)}"]
+    says += [f"  without a model, one joint: {shlex.join(alone)}"]
     return _command("describe the machine:  ", init) + [
         part for one in says for part in broken(one)
     ]
