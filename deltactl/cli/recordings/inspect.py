@@ -217,7 +217,7 @@ OF_JOINTS = (
     "  MODEL.urdf: its URDF or MJCF (.xml); where joints are called otherwise in it, put those"
     " names behind --joints, in the same order"
 )
-OF_A_GAIN = "  GAIN: N m at the joint for one unit of {}; one for all, or one a joint: 11.9,9.8"
+OF_A_GAIN = "  GAIN: N m at the joint for one of {}; or one a joint: 11.9,9.8"
 
 
 def _describing_arm(seen: Inspection, file: str) -> list[str]:
