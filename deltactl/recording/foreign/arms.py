@@ -45,7 +45,7 @@ _BEHIND = re.compile(rf"(.*[./])?({_ANY})[./]([A-Za-z][^./]*)")
 _BEFORE = re.compile(rf"(.*[./])?([A-Za-z][^./]*?)[._/]({_ANY})")
 CARTESIAN = frozenset("xyzw")
 COUNTS = 4096
-"""Counts of a turn of Dynamixel X and Feetech STS servos; half of them is where they stand at 0."""
+"""Counts of a turn of Dynamixel X and Feetech STS servos; half of them is their zero."""
 AS_DEGREES = "the joints go up to {:.4g}: all of them are taken for degrees"
 AS_COUNTS = (
     "whole numbers up to {:.0f}: all joints are taken for counts, 4096 a turn and 2048 at zero"

@@ -122,7 +122,7 @@ _OF_ONE = re.compile(r"(theta|command|velocity|effort)_(\d+)=([^{},]*)")
 
 
 def each_joint(option: str) -> list[str]:
-    """The options of all joints that one with braces stands for; another as it is."""
+    """The options of all joints for one with braces; another as it is."""
     if (match := _OF_JOINTS.fullmatch(option)) is None:
         return [option]
     name, before, inner, after = match.groups()
