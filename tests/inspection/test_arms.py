@@ -20,6 +20,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import each_joint, joints_together, load_mapping
 from tests.inspection.test_printed_commands import printed
 from tests.inspection.test_shown import in_a_window
+from tests.rigs import needs
 
 pytest.importorskip("mujoco")
 
@@ -146,6 +147,46 @@ def test_what_inspect_prints_of_an_arm_runs(
     bare = deltactl("diagnose", file, "--robot", "my-robot.yaml", "--json", "-")
     assert json.loads(bare.stdout)["findings"] == found
     assert f"{file}: is read as inspected" in bare.stderr
+
+
+def write_mcap(folder: Path) -> Path:
+    """Joint states as ROS 2 logs them, with a gripper among the joints."""
+    writers = pytest.importorskip("mcap_ros2.writer", reason=needs.LOGS)
+    from tests.inspection.test_inspect_logs import JOINT_STATE, START_NS, stamp
+
+    names = ["gripper", *JOINTS]
+    file = folder / "run.mcap"
+    with file.open("wb") as stream, writers.Writer(stream) as writer:
+        state = writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
+        for t_s, *row in zip(*moved(folder), strict=True):
+            lists = {
+                key: [0.01, *map(float, values)]
+                for key, values in zip(("position", "velocity", "effort"), row, strict=True)
+            }
+            message = {"header": {"stamp": stamp(t_s), "frame_id": ""}, "name": names, **lists}
+            at = START_NS + round(t_s * 1e9)
+            writer.write_message("/joint_states", state, message, at, at)
+    return file
+
+
+@pytest.mark.study
+def test_joint_states_of_an_mcap_file_are_those_of_the_model(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    file = write_mcap(tmp_path).name
+    shown = deltactl("inspect", file)
+    init = [
+        word.replace("MODEL.urdf", "arm.urdf") for word in printed(shown, "describe the machine:")
+    ]
+    joints = init.index("--joints") + 1
+    assert init[joints] == ",".join(["gripper", *JOINTS])
+    assert "a gripper" in shown.stdout
+    init[joints] = init[joints].removeprefix("gripper,")
+    assert deltactl(*init).returncode == 0
+    command = [word.replace("{gripper,", "{") for word in printed(shown)]
+    for words in (command, ["diagnose", file, "--robot", "my-robot.yaml"]):
+        found = json.loads(deltactl(*words, "--json", "-").stdout)["findings"]
+        assert [(one["effect"], one["component"]) for one in found] == [("joint_friction", RUBS)]
 
 
 def test_one_joint_by_itself_is_offered_and_runs(deltactl: Deltactl, tmp_path: Path) -> None:
