@@ -224,6 +224,27 @@ def test_joints_are_found_by_name_and_counted(tmp_path: Path) -> None:
     assert "5 joints, and the robot file has 4" in fitted_to(unnamed, JOINTS[1:])[1]
 
 
+@pytest.mark.parametrize("heads", [("{}_theta", "effort_{}"), ("theta_{}", "{}_effort")])
+def test_columns_of_the_contract_are_called_by_joints(
+    deltactl: Deltactl, tmp_path: Path, heads: tuple[str, str]
+) -> None:
+    t_s, angle, _, effort = moved(tmp_path)
+    head = ",".join(["t", *by_name(*heads, names=JOINTS)])
+    file = tmp_path / "own.csv"
+    np.savetxt(file, np.column_stack([t_s, angle, effort]), "%.8g", ",", header=head, comments="")
+    init = printed(deltactl("inspect", "own.csv"), "describe the machine:")
+    assert init[-2:] == ["--joints", ",".join(JOINTS)]
+
+
+def test_columns_of_the_contract_need_no_option(deltactl: Deltactl, tmp_path: Path) -> None:
+    t_s, angle, _, effort = moved(tmp_path)
+    head = ",".join(["t", *numbered("theta_{}", "effort_{}", first=1)])
+    file = tmp_path / "own.csv"
+    np.savetxt(file, np.column_stack([t_s, angle, effort]), "%.8g", ",", header=head, comments="")
+    command = printed(deltactl("inspect", "own.csv"))
+    assert command == ["diagnose", "own.csv", "--robot", "my-robot.yaml"]
+
+
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_no_arm_has_as_few_joints_as_a_delta(tmp_path: Path, number: int) -> None:
     names = [f"{what}_{n}" for what in ("actual_q", "actual_current") for n in range(number)]

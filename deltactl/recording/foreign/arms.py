@@ -26,7 +26,7 @@ from deltactl.recording.foreign.shapes import Table, is_whole
 from deltactl.recording.format.messages import MOTORS
 
 QUANTITIES = {
-    "theta": ("actual_q", "q", "present_position", "position", "pos"),
+    "theta": ("actual_q", "q", "present_position", "position", "pos", "theta"),
     "velocity": ("actual_qd", "dq", "present_velocity", "velocity", "vel"),
     "effort": (
         *("actual_current", "tau_j", "present_current", "present_load"),
@@ -41,7 +41,7 @@ RANKS = {(role, word): n for role, own in QUANTITIES.items() for n, word in enum
 OTHER = len(RANKS)
 _NUMBERED = re.compile(r"(.*?[^\d._\[])[._\[]?(\d+)\]?")
 _ANY = "|".join(sorted({word for _, word in RANKS}, key=len, reverse=True))
-_BEHIND = re.compile(rf"(.*[./])?({_ANY})[./]([A-Za-z][^./]*)")
+_BEHIND = re.compile(rf"(.*[./])?({_ANY})[._/]([A-Za-z][^./]*)")
 _BEFORE = re.compile(rf"(.*[./])?([A-Za-z][^./]*?)[._/]({_ANY})")
 CARTESIAN = frozenset("xyzw")
 COUNTS = 4096
@@ -84,7 +84,11 @@ def as_arm(seen: Inspection) -> Inspection | None:
         for role, one in groups.items()
         for n, joint in enumerate(order, 1)
     }
-    columns = {one.name: _source(one, counted) for one in guesses.values()}
+    columns = {
+        one.name: _source(one, counted)
+        for one in guesses.values()
+        if counted or one.source != one.name or _shown(one, counted) is not None
+    }
     times = {name: seen.guesses[name] for name in of_role(seen.guesses, "t")}
     clock = {name: one for name, one in seen.mapping.columns.items() if name == "t"}
     kept = [one for one in seen.warnings if not _names(one, seen.table.keys() - times.keys())]
