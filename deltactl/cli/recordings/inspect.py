@@ -162,7 +162,7 @@ def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]
         robot, new = robot or "ROBOT", False
     file = robot or _new(seen)
     if new:
-        lines += _describing(seen, file)
+        lines += (_describing_arm if seen.kind == "chain" else _describing)(seen, file)
     typed = [part for one in joints_together(read.typed[1::2]) for part in ("--set", one)]
     options = ["--columns", str(save)] if save is not None else typed
     if read is not seen:
@@ -189,8 +189,6 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     from deltactl.recording.foreign.found import init_words
 
     assert seen.kind is not None
-    if seen.kind == "chain":
-        return _describing_arm(seen, file)
     moves = "MOTION" if seen.asked and seen.asked.motion else seen.motion or "rotary"
     motion = ["--motion", moves] if seen.kind == "servo_axis" else []
     zero = ["--zero", seen.zero] if seen.zero and seen.kind != "delta" else []
@@ -207,37 +205,6 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     init = ["deltactl", *init_words(seen.kind, file), *motion, *forced, *zero, *asks_nothing]
     lines = _command("describe the machine:  ", init)
     return lines + [part for one in says for part in broken(one.format(weight=weight))]
-
-
-OF_A_MODEL = (
-    "  MODEL.urdf: its URDF or MJCF (.xml); if that has joints beside the {} of the table, add"
-    " --joints a,b,c"
-)
-OF_JOINTS = (
-    "  MODEL.urdf: its URDF or MJCF (.xml); joints that it has not (a gripper) are left out of"
-    " --joints and of the braces below; where it calls some otherwise, --joints has its names"
-)
-OF_A_GAIN = "  GAIN: N m at the joint for one of {}; or one a joint: 11.9,9.8"
-
-
-def _describing_arm(seen: Inspection, file: str) -> list[str]:
-    """The same of an arm with its URDF."""
-    from deltactl.recording.foreign.arms import effort_column, joint_names
-    from deltactl.recording.foreign.found import init_words
-    from deltactl.recording.foreign.names import of_role, without_unit
-
-    names, current = joint_names(seen), effort_column(seen)
-    joints = ["--joints", ",".join(names)] if names else []
-    gain = ["--effort-gain", "GAIN"] if current else []
-    init = ["deltactl", *init_words("chain", file), *joints, *gain]
-    says = [OF_JOINTS if names else OF_A_MODEL.format(len(of_role(seen.guesses, "theta")))]
-    says += [OF_A_GAIN.format(current)] if current else []
-    angle = without_unit(of_role(seen.guesses, "theta")[0])
-    alone = ["deltactl", "inspect", str(seen.path), "--set", f"position={angle}"]
-    says += [f"  without a model, one joint: {shlex.join(alone)}"]
-    return _command("describe the machine:  ", init) + [
-        part for one in says for part in broken(one)
-    ]
 
 
 def _for_the_effort(seen: Inspection) -> str:
@@ -311,3 +278,34 @@ def _new(seen: Inspection) -> str:
     own = f"{Path(seen.path.name.removesuffix('.gz')).stem}-robot"
     names = itertools.chain([ROBOT, f"{own}.yaml"], (f"{own}-{n}.yaml" for n in itertools.count(2)))
     return next(name for name in names if not Path(name).exists())
+
+
+OF_A_MODEL = (
+    "  MODEL.urdf: its URDF or MJCF (.xml); if that has joints beside the {} of the table, add"
+    " --joints a,b,c"
+)
+OF_JOINTS = (
+    "  MODEL.urdf: its URDF or MJCF (.xml); joints that it has not (a gripper) are left out of"
+    " --joints and of the braces below; where it calls some otherwise, --joints has its names"
+)
+OF_A_GAIN = "  GAIN: N m at the joint for one of {}; or one a joint: 11.9,9.8"
+
+
+def _describing_arm(seen: Inspection, file: str) -> list[str]:
+    """The same of an arm with its URDF."""
+    from deltactl.recording.foreign.arms import effort_column, joint_names
+    from deltactl.recording.foreign.found import init_words
+    from deltactl.recording.foreign.names import of_role, without_unit
+
+    names, current = joint_names(seen), effort_column(seen)
+    joints = ["--joints", ",".join(names)] if names else []
+    gain = ["--effort-gain", "GAIN"] if current else []
+    init = ["deltactl", *init_words("chain", file), *joints, *gain]
+    says = [OF_JOINTS if names else OF_A_MODEL.format(len(of_role(seen.guesses, "theta")))]
+    says += [OF_A_GAIN.format(current)] if current else []
+    angle = without_unit(of_role(seen.guesses, "theta")[0])
+    alone = ["deltactl", "inspect", str(seen.path), "--set", f"position={angle}"]
+    says += [f"  without a model, one joint: {shlex.join(alone)}"]
+    return _command("describe the machine:  ", init) + [
+        part for one in says for part in broken(one)
+    ]
