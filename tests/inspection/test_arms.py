@@ -144,7 +144,7 @@ def test_what_inspect_prints_of_an_arm_runs(
     assert len(sources) == len(JOINTS)
     found = json.loads(deltactl(*command, "--json", "-").stdout)["findings"]
     assert [(one["effect"], one["component"]) for one in found] == [("joint_friction", RUBS)]
-    bare = deltactl("diagnose", file, "--robot", "my-robot.yaml", "--json", "-")
+    bare = deltactl(*command[:4], "--json", "-")
     assert json.loads(bare.stdout)["findings"] == found
     assert f"{file}: is read as inspected" in bare.stderr
 
@@ -184,7 +184,7 @@ def test_joint_states_of_an_mcap_file_are_those_of_the_model(
     init[joints] = init[joints].removeprefix("gripper,")
     assert deltactl(*init).returncode == 0
     command = [word.replace("{gripper,", "{") for word in printed(shown)]
-    for words in (command, ["diagnose", file, "--robot", "my-robot.yaml"]):
+    for words in (command, command[:4]):
         found = json.loads(deltactl(*words, "--json", "-").stdout)["findings"]
         assert [(one["effect"], one["component"]) for one in found] == [("joint_friction", RUBS)]
 
@@ -242,7 +242,8 @@ def test_columns_of_the_contract_need_no_option(deltactl: Deltactl, tmp_path: Pa
     file = tmp_path / "own.csv"
     np.savetxt(file, np.column_stack([t_s, angle, effort]), "%.8g", ",", header=head, comments="")
     command = printed(deltactl("inspect", "own.csv"))
-    assert command == ["diagnose", "own.csv", "--robot", "my-robot.yaml"]
+    assert command[:3] == ["diagnose", "own.csv", "--robot"]
+    assert len(command) == 4
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
