@@ -242,16 +242,24 @@ def test_what_no_effect_does_is_unknown_at_its_joint(robot: Path, fault: Fault, 
 
 
 @pytest.mark.study
-def test_a_bearing_that_yields_before_it_slides_has_the_friction_of_its_model(robot: Path) -> None:
+@pytest.mark.parametrize(("way", "damping", "by_load"), [(2e-3, 0.0, 0.0), (5e-4, 2.0, 0.1)])
+def test_a_bearing_that_yields_before_it_slides_has_the_friction_of_its_model(
+    robot: Path, way: float, damping: float, by_load: float
+) -> None:
+    """Friction that grows with the load of the gear, which the damping is not, yields as well."""
     model = robot.with_name("arm.urdf")
-    stated = f'<dynamics friction="{FRICTION_NM}"/>'
+    stated = f'<dynamics friction="{FRICTION_NM}" damping="{damping}"/>'
     model.write_text(model.read_text().replace("</joint>", f"{stated}</joint>"))
 
     def yields(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
         held, made = np.zeros(3), np.empty_like(q)
-        for row, move in enumerate(np.diff(q, axis=0, prepend=q[:1]) / 2e-3):
+        for row, move in enumerate(np.diff(q, axis=0, prepend=q[:1]) / way):
             made[row] = held = np.clip(held + move, -1.0, 1.0)
-        return effort + FRICTION_NM * made
+        load = np.abs(effort)
+        grips = FRICTION_NM + np.minimum(by_load, 0.6 * FRICTION_NM / load.mean(0)) * (
+            load - load.mean(0)
+        )
+        return effort + damping * dq + grips * made
 
     assert diagnose([recorded(robot.parent, fault=yields)], robot).findings == []
 

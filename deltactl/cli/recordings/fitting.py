@@ -36,14 +36,21 @@ def looked_at(
 
     Raises RecordingError for a table that cannot be read.
     """
+    from deltactl.recording.foreign.arms import as_arm, fitted_to
     from deltactl.recording.foreign.fitted import as_chain, without_effort
     from deltactl.recording.foreign.inspection import inspect
 
     seen = inspect(path, known, robot.motion if isinstance(robot, ServoAxis) else None)
-    if robot is None or seen.own_run or seen.kind is None:
+    one_axis = known is not None and not known.columns.keys() <= {"t"}
+    arm = None if one_axis or seen.own_run else as_arm(seen)
+    if robot is None and arm is not None:
+        return arm, ""
+    if robot is None or seen.own_run or (seen.kind is None and arm is None):
         return seen, ""
     if isinstance(robot, ChainRobot) and (whole := as_chain(seen, robot.joints)) is not None:
         return whole, ""
+    if isinstance(robot, ChainRobot) and arm is not None:
+        return fitted_to(arm, robot.joints)
     if why := _of_another(seen, robot):
         return seen, why
     if isinstance(robot, ServoAxis) and robot.inertia is None:

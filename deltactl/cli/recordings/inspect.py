@@ -162,6 +162,7 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
 def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]:
     """Lines with what is to be typed next. read: the table as it is read by that."""
     from deltactl.recording.foreign.found import diagnosing
+    from deltactl.recording.foreign.mapping import joints_together
 
     lines: list[str] = []
     robot, new, save = following.robot, following.new, following.save
@@ -170,8 +171,9 @@ def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]
         robot, new = robot or "ROBOT", False
     file = robot or _new(seen)
     if new:
-        lines += _describing(seen, file)
-    options = ["--columns", str(save)] if save is not None else read.typed
+        lines += (_describing_arm if seen.kind == "chain" else _describing)(seen, file)
+    typed = [part for one in joints_together(read.typed[1::2]) for part in ("--set", one)]
+    options = ["--columns", str(save)] if save is not None else typed
     if read is not seen:
         lines += _for_the_effort(seen)
     label = f"{'diagnose it:' if len(following.paths) == 1 else 'diagnose them:':23}"
@@ -299,3 +301,34 @@ def _new(seen: Inspection) -> str:
     own = robot_named_after(seen.path)
     names = itertools.chain([f"{own}.yaml"], (f"{own}-{n}.yaml" for n in itertools.count(2)))
     return next(name for name in names if not Path(name).exists())
+
+
+OF_A_MODEL = (
+    "  MODEL.urdf: its URDF or MJCF (.xml); if that has joints beside the {} of the table, add"
+    " --joints a,b,c"
+)
+OF_JOINTS = (
+    "  MODEL.urdf: its URDF or MJCF (.xml); joints that it has not (a gripper) are left out of"
+    " --joints and of the braces below; where it calls some otherwise, --joints has its names"
+)
+OF_A_GAIN = "  GAIN: N m at the joint for one of {}; or one a joint: 11.9,9.8"
+
+
+def _describing_arm(seen: Inspection, file: str) -> list[str]:
+    """The same of an arm with its URDF."""
+    from deltactl.recording.foreign.arms import effort_column, joint_names
+    from deltactl.recording.foreign.found import init_words
+    from deltactl.recording.foreign.names import of_role, without_unit
+
+    names, current = joint_names(seen), effort_column(seen)
+    joints = ["--joints", ",".join(names)] if names else []
+    gain = ["--effort-gain", "GAIN"] if current else []
+    init = ["deltactl", *init_words("chain", file), *joints, *gain]
+    says = [OF_JOINTS if names else OF_A_MODEL.format(len(of_role(seen.guesses, "theta")))]
+    says += [OF_A_GAIN.format(current)] if current else []
+    angle = without_unit(of_role(seen.guesses, "theta")[0])
+    alone = ["deltactl", "inspect", str(seen.path), "--set", f"position={angle}"]
+    says += [f"  without a model, one joint: {shlex.join(alone)}"]
+    return _command("describe the machine:  ", init) + [
+        part for one in says for part in broken(one)
+    ]

@@ -51,6 +51,8 @@ def read_plain(
     if is_data_set(path):
         raise one_joint_at_a_time(path)
     if is_log(path) or path.suffix in BINARY:
+        if (seen := _as_inspected(path, robot, tell)) is not None:
+            return seen
         raise wrong
     ours = "t" in first_cells(path)
     with needs("diagnosis", "tables of others"):
@@ -97,6 +99,7 @@ def _as_inspected(
     """
     from deltactl.cli.recordings.fitting import looked_at
     from deltactl.recording.foreign.fitted import misfit
+    from deltactl.recording.foreign.mapping import joints_together
     from deltactl.recording.foreign.reading import read_mapped
 
     try:
@@ -122,7 +125,8 @@ def _as_inspected(
             f"; 'deltactl inspect {shlex.quote(str(path))}' shows what to type"
         )
     recording = read_mapped(path, seen.mapping)
-    tell(f"{path.name}: is read as inspected: {shlex.join(seen.options)}")
+    options = [part for one in joints_together(seen.options[1::2]) for part in ("--set", one)]
+    tell(f"{path.name}: is read as inspected: {shlex.join(options)}")
     if seen.warnings:
         tell(f"{path.name}: {'; '.join(seen.warnings)}")
     return recording

@@ -15,13 +15,15 @@ A mapping says for each contract column where it comes from:
 
 On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
 `name=column*factor+offset`, `name=0.2`, `unit=mm`, `rate_hz=50`, `separator=tab`, `decimal=,`;
-`effort=` leaves a column out). A column whose name holds a star, or ends like an offset, is put in
+`effort=` leaves a column out; `theta=q_{0..5}` or `theta={base,elbow}.pos` are theta_1, theta_2
+and so on, of a chain). A column whose name holds a star, or ends like an offset, is put in
 quotes: `--set 'position="axis-1"'`.
 """
 
 from __future__ import annotations
 
 import difflib
+import itertools
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -114,11 +116,54 @@ def _refuse_unit(unit: str) -> None:
         raise ValueError(f"unit: '{unit}' must be {known}; or what one is in rad or m")
 
 
+_OF_JOINTS = re.compile(r"(theta|command|velocity|effort)=([^{}]*)\{([^{}]+)\}([^{}]*)")
+_FROM_TO = re.compile(r"(\d+)\.\.(\d+)")
+_OF_ONE = re.compile(r"(theta|command|velocity|effort)_(\d+)=([^{},]*)")
+
+
+def each_joint(option: str) -> list[str]:
+    """The options of all joints for one with braces; another as it is."""
+    if (match := _OF_JOINTS.fullmatch(option)) is None:
+        return [option]
+    name, before, inner, after = match.groups()
+    ends = _FROM_TO.fullmatch(inner)
+    parts = [*map(str, range(int(ends[1]), int(ends[2]) + 1))] if ends else inner.split(",")
+    return [f"{name}_{n}={before}{part}{after}" for n, part in enumerate(parts, 1)]
+
+
+def joints_together(options: Sequence[str]) -> list[str]:
+    """Options of several joints as one with braces, as far as `each_joint` gives them back."""
+    made: list[str] = []
+    for name, group in itertools.groupby(options, lambda one: one.partition("_")[0]):
+        own = list(group)
+        matches = [match for one in own if (match := _OF_ONE.fullmatch(one))]
+        short = _in_braces(name, [match[3] for match in matches]) if len(matches) > 1 else ""
+        made += [short] if short and each_joint(short) == own else own
+    return made
+
+
+def _in_braces(name: str, columns: list[str]) -> str:
+    start = _alike(columns)
+    end = _alike([one[start:][::-1] for one in columns])
+    before, after = columns[0][:start], columns[0][len(columns[0]) - end :]
+    parts = [one[start : len(one) - end] for one in columns]
+    numbers = [int(part) for part in parts if part.isdecimal()]
+    row = range(numbers[0], numbers[-1] + 1) if numbers else []
+    inner = f"{parts[0]}..{parts[-1]}" if numbers == [*row] and row else ",".join(parts)
+    return f"{name}={before}{{{inner}}}{after}"
+
+
+def _alike(texts: Sequence[str]) -> int:
+    """So many letters at the beginning of each are the same."""
+    differing = (n for n, letters in enumerate(zip(*texts, strict=False)) if len({*letters}) > 1)
+    return next(differing, min(map(len, texts)))
+
+
 def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:
     """A mapping file with `--set` options laid over it. Raises ConfigError or MissingFile."""
     mapping = Mapping() if path is None else Document.read(path).check(Mapping)
     columns, changes = dict(mapping.columns), dict[str, Any]()
-    for option in options:
+    for option in itertools.chain.from_iterable(map(each_joint, options)):
         name, equals, rest = option.partition("=")
         if name in OF_THE_TABLE:
             changes[name] = _of_the_table(name, rest, option)

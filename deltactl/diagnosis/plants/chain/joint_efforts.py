@@ -46,9 +46,9 @@ class ChainOptions:
     Measured: 0.063 and 0.148 (strain wave gears eRob80, 50:1 and 100:1), 0.108 (Dynamixel MX-106;
     all three: parameters m3 of github.com/Rhoban/bam), 0.06 (joints 2 and 3 of a UR10e, by a fit to
     its recording). Their root mean square is 0.095."""
-    yields_of_travel: float = 1e-3
-    """Way over which a bearing yields before it slides, as a share of the travel (a harmonic drive:
-    minutes of arc). A fifth or three times of it changes no answer on even draws,"""
+    yields_of_travel: tuple[float, ...] = (1e-4, 3e-4, 1e-3)
+    """Ways over which bearings yield before they slide, as shares of the travel (a harmonic drive:
+    minutes of arc). What one way alone misses passes for inertia,"""
     yields_of_size: float = 0.1
     """and the friction that does, as a share of all effort; what the model states does, too."""
     bends: int = 2
@@ -142,9 +142,10 @@ class JointEfforts(LeftOver):
             "dry": (each(chain.friction * self._direction), CHAIN.friction_as_stated),
             "viscous": (each(chain.damping * self._speed), CHAIN.friction_as_stated),
             "loaded": (each(self._by_load), CHAIN.friction_of_load),
-            "yields": (each(self._yielding * grips), 1.0),
             "link": (self._links, CHAIN.as_built),
         }
+        yielding = [self._low_passed(held) - self._direction for held in self._held]
+        tables |= {f"yields {k}": (each(one * grips), 1.0) for k, one in enumerate(yielding)}
         values = np.concatenate([shapes for shapes, _ in tables.values()], axis=1)
         spread = np.repeat([spread for _, spread in tables.values()], len(self.joints))
         return Columns(values, spread, tuple(f"{name} {j}" for name in tables for j in self.joints))
@@ -156,19 +157,18 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _by_load(self) -> FloatArray:
-        """Friction by the load of the gear, less that at the usual load."""
-        load = np.abs(self._bare)
-        return self._low_passed(self.moved.signs * (load - self._usually(load)))
+        """Friction by the load of the gear, which its links are, less that at the usual load."""
+        load = np.abs(self._bare - self.chain.damping * self.moved.speed)
+        return self._low_passed(np.mean(self._held, axis=0) * (load - self._usually(load)))
 
     @cached_property
-    def _yielding(self) -> FloatArray:
-        """Friction of a bearing that yields before it slides, less that of one that does not."""
-        way = np.maximum(CHAIN.yields_of_travel * np.ptp(self.moved.at, axis=0), 1e-300)
-        moves = np.diff(self.moved.at, axis=0, prepend=self.moved.at[:1]) / way
+    def _held(self) -> FloatArray:
+        """Friction of 1 of bearings that yield over each way and then slide, (ways, m, joints)."""
+        at, one = self.moved.at, np.ones(len(self.moved.at))
+        moves = np.diff(at, axis=0, prepend=at[:1]) / np.maximum(np.ptp(at, axis=0), 1e-300)
         moves[self.moved.whole.fresh] = 0.0
-        one = np.ones(len(moves))
-        held = np.stack([clipped(move, -one, one, 0.0) for move in moves.T], axis=1)
-        return self._low_passed(held) - self._direction
+        ways = ((moves / way).T for way in CHAIN.yields_of_travel)
+        return np.array([np.stack([clipped(m, -one, one, 0.0) for m in way], 1) for way in ways])
 
     @cached_property
     def _changing(self) -> FloatArray:

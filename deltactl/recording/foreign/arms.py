@@ -1,0 +1,221 @@
+"""Logs of whole arms: angles and efforts of all joints, in columns as their makers call them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from deltactl.foundation.printable import count
+from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.mapping import Source
+from deltactl.recording.foreign.names import (
+    BY_NAME,
+    TORQUES,
+    Guess,
+    in_words,
+    of_role,
+    read_name,
+    without_unit,
+)
+from deltactl.recording.foreign.options import GUESSES
+from deltactl.recording.foreign.shapes import Table, is_whole
+from deltactl.recording.format.messages import MOTORS
+
+QUANTITIES = {
+    "theta": ("actual_q", "q", "present_position", "position", "pos", "theta"),
+    "velocity": ("actual_qd", "dq", "present_velocity", "velocity", "vel"),
+    "effort": (
+        *("actual_current", "tau_j", "present_current", "present_load"),
+        *("effort", "torque", "current", "load"),
+    ),
+}
+"""Words of what was measured of each joint, the surest first: of UR (RTDE guide), libfranka
+(RobotState), Dynamixel and Feetech (control tables), ROS (sensor_msgs/JointState) and LeRobot."""
+ROLES = {"theta": "position", "velocity": "velocity", "effort": "effort"}
+"""What other names have to say, where all joints are numbered."""
+RANKS = {(role, word): n for role, own in QUANTITIES.items() for n, word in enumerate(own)}
+OTHER = len(RANKS)
+_NUMBERED = re.compile(r"(.*?[^\d._\[])[._\[]?(\d+)\]?")
+_ANY = "|".join(sorted({word for _, word in RANKS}, key=len, reverse=True))
+_BEHIND = re.compile(rf"(.*[./])?({_ANY})[._/]([A-Za-z][^./]*)")
+_BEFORE = re.compile(rf"(.*[./])?([A-Za-z][^./]*?)[._/]({_ANY})")
+CARTESIAN = frozenset("xyzw")
+COUNTS = 4096
+"""Counts of a turn of Dynamixel X and Feetech STS servos; half of them is their zero."""
+AS_DEGREES = "the joints go up to {:.4g}: all of them are taken for degrees"
+AS_COUNTS = (
+    "whole numbers up to {:.0f}: all joints are taken for counts, 4096 a turn and 2048 at zero"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """One quantity of all joints: columns by the joint's number or name."""
+
+    role: str
+    rank: int
+    """How little its name says."""
+    columns: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def joints(self) -> list[str]:
+        """In the order of their numbers, else of the columns."""
+        numbered = all(map(str.isdecimal, self.columns))
+        return sorted(self.columns, key=int) if numbered else [*self.columns]
+
+
+def as_arm(seen: Inspection) -> Inspection | None:
+    """A table as that of an arm whose URDF is at hand; None where it has not angles and efforts of
+    more joints than a delta has.
+    """
+    groups = _of_all_joints(seen.table)
+    if groups is None:
+        return None
+    unit, counted, words = _unit(seen.table, groups["theta"].columns.values())
+    if counted:
+        groups.pop("velocity", None)  # whose counts are others
+    order = groups["theta"].joints
+    guesses = {
+        one.columns[joint]: Guess(one.columns[joint], role, str(n), unit, BY_NAME)
+        for role, one in groups.items()
+        for n, joint in enumerate(order, 1)
+    }
+    columns = {
+        one.name: _source(one, counted)
+        for one in guesses.values()
+        if counted or one.source != one.name or _shown(one, counted) is not None
+    }
+    times = {name: seen.guesses[name] for name in of_role(seen.guesses, "t")}
+    clock = {name: one for name, one in seen.mapping.columns.items() if name == "t"}
+    kept = [one for one in seen.warnings if not _names(one, seen.table.keys() - times.keys())]
+    return replace(
+        seen,
+        guesses=times | {n: replace(one, unit=_shown(one, counted)) for n, one in guesses.items()},
+        kind="chain",
+        motion=None,
+        kind_why=f"angles and efforts of {count(len(order), 'joint')}",
+        zero=None,
+        mapping=seen.mapping.model_copy(update={"columns": clock | columns, "unit": None}),
+        warnings=[*kept, *words],
+        asked=None,
+    )
+
+
+def fitted_to(seen: Inspection, joints: Sequence[str]) -> tuple[Inspection, str]:
+    """The table of an arm read for a chain with these joints, and why it is none of that chain."""
+    named = joint_names(seen)
+    there = named or [str(n) for n in range(1, len(of_role(seen.guesses, "theta")) + 1)]
+    if missing := [joint for joint in joints if named and joint not in named]:
+        return seen, f"it has no column of joint {missing[0]}, but of {', '.join(named)}"
+    if not named and len(there) != len(joints):
+        return seen, (
+            f"it has columns of {len(there)} joints, and the robot file has {len(joints)}; its"
+            " `joints` are to be those of the columns, in their order"
+        )
+    place = {str(there.index(j) + 1): str(n) for n, j in enumerate(joints if named else there, 1)}
+    guesses = {
+        name: replace(one, index=place.get(one.index)) if one.index else one
+        for name, one in seen.guesses.items()
+        if one.index is None or one.index in place
+    }
+    old = {one.name: guesses[name].name for name, one in seen.guesses.items() if name in guesses}
+    columns = {old[name]: one for name, one in seen.mapping.columns.items() if name in old}
+    mapping = seen.mapping.model_copy(update={"columns": columns})
+    return replace(seen, guesses=guesses, mapping=mapping), ""
+
+
+def joint_names(seen: Inspection) -> list[str]:
+    """Names of the joints in the order of their columns; empty where they are numbered."""
+    angles = sorted(of_role(seen.guesses, "theta"), key=lambda n: int(seen.guesses[n].index or 0))
+    parts = [_parted(name) for name in angles]
+    names = [part[2] for part in parts if part is not None]
+    return [] if any(map(str.isdecimal, names)) else names
+
+
+def effort_column(seen: Inspection) -> str | None:
+    """The first column of efforts where its name does not say that it is a torque or a force."""
+    first = next(iter(of_role(seen.guesses, "effort")), "")
+    return None if TORQUES.intersection(in_words(first)) else first
+
+
+def _of_all_joints(table: Table) -> dict[str, _Group] | None:
+    """Angles, efforts and, where there are any, velocities of the same joints."""
+    groups: dict[tuple[str, str], _Group] = {}
+    for name in table:
+        if (parted := _parted(name)) is not None and np.isfinite(table[name]).any():
+            role, stem, joint, rank = parted
+            groups.setdefault((role, stem), _Group(role, rank)).columns.setdefault(joint, name)
+    found: dict[str, _Group] = {}
+    for role in ("theta", "effort", "velocity"):
+        own = [one for one in groups.values() if one.role == role and len(one.columns) > MOTORS]
+        if "theta" in found:
+            own = [one for one in own if one.columns.keys() == found["theta"].columns.keys()]
+        if own:
+            found[role] = min(own, key=lambda one: one.rank)
+    return found if {"theta", "effort"} <= found.keys() else None
+
+
+def _parted(column: str) -> tuple[str, str, str, int] | None:
+    """Role of a column that is one of several joints', its stem, the joint, and how little the
+    name says; None of any other.
+    """
+    name = without_unit(column)
+    if numbered := _NUMBERED.fullmatch(name):
+        word = re.split(r"[./]", numbered[1])[-1].lower()
+        said = read_name(numbered[1])
+        asked = read_name(numbered[1].removesuffix(word)).role == "command"
+        for role, other in ROLES.items():
+            if (role, word) in RANKS and not asked:
+                return role, numbered[1], numbered[2], RANKS[role, word]
+            if said.role == other and said.used and not said.asked:
+                return role, numbered[1], numbered[2], OTHER
+        return None
+    if behind := _BEHIND.fullmatch(name):
+        before, word, joint = behind.groups()
+    elif ahead := _BEFORE.fullmatch(name):
+        before, joint, word = ahead.groups()
+    else:
+        return None
+    if joint in CARTESIAN or read_name(before or "").role == "command":
+        return None
+    role = next(role for role, own in RANKS if own == word)
+    return role, f"{before or ''}{word}", joint, RANKS[role, word]
+
+
+def _unit(table: Table, angles: Iterable[str]) -> tuple[str | None, bool, list[str]]:
+    """Unit of the angles, whether they are counts, and what is to be said of it."""
+    names = list(angles)
+    said = read_name(names[0]).unit
+    farthest = max(float(np.nanmax(np.abs(table[name]))) for name in names)
+    if said is not None or farthest <= GUESSES.widest_rad:
+        return said, False, []
+    if all(is_whole(table[name]) for name in names):
+        return None, True, [AS_COUNTS.format(farthest)]
+    return "deg", False, [AS_DEGREES.format(farthest)]
+
+
+def _shown(one: Guess, counted: bool) -> str | None:
+    """The unit of a column of a joint."""
+    if one.role == "effort" or counted:
+        return None
+    return one.unit if one.role == "theta" or one.unit is None else f"{one.unit}/s"
+
+
+def _source(one: Guess, counted: bool) -> Source:
+    """Where a column of a joint comes from."""
+    given = {"from": one.source, "unit": _shown(one, counted) or "1"}
+    if counted and one.role == "theta":
+        turn = 2.0 * math.pi
+        return Source.model_validate(
+            given | {"scale": round(turn / COUNTS, 12), "offset": -round(turn / 2.0, 12)}
+        )
+    return Source.model_validate(given)
+
+
+def _names(says: str, columns: Iterable[str]) -> bool:
+    """Whether a sentence is about one of the columns."""
+    return any(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", says) for name in columns)
