@@ -53,7 +53,7 @@ KINDS = (
     _Kind("delta", ("command_2", "command_3"), "commands of three motors"),
     _Kind("stepper_axis", ("steps_1", PLACE), "a count of steps, and the angle that came of it"),
     _Kind("range_sensor", ("range", "distance"), "distances, true and reported", DRIVEN),
-    _Kind("servo_axis", (PLACE, DRIVEN), "{} in, position out"),
+    _Kind("servo_axis", (PLACE, DRIVEN), "{} in, position out", "theta_2 theta_3"),
 )
 """The first that fits counts."""
 
