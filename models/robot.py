@@ -306,8 +306,8 @@ class ChainRobot(RuledModel):
         Field(min_length=1, max_length=32, description="joints of one chain"),
     ]
     """In the order of the columns."""
-    effort_gain: Positive | tuple[Positive, ...] = 1.0
-    """At the joint for one unit of effort."""
+    effort_gain: Positive | tuple[Positive, ...] | Literal["unknown"] = 1.0
+    """At the joint for one unit of effort; `unknown`: measured, by the model's masses."""
     gear: Positive | tuple[Positive, ...] = 1.0
     """Motor turns per joint turn."""
     gravity: bool = True
@@ -339,8 +339,12 @@ class ChainRobot(RuledModel):
 
     @property
     def effort_per_unit(self) -> FloatArray:
-        """What one unit of the effort column makes at each joint, (joints,) [N m or N]."""
-        made: FloatArray = np.ones(len(self.joints)) * np.asarray(self.effort_gain) * self.gear
+        """What one unit of the effort column makes at each joint, (joints,) [N m or N].
+
+        Without the gain, where that is not known.
+        """
+        gain = 1.0 if self.effort_gain == "unknown" else np.asarray(self.effort_gain)
+        made: FloatArray = np.ones(len(self.joints)) * gain * self.gear
         return made
 
 
