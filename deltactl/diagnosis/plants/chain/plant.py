@@ -56,7 +56,7 @@ class ChainPlant(JointEfforts):
         beside = np.concatenate(rubs, axis=1)
         drawn, rows = self.layout.laid(self._filtered), self.rows
         gains = force_per_unit(drawn[rows], self._explained[rows], beside[rows], self.own[rows])
-        return self.robot.model_copy(update={"effort_gain": tuple(gains)})
+        return self.robot.with_gains(gains)
 
     # ---- the robot file ------------------------------------------------------------------------
 
