@@ -294,7 +294,7 @@ class Target(StrictModel):
 
 
 OF_EACH_JOINT = ("effort_gain", "gear")
-"""Of which a chain has one number, or one a joint."""
+"""Keys whose values are one number, or one a joint."""
 
 
 class ChainRobot(RuledModel):
