@@ -329,7 +329,7 @@ OF_JOINTS = (
     "  MODEL.urdf: its URDF or MJCF (.xml); joints that it has not (a gripper) are left out of"
     " --joints and of the braces below; where it calls some otherwise, --joints has its names"
 )
-OF_A_GAIN = "  GAIN: N m at the joint for one of {}, or one a joint: 11.9,9.8; or unknown"
+OF_A_GAIN = "  GAIN: N m at the joint for 1 of {}, or 11.9,9.8,...; or unknown"
 
 
 def _describing_arm(seen: Inspection, file: str) -> list[str]:
