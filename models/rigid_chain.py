@@ -398,6 +398,30 @@ def _refuse_weightless(path: Path, robot: ET.Element) -> None:
             )
 
 
+NOISE_OF_EFFORT, BESIDE = 0.02, 0.3
+"""Shares of what a joint usually needs: noise of its effort, and friction."""
+
+
+def force_per_unit(
+    drawn: FloatArray, needed: FloatArray, beside: FloatArray, own: BoolArray
+) -> FloatArray:
+    """Torque or force for one unit of each joint's effort, (joints,), 1 of one without rows.
+
+    drawn, needed: efforts (n,) as recorded and as the model has them. beside: (n, k) what else may
+    act, as friction. own: (n, joints) whether a row is of a joint.
+    """
+    squares = own.T @ needed**2 / np.maximum(own.sum(axis=0), 1)
+    usual = own @ np.sqrt(np.maximum(squares, 1e-300))
+    shapes = np.concatenate([own * drawn[:, None], beside], axis=1) / usual[:, None]
+    size = np.sqrt(np.maximum(np.mean(shapes**2, axis=0), 1e-300))
+    spread = np.repeat([1e6 * BESIDE, BESIDE], [own.shape[1], beside.shape[1]]) / size
+    white = shapes * spread / NOISE_OF_EFFORT
+    known = np.eye(len(spread)) + white.T @ white
+    found = spread * np.linalg.solve(known, white.T @ (needed / usual / NOISE_OF_EFFORT))
+    gains: FloatArray = np.where(own.any(axis=0), found[: own.shape[1]], 1.0)
+    return gains
+
+
 def _refuse_unsupported(path: Path, mujoco: ET.Element) -> None:
     """Loops and bodies that float."""
     if mujoco.find("equality/connect") is not None or mujoco.find("equality/weld") is not None:

@@ -293,6 +293,10 @@ class Target(StrictModel):
     """In the link's frame."""
 
 
+OF_EACH_JOINT = ("effort_gain", "gear")
+"""Keys whose values are one number, or one a joint."""
+
+
 class ChainRobot(RuledModel):
     """An arm or gantry that a URDF or MJCF describes."""
 
@@ -306,8 +310,8 @@ class ChainRobot(RuledModel):
         Field(min_length=1, max_length=32, description="joints of one chain"),
     ]
     """In the order of the columns."""
-    effort_gain: Positive | tuple[Positive, ...] = 1.0
-    """At the joint for one unit of effort."""
+    effort_gain: Positive | tuple[Positive, ...] | Literal["unknown"] = 1.0
+    """At the joint for one unit of effort; `unknown`: measured by the model."""
     gear: Positive | tuple[Positive, ...] = 1.0
     """Motor turns per joint turn."""
     gravity: bool = True
@@ -328,9 +332,10 @@ class ChainRobot(RuledModel):
         if twice := [name for name in self.joints if self.joints.count(name) > 1]:
             raise ValueError(f"joints has '{twice[0]}' twice")
 
-    @rule("joints", "effort_gain", "gear")
+    @rule("joints", *OF_EACH_JOINT)
     def _one_a_joint(self) -> None:
-        for key, value in (("effort_gain", self.effort_gain), ("gear", self.gear)):
+        for key in OF_EACH_JOINT:
+            value = getattr(self, key)
             if isinstance(value, tuple) and len(value) != len(self.joints):
                 raise ValueError(
                     f"{key} has {len(value)} numbers and joints {len(self.joints)} names;"
@@ -339,9 +344,17 @@ class ChainRobot(RuledModel):
 
     @property
     def effort_per_unit(self) -> FloatArray:
-        """What one unit of the effort column makes at each joint, (joints,) [N m or N]."""
-        made: FloatArray = np.ones(len(self.joints)) * np.asarray(self.effort_gain) * self.gear
+        """What one unit of the effort column makes at each joint, (joints,) [N m or N].
+
+        Without the gain, where that is not known.
+        """
+        gain = 1.0 if self.effort_gain == "unknown" else np.asarray(self.effort_gain)
+        made: FloatArray = np.ones(len(self.joints)) * gain * self.gear
         return made
+
+    def with_gains(self, gains: FloatArray) -> ChainRobot:
+        """The same with other gains of its joints, (joints,)."""
+        return self.model_copy(update={"effort_gain": (*map(float, gains),)})
 
 
 RobotModel = DeltaRobot | StepperAxis | ServoAxis | RangeSensor | ChainRobot

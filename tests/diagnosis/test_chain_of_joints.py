@@ -181,6 +181,26 @@ def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
     assert answer.findings == []
 
 
+MADE_BY_ONE = np.array([0.5, 0.25, 2.0])
+
+
+def _in_units(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+    return effort / MADE_BY_ONE
+
+
+def test_gains_that_nobody_knows_are_measured_beside_friction(tmp_path: Path) -> None:
+    model, robot = tmp_path / "arm.urdf", tmp_path / "unknown.yaml"
+    model.write_text(urdf_text())
+    chain(robot, model, effort_gain="unknown")
+    answer = diagnose([recorded(tmp_path, FRICTION_NM, fault=_in_units)], robot)
+    (friction,) = answer.findings
+    assert (friction.effect, friction.component) == ("joint_friction", "shoulder")
+    assert friction.parameters["torque"].value == pytest.approx(FRICTION_NM, rel=0.01)
+    (doubt,) = answer.doubts
+    said = [float(one) for one in doubt.partition("[")[2].partition("]")[0].split(",")]
+    np.testing.assert_allclose(said, MADE_BY_ONE, rtol=0.01)
+
+
 def _late(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
     asked = np.interp(t_s + 0.025, t_s, effort[:, 1])
     return np.column_stack([effort[:, 0], asked, effort[:, 2]])

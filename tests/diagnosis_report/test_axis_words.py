@@ -18,12 +18,16 @@ from deltactl.diagnosis.answer.records import (
 from deltactl.diagnosis.report.headline import headline
 from deltactl.diagnosis.report.in_words import in_words
 from deltactl.diagnosis.report.remedies import remedies
-from deltactl.diagnosis.report.screen import sentences
+from deltactl.diagnosis.report.screen import sentences, table_rows
 from deltactl.models.effects.lone_axis import command_effects, effort_effects, said
 from deltactl.models.robot import EffectEntry, ServoAxis
 from tests.diagnosis_report.conftest import card_text
 
 DEG = np.pi / 180.0
+
+
+def angle_of(value: float) -> ParameterResult:
+    return ParameterResult(value=value, ci95=[0.99 * value, 1.01 * value], unit="rad")
 
 
 def periodic() -> Finding:
@@ -38,6 +42,25 @@ def periodic() -> Finding:
         evidence=Evidence(delta_chi2=100.0, p=1e-9),
         share_of_mismatch=0.9,
     )
+
+
+@pytest.mark.parametrize(
+    ("second", "size", "period"), [(7e-3, "0.4011", "180.0"), (1e-6, "0.05730", "360.0")]
+)
+def test_of_two_harmonics_the_larger_is_shown(
+    make: Any, second: float, size: str, period: str
+) -> None:
+    """Of 0.0007 degrees a turn and 0.4 twice a turn the screen showed the first alone."""
+    found = {"amplitude": 1e-3, "period": 2.0 * np.pi, "amplitude_2": second, "phase_2": 0.0}
+    one = periodic().model_copy(
+        update={"parameters": {name: angle_of(value) for name, value in found.items()}}
+    )
+    answer = in_words(make("explained", findings=[one]), command_effects("rotary"))
+    rows = [row[3] for row in table_rows(1, answer.findings[0])]
+    assert rows == [f"{size} degrees", f"{period} degrees"]
+    says = f"{answer.findings[0].says} {' '.join(remedies(answer))}"
+    assert says.count(size[:5]) > 1
+    assert f"every {float(period):.0f} degrees" in says
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,8 @@ def test_intervals_keep_two_digits_of_their_half_width() -> None:
 def test_rounding_never_leaves_a_minus_before_nothing() -> None:
     assert number(-0.0004, 2) == "0.00"
     assert number(-1234.6, 0) == "-1235"
+    assert number(4.94e-9, 0) == "0"
+    assert number(4.94e-9, 9) == "4.94e-09"
 
 
 def test_a_p_value_is_rounded_and_bounded() -> None:

@@ -290,6 +290,46 @@ def test_what_is_said_of_a_column_is_taken_and_printed_back(
     assert "deltactl init axis log-robot-2.yaml" in again
 
 
+@pytest.mark.parametrize(
+    ("heading", "asked", "seen", "unit"),
+    [
+        ("t,cmd_mm,dial_in", 20 * COMMAND, POSITION / 1.27, "inch"),
+        ("t,steps,dial_in", np.round(2000 * COMMAND), POSITION / 1.27, "inch"),
+        ("t,cmd_mm,pos_in", 20 * COMMAND, 20 * POSITION, "mm"),  # of in and out
+        ("t,target_q_3,actual_q_3", COMMAND, POSITION, "rad"),
+    ],
+)
+def test_units_that_headings_and_values_say_together(
+    tmp_path: Path, heading: str, asked: np.ndarray, seen: np.ndarray, unit: str
+) -> None:
+    """A dial's inches were asked for, beside steps taken for rad; RTDE is always in rad."""
+    path = tmp_path / "log.csv"
+    path.write_text(f"{heading}\n" + text(columns(T_S, asked, seen)))
+    found = inspect(path)
+    assert found.guesses[heading.split(",")[2]].unit == unit
+    assert found.asked is None
+
+
+def test_the_robot_file_named_after_a_table_is_used_if_it_is_of_its_machine(
+    tmp_path: Path, deltactl: Deltactl
+) -> None:
+    for name in ("log.csv", "other.csv"):
+        rows = columns(T_S, 20 * COMMAND, 20 * POSITION)
+        (tmp_path / name).write_text("t,target_mm,seen_mm\n" + text(rows))
+    init = ("init", "axis", "log-robot.yaml", "--recorded", "command", "--yes", "--motion")
+    deltactl(*init, "linear")
+    for recordings in (["log.csv"], ["log.csv", "other.csv"]):
+        shown = deltactl("inspect", *recordings).stdout
+        assert "described already:     log-robot.yaml" in shown
+        assert f"deltactl diagnose {' '.join(recordings)} --robot log-robot.yaml" in shown
+        assert "describe the machine" not in shown
+    deltactl(*init, "rotary", "--force")
+    shown = deltactl("inspect", "log.csv").stdout
+    assert "not of log-robot.yaml" in shown
+    assert "--force" in shown
+    assert "init axis log-robot-2.yaml --motion linear" in shown
+
+
 def test_motors_with_letters_are_three_and_have_one_unit(tmp_path: Path) -> None:
     """Of soll_A to soll_C, two once were amperes, and only the widest was in degrees."""
     wide = [5.0, 7.0, 15.0]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from deltactl.firmware_py.named_files import find
-from deltactl.foundation.errors import MissingFile
+from deltactl.foundation.errors import ConfigError, MissingFile
 from deltactl.models.robot import ChainRobot, RobotModel, ServoAxis
 from deltactl.models.robot_files import load_with_effects
 
@@ -56,6 +57,42 @@ def looked_at(
     if isinstance(robot, ServoAxis) and robot.inertia is None:
         return without_effort(seen), ""
     return seen, ""
+
+
+def of_its_own(
+    path: Path, known: Mapping | None, together: Sequence[Path]
+) -> tuple[Inspection, str, str | None]:
+    """What a table is to the machine of the robot file that is named after it, or else after one
+    of those it is inspected with; why it is none of it, and that file, None where none is there.
+
+    Raises RecordingError for a table that cannot be read.
+    """
+    from deltactl.recording.foreign.found import robot_named_after
+
+    names = dict.fromkeys(f"{robot_named_after(one)}.yaml" for one in (path, *together))
+    own, whole = f"{robot_named_after(path)}.yaml", looked_at(path, known, None)[0]
+    if whole.own_run or whole.kind is None:
+        return whole, "", None
+    reasons: dict[str, str] = {}
+    for name in filter(lambda one: Path(one).exists(), names):
+        try:
+            machine = described(name)
+        except ConfigError:
+            reasons[name] = "it describes no machine"
+            continue
+        seen, why = looked_at(path, known, machine)
+        if machine and whole.kind == "chain" != machine.kind:
+            why = _of_another(whole, machine)
+        reasons[name] = why or _of_another_zero(seen, machine)
+        if not reasons[name]:
+            return seen, "", name
+    return (whole, reasons[own], own) if own in reasons else (whole, "", None)
+
+
+def _of_another_zero(seen: Inspection, robot: RobotModel | None) -> str:
+    """Why readings are none of a machine whose zeros mean something; empty where they may be."""
+    apart = seen.zero == "arbitrary" and getattr(robot, "zero", None) == "absolute"
+    return "its readings lie far from its commands, and there `zero` is absolute" if apart else ""
 
 
 def _of_another(seen: Inspection, robot: RobotModel) -> str:

@@ -10,6 +10,7 @@ import typer
 
 from deltactl.cli.file_arguments import ForceOption, written_if_right
 from deltactl.cli.output import say, tell
+from deltactl.firmware_py.describing.question import UNKNOWN
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.plain_file import write_whole
 
@@ -24,7 +25,9 @@ JointsOption = Annotated[
 ]
 GainOption = Annotated[
     str | None,
-    typer.Option(help="N m or N at the joint for one unit of effort: one, or one a joint (1)."),
+    typer.Option(
+        help="N m or N at the joint for one unit of effort: one, or one a joint (1); or unknown."
+    ),
 ]
 PosesOption = Annotated[
     int | None,
@@ -116,6 +119,8 @@ def _write_motion(job: Path, robot: RobotModel, described: RigidChain) -> None:
 
 def _gains(text: str, joints: list[str]) -> str:
     """The value of `effort_gain` in the file. Raises ConfigError, which says what to type."""
+    if text == UNKNOWN:
+        return UNKNOWN
     numbers = text.split(",")
     if len(numbers) not in (1, len(joints)):
         raise ConfigError(
@@ -125,5 +130,7 @@ def _gains(text: str, joints: list[str]) -> str:
     try:
         values = [float(number) for number in numbers]
     except ValueError:
-        raise ConfigError(f"--effort-gain: '{text}' is no list of numbers, as 11.9,11.9") from None
+        raise ConfigError(
+            f"--effort-gain: '{text}' is no list of numbers, as 11.9,11.9, nor unknown"
+        ) from None
     return str(values[0]) if len(values) == 1 else str(values)

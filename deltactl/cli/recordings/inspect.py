@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 Seen = TypeVar("Seen")
 OF_THE_RUN = "ROBOT is the robot file that it was made with"
+ANEW = " in a new file ('deltactl init' with --force would write over the old one)"
+OTHERWISE = (
+    "if this is another machine, write it anew: 'deltactl init' with --force or another name"
+)
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
     "  INERTIA: what moves, {mass}, as well as it is known",
@@ -68,19 +72,26 @@ def inspect_recordings(
     refuse_missing(recordings)
     with waiting("loading", as_json) as show:
         with needs("diagnosis", "inspect"):
-            from deltactl.cli.recordings.fitting import described, looked_at
+            from deltactl.cli.recordings.fitting import described, looked_at, of_its_own
         known, machine = mapping_of(columns), described(robot)
         show("reading")
-        found = _readable(recordings, lambda path: looked_at(path, known, machine))
-    seen = [(_measured(table), why_not) for table, why_not in found]
+
+        def looked(path: Path) -> tuple[Inspection, str, str | None]:
+            if robot is None:
+                return of_its_own(path, known, recordings)
+            return *looked_at(path, known, machine), robot
+
+        found = _readable(recordings, looked)
+    seen = [(_measured(table), why_not, file) for table, why_not, file in found]
     if as_json:
-        print_json([table.to_json() for table, _ in seen])
+        print_json([table.to_json() for table, _, _ in seen])
     else:
         together = _alike(seen)
-        for number, (table, why_not) in enumerate(seen, 1):
+        for number, (table, why_not, file) in enumerate(seen, 1):
             paths = recordings if together else [table.path]
             awaited = bool(together) and number < len(seen)
-            _show(table, why_not, _Next(paths, robot, machine is None, save, awaited))
+            new = machine is None if robot else file is None
+            _show(table, why_not, _Next(paths, file, new, save, awaited, unsaid=robot is None))
     if save is not None:
         write_whole(save, seen[0][0].mapping_text(typed=True))
         if not as_json:
@@ -99,11 +110,15 @@ class _Next:
     save: Path | None
     awaited: bool
     """Whether they come below a later table."""
+    unsaid: bool = False
+    """Whether the robot file was found by its name, which is the table's."""
 
 
-def _alike(seen: Sequence[tuple[Inspection, str]]) -> bool:
+def _alike(seen: Sequence[tuple[Inspection, str, str | None]]) -> bool:
     """Whether several tables are read alike, so that one command diagnoses them together."""
-    ways = {(one.kind, one.motion, one.zero, tuple(one.options), why) for one, why in seen}
+    ways = {
+        (one.kind, one.motion, one.zero, tuple(one.options), why, file) for one, why, file in seen
+    }
     return len(ways) == 1 < len(seen) and not seen[0][0].needs_inertia
 
 
@@ -147,6 +162,7 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
 
     if why_not:
         says = f"not of {following.robot}: {why_not}; the commands below describe its own machine"
+        says += ANEW * following.unsaid
         seen = replace(seen, warnings=[says, *seen.warnings])
         following = replace(following, robot=None, new=True)
     read = seen
@@ -166,6 +182,8 @@ def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]
 
     lines: list[str] = []
     robot, new, save = following.robot, following.new, following.save
+    if following.unsaid and robot and not new:
+        lines += broken(f"{'described already:':23}{robot}; {OTHERWISE}")
     if seen.own_run:
         lines += broken(f"this is a recording of deltactl and is read as it is; {OF_THE_RUN}")
         robot, new = robot or "ROBOT", False
@@ -311,7 +329,7 @@ OF_JOINTS = (
     "  MODEL.urdf: its URDF or MJCF (.xml); joints that it has not (a gripper) are left out of"
     " --joints and of the braces below; where it calls some otherwise, --joints has its names"
 )
-OF_A_GAIN = "  GAIN: N m at the joint for one of {}; or one a joint: 11.9,9.8"
+OF_A_GAIN = "  GAIN: N m at the joint for 1 of {}, or 11.9,9.8,...; or unknown"
 
 
 def _describing_arm(seen: Inspection, file: str) -> list[str]:

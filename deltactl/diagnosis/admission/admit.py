@@ -138,6 +138,8 @@ def admit(
     doubts = [doubts_of(robot, recording) for recording in recordings]
     if isinstance(machine, Lone) and isinstance(machine.plant, CommandedAxis):
         doubts.append(axis_match.ahead_of_command(machine.plant, recordings[0].source))
+    if isinstance(machine, Lone) and isinstance(machine.plant, ChainPlant):
+        doubts.append(chain_columns.gain_measured(robot, machine.plant))
     kept = tuple(doubt for doubt in doubts if doubt is not None)
     return Admission(robot, recordings, holdout, (), kept, machine)
 
@@ -286,6 +288,8 @@ def _chain(
 
     by_poses = all(measures_poses(robot.joints, one) for one in recordings)
     plant: Callable[[Sequence[FlatRecording]], AnyPlant] = from_outside if by_poses else in_motion
+    if robot.effort_gain == "unknown" and not by_poses:
+        robot = in_motion(recordings).of_measured_gain()
     others, left_out = _held_out(plant, holdout)
     singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
     return Lone(plant(recordings), others, left_out, singles)
@@ -342,9 +346,7 @@ def _plant(robot: LoneRobot, recordings: Sequence[FlatRecording], forced: bool) 
 def _held_out(
     make: Callable[[Sequence[FlatRecording]], P], holdout: Sequence[FlatRecording]
 ) -> tuple[list[P], tuple[Refusal, ...]]:
-    """Plants of held-out recordings, and why others are left out: too short or broken to say
-    anything.
-    """
+    """Plants of held-out recordings, and why others, too short or broken, are left out."""
     others, left_out = [], []
     for recording in holdout:
         try:

@@ -1,6 +1,4 @@
-"""The columns of a chain of joints, by efforts or by poses, and the effects that its robot file
-states: do they belong to the joints of its model?
-"""
+"""Do columns of a chain, and effects that its robot file states, belong to its model's joints?"""
 
 from __future__ import annotations
 
@@ -8,7 +6,7 @@ import numpy as np
 
 from deltactl.diagnosis.admission.columns import refuse_mostly_empty
 from deltactl.diagnosis.admission.options import ADMISSION
-from deltactl.diagnosis.admission.refusal import refuse
+from deltactl.diagnosis.admission.refusal import Doubt, doubt, refuse
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN
@@ -21,7 +19,7 @@ from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.printable import count
 from deltactl.models.effects.chain_joints import chain_effects
 from deltactl.models.rigid_chain import RigidChain
-from deltactl.models.robot import ChainRobot
+from deltactl.models.robot import ChainRobot, RobotModel
 from deltactl.recording.tables.chain_tables import (
     QUATERNION,
     block,
@@ -112,9 +110,7 @@ def _check_place(chain: RigidChain, recording: FlatRecording, target: str) -> No
 
 
 def check_placed(plant: PosePlant) -> None:
-    """Some placement of base and target must bring places and model together. Raises
-    RefusedRecording.
-    """
+    """Some placement of base and target must fit the model. Raises RefusedRecording."""
     own = plant.poses.places - np.nanmean(plant.poses.places, axis=0)
     left, moved = (float(np.sqrt(np.nanmean(x**2))) for x in (plant.placed_only, own))
     if left > LEAST_ALIKE * moved:
@@ -129,6 +125,13 @@ def _check_unit(source: str, name: str, slides: bool, values: FloatArray) -> Non
         most, read, unit = ADMISSION.farthest_ranged_m, "m", "mm"
     if farthest > most:
         refuse("joint_unit", source, name, farthest=farthest, read=read, unit=unit)
+
+
+def gain_measured(robot: RobotModel, plant: ChainPlant) -> Doubt | None:
+    """What was measured of gains that the robot file does not know."""
+    gains = ", ".join(f"{one:.3g}" for one in plant.robot.effort_per_unit / plant.robot.gear)
+    unknown = isinstance(robot, ChainRobot) and robot.effort_gain == "unknown"
+    return doubt("gain_measured", plant.source, "effort", gains=gains) if unknown else None
 
 
 def check_motion(plant: ChainPlant) -> None:

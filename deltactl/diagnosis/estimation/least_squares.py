@@ -166,9 +166,7 @@ class Fitter:
         return np.concatenate(blocks, axis=1) if blocks else np.zeros((rows, 0))
 
     def _linear(self, frees: tuple[SplineTerm, ...]) -> tuple[FloatArray, FloatArray]:
-        """Whitened columns of spline terms, (m, q), and an orthonormal basis of them; the last set
-        is remembered.
-        """
+        """Whitened columns of spline terms, (m, q), and an orthonormal basis; the last are kept."""
         if frees not in self._known_frees:
             self._known_frees = {key: kept for key, kept in self._known_frees.items() if not key}
             linear = self.free_tangent(frees)

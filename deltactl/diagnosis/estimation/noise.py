@@ -33,9 +33,7 @@ class ChannelNoise:
 
     @cached_property
     def _read(self) -> tuple[IntArray, IntArray | None]:
-        """All rows that are met, and which of them are whitened; None for all that have `AR_ORDER`
-        before them.
-        """
+        """All rows that are met, and those whitened; None for all that have `AR_ORDER` before."""
         met = np.unique(self.rows)
         at = np.searchsorted(met, self.rows[:, 0]) - AR_ORDER
         return met, None if len(at) == len(met) - AR_ORDER else at

@@ -271,9 +271,7 @@ class Laplace:
     def _most_probable(
         self, target: Target, blocks: list[Block], taken: IntArray
     ) -> tuple[FloatArray, float, FloatArray]:
-        """Linear sizes (p,), each in its prior spread, their penalised cost, and their inverse
-        covariance.
-        """
+        """Linear sizes (p,) in their prior spread, penalised cost, and inverse covariance."""
         share, gram = target.share(blocks), self._products.of(blocks)
         share[taken] = gram[taken] = gram[:, taken] = 0.0
         gram[np.diag_indices_from(gram)] += 1.0

@@ -48,9 +48,7 @@ def next_motion(plant: ChainPlant, selected: Selected) -> Proposal:
 
 
 def _ties(selected: Selected) -> list[tuple[Explanation, Sides]]:
-    """Sets that count of which each has a named effect that the best does not have, and the other
-    way round.
-    """
+    """Sets that count, with a named effect that the best lacks, and the other way round."""
     of = {r.key: f"{r.effect} {r.component}" for r in selected.plant.regressors if not r.left_over}
     own, found = selected.best.found & of.keys(), []
     for one in selected.posterior.explanations[1:]:

@@ -79,9 +79,7 @@ def share_and_left(
 
 
 def _left_by(fitter: Fitter, solution: Solution, every: Sequence[FloatArray]) -> list[float]:
-    """By each prediction in the channels of the figures of the fit, without the outliers of the
-    solution.
-    """
+    """By each prediction in the channels of the fit's figures, without the solution's outliers."""
     model, observed = fitter.model, fitter.observed
     valid = without_outliers(observed - solution.predicted, model.readings.valid)
     columns, _ = counted_columns(model)

@@ -253,9 +253,7 @@ class RegressionPlant:
         return np.zeros(len(self.groups))
 
     def begins(self, keys: frozenset[str]) -> list[str]:
-        """Sizes of these regressors, from -1 to 1, that are of how a recording begins, not of the
-        machine.
-        """
+        """Sizes of regressors, from -1 to 1, of how a recording begins, not of the machine."""
         return []
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:

@@ -95,9 +95,7 @@ class SearchOptions:
     its end."""
     reach: float = 300.0
     reach_share: float = 0.05
-    """Chi-square, and share of what a term explains, that an alternative may still catch up after a
-    try.
-    """
+    """Chi-square, and share of what a term explains, that another may catch up after a try."""
 
     # Ends of loops that hardly ever come to them.
     most_turns: int = 8

@@ -11,7 +11,7 @@ from deltactl.diagnosis.answer.verdict import NAMELESS
 from deltactl.diagnosis.report import pairs
 from deltactl.diagnosis.report.fit import unexplained
 from deltactl.diagnosis.report.names import all_followed, effect, followed, part_of
-from deltactl.diagnosis.report.sizes import forced, quantity
+from deltactl.diagnosis.report.sizes import forced, of_larger_wave, quantity
 from deltactl.diagnosis.report.templates import say
 from deltactl.models.effects import VOCABULARY, Search, card_of, found_by
 from deltactl.models.effects.kind import EffectKind
@@ -86,7 +86,7 @@ def _sentence(
     if kind is None:
         return effect(finding.effect, finding.component)
     values: dict[str, Any] = {p.name: p.default for p in kind.parameters if p.default is not None}
-    for name, size in finding.parameters.items():
+    for name, size in of_larger_wave(finding.parameters).items():
         found = [value for value, _, _ in size.components]
         values[name] = found if isinstance(size.value, list) else found[0]
     return kind.sentence(where, values)

@@ -127,9 +127,7 @@ def uneven(
 
 
 def harmonic(finding: Finding, known: Sequence[EffectEntry]) -> str:
-    """That a periodic error by a whole fraction of a known one's period is of the same part; else
-    empty.
-    """
+    """That a periodic error is a harmonic of a known one, of the same part; else empty."""
     period = finding.parameters.get("period")
     for one in known:
         whole = one.parameters.get("period")

@@ -41,6 +41,7 @@ from deltactl.diagnosis.report.pairs import (
 from deltactl.diagnosis.report.sizes import (
     forced,
     number,
+    of_larger_wave,
     quantity,
     scale_of,
     significant,
@@ -222,7 +223,7 @@ def remedy(
     if not finding.parameters or finding.effect == NAMELESS:
         return ""
     name = main_of(finding)
-    result = finding.parameters[name]
+    result = of_larger_wave(finding.parameters)[name]
     largest = max((value for value, _, _ in result.components), key=abs)
     row = "beside" if beside else "dead" if mostly_dead(finding) else name
     shown = _late(finding) or quantity(largest, result.unit, name, 3).lstrip("+-")

@@ -160,9 +160,20 @@ def reported(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterRe
     first = next(iter(parameters), "")
     return {
         name: p
-        for name, p in parameters.items()
+        for name, p in of_larger_wave(parameters).items()
         if name == first or (name not in NOT_REPORTED and not _is_nothing(p))
     }
+
+
+def of_larger_wave(parameters: Mapping[str, ParameterResult]) -> Mapping[str, ParameterResult]:
+    """With amplitude and period of the second harmonic, where that is the larger."""
+    first, second = parameters.get("amplitude"), parameters.get("amplitude_2")
+    if first is None or second is None or first.components[0][0] >= second.components[0][0]:
+        return parameters
+    period = parameters["period"]
+    half, low, high = (0.5 * end for end in period.components[0])
+    own = period.model_copy(update={"value": half, "ci95": [low, high]})
+    return {**parameters, "amplitude": second, "period": own}
 
 
 def _is_nothing(result: ParameterResult) -> bool:
@@ -189,7 +200,8 @@ def number(value: float, digits: int, signed: bool = False) -> str:
     if not math.isfinite(value):
         return "\u2013"
     text = f"{round(value, digits):.{max(digits, 0)}f}"
-    if value and math.floor(math.log10(abs(value))) not in EVERYDAY:
+    small = round(value, digits) == 0.0 and digits < MOST_DECIMALS  # beside its interval
+    if value and not small and math.floor(math.log10(abs(value))) not in EVERYDAY:
         text = f"{value:.3g}"
     if float(text) == 0.0:
         return text.lstrip("-")

@@ -48,9 +48,7 @@ class Scorer:
         return products[:, :-1], products[:, -1]
 
     def against(self, basis: FloatArray, residual: FloatArray) -> Scores:
-        """Scores given a whitened residual (m,) and an orthonormal basis (m, p) of the tangent of
-        what is refitted.
-        """
+        """Scores by a whitened residual (m,) and a basis (m, p) of the tangent that is refitted."""
         shared, along = self.project(basis, residual)
         count = len(self.library.entries)
         gains, ranks = np.zeros(count), np.zeros(count, dtype=np.intp)
@@ -107,9 +105,7 @@ def diagonals(matrices: FloatArray) -> FloatArray:
 
 
 def _frame(information: FloatArray, full: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Directions (..., k, k) of unit information among columns, the collinear as zeros; and which
-    count, (..., k).
-    """
+    """Directions (..., k, k) of unit information among columns, collinear ones 0; which count."""
     scale = np.sqrt(np.maximum(full, 1e-30))
     values, vectors = np.linalg.eigh(information / (scale[..., :, None] * scale[..., None, :]))
     usable = values > SCORE_TESTS.collinear_scores

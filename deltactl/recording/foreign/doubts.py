@@ -117,7 +117,7 @@ TURNS_RAD = 4.0 * np.pi
 LONG_STEP_S = 2.0
 """Whole steps of time from here on are more often ms or us."""
 RTDE = re.compile(r"(actual|target)_q(_?\d)?$")
-"""Joint angles in the logs of Universal Robots, whose interface gives them in rad."""
+"""Joint angles in the logs of Universal Robots, in rad by the guide of their interface (RTDE)."""
 RADIANS, DEGREES = {"rad", "rad/s"}, {"deg", "deg/s"}
 READ = ("position", "theta")
 ANGULAR = ("command", *READ)

@@ -20,7 +20,11 @@ from deltactl.recording.foreign.names import (
     read_name,
 )
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.owners_factors import named_by_pulses, steps_commanded
+from deltactl.recording.foreign.owners_factors import (
+    named_by_pulses,
+    named_in_inches,
+    steps_commanded,
+)
 from deltactl.recording.foreign.shapes import (
     Table,
     copies_of_others,
@@ -59,6 +63,7 @@ def guess_columns(table: Table, units: Mapping[str, str], named: bool) -> dict[s
     thin = {name: values[: GUESSES.guessed_rows] for name, values in table.items()}
     said = {name: read_name(spelled[name], units.get(name, "")) for name in table}
     said |= named_by_pulses(thin, said)
+    said |= named_in_inches(thin, said)
     ours = _ours(table, said) if named else {}
     said |= ours if named else {name: Named(None, one.unit, None) for name, one in said.items()}
     first = Columns(thin, said, _by_name(said))

@@ -34,7 +34,15 @@ from pydantic import Field, ValidationError, model_validator
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.explain import explain
 from deltactl.foundation.strict_yaml import Document, StrictModel
-from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY, SPEEDS, no_unit, of_motion
+from deltactl.recording.foreign.units import (
+    IN_SI,
+    LINEAR,
+    ROTARY,
+    SPEEDS,
+    UNIT_APART,
+    no_unit,
+    of_motion,
+)
 from deltactl.recording.tables.cells import number
 from deltactl.recording.tables.flat import UNITS, known_unit
 from deltactl.recording.tables.table_format import IN_OPTIONS, WIDE
@@ -112,6 +120,8 @@ def _refuse_unit(unit: str) -> None:
     """Raise ValueError for what is neither a unit of a motion nor a number."""
     size = number(unit)
     if unit not in (*ROTARY, *LINEAR) and not (size is not None and size > 0.0):
+        if UNIT_APART.get(unit.lower()) in (*ROTARY, *LINEAR):
+            raise ValueError(f"unit: {no_unit(unit)}")
         known = of_motion(ROTARY, LINEAR)
         raise ValueError(f"unit: '{unit}' must be {known}; or what one is in rad or m")
 

@@ -12,6 +12,7 @@ import numpy as np
 from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import (
     ANGULAR,
+    RTDE,
     counts_like,
     of_counts,
     of_encoder,
@@ -47,6 +48,7 @@ TAKEN = {None: "rad", "rotary": "rad", "linear": "m"}
 OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
 """How LeRobot calls what a joint did and its command, in degrees; where all joints are together,
 below `action`, their values say more."""
+OF_RTDE = "logs of RTDE are in rad"
 PUT = "into the printed command"
 NO_UNIT = "nothing says the unit"
 
@@ -132,6 +134,8 @@ def _of_called(
     """Columns of one axis in the unit that others with such names have; None where none is."""
     if not _is_lone(group):
         return None
+    if all(RTDE.match(one.source) for one in group) and largest <= GUESSES.widest_rad:
+        return [replace(one, unit="rad", why=f"{one.why}; {OF_RTDE}") for one in group], ""
     if all(OF_DATA.fullmatch(one.source) and is_of_joint(one.source) for one in group):
         says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
         return _named(group, "deg"), rather(says, "radians", group, "rad")

@@ -13,6 +13,7 @@ from deltactl.recording.foreign.units import (
     LINEAR,
     LONE_UNITS,
     ROTARY,
+    UNIT_APART,
     UNIT_OF,
     UNIT_WORDS,
     UNITS_OF,
@@ -53,8 +54,6 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-UNIT_APART = UNIT_OF | {"in": "inch"}
-"""Units in brackets, or in a line of their own."""
 PULLS = _words("pull load torque moment nm n force current effort tau amps ampere kraft")
 """Words of what pulls or drives, in names of columns that are not used."""
 _BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")

@@ -70,6 +70,34 @@ def named_by_pulses(table: Table, said: Mapping[str, Named]) -> dict[str, Named]
     return found
 
 
+def named_in_inches(table: Table, said: Mapping[str, Named]) -> dict[str, Named]:
+    """What is called `_in` and follows steps, or as far in inches a column with a unit of length.
+
+    Beside what is called `_out`, it says no unit.
+    """
+    ends = {name: in_words(name)[-1] for name in table}
+    beside = [name for name in table if said[name].unit in LINEAR or said[name].role == "steps"]
+    return {
+        name: replace(said[name], unit="inch")
+        for name, values in table.items()
+        if ends[name] == "in"
+        and "out" not in ends.values()
+        and said[name].unit is None
+        and said[name].role in (None, "position", "range", "distance")
+        and not is_whole(values)
+        and any(_in_inches_of(values, table[one], said[one].unit) for one in beside)
+    }
+
+
+def _in_inches_of(values: FloatArray, other: FloatArray, unit: str | None) -> bool:
+    """Whether values move like others, and as far in inches as those in their unit."""
+    if not np.nanstd(values) or not np.nanstd(other):
+        return False
+    far = travel(other) * IN_SI[unit] / (travel(values) * IN_SI["inch"]) if unit else 1.0
+    as_far = max(far, 1.0 / far) < GUESSES.other_unit
+    return as_far and lead(other, values)[1] >= GUESSES.alike
+
+
 def _is_pulses(name: str, values: FloatArray, role: str | None) -> bool:
     """Whether a column is called so and all its values are pulses that a servo takes."""
     low, high = GUESSES.pulses_us

@@ -44,6 +44,8 @@ _UNITS = {
 IN_SI = {unit: size for unit, (size, _) in _UNITS.items()}
 UNIT_WORDS = {unit: words for unit, (_, words) in _UNITS.items() if words}
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
+UNIT_APART = UNIT_OF | {"in": "inch"}
+"""Units in brackets, in a line of their own, or as somebody says them."""
 UNIT_FACTORS = (1.0 / IN_SI["deg"], 1.0 / IN_SI["mm"], 1.0 / IN_SI["cm"])
 """How many degrees are one radian, and mm and cm one metre."""
 TIMES = ("s", "ms", "us", "ns", "min")
@@ -104,7 +106,7 @@ def either(names: Sequence[str]) -> str:
 
 def no_unit(said: str) -> str:
     """Why a unit is refused, and which was meant by it: as people write it, or nearly."""
-    meant = UNIT_OF.get(said.lower()) or next(
+    meant = UNIT_APART.get(said.lower()) or next(
         iter(difflib.get_close_matches(said, IN_SI, n=1, cutoff=0.6)), None
     )
     if meant in IN_SI:

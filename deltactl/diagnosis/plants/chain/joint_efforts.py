@@ -110,9 +110,7 @@ class JointEfforts(LeftOver):
         return np.asarray(np.sqrt(np.maximum(self._usually(both), 1e-300)).max(axis=0))
 
     def _usually(self, values: FloatArray) -> FloatArray:
-        """Means (..., joints) of values (..., m, joints) where a joint is in clear motion; of one
-        that never is, of all.
-        """
+        """Means (..., joints) of values (..., m, joints) in clear motion; of all without it."""
         counts = self.moved.counts | ~self.moved.counts.any(axis=0)
         return np.asarray(np.sum(values * counts, axis=-2) / np.sum(counts, axis=0))
 
@@ -194,9 +192,7 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _load(self) -> Columns:
-        """All ten moments of a load, (n, 10): a heavy one far from the flange turns as well as
-        weighs.
-        """
+        """All ten moments of a load, (n, 10): far from the flange a heavy one turns, too."""
         chain, mass = self.chain, CHAIN.load_of_mass * self.chain.mass_kg
         values = self.layout.laid(self._low_passed(chain.load_columns(*self._motion)))
         off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m

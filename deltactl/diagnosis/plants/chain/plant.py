@@ -29,7 +29,7 @@ from deltactl.models.effects.chain_joints import (
     load_moments,
     rotor_log_odds,
 )
-from deltactl.models.rigid_chain import BODY, RigidChain
+from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -49,6 +49,14 @@ class ChainPlant(JointEfforts):
         self.observed = filtered - self._explained - self._late_by_file()
         self.drawn_on = filtered - self.observed
         self.regressors = tuple(self._regressors())
+
+    def of_measured_gain(self) -> ChainRobot:
+        """The robot with what one unit of each effort makes, as its model needs it unladen."""
+        rubs = [one.values for key, one in self._acting.items() if not key.startswith("rotor ")]
+        beside = np.concatenate(rubs, axis=1)
+        drawn, rows = self.layout.laid(self._filtered), self.rows
+        gains = force_per_unit(drawn[rows], self._explained[rows], beside[rows], self.own[rows])
+        return self.robot.with_gains(gains)
 
     # ---- the robot file ------------------------------------------------------------------------
 

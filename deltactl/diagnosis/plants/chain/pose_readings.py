@@ -50,9 +50,7 @@ class Poses:
 
 
 def poses_of(robot: ChainRobot, recordings: Sequence[FlatRecording]) -> Poses:
-    """The poses of recordings that `admission` let pass; rows that are not known in full are left
-    out.
-    """
+    """The poses of recordings that `admission` let pass, in rows that are known in full."""
     angles = [joints_of(robot.joints, one, "theta") for one in recordings]
     commands = [joints_of(robot.joints, one, "command") for one in recordings]
     read = all(one is not None for one in angles)

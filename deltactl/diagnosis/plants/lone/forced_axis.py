@@ -359,9 +359,7 @@ class ForcedAxis(LeftOver):
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
-        """Sizes at a bound of their regressor, a lag of no time or too long, a limit that is not
-        reached.
-        """
+        """Sizes at a bound, a lag of no time or too long, a limit that is not reached."""
         longest_s = LONE.longest_lag_s
         if "lag" in keys and not 0.0 < sizes["lag.time"] + sizes["lag.dead_time"] < longest_s:
             return True

@@ -200,9 +200,7 @@ class ForcedAxisOptions:
     """Times the low-pass's edge, of the second preparation: narrow enough to move a size that
     hangs on the filter, wide enough to keep the motion."""
     turning_share: float = 1e-3
-    """Share of the top speed within which friction changes sides even where the velocity has no
-    noise.
-    """
+    """Share of the top speed within which friction changes sides even without noise."""
 
     # What may differ.
     clocks_s: float = 0.001
