@@ -127,6 +127,12 @@ def _stribeck(draw: Draw) -> None:
     draw.expects("dry", j, draw.faults.dry[j])
 
 
+def _first_order(draw: Draw) -> None:
+    j = draw.joint()
+    draw.faults.lag_s[j] = np.exp(draw.rng.uniform(np.log(0.008), np.log(0.06)))
+    draw.expects("lag", j, draw.faults.lag_s[j])
+
+
 NAMED: tuple[Callable[[Draw], None], ...] = (_dry, _viscous, _rotor, _offset, _gain, _lag, _load)
 
 
@@ -153,7 +159,10 @@ def _by_place(draw: Draw) -> int:
     return j
 
 
-ALONE: dict[str, Callable[[Draw], None]] = {"stribeck": _stribeck}
+ALONE: dict[str, Callable[[Draw], None]] = {
+    "first_order_lag": _first_order,
+    "stribeck": _stribeck,
+}
 """Faults that are only drawn where they are asked for, so that the other draws stay as they are."""
 UNKNOWN: tuple[Callable[[Draw], int], ...] = (_coupled, _drifts, _by_place)
 
