@@ -117,6 +117,22 @@ def _load(draw: Draw) -> None:
     draw.expected.append(("load", own.tip, faults.load_kg))
 
 
+def _stribeck(draw: Draw) -> None:
+    j = draw.joint()
+    top = np.quantile(np.abs(draw.moved.speed[:, j]), 0.95)
+    draw.faults.sticks[j] = draw.share(0.15, 0.6) * draw.effort[j]
+    draw.faults.dry[j] = draw.beside(draw.own.dry[j], draw.share(0.15, 0.4) * draw.effort[j])
+    draw.faults.sticks_to[j] = draw.share(0.1, 0.4) * top
+    draw.expects("stribeck", j, draw.faults.sticks[j])
+    draw.expects("dry", j, draw.faults.dry[j])
+
+
+def _first_order(draw: Draw) -> None:
+    j = draw.joint()
+    draw.faults.lag_s[j] = np.exp(draw.rng.uniform(np.log(0.008), np.log(0.06)))
+    draw.expects("lag", j, draw.faults.lag_s[j])
+
+
 NAMED: tuple[Callable[[Draw], None], ...] = (_dry, _viscous, _rotor, _offset, _gain, _lag, _load)
 
 
@@ -143,6 +159,11 @@ def _by_place(draw: Draw) -> int:
     return j
 
 
+ALONE: dict[str, Callable[[Draw], None]] = {
+    "first_order_lag": _first_order,
+    "stribeck": _stribeck,
+}
+"""Faults that are only drawn where they are asked for, so that the other draws stay as they are."""
 UNKNOWN: tuple[Callable[[Draw], int], ...] = (_coupled, _drifts, _by_place)
 
 
@@ -152,17 +173,20 @@ def tier_of(number: int) -> str:
 
 
 def drawn(
-    seed: int, number: int, gantry: bool, file: Path, seconds: float = SECONDS
+    seed: int, number: int, gantry: bool, file: Path, seconds: float = SECONDS, fault: str = ""
 ) -> tuple[str, Draw, str]:
     """Machine `number` of a seed: its tier and faults, and the joint of what has no name.
 
-    Writes its recording, and beside it its URDF.
+    Writes its recording, and beside it its URDF. fault: what of `ALONE` it hides instead.
     """
     rng = np.random.default_rng([seed, number, int(gantry)])
     own = machine(rng, gantry)
     moved = (fourier if rng.integers(0, 2) else trapezoids)(rng, own, seconds)
     draw, tier, joint = Draw(rng, own, moved), tier_of(number), ""
-    if tier == "unknown":
+    if fault:
+        tier = fault
+        ALONE[fault](draw)
+    elif tier == "unknown":
         joint = own.joints[UNKNOWN[number // len(OF_FOUR) % len(UNKNOWN)](draw)]
     else:
         for which in rng.choice(len(NAMED), TIERS.index(tier), replace=False):

@@ -1,6 +1,6 @@
 """Arms and gantries in motion with hidden faults: what is named of how many, and how well sized.
 
-    python -m benchmarks.proofs.moving_arms --cases 40 --seed 2 [--gantries 20]
+    python -m benchmarks.proofs.moving_arms --cases 40 --seed 2 [--gantries 20] [--fault stribeck]
 
 Even seeds are for tuning, odd ones for judging. Needs Pinocchio (`pip install pin`), which is no
 dependency of the package. The diagnosis reads the table, the robot file and the URDF, no more.
@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.proofs.drawn_arms import Draw, Fault, drawn
+from benchmarks.proofs.drawn_arms import ALONE, Draw, Fault, drawn
 from benchmarks.proofs.measured_poses import Expected, held, named
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis
@@ -47,9 +47,11 @@ def right_about_unknown(answer: Diagnosis, joint: str) -> bool:
     return seen and all(f.component == joint for f in answer.findings)
 
 
-def _case(folder: Path, seed: int, number: int, gantry: bool) -> tuple[str, Draw, str, Diagnosis]:
+def _case(
+    folder: Path, seed: int, number: int, gantry: bool, fault: str
+) -> tuple[str, Draw, str, Diagnosis]:
     file = folder / f"{'gantry' if gantry else 'arm'}{number}.csv"
-    tier, draw, joint = drawn(seed, number, gantry, file)
+    tier, draw, joint = drawn(seed, number, gantry, file, fault=fault)
     robot = file.with_suffix(".yaml")
     with contextlib.redirect_stdout(io.StringIO()):
         chain(robot, file.with_suffix(".urdf"))
@@ -76,6 +78,7 @@ def main() -> None:
     parser.add_argument("--gantries", type=int, default=0)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
+    parser.add_argument("--fault", default="", choices=sorted(ALONE), help="hide this one in each")
     asked = parser.parse_args()
     right: dict[str, list[bool]] = defaultdict(list)
     intervals: list[bool] = []
@@ -85,7 +88,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         for number, gantry in cases:
             begun = time.process_time()
-            tier, draw, joint, answer = _case(Path(name), asked.seed, number, gantry)
+            tier, draw, joint, answer = _case(Path(name), asked.seed, number, gantry, asked.fault)
             seconds.append(time.process_time() - begun)
             found, wrong = named(answer, expected(draw.expected))
             good = found == len(draw.expected) and not wrong

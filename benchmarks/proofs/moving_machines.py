@@ -4,7 +4,7 @@ models: Pinocchio does the rigid bodies, this file the motions, joints, drives a
 A joint's friction is the LuGre law (Canudas de Wit, Olsson, Åström and Lischinsky 1995, IEEE
 Transactions on Automatic Control 40, 419-425), which yields before it slides. On half of the
 machines a part of it grows with the load of the gear, by 0.06 to 0.15 N m for each N m where it was
-measured (`ChainOptions.friction_of_load`).
+measured (`joint_friction.OF_LOAD`).
 """
 
 from __future__ import annotations
@@ -126,6 +126,12 @@ class Faults:
         none = np.zeros(self.joints)
         self.dry, self.viscous, self.rotor, self.offset = (none.copy() for _ in range(4))
         self.dead_s, self.drift, self.by_place = (none.copy() for _ in range(3))
+        self.sticks = none.copy()
+        """Friction near standstill beyond that where it slides,"""
+        self.sticks_to = none + 1.0
+        """and the speed within which it falls off."""
+        self.lag_s = none.copy()
+        """Time constant behind which a drive gives its effort."""
         self.gain = none + 1.0
         self.coupled = np.zeros((self.joints, self.joints))
         """Share of another joint's effort that a joint's column has too."""
@@ -222,6 +228,7 @@ def _dry(own: Machine, faults: Faults, moved: Moved, load: FloatArray, rng: Rng)
     by_load = np.minimum(by_load, MOST_BY_LOAD * (own.dry + faults.dry) / usual)
     grows = by_load * (np.abs(load) - usual)
     dry = own.dry + faults.dry * (1.0 + faults.by_place * place) + grows
+    dry = dry + faults.sticks * np.exp(-((moved.speed / faults.sticks_to) ** 2))
     return np.asarray(np.maximum(dry, 0.0))
 
 
@@ -237,6 +244,7 @@ def efforts(own: Machine, moved: Moved, faults: Faults, rng: Rng) -> FloatArray:
     drive += drive @ faults.coupled.T
     aged = 1.0 + faults.drift * (moved.t_s / moved.t_s[-1])[:, None]
     drive = drive / faults.gain / aged
+    drive += faults.lag_s * np.gradient(drive, FINE_S, axis=0)
     pairs = zip(faults.dead_s, drive.T, strict=True)
     asked = [np.interp(moved.t_s + dead_s, moved.t_s, one) for dead_s, one in pairs]
     return np.stack(asked, axis=1)

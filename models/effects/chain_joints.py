@@ -26,7 +26,7 @@ LOAD = PAYLOAD.name
 
 @dataclass(frozen=True, slots=True)
 class JointEffect:
-    """One effect at a joint: the unit of its size, its text with {size} and {part}."""
+    """One effect at a joint: the unit of its size, its text with {size}, {part} and {besides}."""
 
     key: str
     """What it is called among the regressors of a chain."""
@@ -36,6 +36,9 @@ class JointEffect:
     unit: str
     text: str
     nothing: float = 0.0
+    besides: str = ""
+    """A second size,"""
+    besides_unit: str = ""
 
     @property
     def name(self) -> str:
@@ -47,9 +50,16 @@ class JointEffect:
         """That a joint has it."""
         return column_of(f"effort/{self.column}")[1]
 
-    def unit_of(self, slides: bool) -> str:
-        """Unit at a joint that turns or slides."""
-        return LINEAR_UNIT.get(self.unit, self.unit) if slides else self.unit
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of all its sizes at a joint that turns, by their names."""
+        more = {self.besides: self.besides_unit} if self.besides else {}
+        return {self.parameter: self.unit} | more
+
+    def unit_of(self, slides: bool, name: str = "") -> str:
+        """Unit of a size, or of the first, at a joint that turns or slides."""
+        unit = self.units[name or self.parameter]
+        return LINEAR_UNIT.get(unit, unit) if slides else unit
 
 
 JOINT_EFFECTS = {
@@ -64,6 +74,15 @@ JOINT_EFFECTS = {
         ("offset", "offset", "offset", "N m", "a constant effort of {size} is at {part}"),
         ("gain", "gain", "scale", "1", "{part} gives {size} times the effort of its column", 1.0),
         ("lag", "lag", "dead_time", "s", "the effort of {part} acts {size} late"),
+        (
+            *("stribeck", "stribeck", "torque", "N m"),
+            "friction of {part} is {size} higher near standstill and falls off within {besides}",
+            *(0.0, "speed", "rad/s"),
+        ),
+        (
+            *("limit", "limit", "limit", "N m"),
+            *("{part} gives {size} at most, however much is asked of it", np.inf),
+        ),
     )
 }
 
@@ -103,13 +122,15 @@ def chain_effects(slides: Mapping[str, bool], tip: str) -> dict[str, EffectKind]
 
 def _kind(one: JointEffect, slides: Mapping[str, bool]) -> EffectKind:
     def says(component: str, values: Mapping[str, Any]) -> str:
-        size = said(float(values[one.parameter]), one.unit_of(slides.get(component, False)))
-        return one.text.format(size=size, part=component)
+        slide = slides.get(component, False)
+        shown = {name: said(float(values[name]), one.unit_of(slide, name)) for name in one.units}
+        besides = shown.get(one.besides, "")
+        return one.text.format(size=shown[one.parameter], part=component, besides=besides)
 
-    parameter = Parameter(one.parameter, one.unit, -1e6, 1e6)
+    parameters = tuple(Parameter(name, unit, -1e6, 1e6) for name, unit in one.units.items())
     operate = next(iter(SERVO_EFFECTS.values())).operate
     return EffectKind(
-        one.name, Port.GEAR, tuple(slides), (parameter,), operate, says, nothing=one.nothing
+        one.name, Port.GEAR, tuple(slides), parameters, operate, says, nothing=one.nothing
     )
 
 

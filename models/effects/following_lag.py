@@ -32,6 +32,22 @@ from deltactl.models.effects.kind import (
     scalar,
 )
 
+STARTS_S = (
+    (0.0, 0.02),
+    (0.0, 0.08),
+    (0.03, 0.0),
+    (0.1, 0.0),
+    (0.06, 0.06),
+    (0.25, 0.05),
+    (0.06, 0.25),
+)
+"""Time constants and dead times from which fits begin: either alone at a good and a poor drive's,
+both, and each long beside the other."""
+DEAD_S = 0.05
+"""Spread of the dead time of a joint's drive: a slow bus, or a filter of its own,"""
+DEAD_STARTS_S = (0.003, 0.015, 0.08, 0.3)
+"""and from where fits of it begin, apart by a factor of five."""
+
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     part = joints(index)

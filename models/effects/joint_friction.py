@@ -39,6 +39,20 @@ from deltactl.models.effects.kind import (
 from deltactl.models.robot import EffectEntry, FloatArray
 from deltactl.models.signals import clipped
 
+FRICTION_OFF = 0.05
+"""Share by which friction of a joint differs from what its model states: two days differ by 5 to
+10 % with the warmth (UR10e)."""
+OF_LOAD = 0.1
+"""Friction that a gear has for each unit of its load, beside what it has at the usual load.
+Measured: 0.063 and 0.148 (strain wave gears eRob80, 50:1 and 100:1), 0.108 (Dynamixel MX-106; all
+three: parameters m3 of github.com/Rhoban/bam), 0.06 (joints 2 and 3 of a UR10e, by a fit to its
+recording). Their root mean square is 0.095."""
+YIELDS_OVER = (1e-4, 3e-4, 1e-3)
+"""Ways over which bearings yield before they slide, as shares of the travel (a harmonic drive:
+minutes of arc). What one way alone misses passes for inertia,"""
+YIELDING = 0.1
+"""and the friction that does, as a share of all effort; what the model states does, too."""
+
 
 def _brake(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     flow = effort_flow(flow)

@@ -20,6 +20,11 @@ def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     flow.angles_rad += flow.load.per_kg_nm * yields
 
 
+OF_MASS = 0.1
+"""Usual load as a share of what moves: arms carry a tenth to a third of what they weigh."""
+OFF_OF_REACH = 0.1
+"""Usual distance of its centre from the end of the last link, as a share of the reach."""
+
 EFFECT = EffectKind(
     name="payload",
     port=Port.GEAR,

@@ -26,6 +26,15 @@ from deltactl.models.effects.kind import (
     scalar,
 )
 
+STARTS_S = (20.0, 100.0, 500.0, 2500.0)
+"""Time constants from which fits begin: a chip's to a housing's, five times apart,"""
+OF_SPAN = 2.0
+"""less than so many times the recording, for slower is a straight line;"""
+ELSE = 0.3
+"""in a recording too short for those, this share of it,"""
+ALSO = 0.2
+"""and always this one: a warming that the recording holds whole."""
+
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     share = -np.expm1(-flow.since_s / scalar(values, "time_constant"))

@@ -85,7 +85,8 @@ def exciting_motion(robot: ChainRobot, chain: RigidChain) -> Series:
 def information(robot: ChainRobot, chain: RigidChain, series: Series) -> float:
     """Log determinant of the information of a series on all effects, each in its usual size."""
     plant = moved_so(robot, chain, series)
-    named = [plant.columns(r.key, plant.observed, {}) for r in plant.regressors if not r.left_over]
+    keys = [r.key for r in plant.regressors if not (r.left_over or r.sizes)]
+    named = [plant.columns(key, plant.observed, {}) for key in keys]
     white = plant.whitened([plant.free(), *named])
     return float(np.linalg.slogdet(np.eye(white.shape[1]) + white.T @ white)[1])
 

@@ -16,8 +16,11 @@ from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.chain.joint_motions import Layout, joint_motions, prepared
 from deltactl.diagnosis.plants.left_over import LeftOver, Way
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
+from deltactl.diagnosis.plants.lone.force_shapes import SlowFriction
 from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns
+from deltactl.models.effects.joint_friction import FRICTION_OFF, OF_LOAD, YIELDING, YIELDS_OVER
+from deltactl.models.effects.payload import OF_MASS, OFF_OF_REACH
 from deltactl.models.rigid_chain import BODY, RigidChain
 from deltactl.models.robot import ChainRobot
 from deltactl.models.signals import clipped
@@ -35,36 +38,12 @@ class ChainOptions:
     as_built: float = 0.02
     """Share by which efforts that the model needs are off on any arm: masses of a drawing, without
     cables, grease and screws, and torque constants that change with the warmth."""
-    zero_of_current: float = 0.01
-    """Share of the usual effort by which a current sensor's zero is off: its total error is 1.5 %
-    (ACS712, data sheet, at 25 degrees)."""
-    friction_as_stated: float = 0.05
-    """Share by which friction differs from what the model states: two days differ by 5 to 10 % with
-    the warmth (UR10e)."""
-    friction_of_load: float = 0.1
-    """Friction that a gear has for each unit of its load, beside what it has at the usual load.
-    Measured: 0.063 and 0.148 (strain wave gears eRob80, 50:1 and 100:1), 0.108 (Dynamixel MX-106;
-    all three: parameters m3 of github.com/Rhoban/bam), 0.06 (joints 2 and 3 of a UR10e, by a fit to
-    its recording). Their root mean square is 0.095."""
-    yields_of_travel: tuple[float, ...] = (1e-4, 3e-4, 1e-3)
-    """Ways over which bearings yield before they slide, as shares of the travel (a harmonic drive:
-    minutes of arc). What one way alone misses passes for inertia,"""
-    yields_of_size: float = 0.1
-    """and the friction that does, as a share of all effort; what the model states does, too."""
     bends: int = 2
     """Pieces of a spline by which friction grows along the way, or a torque constant in time."""
-    dead_time_s: float = 0.05
-    """Spread of a drive's dead time: a slow bus, or a filter of its own,"""
-    dead_times_s: tuple[float, ...] = (0.003, 0.015, 0.08, 0.3)
-    """and from where fits of it begin, apart by a factor of five."""
     noise: float = 0.02
     """Usual noise of an effort, as a share of its root mean square."""
     rounds: int = 4
     """In which gain and load are found in turn; the third changes a gain by less than 0.1 %."""
-    load_of_mass: float = 0.1
-    """Usual load as a share of what moves: arms carry a tenth to a third of what they weigh."""
-    load_off_of_reach: float = 0.1
-    """Usual distance of its centre from the end of the last link, as a share of the reach."""
 
 
 CHAIN = ChainOptions()
@@ -83,7 +62,7 @@ class JointEfforts(LeftOver):
         self.joints = chain.joints
         self.unit = "N" if all(chain.slides) else "N m"
         self.moved = moved = joint_motions(robot, prepared(robot, recordings), narrower)
-        self._low_passed = moved.edge.low_passed
+        self._low_passed = moved.passed[0].low_passed
         self._motion = moved.at, moved.speed, moved.change
         self._in_time = AheadInTime(moved.whole.t_s, moved.whole.fresh)
         self._filtered = self._low_passed(moved.force)
@@ -133,13 +112,13 @@ class JointEfforts(LeftOver):
         arm is built exactly as its model, and bearings yield before they slide.
         """
         chain, each = self.chain, self._each
-        grips = np.hypot(CHAIN.yields_of_size * self.sizes, chain.friction)
+        grips = np.hypot(YIELDING * self.sizes, chain.friction)
         tables = {
             "lag": (each(self._changing), clocks_apart_s(self.moved.whole.period_s)),
             "gain": (each(self._needed), CHAIN.as_built),
-            "dry": (each(chain.friction * self._direction), CHAIN.friction_as_stated),
-            "viscous": (each(chain.damping * self._speed), CHAIN.friction_as_stated),
-            "loaded": (each(self._by_load), CHAIN.friction_of_load),
+            "dry": (each(chain.friction * self._direction), FRICTION_OFF),
+            "viscous": (each(chain.damping * self._speed), FRICTION_OFF),
+            "loaded": (each(self._by_load), OF_LOAD),
             "link": (self._links, CHAIN.as_built),
         }
         yielding = [self._low_passed(held) - self._direction for held in self._held]
@@ -165,12 +144,12 @@ class JointEfforts(LeftOver):
         at, one = self.moved.at, np.ones(len(self.moved.at))
         moves = np.diff(at, axis=0, prepend=at[:1]) / np.maximum(np.ptp(at, axis=0), 1e-300)
         moves[self.moved.whole.fresh] = 0.0
-        ways = ((moves / way).T for way in CHAIN.yields_of_travel)
+        ways = ((moves / way).T for way in YIELDS_OVER)
         return np.array([np.stack([clipped(m, -one, one, 0.0) for m in way], 1) for way in ways])
 
     @cached_property
     def _changing(self) -> FloatArray:
-        return self.moved.edge.slope(self._filtered)
+        return self.moved.passed[0].slope(self._filtered)
 
     def _since(self, joint: int, dead_s: float) -> FloatArray:
         """Effort of a joint less what it was a dead time ago, (n,).
@@ -179,8 +158,17 @@ class JointEfforts(LeftOver):
         longest would fit best.
         """
         earlier = self._in_time.later(self._curves[joint], -dead_s, 0.0)
-        later = self._filtered[:, joint] - earlier[:, 0]
-        return np.where(self.own[:, joint], later[self.layout.sample], 0.0)
+        return self._at(joint, self._filtered[:, joint] - earlier[:, 0])
+
+    def _at(self, joint: int, efforts: FloatArray) -> FloatArray:
+        """Efforts (m,) of one joint, (n,)."""
+        return np.where(self.own[:, joint], efforts[self.layout.sample], 0.0)
+
+    @cached_property
+    def _slow(self) -> list[SlowFriction]:
+        """Friction of each joint that falls with speed."""
+        pairs = zip(self.moved.passed, self.moved.signs.T, strict=True)
+        return [SlowFriction(motion, way) for motion, way in pairs]
 
     @cached_property
     def _curves(self) -> list[Curves]:
@@ -193,9 +181,9 @@ class JointEfforts(LeftOver):
     @cached_property
     def _load(self) -> Columns:
         """All ten moments of a load, (n, 10): far from the flange a heavy one turns, too."""
-        chain, mass = self.chain, CHAIN.load_of_mass * self.chain.mass_kg
+        chain, mass = self.chain, OF_MASS * self.chain.mass_kg
         values = self.layout.laid(self._low_passed(chain.load_columns(*self._motion)))
-        off = CHAIN.load_off_of_reach * chain.reach_m + chain.tip_m
+        off = OFF_OF_REACH * chain.reach_m + chain.tip_m
         return Columns(values, mass * np.array([1.0] + [off] * 3 + [off**2] * 6), BODY)
 
     @cached_property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -50,10 +50,8 @@ class JointMotions:
     change: FloatArray
     signs: FloatArray
     """Ways of the motions, from -1 to 1."""
-    edge: Motion
-    """Motion of a joint behind the low-pass that efforts and all that explains them pass."""
-    top_speeds: FloatArray
-    """Behind that, (joints,)."""
+    passed: Sequence[Motion]
+    """Motions behind the low-pass that efforts and all that explains them pass, but for turning."""
     force: FloatArray
     counts: BoolArray
     stride: int
@@ -91,10 +89,11 @@ def joint_motions(
     period = edge_hz * whole.period_s
     counts = np.stack([in_clear_motion(one, period) for one in edges], axis=1) & whole.valid
     each = [(one.position, one.velocity, one.acceleration, direction_of(one)) for one in wide]
+    passed = [replace(e, turning=w.turning) for e, w in zip(edges, wide, strict=True)]
     placed, speed, change, signs = np.stack(each, axis=2)
     return JointMotions(
-        whole, placed, speed, change, signs, edges[0], np.array([one.top_speed for one in edges]),
-        robot.effort_per_unit * read("effort"), counts, rows_apart(period),
+        whole, placed, speed, change, signs, passed, robot.effort_per_unit * read("effort"), counts,
+        rows_apart(period),
     )  # fmt: skip
 
 

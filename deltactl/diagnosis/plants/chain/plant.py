@@ -16,10 +16,11 @@ import numpy as np
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN, JointEfforts
 from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
+from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS, LONE
 from deltactl.diagnosis.plants.regression import Columns, Draws, Regressor, Shown, Size, Sizes
 from deltactl.models.effects.chain_joints import (
@@ -29,9 +30,15 @@ from deltactl.models.effects.chain_joints import (
     load_moments,
     rotor_log_odds,
 )
+from deltactl.models.effects.effort_offset import ZERO_OFF
+from deltactl.models.effects.following_lag import DEAD_S, DEAD_STARTS_S
+from deltactl.models.effects.joint_friction import FRICTION_OFF
 from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
+
+DRIVEN = ("lag ", "limit ")
+"""Regressors of what a drive makes of its effort."""
 
 
 class ChainPlant(JointEfforts):
@@ -46,7 +53,8 @@ class ChainPlant(JointEfforts):
         """narrower: the low-pass ends at this share of where the position meets its noise."""
         super().__init__(robot, recordings, chain, narrower)
         filtered = self.layout.laid(self._filtered)
-        self.observed = filtered - self._explained - self._late_by_file()
+        self.observed = filtered - self._explained
+        self.observed = self.observed - self._driven_by_file()
         self.drawn_on = filtered - self.observed
         self.regressors = tuple(self._regressors())
 
@@ -71,9 +79,9 @@ class ChainPlant(JointEfforts):
             column, joint = self._place(key)
             if column == "gain":
                 gains[joint] *= sizes["scale"]
-            elif column != "lag":
+            elif not key.startswith(DRIVEN):
                 size = sizes[JOINT_EFFECTS[column].parameter] - self._kept(column, joint)
-                made = made + self._acting[key].values[:, 0] * size
+                made = made + self._acts(key, sizes.get("speed", 0.0)).values[:, 0] * size
         return np.asarray(made / gains[self.kinds])
 
     @property
@@ -87,13 +95,13 @@ class ChainPlant(JointEfforts):
             if (key := keys.get((one.effect, one.component)))
         ]
 
-    def _late_by_file(self) -> FloatArray:
-        """What dead times of the robot file change of the efforts, (n,)."""
-        dead_s: dict[str, float] = {}
+    def _driven_by_file(self) -> FloatArray:
+        """What dead times and limits of the robot file change of the efforts, (n,)."""
+        found: dict[str, float] = {}
         for key, sizes in self._stated:
-            if key.startswith("lag "):
-                dead_s[key] = dead_s.get(key, 0.0) + sizes["dead_time"]
-        return self.base(frozenset(dead_s), {f"{key}.dead_time": s for key, s in dead_s.items()})
+            for name, size in sizes.items() if key.startswith(DRIVEN) else ():
+                found[f"{key}.{name}"] = found.get(f"{key}.{name}", 0.0) + size
+        return self.base(frozenset(name.rpartition(".")[0] for name in found), found)
 
     def _place(self, key: str) -> tuple[str, int]:
         column, _, joint = key.partition(" ")
@@ -135,20 +143,22 @@ class ChainPlant(JointEfforts):
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
-        spread_s, longest_s = CHAIN.dead_time_s, LONE.longest_lag_s
+        spread_s, longest_s = DEAD_S, LONE.longest_lag_s
         late = Size(
             "dead_time", "half", spread_s, 0.0, longest_s, 0.05 * period_s, within=(0.0, longest_s)
         )
         table = {
-            "dry": off(CHAIN.friction_as_stated * float(chain.friction[joint]), **brakes),
-            "viscous": off(CHAIN.friction_as_stated * float(chain.damping[joint]), **brakes),
+            "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
+            "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
             "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
+            "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
             "gain": off(CHAIN.as_built, above=-1.0),
-            "offset": off(CHAIN.zero_of_current * float(self.sizes[joint]), **by_gain),
+            "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
             "lag": off(
                 clocks_apart_s(period_s), sizes=(late,), saturated=False,
-                starts=tuple((dead_s,) for dead_s in CHAIN.dead_times_s),
+                starts=tuple((dead_s,) for dead_s in DEAD_STARTS_S),
             ),
+            "limit": self._limits[joint].differs,
         }  # fmt: skip
         return table.get(key, by_gain)
 
@@ -156,22 +166,54 @@ class ChainPlant(JointEfforts):
         """Efforts less what they were when the motion that they make was asked for, (n,)."""
         made = np.zeros(len(self.t_s))
         for key in keys:
-            if key.startswith("lag "):
-                made += self._since(self._place(key)[1], sizes[f"{key}.dead_time"])
+            if key.startswith(DRIVEN):
+                column, joint = self._place(key)
+                size = sizes[f"{key}.{JOINT_EFFECTS[column].parameter}"]
+                if column == "lag":
+                    made += self._since(joint, size)
+                elif joint in self._limits:
+                    made += self._limits[joint].kept_back(size)
         return made
+
+    @cached_property
+    def _limits(self) -> dict[int, EffortLimit]:
+        """Limit of the drive at each joint that moves."""
+        force, needed, load = self.layout.laid(self._filtered), self._explained, self._load.values
+        found: dict[int, EffortLimit] = {}
+        for j in self.moving():
+            shapes = np.hstack([self.spanned(f"{self.joints[j]} effort"), load])
+            own, rows = self.own[:, j], self.rows_of(j)
+            found[j] = EffortLimit(force * own, needed, rows, self.observed, shapes)
+        return found
+
+    def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
+        """Rows whose effort is cut at a limit, and its noise with it, see `RegressionPlant`."""
+        limits = frozenset(key for key in keys if key.startswith("limit "))
+        return self.base(limits, sizes) != 0.0 if limits else None
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Efforts (n, k) of one regressor."""
-        return self.unknown(key) if key.startswith(UNKNOWN) else self._shapes[key]
+        found = self.unknown(key) if key.startswith(UNKNOWN) else self._shapes.get(key)
+        return found or self._acts(key, sizes[f"{key}.speed"])
+
+    def _acts(self, key: str, speed: float) -> Columns:
+        """Efforts (n, 1) of what acts at a joint; speed: within which it falls off, if it does."""
+        if key in self._acting:
+            return self._acting[key]
+        joint = self._place(key)[1]
+        slow, spread = self._slow[joint], FORCED_AXIS.stribeck_of_size * self.sizes[joint]
+        shape = self._at(joint, slow.shapes @ slow.speeds.weights(speed))
+        return Columns.of(shape, spread, "torque")
 
     @cached_property
     def _acting(self) -> dict[str, Columns]:
         """Efforts (n, k) of all that acts at a joint or at the last link."""
         change = self._low_passed(self.moved.change)
+        tops = np.array([one.top_speed for one in self.moved.passed])
         brisk = np.sqrt(np.maximum(self._usually(change**2), 1e-300))
         tables = {
             "dry": (self._direction, self.sizes),
-            "viscous": (self._speed, self.sizes / self.moved.top_speeds),
+            "viscous": (self._speed, self.sizes / tops),
             "rotor": (change, self.sizes / brisk),
             "offset": (np.ones_like(change), self.sizes),
         }
@@ -188,7 +230,7 @@ class ChainPlant(JointEfforts):
         given = self._explained + self._load.values @ self._carried
         for joint, own in zip(self.joints, self.own.T, strict=True):
             found[f"gain {joint}"] = Columns.of(own * given, FILE_SPREADS.gain_share, "scale")
-            found[f"lag {joint}"] = Columns.none(len(self.t_s))
+            found |= {f"{key}{joint}": Columns.none(len(self.t_s)) for key in DRIVEN}
         return found
 
     @cached_property
@@ -218,7 +260,7 @@ class ChainPlant(JointEfforts):
         """
         joint, _, follows = name.rpartition(" ")
         keys = ["dry", "viscous", "rotor"] if follows == "scale" else list(JOINT_EFFECTS)
-        named = [self._shapes[f"{key} {joint}"].values for key in keys]
+        named = [self._shapes[f"{key} {joint}"].values for key in keys if key != "stribeck"]
         late = self._each(self._changing)[:, [self.joints.index(joint)]]
         return np.concatenate([*named, late], axis=1)
 
@@ -244,6 +286,8 @@ class ChainPlant(JointEfforts):
     def adopt(self, trained: ChainPlant) -> None:
         """Spreads and load of the recording that sizes were found on."""
         self.sizes, self._carried = trained.sizes, trained._carried
+        for own, other in zip(self._slow, trained._slow, strict=True):
+            own.speeds = other.speeds
         for name in ("_acting", "_shapes"):
             self.__dict__.pop(name, None)
 
@@ -259,10 +303,14 @@ class ChainPlant(JointEfforts):
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
         if column == "gain":
             return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
-        if column == "lag":
-            return [Shown(name, unit, lambda v: v[name])]
+        if key.startswith(DRIVEN):
+            return [Shown(name, unit, lambda v: v[name], one.nothing)]
         gain = f"gain {self.joints[joint]}.scale"
-        return [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), kept)]
+        found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), kept)]
+        if one.besides:
+            unit = one.unit_of(self.chain.slides[joint], one.besides)
+            found.append(Shown(one.besides, unit, lambda v: v[one.besides]))
+        return found
 
 
 def _centre(first: str) -> Callable[[Draws], FloatArray]:

@@ -13,6 +13,7 @@ from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
 from deltactl.diagnosis.plants.regression import Equivalent, Regressor, Size, Sizes, instead, named
 from deltactl.models.effects import column_of
+from deltactl.models.effects.following_lag import STARTS_S
 from deltactl.models.robot import ServoAxis, StepperAxis
 
 PLAYS = frozenset(("friction", "rubbing", "play"))
@@ -37,7 +38,7 @@ def begins_of(axis: RecordedAxis) -> list[str]:
 def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     """Every named effect that this recording can tell anything of."""
     longest = Size("time", "half", LONE.lag_spread_s, 0.0, LONE.longest_lag_s, 1e-3)
-    lag = {"sizes": (longest, replace(longest, name="dead_time")), "starts": LONE.lag_starts_s}
+    lag = {"sizes": (longest, replace(longest, name="dead_time")), "starts": STARTS_S}
     found = [
         named(f"{_drive(axis)}/ratio", equivalents=_of_ratio(axis), apart_from=("offset",)),
         named("command/lag", equivalents=instead("command/lag"), **lag),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -39,56 +39,44 @@ class LateDrive:
         return kept[3]
 
 
+@dataclass(eq=False)
 class EffortLimit:
     """The largest effort that a drive gives, seen in a low-passed effort (n,) as it was asked for.
 
-    left: absolute value (m,) of what all named forces together leave of some rows (m,). needed:
-    force (n,) that the motion needs by the robot file.
+    needed: force (n,) that the motion needs by the robot file. observed: what that leaves, (n,).
+    shapes: of all named forces together, (n, k).
     """
 
-    def __init__(
-        self,
-        force: FloatArray,
-        needed: FloatArray,
-        rows: IntArray,
-        left: Callable[[IntArray], FloatArray],
-    ):
-        self._force, self._needed, self._rows, self._left = force, needed, rows, left
-        asked = np.abs(force[rows])
-        self._peak = max(float(asked.max()), 1e-300)
+    force: FloatArray
+    needed: FloatArray
+    rows: IntArray
+    observed: FloatArray
+    shapes: FloatArray
+
+    @property
+    def differs(self) -> dict[str, Any]:
+        """What its regressor is: between the effort that is usually asked for and the largest."""
+        asked = np.abs(self.force[self.rows])
         # A drive that could not give half of what is asked of it would follow nothing.
-        self._usual = float(np.median(asked))
-
-    @property
-    def size(self) -> Size:
-        """Between the effort that is usually asked for and the largest."""
-        peak = self._peak
-        return Size("limit", "flat", peak, self._usual, peak, 2e-3 * peak)
-
-    @property
-    def starts(self) -> list[float]:
-        """Limits from which fits begin."""
-        low, room = self._usual, self._peak - self._usual
-        return [low + share * room for share in LONE.limit_starts]
+        peak, low = max(float(asked.max()), 1e-300), float(np.median(asked))
+        reached = (self._excursion, peak - self._excursion)
+        size = Size("limit", "flat", peak, low, peak, 2e-3 * peak, within=reached)
+        starts = tuple((low + share * (peak - low),) for share in LONE.limit_starts)
+        return {"sizes": (size,), "starts": starts, "saturated": False}
 
     def kept_back(self, limit: float) -> FloatArray:
         """Effort (n,) beyond a limit, where it is more than noise makes of an effort at it."""
-        beyond = np.abs(self._force) - limit
-        beyond[beyond <= self._excursion] = 0.0
-        found: FloatArray = np.sign(self._force) * beyond
-        return found
-
-    def is_reached(self, limit: float) -> bool:
-        """Whether a limit is larger than what noise makes of no effort, and is reached."""
-        reached = self.kept_back(limit)[self._rows].any()
-        return limit >= self._excursion and bool(reached)
+        beyond = np.abs(self.force) - limit
+        return np.asarray(np.sign(self.force) * np.where(beyond > self._excursion, beyond, 0.0))
 
     @cached_property
     def _excursion(self) -> float:
         """How far readings are off where little is needed and no limit reached: the farthest one,
         and that of as many of a normal distribution.
         """
-        needed = np.abs(self._needed[self._rows])
-        left = self._left(self._rows[needed <= np.median(needed)])
-        expected = MAD_TO_SIGMA * float(np.median(left)) * np.sqrt(2.0 * np.log(len(self._rows)))
+        needed = np.abs(self.needed[self.rows])
+        rows = self.rows[needed <= np.median(needed)]
+        shapes, force = self.shapes[rows], self.observed[rows]
+        left = np.abs(force - shapes @ np.linalg.lstsq(shapes, force, rcond=1e-10)[0])
+        expected = MAD_TO_SIGMA * float(np.median(left)) * np.sqrt(2.0 * np.log(len(self.rows)))
         return max(float(expected), float(left.max()))

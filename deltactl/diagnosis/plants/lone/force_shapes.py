@@ -4,15 +4,45 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.inverse_dynamics import Motion
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
-from deltactl.diagnosis.plants.regression import Columns, Sizes
+from deltactl.diagnosis.plants.regression import Columns, Size, Sizes
+from deltactl.models.effects.stribeck_friction import SPEEDS, STARTS, WITHIN, Falls, falls
+
+
+@dataclass(eq=False)
+class SlowFriction:
+    """Friction of 1 of slow motion only, by the speed within which it falls off."""
+
+    motion: Motion
+    direction: FloatArray
+
+    @cached_property
+    def speeds(self) -> Falls:
+        """From the least to the largest at which friction may have come down."""
+        return Falls(*(share * self.motion.top_speed for share in SPEEDS))
+
+    def differs(self, gain: str) -> dict[str, Any]:
+        """What its regressor is; gain: name of the drive's."""
+        top = self.motion.top_speed
+        (slow, fast), (low, high) = SPEEDS, WITHIN
+        within = (low * top, high * top)
+        speed = Size("speed", "flat", top, slow * top, fast * top, 2e-3 * top, within=within)
+        starts = tuple((share * top,) for share in STARTS)
+        found: dict[str, Any] = {"sizes": (speed,), "starts": starts, "measured_by": gain}
+        return found | {"positive": ("torque",), "above": 0.0}
+
+    @cached_property
+    def shapes(self) -> FloatArray:
+        """The friction (n, m) for each speed of a table."""
+        share = falls(self.motion.turning[:, None], self.speeds.speeds)
+        return self.motion.low_passed(self.direction[:, None] * share)
 
 
 @dataclass(eq=False)
@@ -46,9 +76,9 @@ class ForceShapes:
         return max(*(float(np.sqrt(np.mean(force**2))) for force in either), 1e-300)
 
     @cached_property
-    def speeds(self) -> FloatArray:
-        """The least and the largest speed (2,) at which friction may have come down."""
-        return np.array(FORCED_AXIS.stribeck_speeds) * self.motion.top_speed
+    def slow(self) -> SlowFriction:
+        """Friction that falls with speed."""
+        return SlowFriction(self.motion, self.direction)
 
     @cached_property
     def linear(self) -> dict[str, Columns]:
@@ -68,29 +98,14 @@ class ForceShapes:
         return self.motion.acceleration * self.inertia
 
     def _stribeck(self, speed: float) -> Columns:
-        weights = np.asarray(self._table(np.log(speed)))
-        column = Columns.of(
-            self._slowed @ weights, FORCED_AXIS.stribeck_of_size * self.size, "torque"
-        )
+        weights = self.slow.speeds.weights(speed)
+        spread = FORCED_AXIS.stribeck_of_size * self.size
+        column = Columns.of(self.slow.shapes @ weights, spread, "torque")
         return replace(column, curves=lambda: self._slowed_curves.blended(weights))
 
     @cached_property
     def _slowed_curves(self) -> Curves:
-        return self.in_time.curves(self._slowed)
-
-    @cached_property
-    def _slowed(self) -> FloatArray:
-        """Friction of slow motion only (n, m), for each speed of a table."""
-        share = np.exp(-((self.motion.turning[:, None] / np.exp(self._table.x)) ** 2))
-        return self.motion.low_passed(self.direction[:, None] * share)
-
-    @cached_property
-    def _table(self) -> CubicSpline:
-        """By the logarithm of the speed: a low-pass at each speed of a fit takes ten times as
-        long."""
-        slow, fast = np.log(self.speeds)
-        knots = int((fast - slow) / FORCED_AXIS.stribeck_knot) + 1
-        return CubicSpline(np.linspace(slow, fast, knots), np.eye(knots))
+        return self.in_time.curves(self.slow.shapes)
 
     @cached_property
     def _spring(self) -> Columns:

@@ -56,6 +56,7 @@ from deltactl.diagnosis.plants.regression import (
 )
 from deltactl.models.chain.axis import Driven, EffortChain, gravity_pull
 from deltactl.models.effects import Trait, column_of, with_trait
+from deltactl.models.effects.following_lag import STARTS_S
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.column_measures import first_of
 from deltactl.recording.tables.flat import FlatRecording
@@ -196,9 +197,6 @@ class ForcedAxis(LeftOver):
             ),
         ]  # fmt: skip
         if not self.let_go:
-            top, (slowest, fastest) = self.motion.top_speed, self._forces.speeds
-            low, high = (share * top for share in FORCED_AXIS.stribeck_within)
-            speed = Size("speed", "flat", top, slowest, fastest, 2e-3 * top, within=(low, high))
             step_s, longest_s = 0.05 * self.readings.period_s, LONE.longest_lag_s
             late = [
                 Size(name, "half", LONE.lag_spread_s, 0.0, longest_s, step_s)
@@ -211,17 +209,10 @@ class ForcedAxis(LeftOver):
                 named(
                     "effort/lag", sizes=tuple(late), alone=False, takes_over="late",
                     as_built=EVIDENCE.tolerated * clocks_apart_s(self.readings.period_s),
-                    equivalents=instead("effort/lag"), starts=LONE.lag_starts_s,
+                    equivalents=instead("effort/lag"), starts=STARTS_S,
                 ),
-                named(
-                    "effort/stribeck", sizes=(speed,), alone=False, positive=("torque",),
-                    above=0.0, measured_by=GAIN,
-                    starts=tuple((share * top,) for share in FORCED_AXIS.speed_starts),
-                ),
-                named(
-                    "effort/limit", sizes=(self._limit.size,), alone=False, saturated=False,
-                    starts=tuple((limit,) for limit in self._limit.starts),
-                ),
+                named("effort/stribeck", alone=False, **self._forces.slow.differs(GAIN)),
+                named("effort/limit", alone=False, **self._limit.differs),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
 
@@ -234,20 +225,14 @@ class ForcedAxis(LeftOver):
 
     @cached_property
     def _limit(self) -> EffortLimit:
-        return EffortLimit(self.filtered_force, self.drawn_on, self.rows, self._left_by_all)
+        shapes = np.stack([one.values[:, 0] for one in self._forces.linear.values()], axis=1)
+        return EffortLimit(self.filtered_force, self.drawn_on, self.rows, self.observed, shapes)
 
     def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
         """Samples (n,) whose effort is cut at a limit, and its noise with it."""
         if "limit" not in keys:
             return None
         return np.asarray(self._limit.kept_back(sizes["limit.limit"]) != 0.0)
-
-    def _left_by_all(self, rows: IntArray) -> FloatArray:
-        """What all named forces together leave of some rows (m,), absolute."""
-        shapes = np.stack([one.values[rows, 0] for one in self._forces.linear.values()], axis=1)
-        force = self.observed[rows]
-        left: FloatArray = np.abs(force - shapes @ np.linalg.lstsq(shapes, force, rcond=1e-10)[0])
-        return left
 
     def _led(self, key: str, columns: Columns, sizes: Sizes) -> Columns:
         return self._late.led(key, columns, sizes["lag.dead_time"], sizes["lag.time"])
@@ -326,7 +311,7 @@ class ForcedAxis(LeftOver):
         """Spreads, speeds and map in detail of the recording that sizes were found on."""
         super().adopt(trained)
         own, other = self._forces, trained._forces
-        own.size, own.speeds, own.middle = other.size, other.speeds, other.middle
+        own.size, own.slow.speeds, own.middle = other.size, other.slow.speeds, other.middle
 
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the contract's effects, in N or N m."""
@@ -359,10 +344,8 @@ class ForcedAxis(LeftOver):
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
-        """Sizes at a bound, a lag of no time or too long, a limit that is not reached."""
+        """Sizes at a bound of their regressor, a lag of no time or too long."""
         longest_s = LONE.longest_lag_s
         if "lag" in keys and not 0.0 < sizes["lag.time"] + sizes["lag.dead_time"] < longest_s:
-            return True
-        if "limit" in keys and not self._limit.is_reached(sizes["limit.limit"]):
             return True
         return super().impossible(keys, sizes, linear)

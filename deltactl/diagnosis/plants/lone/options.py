@@ -24,12 +24,6 @@ class LoneOptions:
     lag_spread_s: float = 0.1
     """A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101,
     STS3250)."""
-    lag_starts_s: tuple[tuple[float, float], ...] = (
-        (0.0, 0.02), (0.0, 0.08), (0.03, 0.0), (0.1, 0.0), (0.06, 0.06), (0.25, 0.05),
-        (0.06, 0.25),
-    )  # fmt: skip
-    """Time constants and dead times: either alone at a good and a poor drive's, both, and each
-    long beside the other."""
     fewest_pieces: int = 2
     """Pieces of a spline term over few readings or places: one bend."""
     rows_a_piece: int = 15
@@ -216,14 +210,6 @@ class ForcedAxisOptions:
     """Usual size of an unknown: a third of all forces."""
     stribeck_of_size: float = 0.5
     """Usual Stribeck friction, and usual pull of a spring, as a share of all forces."""
-    stribeck_speeds: tuple[float, float] = (0.005, 0.6)
-    """Shares of the top speed: below, nothing is read in motion; above, it is viscous friction."""
-    stribeck_knot: float = 0.2
-    """Between two speeds of a table, in their logarithm: an error of 1e-4 (numerical)."""
-    stribeck_within: tuple[float, float] = (0.006, 0.59)
-    """Nearer to those ends a speed sits at its bound."""
-    speed_starts: tuple[float, ...] = (0.02, 0.06, 0.2)
-    """Stribeck speeds to start from, as shares of the top speed, apart by a factor of three."""
     force_pieces: int = 10
     """Pieces of a spline term: forces by position have more bends than positions by command."""
 
@@ -249,14 +235,6 @@ class RangeSensorOptions:
     """Usual offset and crosstalk, in times the model error: two that cancel are each larger."""
     late_range_spread_s: float = 0.1
     """A distance sensor measures for tens of milliseconds, and a bus may hold it for as long."""
-    warm_up_starts_s: tuple[float, ...] = (20.0, 100.0, 500.0, 2500.0)
-    """Time constants to start from: a chip's to a housing's, five times apart,"""
-    warm_up_of_span: float = 2.0
-    """less than so many times the recording, for slower is a straight line;"""
-    warm_up_else: float = 0.3
-    """in a recording too short for those, this share of it,"""
-    warm_up_also: float = 0.2
-    """and always this one: a warming that the recording holds whole."""
     warm_up_periods: float = 2.0
     """Sampling periods of the soonest warming,"""
     warm_up_spans: float = 3.0

@@ -29,6 +29,7 @@ from deltactl.diagnosis.plants.regression import (
 )
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.chain.axis import SensorChain
+from deltactl.models.effects import sensor_drift
 from deltactl.models.robot import RangeSensor
 from deltactl.models.signals import late, slopes_of
 from deltactl.recording.column_measures import step_of
@@ -129,10 +130,10 @@ class RangeSensorPlant(LeftOver):
         high = RANGE_SENSOR.warm_up_spans * span_s
         within = ((1.0 + near) * low, (1.0 - near) * high)
         size = Size("time_constant", "flat", span_s, low, high, 1e-3 * span_s, within=within)
-        slowest = RANGE_SENSOR.warm_up_of_span * span_s
-        likely = [s for s in RANGE_SENSOR.warm_up_starts_s if s < slowest]
-        likely = likely or [RANGE_SENSOR.warm_up_else * span_s]
-        starts = tuple((s,) for s in (*likely, RANGE_SENSOR.warm_up_also * span_s))
+        slowest = sensor_drift.OF_SPAN * span_s
+        likely = [s for s in sensor_drift.STARTS_S if s < slowest]
+        likely = likely or [sensor_drift.ELSE * span_s]
+        starts = tuple((s,) for s in (*likely, sensor_drift.ALSO * span_s))
         return named("range/drift", sizes=(size,), alone=False, starts=starts)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
