@@ -37,8 +37,7 @@ from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
-DRIVEN = ("lag ", "limit ")
-"""Regressors of what a drive makes of its effort."""
+DRIVEN = ("lag ", "limit ")  # what a drive makes of its effort
 
 
 class ChainPlant(JointEfforts):
