@@ -112,7 +112,7 @@ def test_a_recording_is_measured_as_inspect_reads_it(deltactl: Deltactl, tmp_pat
     done = deltactl("init", "axis", "slide.yaml", *words)
     read = "--set 't=Zeit[ms]'"
     assert f"next: deltactl diagnose log.csv --robot slide.yaml {read}" in done.stdout
-    assert "write 1 divided by the steps per mm that are set" in done.stderr
+    assert "mm for one step, as the drive is set" in done.stderr
     next_one = done.stdout.splitlines()[-1].removeprefix("next: deltactl ")
     deltactl(*shlex.split(next_one))
 

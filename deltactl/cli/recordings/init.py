@@ -261,8 +261,12 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
         raise wrong from None
     options = [word for word in seen.options if word != "--set"]
     say(f"{path.name} is read with: {shlex.join(options)}")
+    owed = {factor.word: (name, factor.says) for name, factor in seen.factors.items()}
     for warning in seen.warnings:
-        warn(f"look here: {warning}")
+        if not any(word in warning for word in owed):
+            warn(f"look here: {warning}")
+    for name, says in owed.values():
+        warn(f"look here: {name} is read by a number that fits this recording; put for it {says}")
     return recording, options
 
 
