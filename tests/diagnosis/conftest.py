@@ -69,3 +69,15 @@ def record(delta: DeltaRobot) -> Record:
         return FlatRecording(t_s, columns, {}, "synthetic")
 
     return make
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    """The file of an arm of three joints, its URDF beside it."""
+    from deltactl.cli.recordings.init_chain import chain
+    from tests.diagnosis.test_chain_of_joints import urdf_text
+
+    (tmp_path / "arm.urdf").write_text(urdf_text())
+    file = tmp_path / "arm.yaml"
+    chain(file, tmp_path / "arm.urdf")
+    return file

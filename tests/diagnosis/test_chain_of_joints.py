@@ -67,7 +67,7 @@ def _turn(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return np.eye(3) + sine * cross + rest * (cross @ cross)
 
 
-def _efforts(q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, load_kg: float) -> np.ndarray:
+def efforts(q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, load_kg: float) -> np.ndarray:
     """Torques (n, 3) of a motion."""
     n = len(q)
     frame, spin, swing = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), np.zeros((n, 3))
@@ -126,7 +126,7 @@ def recorded(
             ddq[:, j] -= size * w * w * np.sin(w * t_s + phase)
     still = [j for j in range(3) if j not in moving]
     q[:, still] = dq[:, still] = ddq[:, still] = 0.0
-    effort = _efforts(q, dq, ddq, load_kg)
+    effort = efforts(q, dq, ddq, load_kg)
     effort[:, 1] += friction_nm * np.sign(dq[:, 1])
     effort = effort if fault is None else fault(t_s, q, dq, effort)
     effort += 0.05 * rng.standard_normal(effort.shape)
@@ -137,14 +137,6 @@ def recorded(
     rows = np.column_stack([t_s, q, effort])
     np.savetxt(table, rows, "%.8g", ",", header=",".join(["t", *head]), comments="")
     return table
-
-
-@pytest.fixture
-def robot(tmp_path: Path) -> Path:
-    (tmp_path / "arm.urdf").write_text(urdf_text())
-    file = tmp_path / "arm.yaml"
-    chain(file, tmp_path / "arm.urdf")
-    return file
 
 
 def test_hidden_friction_and_load_are_found_with_their_sizes(robot: Path) -> None:
@@ -413,7 +405,7 @@ def test_a_gantry_of_an_mjcf_without_its_meshes_weighs_what_it_says(tmp_path: Pa
     )
     gantry = RigidChain(tmp_path / "gantry.xml", ("along", "up"))
     speed, change = np.array([[0.5, 0.1]]), np.array([[0.2, -0.3]])
-    efforts = gantry.efforts(np.zeros((1, 2)), speed, change)
-    assert efforts == pytest.approx(np.array([[4.0 * 0.2 + 2.0 * 0.5, 1.0 * (9.81 - 0.3)]]))
+    needed = gantry.efforts(np.zeros((1, 2)), speed, change)
+    assert needed == pytest.approx(np.array([[4.0 * 0.2 + 2.0 * 0.5, 1.0 * (9.81 - 0.3)]]))
     floating = RigidChain(tmp_path / "gantry.xml", ("along", "up"), gravity=False)
     assert floating.efforts(np.zeros((1, 2)), speed, change)[0, 1] == pytest.approx(-0.3)

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.api import diagnose
-from tests.diagnosis.test_chain_of_joints import FRICTION_NM, _efforts, recorded, urdf_text
+from tests.diagnosis.test_chain_of_joints import FRICTION_NM, efforts, recorded
 
 pytest.importorskip("mujoco")
 
@@ -24,14 +23,6 @@ STEP_S, SECONDS = 0.004, 25.0
 EVERY = 3
 """Steps from one sample to the next."""
 SHOULDER = 1
-
-
-@pytest.fixture
-def robot(tmp_path: Path) -> Path:
-    (tmp_path / "arm.urdf").write_text(urdf_text())
-    file = tmp_path / "arm.yaml"
-    chain(file, tmp_path / "arm.urdf")
-    return file
 
 
 def _sticks(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
@@ -54,19 +45,19 @@ def _saturated(folder: Path, limit_nm: float) -> Path:
                 turned = w * t_s + phase + 0.5 * np.pi * order
                 planned[order, :, j] += size * w**order * np.sin(turned)
     q, dq, ddq = planned.copy()
-    asked = _efforts(*planned, 0.0)[:, SHOULDER]
+    asked = efforts(*planned, 0.0)[:, SHOULDER]
     for row in range(len(t_s) - 1):
         behind = planned[:2, row, SHOULDER] - (q[row, SHOULDER], dq[row, SHOULDER])
         asked[row] += behind @ (60.0, 12.0)
         two = np.repeat(ddq[None, row], 2, axis=0)
         two[:, SHOULDER] = (0.0, 1.0)
-        rest, moved = _efforts(q[[row, row]], dq[[row, row]], two, 0.0)[:, SHOULDER]
+        rest, moved = efforts(q[[row, row]], dq[[row, row]], two, 0.0)[:, SHOULDER]
         given = float(np.clip(asked[row], -limit_nm, limit_nm))
         ddq[row, SHOULDER] = rise = (given - rest) / (moved - rest)
         speed = dq[row, SHOULDER]
         q[row + 1, SHOULDER] = q[row, SHOULDER] + STEP_S * (speed + 0.5 * STEP_S * rise)
         dq[row + 1, SHOULDER] = speed + STEP_S * rise
-    effort = _efforts(q, dq, ddq, 0.0)
+    effort = efforts(q, dq, ddq, 0.0)
     effort[:, SHOULDER] = asked
     rows = slice(0, len(t_s) - EVERY, EVERY)
     noisy = [2e-5, 0.05] * rng.standard_normal((*q[rows].shape, 2))

@@ -266,7 +266,7 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
         if not any(word in warning for word in owed):
             warn(f"look here: {warning}")
     for name, says in owed.values():
-        warn(f"look here: {name} is read by a number that fits this recording; put for it {says}")
+        warn(f"look here: the number in {name}= is fitted to this recording; put there: {says}")
     return recording, options
 
 
