@@ -78,7 +78,7 @@ class Drive(StrictModel):
     microsteps_per_rev: Annotated[
         int, Field(ge=1, le=1_000_000, description="drives offer 200 to 51200")
     ]
-    """As the drive is set: pulses for one turn of the motor."""
+    """As the drive is set: pulses for one turn of the motor; of an encoder its counts."""
     gear_ratio: Annotated[float, Field(gt=0.0, le=1e6, description="motor turns per arm turn")]
 
     @property
@@ -293,8 +293,8 @@ class Target(StrictModel):
     """In the link's frame."""
 
 
-OF_EACH_JOINT = ("effort_gain", "gear")
-"""Keys whose values are one number, or one a joint."""
+OF_EACH_JOINT = ("effort_gain", "gear", "drive")
+"""Keys whose values are one for all joints, or one a joint."""
 
 
 class ChainRobot(RuledModel):
@@ -314,6 +314,8 @@ class ChainRobot(RuledModel):
     """At the joint for one unit of effort; `unknown`: measured by the model."""
     gear: Positive | tuple[Positive, ...] = 1.0
     """Motor turns per joint turn."""
+    drive: Drive | tuple[Drive | None, ...] | None = None
+    """Of a joint whose `theta`, `command` and `velocity` are counts; null: one of angles."""
     gravity: bool = True
     """Whether efforts hold weights."""
     zero: Literal["absolute", "arbitrary"] = "absolute"
@@ -338,8 +340,8 @@ class ChainRobot(RuledModel):
             value = getattr(self, key)
             if isinstance(value, tuple) and len(value) != len(self.joints):
                 raise ValueError(
-                    f"{key} has {len(value)} numbers and joints {len(self.joints)} names;"
-                    " it is one number, or one a joint"
+                    f"{key} has {len(value)} entries and joints {len(self.joints)} names;"
+                    " it is one for all, or one a joint"
                 )
 
     @property
@@ -351,6 +353,12 @@ class ChainRobot(RuledModel):
         gain = 1.0 if self.effort_gain == "unknown" else np.asarray(self.effort_gain)
         made: FloatArray = np.ones(len(self.joints)) * gain * self.gear
         return made
+
+    @property
+    def rad_per_count(self) -> tuple[float | None, ...]:
+        """What one count of a joint's columns turns it by; None where these are angles."""
+        own = self.drive if isinstance(self.drive, tuple) else (self.drive,) * len(self.joints)
+        return tuple(None if one is None else one.rad_per_step for one in own)
 
     def with_gains(self, gains: FloatArray) -> ChainRobot:
         """The same with other gains of its joints, (joints,)."""

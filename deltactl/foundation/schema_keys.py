@@ -130,8 +130,10 @@ def _step_into(candidate: Any, part: str | int) -> list[Any]:
 
 
 def _carries_tag(candidate: Any, part: str | int) -> bool:
-    """Whether `part` is the discriminator value (or class name) of this union member."""
-    if part == getattr(candidate, "__name__", None):
+    """Whether `part` is the discriminator value (or class name) of this union member, or names a
+    list of them, as `tuple[Drive, ...]` does.
+    """
+    if part == getattr(candidate, "__name__", None) or "[" in str(part):
         return True
     for field in getattr(candidate, "model_fields", {}).values():
         if part in getattr(field.annotation, "__args__", ()):

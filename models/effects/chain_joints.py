@@ -12,13 +12,15 @@ from typing import Any
 
 import numpy as np
 
+from deltactl.foundation.errors import ConfigError
 from deltactl.models.effects import card_of, column_of
 from deltactl.models.effects.chain_poses import pose_effects
 from deltactl.models.effects.kind import EffectKind, Parameter, Port
 from deltactl.models.effects.lone_axis import LINEAR_UNIT, said
 from deltactl.models.effects.payload import EFFECT as PAYLOAD
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
-from deltactl.models.robot import FloatArray
+from deltactl.models.rigid_chain import RigidChain
+from deltactl.models.robot import ChainRobot, FloatArray
 
 LOAD = PAYLOAD.name
 """The effect that is at the last link, and at no joint."""
@@ -118,6 +120,25 @@ def chain_effects(slides: Mapping[str, bool], tip: str) -> dict[str, EffectKind]
         LOAD, Port.PLATFORM, (tip,), parameters, SERVO_EFFECTS[LOAD].operate, _load_said
     )
     return pose_effects(slides) | made
+
+
+def check_chain(robot: ChainRobot, chain: RigidChain) -> None:
+    """What a robot file says of joints must be so of its model's. Raises ConfigError."""
+    for joint, slides, rad in zip(chain.joints, chain.slides, robot.rad_per_count, strict=True):
+        if slides and rad is not None:
+            raise ConfigError(
+                f"drive: joint '{joint}' slides, and a drive turns; give it null, and read its"
+                " counts with --set NAME=COLUMN*METRES_A_COUNT"
+            )
+    kinds = chain_effects(dict.fromkeys(chain.joints, False), chain.tip)
+    for entry in robot.effects:
+        what, among = f"effect '{entry.effect}'", sorted(kinds)
+        if entry.effect in kinds:
+            what = f"component '{entry.component}' of {entry.effect}"
+            among = list(kinds[entry.effect].components)
+            if entry.component in among:
+                continue
+        raise ConfigError(f"effects: {what} must be one of {', '.join(among)}")
 
 
 def _kind(one: JointEffect, slides: Mapping[str, bool]) -> EffectKind:

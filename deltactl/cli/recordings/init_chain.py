@@ -10,13 +10,16 @@ import typer
 
 from deltactl.cli.file_arguments import ForceOption, written_if_right
 from deltactl.cli.output import say, tell
-from deltactl.firmware_py.describing.question import UNKNOWN
+from deltactl.firmware_py.describing.question import UNKNOWN, Question, read_numbers
+from deltactl.firmware_py.describing.questions import GEAR, MICROSTEPS
 from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
     from deltactl.models.rigid_chain import RigidChain
-    from deltactl.models.robot import RobotModel
+    from deltactl.models.robot import ChainRobot, RobotModel
 
 FileArgument = Annotated[Path, typer.Argument(help="Robot file to write (.yaml).")]
 ModelOption = Annotated[Path, typer.Option(help="URDF (.urdf) or MJCF (.xml) of the robot.")]
@@ -28,6 +31,18 @@ GainOption = Annotated[
     typer.Option(
         help="N m or N at the joint for one unit of effort: one, or one a joint (1); or unknown."
     ),
+]
+NO_COUNTS = "none"
+MicrostepsOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Step pulses, or counts of an encoder, for one turn of the motor, where columns count:"
+        f" one, or one a joint; {NO_COUNTS} of a joint in rad."
+    ),
+]
+GearOption = Annotated[
+    str | None,
+    typer.Option(help="With it, turns of the motor for one of the joint: one, or one a joint."),
 ]
 PosesOption = Annotated[
     int | None,
@@ -43,6 +58,8 @@ def chain(
     model: ModelOption,
     joints: JointsOption = None,
     effort_gain: GainOption = None,
+    microsteps_per_rev: MicrostepsOption = None,
+    gear_ratio: GearOption = None,
     name: Annotated[str | None, typer.Option(help="What reports call it.")] = None,
     poses: PosesOption = None,
     motion: MotionOption = False,
@@ -53,6 +70,7 @@ def chain(
     ```
     deltactl init chain arm.yaml --model arm.urdf
     deltactl init chain arm.yaml --model arm.urdf --effort-gain 11.9,11.9,9.8
+    deltactl init chain arm.yaml --model arm.urdf --microsteps-per-rev 200x16 --gear-ratio 50
     deltactl init chain arm.yaml --model arm.urdf --poses 60 --motion
     ```
     """
@@ -74,6 +92,7 @@ def chain(
         f"joints: [{', '.join(chosen)}]  # in the order of the columns theta_1, theta_2, ...\n"
         f"effort_gain: {gains}  # N m (N of a slide) at the joint for one unit of effort\n"
         "gravity: on  # off where the efforts have no weight in them\n"
+        f"{_drives(microsteps_per_rev, gear_ratio, described)}"
     )
     with written_if_right(file, text):
         robot = load_with_effects(file)
@@ -95,7 +114,7 @@ def _write_poses(file: Path, robot: RobotModel, described: RigidChain, count: in
     assert isinstance(robot, ChainRobot)
     names = [f"command_{number}" for number in range(1, len(robot.joints) + 1)]
     rows = calibration_poses(robot, described, count)
-    lines = [",".join(names), *(",".join(f"{x:.5f}" for x in row) for row in rows)]
+    lines = [",".join(names), *(_commanded(robot, row) for row in rows)]
     write_whole(file, "\n".join([*lines, ""]))
     say(f"poses to measure: {file}; see first that the arm meets nothing on its way")
 
@@ -112,21 +131,22 @@ def _write_motion(job: Path, robot: RobotModel, described: RigidChain) -> None:
     write_whole(job, yaml.safe_dump(series.job(robot.name), default_flow_style=None))
     names = [f"command_{number}" for number in range(1, len(robot.joints) + 1)]
     lines = [",".join(["t", *names])]
-    lines += [",".join(f"{x:.5f}" for x in row) for row in series.table()]
+    lines += [f"{row[0]:.5f},{_commanded(robot, row[1:])}" for row in series.table()]
     write_whole(job.with_suffix(".csv"), "\n".join([*lines, ""]))
     say(f"motion to record: {job} and .csv; see first that the arm meets nothing on its way")
+
+
+def _commanded(robot: ChainRobot, positions: Iterable[float]) -> str:
+    """Commands of all joints in one row, in the counts of those that have a drive."""
+    each = zip(positions, robot.rad_per_count, strict=True)
+    return ",".join(f"{x:.5f}" if rad is None else f"{x / rad:.0f}" for x, rad in each)
 
 
 def _gains(text: str, joints: list[str]) -> str:
     """The value of `effort_gain` in the file. Raises ConfigError, which says what to type."""
     if text == UNKNOWN:
         return UNKNOWN
-    numbers = text.split(",")
-    if len(numbers) not in (1, len(joints)):
-        raise ConfigError(
-            f"--effort-gain has {len(numbers)} numbers for the joints {', '.join(joints)}: give"
-            " one, or one a joint"
-        )
+    numbers = _each("--effort-gain", text, joints)
     try:
         values = [float(number) for number in numbers]
     except ValueError:
@@ -134,3 +154,45 @@ def _gains(text: str, joints: list[str]) -> str:
             f"--effort-gain: '{text}' is no list of numbers, as 11.9,11.9, nor unknown"
         ) from None
     return str(values[0]) if len(values) == 1 else str(values)
+
+
+def _drives(microsteps: str | None, gear: str | None, described: RigidChain) -> str:
+    """The line `drive` of the file, empty where all columns are angles. Raises as `_gains`."""
+    if microsteps is None or gear is None:
+        if microsteps is not gear:
+            raise ConfigError(f"{MICROSTEPS.option} and {GEAR.option} are given together")
+        return ""
+    pairs = zip(
+        *(_numbers(one, text, described) for one, text in ((MICROSTEPS, microsteps), (GEAR, gear))),
+        strict=True,
+    )
+    made = [
+        "null"
+        if None in (pulses, turns)
+        else f"{{microsteps_per_rev: {pulses:.0f}, gear_ratio: {turns:.10g}}}"
+        for pulses, turns in pairs
+    ]
+    return f"drive: [{', '.join(made)}]  # of joints whose columns count; null: in rad or m\n"
+
+
+def _numbers(question: Question, text: str, described: RigidChain) -> list[float | None]:
+    """A number of each joint; None of one in rad, and of slides, which no drive turns."""
+    said = _each(question.option, text, described.joints)
+    for one in said:
+        if wrong := question.wrong(one):
+            raise ConfigError(f"{question.option} {wrong}")
+    each = said * (len(described.joints) // len(said))
+    found = [read_numbers(one, 1, question.notation) for one in each]
+    pairs = zip(found, described.slides, strict=True)
+    return [None if slides or isinstance(one, str) else one[0] for one, slides in pairs]
+
+
+def _each(option: str, text: str, joints: Sequence[str]) -> list[str]:
+    """What an option says of all joints, or of each. Raises ConfigError for another number."""
+    said = text.split(",")
+    if len(said) not in (1, len(joints)):
+        raise ConfigError(
+            f"{option} has {len(said)} numbers for the joints {', '.join(joints)}: give one, or one"
+            " a joint"
+        )
+    return said

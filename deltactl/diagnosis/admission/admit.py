@@ -33,6 +33,7 @@ from deltactl.diagnosis.plants.lone.range_sensor import RangeSensorPlant
 from deltactl.diagnosis.plants.lone.servo_delta import ServoDelta
 from deltactl.foundation.errors import RefusedRecording
 from deltactl.models.chain.servo_delta import ServoChain
+from deltactl.models.effects.chain_joints import check_chain
 from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import (
     ChainRobot,
@@ -269,9 +270,10 @@ def _chain(
     Raises ConfigError where its model does not hold them.
     """
     chain = RigidChain(Path(robot.model), robot.joints, robot.gravity)
-    chain_columns.check_effects(robot, chain)
+    check_chain(robot, chain)
 
     def in_motion(recordings: Sequence[FlatRecording]) -> ChainPlant:
+        recordings = [chain_columns.angles_in(robot, one) for one in recordings]
         for recording in recordings:
             axis_match.check_times(recording)
             chain_columns.check_joints(robot, chain, recording)
@@ -280,6 +282,7 @@ def _chain(
         return plant
 
     def from_outside(recordings: Sequence[FlatRecording]) -> PosePlant:
+        recordings = [chain_columns.angles_in(robot, one) for one in recordings]
         for recording in recordings:
             chain_columns.check_poses(robot, chain, recording)
         plant = PosePlant(robot, recordings, chain)

@@ -1,4 +1,4 @@
-"""Do columns of a chain, and effects that its robot file states, belong to its model's joints?"""
+"""Do columns of a chain belong to its model's joints?"""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.lone.forced_axis import FEWEST_IN_MOTION
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
-from deltactl.foundation.errors import ConfigError
 from deltactl.foundation.printable import count
-from deltactl.models.effects.chain_joints import chain_effects
 from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import ChainRobot, RobotModel
 from deltactl.recording.tables.chain_tables import (
     QUATERNION,
     block,
     columns_of,
+    counted,
+    in_angles,
     joint_columns,
     place_of,
     targets_in,
@@ -40,17 +40,14 @@ LEAST_ALIKE = 0.3
 """Share of the motion that no arm of this model leaves: joints in another order leave half."""
 
 
-def check_effects(robot: ChainRobot, chain: RigidChain) -> None:
-    """Effects and places of the robot file must be some of such a chain. Raises ConfigError."""
-    kinds = chain_effects(dict.fromkeys(chain.joints, False), chain.tip)
-    for entry in robot.effects:
-        what, among = f"effect '{entry.effect}'", sorted(kinds)
-        if entry.effect in kinds:
-            what = f"component '{entry.component}' of {entry.effect}"
-            among = list(kinds[entry.effect].components)
-            if entry.component in among:
-                continue
-        raise ConfigError(f"effects: {what} must be one of {', '.join(among)}")
+def angles_in(robot: ChainRobot, recording: FlatRecording) -> FlatRecording:
+    """With counts of joints as angles. Raises RefusedRecording where one is no whole number."""
+    own = counted(robot.joints, recording, robot.rad_per_count)
+    for name in own:
+        counts = {**recording.columns, **recording.extra}[name]
+        if "velocity" not in name and len(broken := np.flatnonzero(counts % 1.0 > 0.0)):
+            refuse("joint_counts", recording.source, name, value=counts[broken[0]])
+    return in_angles(recording, own)
 
 
 def check_joints(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) -> None:
@@ -80,12 +77,11 @@ def check_poses(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) 
         refuse("few_poses", source, poses=poses, fewest=CHAIN.fewest_poses)
     read = [joint_columns(robot.joints, recording, stem) for stem in ("theta", "command")]
     names = max(read, key=lambda found: sum(name is not None for name in found))
-    for joint, name, number in zip(robot.joints, names, range(1, len(names) + 1), strict=True):
+    for number, (joint, name) in enumerate(zip(robot.joints, names, strict=True), 1):
         if name is None:
             refuse("joint_unknown", source, f"theta_{number}", joint=joint, number=number)
-    for slides, name in zip(chain.slides, names, strict=True):
-        (values,) = np.asarray(block(recording, [str(name)])).T
-        _check_unit(source, str(name), slides, values)
+        (values,) = np.asarray(block(recording, [name])).T
+        _check_unit(source, name, chain.slides[number - 1], values)
     for target in targets_in(recording):
         _check_place(chain, recording, target)
     quaternion = block(recording, QUATERNION)
@@ -120,9 +116,8 @@ def check_placed(plant: PosePlant) -> None:
 def _check_unit(source: str, name: str, slides: bool, values: FloatArray) -> None:
     """An angle of more than two turns is in degrees, a slide of more than 10 m in mm."""
     farthest = float(np.nanquantile(np.abs(values), ADMISSION.most_of_arms))
-    most, read, unit = (TURNS_RAD, "rad", "deg")
-    if slides:
-        most, read, unit = ADMISSION.farthest_ranged_m, "m", "mm"
+    in_si = (ADMISSION.farthest_ranged_m, "m", "mm") if slides else (TURNS_RAD, "rad", "deg")
+    most, read, unit = in_si
     if farthest > most:
         refuse("joint_unit", source, name, farthest=farthest, read=read, unit=unit)
 

@@ -156,7 +156,7 @@ def _check_commands(robot: DeltaRobot, recording: FlatRecording) -> None:
     for motor in JOINTS:
         refuse_mostly_empty(recording, f"{stem}{motor}", "mostly_empty")
     if stem == "steps_" and robot.drive is None:
-        refuse("steps_without_drive", recording.source)
+        refuse("steps_without_drive", recording.source, "steps_1")
 
 
 def _check_command(robot: StepperAxis | ServoAxis, recording: FlatRecording) -> None:
@@ -166,7 +166,7 @@ def _check_command(robot: StepperAxis | ServoAxis, recording: FlatRecording) -> 
     if name is None and isinstance(robot, StepperAxis) and first_of(recording, ["steps_1"]):
         name = "steps_1"
         if robot.drive is None:
-            refuse("step_without_drive", recording.source, name)
+            refuse("steps_without_drive", recording.source, name)
     if name is None and isinstance(robot, ServoAxis) and first_of(recording, ["effort"]):
         refuse("effort_without_inertia", recording.source, robot=robot.name)
     refuse_mostly_empty(recording, name or _need(recording, (), order[0]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -45,6 +45,30 @@ def by_joint(
         if name is not None
     }
     return replace(recording, columns={**recording.columns, **own})
+
+
+def counted(
+    joints: Sequence[str], recording: FlatRecording, rad_per_count: Sequence[float | None]
+) -> dict[str, float]:
+    """Columns that are counts, and what one turns the joint by [rad]: those of joints that have a
+    drive, but for columns whose unit somebody gave.
+    """
+    names = [joint_columns(joints, recording, stem) for stem in ("theta", "command", "velocity")]
+    return {
+        name: rad
+        for each in names
+        for name, rad in zip(each, rad_per_count, strict=True)
+        if name is not None and rad is not None and name not in recording.units_given
+    }
+
+
+def in_angles(recording: FlatRecording, rad_per_count: Mapping[str, float]) -> FlatRecording:
+    """A recording with these columns of counts as angles [rad]."""
+    table = {**recording.extra, **recording.columns}
+    turned = {name: rad * table[name] for name, rad in rad_per_count.items()}
+    extra = {name: turned.get(name, values) for name, values in recording.extra.items()}
+    columns = {name: turned.get(name, values) for name, values in recording.columns.items()}
+    return replace(recording, columns=columns, extra=extra)
 
 
 def _numbers(values: object) -> bool:

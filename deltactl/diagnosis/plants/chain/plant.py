@@ -8,8 +8,8 @@ load, which all of them feel, is one regressor.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import cached_property
+from collections.abc import Sequence
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -86,8 +86,9 @@ class ChainPlant(JointEfforts):
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
         """Regressors of the effects in the robot file, with the sizes there."""
-        every = [LOAD, *(f"{key} {joint}" for key in JOINT_EFFECTS for joint in self.joints)]
-        keys = {self._name(key): key for key in every}
+        pairs = [(key, joint) for key in JOINT_EFFECTS for joint in self.joints]
+        keys = {(JOINT_EFFECTS[key].name, joint): f"{key} {joint}" for key, joint in pairs}
+        keys[LOAD, self.chain.tip] = LOAD
         return [
             (key, {name: float(np.mean(value)) for name, value in one.parameters.items()})
             for one in self.robot.effects
@@ -105,11 +106,6 @@ class ChainPlant(JointEfforts):
     def _place(self, key: str) -> tuple[str, int]:
         column, _, joint = key.partition(" ")
         return column, self.joints.index(joint)
-
-    def _name(self, key: str) -> tuple[str, str]:
-        """Effect and component of a regressor."""
-        column, _, joint = key.partition(" ")
-        return (LOAD, self.chain.tip) if key == LOAD else (JOINT_EFFECTS[column].name, joint)
 
     def _kept(self, column: str, joint: int) -> float:
         """What the model has of a size already."""
@@ -142,10 +138,8 @@ class ChainPlant(JointEfforts):
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
-        spread_s, longest_s = DEAD_S, LONE.longest_lag_s
-        late = Size(
-            "dead_time", "half", spread_s, 0.0, longest_s, 0.05 * period_s, within=(0.0, longest_s)
-        )
+        end_s = LONE.longest_lag_s
+        late = Size("dead_time", "half", DEAD_S, 0.0, end_s, 0.05 * period_s, within=(0.0, end_s))
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
@@ -295,7 +289,13 @@ class ChainPlant(JointEfforts):
         if key.startswith(UNKNOWN):
             return []
         if key == LOAD:
-            at = [Shown(f"centre_{a}", "m", _centre(f"first_{a}"), np.nan) for a in "xyz"]
+
+            def centre(v: Draws, axis: str) -> FloatArray:
+                return np.asarray(
+                    v[f"first_{axis}"] / np.where(v["mass"] == 0.0, 1e-300, v["mass"])
+                )
+
+            at = [Shown(f"centre_{a}", "m", partial(centre, axis=a), np.nan) for a in "xyz"]
             return [Shown("mass", "kg", lambda v: v["mass"]), *at]
         column, joint = self._place(key)
         one, kept = JOINT_EFFECTS[column], self._kept(column, joint)
@@ -310,8 +310,3 @@ class ChainPlant(JointEfforts):
             unit = one.unit_of(self.chain.slides[joint], one.besides)
             found.append(Shown(one.besides, unit, lambda v: v[one.besides]))
         return found
-
-
-def _centre(first: str) -> Callable[[Draws], FloatArray]:
-    """Distance of a load's centre, by its first moment."""
-    return lambda v: np.asarray(v[first] / np.where(v["mass"] == 0.0, 1e-300, v["mass"]))

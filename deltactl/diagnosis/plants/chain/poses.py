@@ -89,6 +89,15 @@ class PosePlant(RegressionPlant):
         """(poses, channels) or (poses, channels, k) as (n,) or (n, k); 0 where nothing was read."""
         return np.nan_to_num(self.layout.laid(values))
 
+    @property
+    def unsampled(self) -> FloatArray:
+        """What encoders that count leave open of where the targets are, (n,)."""
+        open_m2 = np.zeros(len(self.observed))
+        for j, (q, rad) in enumerate(zip(self.poses.at.T, self.robot.rad_per_count, strict=True)):
+            if rad is not None and not np.any(np.round(q / rad, 3) % 1.0):
+                open_m2 += (rad * self.laid(self.model.jacobian(self._at, j))) ** 2 / 12.0
+        return np.asarray(np.sqrt(open_m2))
+
     # ---- columns -------------------------------------------------------------------------------
 
     def _settle(self) -> At:
