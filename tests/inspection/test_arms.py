@@ -224,6 +224,18 @@ def test_joints_are_found_by_name_and_counted(tmp_path: Path) -> None:
     assert "5 joints, and the robot file has 4" in fitted_to(unnamed, JOINTS[1:])[1]
 
 
+def test_counts_of_a_joint_with_a_drive_stay_counts(tmp_path: Path) -> None:
+    """The robot file says what one is; the usual 4096 a turn are then no guess to make."""
+    arm = as_arm(inspect(write(tmp_path, dynamixel)))
+    assert arm is not None
+    usual, _ = fitted_to(arm, JOINTS)
+    fitted, _ = fitted_to(arm, JOINTS, [1e-3] * len(JOINTS))
+    assert usual.mapping.columns["theta_1"].scale != 1.0
+    assert fitted.mapping.columns["theta_1"].scale == 1.0
+    assert any("4096" in one for one in usual.warnings)
+    assert not any("4096" in one for one in fitted.warnings)
+
+
 @pytest.mark.parametrize("heads", [("{}_theta", "effort_{}"), ("theta_{}", "{}_effort")])
 def test_columns_of_the_contract_are_called_by_joints(
     deltactl: Deltactl, tmp_path: Path, heads: tuple[str, str]

@@ -51,7 +51,7 @@ def looked_at(
     if isinstance(robot, ChainRobot) and (whole := as_chain(seen, robot.joints)) is not None:
         return whole, ""
     if isinstance(robot, ChainRobot) and arm is not None:
-        return fitted_to(arm, robot.joints)
+        return fitted_to(arm, robot.joints, robot.rad_per_count)
     if why := _of_another(seen, robot):
         return seen, why
     if isinstance(robot, ServoAxis) and robot.inertia is None:

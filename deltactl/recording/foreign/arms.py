@@ -105,8 +105,13 @@ def as_arm(seen: Inspection) -> Inspection | None:
     )
 
 
-def fitted_to(seen: Inspection, joints: Sequence[str]) -> tuple[Inspection, str]:
-    """The table of an arm read for a chain with these joints, and why it is none of that chain."""
+def fitted_to(
+    seen: Inspection, joints: Sequence[str], rad_per_count: Sequence[float | None] = ()
+) -> tuple[Inspection, str]:
+    """The table of an arm read for a chain with these joints, and why it is none of that chain.
+
+    rad_per_count: of joints that have a drive, whose columns stay counts.
+    """
     named = joint_names(seen)
     there = named or [str(n) for n in range(1, len(of_role(seen.guesses, "theta")) + 1)]
     if missing := [joint for joint in joints if named and joint not in named]:
@@ -124,8 +129,13 @@ def fitted_to(seen: Inspection, joints: Sequence[str]) -> tuple[Inspection, str]
     }
     old = {one.name: guesses[name].name for name, one in seen.guesses.items() if name in guesses}
     columns = {old[name]: one for name, one in seen.mapping.columns.items() if name in old}
+    driven = {f"theta_{n}" for n, rad in enumerate(rad_per_count, 1) if rad is not None}
+    for name in driven & columns.keys():
+        columns[name] = Source.model_validate({"from": columns[name].from_})
     mapping = seen.mapping.model_copy(update={"columns": columns})
-    return replace(seen, guesses=guesses, mapping=mapping), ""
+    guessed = AS_COUNTS.partition("{")[0] if driven else None
+    warnings = [one for one in seen.warnings if guessed is None or not one.startswith(guessed)]
+    return replace(seen, guesses=guesses, mapping=mapping, warnings=warnings), ""
 
 
 def joint_names(seen: Inspection) -> list[str]:

@@ -76,11 +76,10 @@ def joint_motions(
     whole = gather(recordings, named["theta"], dict.fromkeys(named["theta"], "rad"))
     at = read("theta")
     known = all(name in one.columns for one in recordings for name in named["velocity"])
-    speeds = read("velocity") if known else None
+    speeds = [*read("velocity").T] if known else [None] * len(robot.joints)
 
     def motion(joint: int, share: float) -> Motion:
-        speed = None if speeds is None else speeds[:, joint]
-        return motion_of(whole.t_s, whole.fresh, at[:, joint], speed, share)
+        return motion_of(whole.t_s, whole.fresh, at[:, joint], speeds[joint], share)
 
     own_hz = [motion(j, 1.0).cut_off_hz for j in range(len(robot.joints))]
     edge_hz = narrower * min(own_hz)

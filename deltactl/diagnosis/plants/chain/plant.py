@@ -8,8 +8,8 @@ load, which all of them feel, is one regressor.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property, partial
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -86,8 +86,7 @@ class ChainPlant(JointEfforts):
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
         """Regressors of the effects in the robot file, with the sizes there."""
-        pairs = [(key, joint) for key in JOINT_EFFECTS for joint in self.joints]
-        keys = {(JOINT_EFFECTS[key].name, joint): f"{key} {joint}" for key, joint in pairs}
+        keys = {(JOINT_EFFECTS[k].name, j): f"{k} {j}" for k in JOINT_EFFECTS for j in self.joints}
         keys[LOAD, self.chain.tip] = LOAD
         return [
             (key, {name: float(np.mean(value)) for name, value in one.parameters.items()})
@@ -289,13 +288,7 @@ class ChainPlant(JointEfforts):
         if key.startswith(UNKNOWN):
             return []
         if key == LOAD:
-
-            def centre(v: Draws, axis: str) -> FloatArray:
-                return np.asarray(
-                    v[f"first_{axis}"] / np.where(v["mass"] == 0.0, 1e-300, v["mass"])
-                )
-
-            at = [Shown(f"centre_{a}", "m", partial(centre, axis=a), np.nan) for a in "xyz"]
+            at = [Shown(f"centre_{a}", "m", _centre(f"first_{a}"), np.nan) for a in "xyz"]
             return [Shown("mass", "kg", lambda v: v["mass"]), *at]
         column, joint = self._place(key)
         one, kept = JOINT_EFFECTS[column], self._kept(column, joint)
@@ -310,3 +303,8 @@ class ChainPlant(JointEfforts):
             unit = one.unit_of(self.chain.slides[joint], one.besides)
             found.append(Shown(one.besides, unit, lambda v: v[one.besides]))
         return found
+
+
+def _centre(first: str) -> Callable[[Draws], FloatArray]:
+    """Distance of a load's centre, by its first moment."""
+    return lambda v: np.asarray(v[first] / np.where(v["mass"] == 0.0, 1e-300, v["mass"]))
