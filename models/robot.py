@@ -315,7 +315,7 @@ class ChainRobot(RuledModel):
     gear: Positive | tuple[Positive, ...] = 1.0
     """Motor turns per joint turn."""
     drive: Drive | tuple[Drive | None, ...] | None = None
-    """Of a joint whose `theta`, `command` and `velocity` are counts; null: one of angles."""
+    """Makes angles of the counts in `theta`, `command` and `velocity`; null: these are angles."""
     gravity: bool = True
     """Whether efforts hold weights."""
     zero: Literal["absolute", "arbitrary"] = "absolute"
