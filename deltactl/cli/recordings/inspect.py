@@ -19,7 +19,6 @@ from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.recording.foreign.found import Inspection
-    from deltactl.recording.foreign.motion_units import Asked
 
 Seen = TypeVar("Seen")
 OF_THE_RUN = "ROBOT is the robot file that it was made with"
@@ -190,27 +189,28 @@ def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]
     file = robot or _new(seen)
     if new:
         lines += (_describing_arm if seen.kind == "chain" else _describing)(seen, file)
-    typed = [part for one in joints_together(read.typed[1::2]) for part in ("--set", one)]
+    typed = [part for one in joints_together(read.options[1::2]) for part in ("--set", one)]
     options = ["--columns", str(save)] if save is not None else typed
     if read is not seen:
         lines += _for_the_effort(seen)
     label = f"{'diagnose it:' if len(following.paths) == 1 else 'diagnose them:':23}"
     lines += _command(label, diagnosing(following.paths, file, options))
-    lines += _to_be_put(seen.asked, new) if seen.asked else []
-    owed = (f"  {factor.word}: {factor.says}" for factor in seen.factors.values())
-    return lines + [part for one in owed for part in broken(one)]
+    return lines + [part for one in to_be_put(seen, new) for part in broken(one)]
 
 
-def _to_be_put(asked: Asked, new: bool) -> list[str]:
-    """What is put for the unit and the motion that a table leaves to its owner."""
+def to_be_put(seen: Inspection, new: bool) -> list[str]:
+    """What its owner puts for the words in the options of a table, and for MOTION of a new axis."""
     from deltactl.recording.foreign.units import either
 
+    owed = [f"  {factor.word}: {factor.says}" for factor in seen.factors.values()]
+    if (asked := seen.asked) is None:
+        return owed
     if not (new and asked.motion):
-        return broken(f"  UNIT, of {asked.columns}: {asked.units}")
+        return [f"  UNIT, of {asked.columns}: {asked.units}", *owed]
     choices = (("turns: ", "rotary", asked.rotary), ("slides:", "linear", asked.linear))
     return [
         f"  if it {does} MOTION is {what}, UNIT is {either(units)}" for does, what, units in choices
-    ]
+    ] + owed
 
 
 def _describing(seen: Inspection, file: str) -> list[str]:
@@ -284,7 +284,7 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
     if one is None:
         return FORCED, FORCED_SAYS
     measured = "" if seen.asked or seen.factors else f": {one:.3g} in the unit of the effort"
-    return ["--measure", str(seen.path), *seen.typed], (MEASURED_SAYS.format(measured=measured),)
+    return ["--measure", str(seen.path), *seen.options], (MEASURED_SAYS.format(measured=measured),)
 
 
 def _command(label: str, words: list[str]) -> list[str]:

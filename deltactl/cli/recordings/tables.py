@@ -21,6 +21,7 @@ from deltactl.recording.tables.table_format import first_cells
 
 if TYPE_CHECKING:
     from deltactl.models.robot import RobotModel
+    from deltactl.recording.foreign.found import Inspection
     from deltactl.recording.foreign.mapping import Mapping
     from deltactl.recording.tables.flat import FlatRecording
 
@@ -114,22 +115,28 @@ def _as_inspected(
         )
     if why_not or seen.kind != robot.kind:
         return None
-    if seen.asked is not None:
-        raise misfit(path, f"nothing says the unit of {seen.asked.columns}").with_typed(
-            f"; it is {seen.asked.units}: 'deltactl inspect {shlex.quote(str(path))}' shows what"
-            " to type"
-        )
-    if seen.factors:
-        owed = " and ".join(f"{factor.word} ({factor.says})" for factor in seen.factors.values())
-        raise misfit(path, f"its owner has to say {owed}").with_typed(
-            f"; 'deltactl inspect {shlex.quote(str(path))}' shows what to type"
-        )
+    if (owed := unsaid(seen)) is not None:
+        raise owed
     recording = read_mapped(path, seen.mapping)
     options = [part for one in joints_together(seen.options[1::2]) for part in ("--set", one)]
     tell(f"{path.name}: is read as inspected: {shlex.join(options)}")
     if seen.warnings:
         tell(f"{path.name}: {'; '.join(seen.warnings)}")
     return recording
+
+
+def unsaid(seen: Inspection) -> RecordingError | None:
+    """The error of a table of which its owner has to say a unit or a number; None of another."""
+    from deltactl.recording.foreign.fitted import misfit
+
+    shows = f"'deltactl inspect {shlex.quote(str(seen.path))}' shows what to type"
+    if seen.asked is not None:
+        wrong = misfit(seen.path, f"nothing says the unit of {seen.asked.columns}")
+        return wrong.with_typed(f"; it is {seen.asked.units}: {shows}")
+    if not seen.factors:
+        return None
+    owed = " and ".join(f"{factor.word} ({factor.says})" for factor in seen.factors.values())
+    return misfit(seen.path, f"its owner has to say {owed}").with_typed(f"; {shows}")
 
 
 def as_calibration(recording: FlatRecording, robot: RobotModel | None) -> FlatRecording:

@@ -109,17 +109,27 @@ class Inspection:
 
     @property
     def options(self) -> list[str]:
-        """The mapping as `--set` options, empty where the file is as the contract has it.
+        """The mapping as `--set` options, empty where the file is as the contract has it. What its
+        owner has to say is a word in them: UNIT, or that of a factor.
 
         Whoever reads the file by names of its columns finds the line of its heading by them.
         """
-        return self._words()
-
-    @property
-    def typed(self) -> list[str]:
-        """The same as they are typed: the unit that its owner has to say is UNIT in them."""
-        unit = [] if self.asked is None else ["--set", "unit=UNIT"]
-        return [*unit, *self._words(self._unsaid)]
+        said = [] if self.asked is None else ["unit=UNIT"]
+        said += [f"{name}=" for name in self.mapping.leave_out]
+        named = any(source.from_ for source in self.mapping.columns.values())
+        left_out = ("columns", "leave_out", *(("skip_lines", "heading") if named else ()))
+        for name, default in Mapping().model_dump().items():
+            value = getattr(self.mapping, name)
+            if name not in left_out and value != default:
+                text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
+                said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
+        bare = self._unsaid
+        said += [
+            self._option(name, source, name in bare)
+            for name, source in self.mapping.columns.items()
+            if name not in bare or source.from_ != name
+        ]
+        return [part for one in said for part in ("--set", one)]
 
     @property
     def _unsaid(self) -> set[str]:
@@ -132,24 +142,8 @@ class Inspection:
         """What one of a column is, of those of which its owner has to say it."""
         return {one.name: one.factor for one in self.guesses.values() if one.factor is not None}
 
-    def _words(self, unsaid: set[str] | None = None) -> list[str]:
-        """unsaid: columns whose unit is left out, of what is typed."""
-        said = [f"{name}=" for name in self.mapping.leave_out]
-        named = any(source.from_ for source in self.mapping.columns.values())
-        left_out = ("columns", "leave_out", *(("skip_lines", "heading") if named else ()))
-        for name, default in Mapping().model_dump().items():
-            value = getattr(self.mapping, name)
-            if name not in left_out and value != default:
-                text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
-                said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
-        for name, source in self.mapping.columns.items():
-            bare = name in (unsaid or ())
-            if not bare or source.from_ != name:
-                said.append(self._option(name, source, bare, typed=unsaid is not None))
-        return [part for one in said for part in ("--set", one)]
-
-    def _option(self, name: str, source: Source, bare: bool, typed: bool) -> str:
-        """What `--set` takes for a column; bare: without a unit. typed: with words for factors."""
+    def _option(self, name: str, source: Source, bare: bool) -> str:
+        """What `--set` takes for a column; bare: without a unit."""
         if source.from_ is None:
             return f"{name}={source.value:.12g}"
         plain = without_unit(source.from_)
@@ -159,13 +153,13 @@ class Inspection:
         plainly = source.unit == unit_said(source.from_, name)  # which needs no saying
         unit = "1" if bare or (plainly and IN_SI[source.unit] == 1.0) else source.unit
         option = as_option(name, where, unit, scale, source.offset)
-        owed = self.factors.get(name) if typed else None
+        owed = self.factors.get(name)
         return f"{option.rpartition('*')[0]}*{owed.word}" if owed else option
 
     @property
     def columns(self) -> dict[str, str]:
         """The same as `deltactl.read` takes it: column and unit by the program's own names."""
-        parts = (option.partition("=") for option in self.typed[1::2])
+        parts = (option.partition("=") for option in self.options[1::2])
         return {name: source for name, _, source in parts}
 
     @property
@@ -199,7 +193,7 @@ class Inspection:
                 name: asdict(guess) | {"name": guess.name} for name, guess in self.guesses.items()
             },
             "unused": {name: self.unused(name) for name in self.table if name not in self.guesses},
-            "options": self.typed,
+            "options": self.options,
             "warnings": self.warnings,
         }
 
