@@ -156,7 +156,6 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Seen]) -> list[Seen]:
 
 def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     """Print one table on one screen. why_not: why it is none of the robot file's machine."""
-    from deltactl.recording.foreign.fitted import without_effort
     from deltactl.recording.foreign.motion_units import NO_UNIT
 
     if why_not:
@@ -166,7 +165,7 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
         following = replace(following, robot=None, new=True)
     read = seen
     if following.new and following.save is None and _has_unused_effort(seen):
-        read = without_effort(seen)
+        read = seen.without_effort
     known = seen.kind is not None and not following.awaited
     below = f"{seen.asked.columns}: {NO_UNIT}" if known and seen.asked else None
     look = [one for one in read.warnings if below is None or not one.startswith(below)]
@@ -244,7 +243,6 @@ def _motion(seen: Inspection) -> str:
 
 def _for_the_effort(seen: Inspection) -> list[str]:
     """What is to be added to the commands for an effort that they leave out."""
-    from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
     mass, force, _ = OF_MOTION[_motion(seen)]
@@ -252,7 +250,7 @@ def _for_the_effort(seen: Inspection) -> list[str]:
         f"  to use the effort too, add --inertia INERTIA (what moves, {mass})"
         f" --effort-gain GAIN ({force} for 1 of it, or unknown)"
     )
-    if option := effort_option(seen):
+    if option := next((one for one in seen.options if one.startswith("effort=")), ""):
         says += f", and below --set {shlex.quote(option)}"
     outside = [
         one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"

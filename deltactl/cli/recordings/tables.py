@@ -99,7 +99,6 @@ def _as_inspected(
     to be said, or is not of the robot file's kind.
     """
     from deltactl.cli.recordings.fitting import looked_at
-    from deltactl.recording.foreign.fitted import misfit
     from deltactl.recording.foreign.mapping import joints_together
     from deltactl.recording.foreign.reading import read_mapped
 
@@ -110,7 +109,7 @@ def _as_inspected(
     if not seen.options or robot is None or seen.mapping.rate_hz is not None:
         return None
     if why_not and seen.kind == robot.kind:
-        raise misfit(path, why_not).with_typed(
+        raise RecordingError(f"{path}: {why_not}").with_typed(
             f"; how it can be read: deltactl inspect {shlex.quote(str(path))}"
         )
     if why_not or seen.kind != robot.kind:
@@ -127,16 +126,14 @@ def _as_inspected(
 
 def unsaid(seen: Inspection) -> RecordingError | None:
     """The error of a table of which its owner has to say a unit or a number; None of another."""
-    from deltactl.recording.foreign.fitted import misfit
-
     shows = f"'deltactl inspect {shlex.quote(str(seen.path))}' shows what to type"
     if seen.asked is not None:
-        wrong = misfit(seen.path, f"nothing says the unit of {seen.asked.columns}")
+        wrong = RecordingError(f"{seen.path}: nothing says the unit of {seen.asked.columns}")
         return wrong.with_typed(f"; it is {seen.asked.units}: {shows}")
     if not seen.factors:
         return None
     owed = " and ".join(f"{factor.word} ({factor.says})" for factor in seen.factors.values())
-    return misfit(seen.path, f"its owner has to say {owed}").with_typed(f"; {shows}")
+    return RecordingError(f"{seen.path}: its owner has to say {owed}").with_typed(f"; {shows}")
 
 
 def as_calibration(recording: FlatRecording, robot: RobotModel | None) -> FlatRecording:

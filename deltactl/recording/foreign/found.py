@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -155,6 +155,15 @@ class Inspection:
         option = as_option(name, where, unit, scale, source.offset)
         owed = self.factors.get(name)
         return f"{option.rpartition('*')[0]}*{owed.word}" if owed else option
+
+    @property
+    def without_effort(self) -> Inspection:
+        """The same table, of which no column is read as an effort."""
+        columns = {name: one for name, one in self.mapping.columns.items() if name != "effort"}
+        mapping = self.mapping.model_copy(update={"columns": columns})
+        efforts = [f"{name}: " for name, guess in self.guesses.items() if guess.name == "effort"]
+        warnings = [one for one in self.warnings if not one.startswith(tuple(efforts))]
+        return replace(self, mapping=mapping, warnings=warnings)
 
     @property
     def columns(self) -> dict[str, str]:

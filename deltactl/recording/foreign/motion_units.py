@@ -86,11 +86,12 @@ def is_open(guess: Guess) -> bool:
 
 
 def unit_of_motion(
-    group: Sequence[Guess], table: Table, turning: bool, slides: bool = False
+    group: Sequence[Guess], table: Table, motion: str | None
 ) -> tuple[list[Guess], str]:
-    """The columns of a group with their unit, and what to be warned of; empty where of nothing.
+    """The columns of a group with their unit, and what to be warned of; empty where of nothing, and
+    where it is asked for the unit.
 
-    turning, slides: what is known of the axis.
+    motion: linear or rotary, where that is known of the axis.
     """
     guess, values = group[0], np.concatenate([table[one.source] for one in group])
     if guess.scale != 1.0:  # somebody knows
@@ -98,11 +99,11 @@ def unit_of_motion(
     if guess.unit is not None:
         return list(group), _doubt(guess, values)
     largest = float(np.nanmax(np.abs(values)))
-    if guess.role in STRAIGHT or slides:
+    if guess.role in STRAIGHT or motion == "linear":
         return _of_lengths(group, largest)
     if (stepped := _of_steps(group, table)) is not None:
         return stepped, ""
-    if (found := _of_called(group, largest, turning)) is not None:
+    if (found := _of_called(group, largest, motion)) is not None:
         return found
     widest = GUESSES.one_turn_rad if _is_lone(group) else GUESSES.widest_rad
     said_counts = all(_says_counts(one.source, table[one.source]) for one in group)
@@ -114,22 +115,26 @@ def unit_of_motion(
             f" turn; if a turn has others, put what one count is [rad] in place of"
             f" {GUESSES.count_rad} {PUT}"
         )
-    turning = turning or turns_by_name(group)
-    return _all(group, "deg"), _taken_for_degrees(group, largest, turning)
+    says = f"up to {largest:g}, taken for degrees"
+    if not _is_lone(group):  # which no machine has in mm
+        return _all(group, "deg"), f"{_names(group)}: {says}, as all angles of the arms"
+    rotary, linear = units_of_size(largest, "rotary" if turns_by_name(group) else motion)
+    is_asked = len(rotary) + len(linear) > 1
+    return _all(group, "deg"), "" if is_asked else rather(says, "radians", group, "rad")
 
 
 def _of_lengths(group: Sequence[Guess], largest: float) -> tuple[list[Guess], str]:
     """Distances and places, in m or in mm by their size."""
     if largest <= GUESSES.longest_m:
         return list(group), ""
-    says, names = f"up to {largest:g}, taken for mm", _names(group)
+    says = f"up to {largest:g}, taken for mm"
     if group[0].role in STRAIGHT:
-        return _all(group, "mm"), f"{names}: {says}"
+        return _all(group, "mm"), f"{_names(group)}: {says}"
     return _all(group, "mm"), rather(f"{says}, as the axis slides", "metres", group, "m")
 
 
 def _of_called(
-    group: Sequence[Guess], largest: float, turning: bool
+    group: Sequence[Guess], largest: float, motion: str | None
 ) -> tuple[list[Guess], str] | None:
     """Columns of one axis in the unit that others with such names have; None where none is."""
     if not _is_lone(group):
@@ -139,7 +144,7 @@ def _of_called(
     if all(OF_DATA.fullmatch(one.source) and is_of_joint(one.source) for one in group):
         says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
         return _named(group, "deg"), rather(says, "radians", group, "rad")
-    if turning or largest <= GUESSES.longest_m or not all(map(_is_place, group)):
+    if motion == "rotary" or largest <= GUESSES.longest_m or not all(map(_is_place, group)):
         return None
     says = f"up to {largest:g}, taken for mm, as axes called x, y or z slide"
     return _named(group, "mm"), rather(says, "degrees", group, "deg")
@@ -184,17 +189,6 @@ def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str =
     ]
     again = f"inspect it with {shlex.join(words)}{also}"
     return Hint(f"{says}; if it is {other}", "unit", _names(group), unit, again)
-
-
-def _taken_for_degrees(group: Sequence[Guess], largest: float, turning: bool) -> str:
-    """That columns are taken for degrees; empty where it is asked what they are."""
-    says = f"up to {largest:g}, taken for degrees"
-    if group[0].index is not None:  # which no machine has in mm
-        return f"{_names(group)}: {says}, as all angles of the arms"
-    choices = [
-        one for units in units_of_size(largest, "rotary" if turning else None) for one in units
-    ]
-    return "" if len(choices) > 1 else rather(says, "radians", group, "rad")
 
 
 def units_of_size(largest: float, motion: str | None) -> tuple[list[str], list[str]]:
