@@ -40,10 +40,10 @@ class Figure:
     @classmethod
     def of(cls, diagnosis: Diagnosis) -> Figure:
         """The model error over time, before and after the findings, a panel for each reading."""
-        from deltactl.diagnosis.report.mismatch import mismatches
+        from deltactl.diagnosis.report.mismatch import drawn
 
         picture = diagnosis.picture
-        channels = mismatches(picture, not diagnosis.findings) if picture is not None else []
+        channels = drawn(diagnosis)
         if picture is None or not channels:
             return cls(_whole(60.0, ['<text x="20" y="34">There is nothing to draw.</text>']))
         height = TOP + BOTTOM + len(channels) * (PANEL + GAP) - GAP

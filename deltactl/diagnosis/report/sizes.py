@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Concatenate, ParamSpec, TypeVar
 
 from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.picture import unit_of
 from deltactl.diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from deltactl.diagnosis.report.templates import numbered, say, templates
 from deltactl.models.effects import card_of
+from deltactl.models.effects.units_in_use import in_use, said_in
 from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis
 
-DEG = math.degrees(1.0)
+Rest = ParamSpec("Rest")
+Text = TypeVar("Text")
 NOT_REPORTED = frozenset(
     {"phase", "amplitude_2", "phase_2", "start", "drag", "friction", "stiffness", IN_ALL}
 )
@@ -85,16 +89,6 @@ class Size:
         return number(value, min(digits, FINEST_S) if self.unit == "s" else digits, self.signed)
 
 
-_PLAIN: dict[str, Scale] = {
-    "rad": Scale(DEG, "degrees"),
-    "rad/s": Scale(DEG, "degrees/s"),
-    "m": Scale(1e3, "mm"),
-    "m/s": Scale(1e3, "mm/s"),
-    "kg m2": Scale(1.0, "kg m\u00b2"),
-    "1/m": Scale(1e3, "mm per m\u00b2"),
-    "": Scale(1.0, ""),
-    "1": Scale(1.0, ""),
-}
 _RATIOS: dict[str, Scale] = {
     "scale": Scale(100.0, "%", zero=1.0, signed=True),
     "strain": Scale(1e3, "mm per m"),
@@ -110,22 +104,32 @@ _SIGNED = frozenset({"angle", "offset", "length_error", "rotation", "steps", "cu
 _OF_FORCE = ("N", "N m")
 
 
+def in_its_units(
+    say: Callable[Concatenate[Diagnosis, Rest], Text],
+) -> Callable[Concatenate[Diagnosis, Rest], Text]:
+    """The same texts of an answer in the units of its recordings."""
+
+    @functools.wraps(say)
+    def said(answer: Diagnosis, /, *args: Rest.args, **options: Rest.kwargs) -> Text:
+        with said_in(answer.units.values()):
+            return say(answer, *args, **options)
+
+    return said
+
+
 def forced(unit: str) -> bool:
     """Whether the mismatch is one of efforts."""
     return unit in _OF_FORCE
 
 
 def scale_of(unit: str, parameter: str = "", value: float = math.nan) -> Scale:
-    """How a parameter of a unit of the contract is shown; small times become ms, small masses g."""
+    """How a parameter of a unit of the contract is shown; small masses become g."""
     if unit in ("1", "") and parameter in _RATIOS:
         return _RATIOS[parameter]
-    small = abs(value) < 1
-    if unit == "s":
-        return Scale(1e3, "ms") if small else Scale(1.0, "s")
     if unit == "kg" and parameter == "mass":
-        return Scale(1e3, "g", signed=True) if small else Scale(1.0, "kg", signed=True)
-    plain = _PLAIN.get(unit, Scale(1.0, unit))
-    return Scale(plain.factor, plain.unit, signed=parameter in _SIGNED)
+        return Scale(1e3, "g", signed=True) if abs(value) < 1 else Scale(1.0, "kg", signed=True)
+    word, many = in_use(unit, value)
+    return Scale(many, word, signed=parameter in _SIGNED)
 
 
 def departure(value: float, unit: str, parameter: str) -> float:
