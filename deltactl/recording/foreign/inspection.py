@@ -217,10 +217,11 @@ def _guessed(
     warnings += _which_came_first(guesses)
     others += of_other_joints(known, guesses)
     if others:
+        more = ", ..." if len(others) > SHOWN_OTHERS else ""
         warnings.append(
-            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}"
-            f"{', ...' if len(others) > SHOWN_OTHERS else ''}; name those of another with --set"
-            f"{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
+            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}{more}; shown is"
+            " the first, or one that departs clearly more from its command; name those of another"
+            f" with --set{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
         )
     return guesses, known, warnings
 

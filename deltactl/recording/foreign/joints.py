@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.axis_columns import COMMANDED
 from deltactl.recording.foreign.guess import LETTERED
 from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, label_of, read_name
@@ -34,17 +36,19 @@ def one_joint(
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """The columns without those of other joints, and the names of these.
 
-    chosen: columns that somebody named; their joint is kept, else the first that moves in all its
-    columns. Joints numbered one to three are the motors of a delta.
+    chosen: columns that somebody named; their joint is kept, else the one that departs most from
+    its command. Joints numbered one to three are the motors of a delta.
     """
     others: dict[str, None] = {}
     beside = _beside_commands(table)
     found = [beside] if beside else [_numbered(table), *_labelled(table), *_axes(table)]
+    sought = {*chosen}
     for groups in found:
-        wanted = _wanted(groups, table, chosen)
+        wanted = _wanted(groups, table, sought)
         for group in groups:  # one that the wanted joint has not is of the others alone
             kept = wanted or next(iter(group))
             others |= {name: None for j, name in group.items() if j != kept and name not in chosen}
+            sought |= {group[kept]} if kept in group else set()
     return {name: one for name, one in table.items() if name not in others}, list(others)
 
 
@@ -52,7 +56,7 @@ def _wanted(groups: Sequence[Group], table: Table, chosen: Collection[str]) -> s
     """The joint that is looked at; None where none of them moves."""
     named = next((j for group in groups for j, name in group.items() if name in chosen), None)
     motion = [group for group in groups if _role(group) in COMMANDED]
-    return named or _first_that_moves(motion or groups, table)
+    return named or _most_departing(motion or groups, table)
 
 
 def of_other_joints(table: Table, found: Taken) -> list[str]:
@@ -79,13 +83,44 @@ def _role(group: Group) -> str | None:
     return read_name(next(iter(group.values()))).role
 
 
-def _first_that_moves(groups: Sequence[Group], table: Table) -> str | None:
-    """The first joint of which no column rests or is a copy of another; None without any."""
+def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
+    """The joint whose reading departs most from its command for how far it goes; the first where
+    none does clearly more, or without commands. None where none moves: a column of it rests, or is
+    a copy of another.
+
+    What all of them are late by is no departure.
+    """
     still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
     for one, other in itertools.combinations(groups, 2):
         both = one.keys() & other.keys()
         still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
-    return next((j for group in groups for j in group if j not in still), None)
+    moving = dict.fromkeys(j for group in groups for j in group if j not in still)
+    pairs = [next((g for g in groups if _role(g) == role), {}) for role in COMMANDED]
+    both = [j for j in moving if all(j in group for group in pairs)]
+    if not both:
+        return next(iter(moving), None)
+    columns = [[table[group[j]] for group in pairs] for j in both]
+    late = float(np.median([_late(*pair) for pair in columns]))
+    apart = [_departure(*pair, late) for pair in columns]
+    most = int(np.argmax(apart))
+    return both[most if apart[most] > GUESSES.as_far * apart[0] else 0]
+
+
+def _late(asked: FloatArray, read: FloatArray) -> float:
+    """Rows by which a reading follows its command."""
+    slope = np.gradient(asked)
+    return float(np.nansum((asked - read) * slope) / max(np.nansum(slope**2), 1e-300))
+
+
+def _departure(asked: FloatArray, read: FloatArray, late: float) -> float:
+    """How far a reading is from its command, beside its noise and where their zeros are the same,
+    as a share of how far it goes.
+    """
+    apart = read - asked + late * np.gradient(asked)
+    middle, way = float(np.nanmedian(apart)), max(travel(read), 1e-300)
+    apart = apart - middle * (abs(middle) > GUESSES.zeros_apart * way)
+    noise = float(np.nanvar(np.diff(apart, 2))) / 6.0
+    return math.sqrt(max(float(np.nanmean(apart**2)) - noise, 0.0)) / way
 
 
 def _moves(values: FloatArray) -> bool:
