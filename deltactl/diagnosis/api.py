@@ -59,11 +59,10 @@ def diagnose(
     recorded, others = ([one for _, one in each] for each in (used, held_out))
     limits = MotionLimits.of(document.data)
     answer = diagnose_recordings(accepted, recorded, others, progress, limits, thorough)
-    left_out = [*damaged, *damaged_too]
     update: dict[str, object] = {
         "robot": accepted.name,
         "recordings": [str(path) for path, _ in used],
-        "left_out": left_out,
+        "left_out": [*damaged, *damaged_too],
     }
     if (plan := answer.next_experiment) is not None:
         # The robot's name is that of no file: the job has to run as it stands.
@@ -109,12 +108,9 @@ def diagnose_recordings(
     with said_in(units.values()):
         admission = admit(accepted, recordings, holdout, motion_limits, progress)
         answer = diagnosed(admission, progress, motion_limits, thorough)
-        update = {
-            "thinned": thinned(admission.recordings),
-            "doubts": [doubt.says for doubt in admission.doubts],
-            "known": known_of(accepted, [Path(one.source) for one in admission.recordings]),
-            "version": own_version(),
-            "units": units,
-        }
+        doubts = [doubt.says for doubt in admission.doubts]
+        known = known_of(accepted, [Path(one.source) for one in admission.recordings])
+        update = {"thinned": thinned(admission.recordings), "doubts": doubts, "known": known}
+        update |= {"version": own_version(), "units": units}
         answer = in_words(with_units(answer.model_copy(update=update), accepted))
         return answer.model_copy(update={"says": sentences(answer, accepted)})

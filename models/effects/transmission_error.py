@@ -158,8 +158,8 @@ CARD = EffectCard(
                 "pose/gear": StandIn(-2.0),
             },
             axis=(
-                "read the angle by other means at a few places (a second encoder, or a laser on a "
-                "mirror at the axis): a gear's error moves the axis, an encoder's does not"
+                "measure where it is by other means at a few places (a second encoder, a laser): "
+                "the error of a gear or screw moves the axis, an encoder's does not"
             ),
         ),
     ),

@@ -12,6 +12,7 @@ USUAL = {
     "rad": ("degrees", math.degrees(1.0)),
     "m": ("mm", 1e3),
     "s": ("ms", 1e3),
+    "kg": ("g", 1e3),
     "kg m2": ("kg m\u00b2", 1.0),
     "1/m": ("mm per m\u00b2", 1e3),
     "1": ("", 1.0),
@@ -44,12 +45,12 @@ def said_in(units: Iterable[str]) -> Iterator[None]:
 def in_use(unit: str, value: float = math.nan) -> tuple[str, float]:
     """What a size of a unit of the contract is said in, and how many of that are one.
 
-    value: the size; usual for lengths and times from 1 on are m and s.
+    value: the size; usual for lengths, times and masses from 1 on are m, s and kg.
     """
     place = unit.removesuffix("/s")
     if (one := place if place in ("rad", "m") else unit) in _owners.get():
         word, many = _owners.get()[one]
-    elif one in ("m", "s") and abs(value) >= 1.0:
+    elif one in ("m", "s", "kg") and abs(value) >= 1.0:
         word, many = one, 1.0
     else:
         word, many = USUAL.get(one, (one, 1.0))

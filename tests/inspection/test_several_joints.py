@@ -74,3 +74,29 @@ def test_the_joint_that_departs_most_from_its_command_is_shown(tmp_path: Path, f
     shown = 1 if fault == "none" else 4
     assert taken["position"] == f"joint{shown}_actual_deg"
     assert taken["command"] == f"joint{shown}_goal_deg"
+
+
+@pytest.mark.parametrize(
+    ("asked", "seen"),
+    [
+        (["J1_CmdPos_deg", "J2_CmdPos_deg", "J3_CmdPos_mm", "J4_CmdPos_deg"], "J{}_FbPos_{}"),
+        (["DesRoll", "DesPitch", "DesYaw"], "{}"),
+    ],
+)
+def test_joints_of_which_one_slides_and_joints_with_names_are_no_delta(
+    tmp_path: Path, asked: list[str], seen: str
+) -> None:
+    """A SCARA, and a gimbal: the second joint of each has play."""
+    columns = {"t": T_S}
+    for n, name in enumerate(asked, 1):
+        parts = name.partition("Des")[2:] if "Des" in name else (n, name.rpartition("_")[2])
+        way = 30.0 * np.sin((0.4 + 0.1 * n) * T_S)
+        play = 0.3 * np.sign(np.gradient(way)) if n == 2 else 0.0
+        columns |= {name: way, seen.format(*parts): 0.998 * way + play}
+    path = tmp_path / "arm.csv"
+    table = np.stack(list(columns.values()), axis=1)
+    np.savetxt(path, table, "%.5f", ",", header=",".join(columns), comments="")
+    found = inspect(path)
+    taken = {guess.name: column for column, guess in found.guesses.items()}
+    assert found.kind == "servo_axis"
+    assert taken["command"] == asked[1]

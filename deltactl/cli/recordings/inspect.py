@@ -26,17 +26,13 @@ ANEW = " in a new file ('deltactl init' with --force would write over the old on
 OTHERWISE = (
     "if this is another machine, write it anew: 'deltactl init' with --force or another name"
 )
-FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
-FORCED_SAYS = (
-    "  INERTIA: what moves, {mass}, as well as it is known",
-    "  GAIN: {force} for one unit of the effort, or unknown; where a weight pulls at it, also"
-    " {weight}",
-)
-MEASURED_SAYS = (
-    "  what moves is measured{measured}; if you know --inertia ({{mass}}) or --effort-gain"
-    " ({{force}} for one unit of the effort), add it; where a weight pulls at it, also {{weight}}"
-)
-COMMANDED = ["--recorded", "command"]
+FORCED = ["--recorded", "effort", "--inertia", "INERTIA"]
+FORCED_SAYS = "  INERTIA: what moves, {mass}, as well as it is known"
+MEASURED_SAYS = "  what moves is measured; if you know it ({mass}), add --inertia"
+GAIN_SAYS = "  GAIN: {force} for one unit of the effort, or unknown"
+GAIN_UNSAID = "  if you know --effort-gain ({force} for one unit of the effort), add it"
+GAIN_KNOWN = "  --effort-gain 1: it is in {force}; if that is at a motor, put its gear's ratio"
+WEIGHED = "; where a weight pulls at it, also {weight}"
 OF_ANGLES = ["--gear-ratio", "1", "--microsteps-per-rev", "1600", "--sensors", "none"]
 """For a delta whose angles were recorded, not its steps, and no distances."""
 STEPPED = ["--microsteps-per-rev", "STEPS", "--gear-ratio", "GEAR"]
@@ -223,7 +219,7 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     there = {guess.name for guess in seen.guesses.values()}
     forced, says = _forced(seen) if seen.needs_inertia else ([], ())
     if seen.kind == "servo_axis" and "command" in there:
-        forced = COMMANDED
+        forced = ["--recorded", "command"]
     if seen.kind == "stepper_axis":
         forced, says = STEPPED, STEPPED_SAYS
     if seen.kind == "delta" and not {"steps_1", "range_x"} & there:
@@ -273,16 +269,22 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
     Where the effort goes with the acceleration, the recording itself says what moves.
     """
     from deltactl.firmware_py.describing.robot_text import inertia_of
+    from deltactl.recording.foreign.names import by_name
     from deltactl.recording.foreign.reading import read_mapped
 
+    unit = by_name(seen.guesses)["effort"].unit or ""
+    known = unit.endswith({"rotary": "m", "linear": "N"}.get(_motion(seen), "?"))
     try:
         one = inertia_of(read_mapped(seen.path, seen.mapping))
     except RecordingError:
         one = None
+    measured = ["--measure", str(seen.path), *seen.options]
+    words, says = (FORCED, FORCED_SAYS) if one is None else (measured, MEASURED_SAYS)
+    if known:
+        return [*words, "--effort-gain", "1"], (says, GAIN_KNOWN + WEIGHED)
     if one is None:
-        return FORCED, FORCED_SAYS
-    measured = "" if seen.asked or seen.factors else f": {one:.3g} in the unit of the effort"
-    return ["--measure", str(seen.path), *seen.options], (MEASURED_SAYS.format(measured=measured),)
+        return [*words, "--effort-gain", "GAIN"], (says, GAIN_SAYS + WEIGHED)
+    return words, (says, GAIN_UNSAID + WEIGHED)
 
 
 def _command(label: str, words: list[str]) -> list[str]:

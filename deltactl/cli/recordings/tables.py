@@ -30,7 +30,6 @@ ASKED = {"command", "command_1", "steps_1", "effort", "distance"}
 """Without one of these there is nothing that a reading could be compared with."""
 READ = {"position", "theta_1"}
 """Without one of these there is nothing that an axis answered."""
-BINARY = (".parquet", ".mat")
 
 
 def read_plain(
@@ -51,7 +50,7 @@ def read_plain(
         return recording if whole else _as_inspected(path, robot, tell) or recording
     if is_data_set(path):
         raise one_joint_at_a_time(path)
-    if is_log(path) or path.suffix in BINARY:
+    if is_log(path) or path.suffix in (".parquet", ".mat"):
         if (seen := _as_inspected(path, robot, tell)) is not None:
             return seen
         raise wrong
@@ -88,8 +87,7 @@ def _is_whole(recording: FlatRecording, robot: RobotModel | None) -> bool:
 
 def _has_places(path: Path, robot: RobotModel | None) -> bool:
     """Whether a table has the places of targets on a chain."""
-    is_chain = isinstance(robot, ChainRobot)
-    return is_chain and any(TARGET.fullmatch(name) for name in first_cells(path))
+    return isinstance(robot, ChainRobot) and any(map(TARGET.fullmatch, first_cells(path)))
 
 
 def _as_inspected(

@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Concatenate, ParamSpec, TypeVar
+from typing import Any, TypeVar, cast
 
 from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.picture import unit_of
@@ -16,8 +16,7 @@ from deltactl.models.effects import card_of
 from deltactl.models.effects.units_in_use import in_use, said_in
 from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis
 
-Rest = ParamSpec("Rest")
-Text = TypeVar("Text")
+Say = TypeVar("Say", bound=Callable[..., Any])
 NOT_REPORTED = frozenset(
     {"phase", "amplitude_2", "phase_2", "start", "drag", "friction", "stiffness", IN_ALL}
 )
@@ -100,42 +99,33 @@ _RATIOS: dict[str, Scale] = {
 }
 MOMENT = "at"
 """What a point in time is called, which is no duration."""
-_SIGNED = frozenset({"angle", "offset", "length_error", "rotation", "steps", "curvature", "strain"})
-_OF_FORCE = ("N", "N m")
+_SIGNED = frozenset(
+    {"angle", "offset", "length_error", "rotation", "steps", "curvature", "strain", "mass"}
+)
 
 
-def in_its_units(
-    say: Callable[Concatenate[Diagnosis, Rest], Text],
-) -> Callable[Concatenate[Diagnosis, Rest], Text]:
-    """The same texts of an answer in the units of its recordings."""
+def in_its_units(say: Say) -> Say:
+    """The same texts of an answer, its first argument, in the units of its recordings."""
 
     @functools.wraps(say)
-    def said(answer: Diagnosis, /, *args: Rest.args, **options: Rest.kwargs) -> Text:
+    def said(answer: Diagnosis, *args: Any, **options: Any) -> Any:
         with said_in(answer.units.values()):
             return say(answer, *args, **options)
 
-    return said
+    return cast(Say, said)
 
 
 def forced(unit: str) -> bool:
     """Whether the mismatch is one of efforts."""
-    return unit in _OF_FORCE
+    return unit in ("N", "N m")
 
 
 def scale_of(unit: str, parameter: str = "", value: float = math.nan) -> Scale:
-    """How a parameter of a unit of the contract is shown; small masses become g."""
+    """How a parameter of a unit of the contract is shown."""
     if unit in ("1", "") and parameter in _RATIOS:
         return _RATIOS[parameter]
-    if unit == "kg" and parameter == "mass":
-        return Scale(1e3, "g", signed=True) if abs(value) < 1 else Scale(1.0, "kg", signed=True)
     word, many = in_use(unit, value)
     return Scale(many, word, signed=parameter in _SIGNED)
-
-
-def departure(value: float, unit: str, parameter: str) -> float:
-    """How far a size is from nothing; the limit of a scale may be given as 1.003 or as 0.003."""
-    zero = scale_of(unit, parameter).zero
-    return abs(value - zero if value > 0.5 * zero else value)
 
 
 def sizes(effect: str, parameter: str, result: ParameterResult) -> list[Size]:
@@ -161,12 +151,11 @@ def _name(effect: str, parameter: str, unit: str) -> str:
 
 def reported(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterResult]:
     """The first (the main one), and what is neither NOT_REPORTED nor shown as nothing."""
-    first = next(iter(parameters), "")
-    return {
-        name: p
-        for name, p in of_larger_wave(parameters).items()
-        if name == first or (name not in NOT_REPORTED and not _is_nothing(p))
-    }
+    first, of_waves = next(iter(parameters), ""), of_larger_wave(parameters)
+    times = {name: p.components for name, p in of_waves.items() if p.unit == "s"}
+    nothing = {n for n, sizes in times.items() if all(round(1e3 * v, 3) == 0.0 for v, *_ in sizes)}
+    left_out = (NOT_REPORTED | nothing) - {first}
+    return {name: p for name, p in of_waves.items() if name not in left_out}
 
 
 def of_larger_wave(parameters: Mapping[str, ParameterResult]) -> Mapping[str, ParameterResult]:
@@ -178,11 +167,6 @@ def of_larger_wave(parameters: Mapping[str, ParameterResult]) -> Mapping[str, Pa
     half, low, high = (0.5 * end for end in period.components[0])
     own = period.model_copy(update={"value": half, "ci95": [low, high]})
     return {**parameters, "amplitude": second, "period": own}
-
-
-def _is_nothing(result: ParameterResult) -> bool:
-    """A time that is shown as 0.000 ms."""
-    return result.unit == "s" and all(round(1e3 * v, 3) == 0.0 for v, _, _ in result.components)
 
 
 def quantity(value: float, unit: str, parameter: str = "", digits: int = 2) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.joints import CARTESIAN
 from deltactl.recording.foreign.mapping import Source
 from deltactl.recording.foreign.names import (
     BY_NAME,
@@ -45,7 +46,6 @@ _NUMBERED = re.compile(r"(.*?[^\d._\[])[._\[]?(\d+)\]?")
 _ANY = "|".join(sorted({word for _, word in RANKS}, key=len, reverse=True))
 _BEHIND = re.compile(rf"(.*[./])?({_ANY})[._/]([A-Za-z][^./]*)")
 _BEFORE = re.compile(rf"(.*[./])?([A-Za-z][^./]*?)[._/]({_ANY})")
-CARTESIAN = frozenset("xyzw")
 COUNTS = 4096
 """Counts of a turn of Dynamixel X and Feetech STS servos; half of them is their zero."""
 AS_DEGREES = "the joints go up to {:.4g}: all of them are taken for degrees"

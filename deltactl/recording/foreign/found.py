@@ -117,10 +117,9 @@ class Inspection:
         said = [] if self.asked is None else ["unit=UNIT"]
         said += [f"{name}=" for name in self.mapping.leave_out]
         named = any(source.from_ for source in self.mapping.columns.values())
-        left_out = ("columns", "leave_out", *(("skip_lines", "heading") if named else ()))
-        for name, default in Mapping().model_dump().items():
-            value = getattr(self.mapping, name)
-            if name not in left_out and value != default:
+        left_out = ("leave_out", *(("skip_lines", "heading") if named else ()))
+        for name, value in self._of_the_table().items():
+            if name not in left_out:
                 text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
                 said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
         bare = self._unsaid
@@ -141,6 +140,10 @@ class Inspection:
     def factors(self) -> dict[str, Factor]:
         """What one of a column is, of those of which its owner has to say it."""
         return {one.name: one.factor for one in self.guesses.values() if one.factor is not None}
+
+    def _of_the_table(self) -> dict[str, Any]:
+        """What the mapping says beside columns."""
+        return self.mapping.model_dump(exclude={"columns"}, exclude_defaults=True)
 
     def _option(self, name: str, source: Source, bare: bool) -> str:
         """What `--set` takes for a column; bare: without a unit."""
@@ -221,8 +224,6 @@ class Inspection:
         if typed:
             for name, factor in self.factors.items():
                 columns[name]["scale"] = factor.word
-        for name, default in Mapping().model_dump().items():
-            value = getattr(self.mapping, name)
-            if name != "columns" and value != default:
-                plain[name] = list(value) if isinstance(value, tuple) else value
+        for name, value in self._of_the_table().items():
+            plain[name] = list(value) if isinstance(value, tuple) else value
         return yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)

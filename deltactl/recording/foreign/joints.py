@@ -10,12 +10,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from deltactl.recording.column_measures import travel
-from deltactl.recording.foreign.axis_columns import COMMANDED
 from deltactl.recording.foreign.guess import LETTERED
-from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, label_of, read_name
+from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, is_of_joint, label_of, read_name
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, correlation
-from deltactl.recording.foreign.units import UNIT_OF
+from deltactl.recording.foreign.units import LONE, UNIT_OF
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.binary_tables import JOINTS
@@ -55,8 +54,8 @@ def one_joint(
 def _wanted(groups: Sequence[Group], table: Table, chosen: Collection[str]) -> str | None:
     """The joint that is looked at; None where none of them moves."""
     named = next((j for group in groups for j, name in group.items() if name in chosen), None)
-    motion = [group for group in groups if _role(group) in COMMANDED]
-    return named or _most_departing(motion or groups, table)
+    motion = [group for group in groups if _role(group) in LONE]
+    return named or _most_departing(motion if len(motion) > 1 else groups, table)
 
 
 def of_other_joints(table: Table, found: Taken) -> list[str]:
@@ -66,7 +65,7 @@ def of_other_joints(table: Table, found: Taken) -> list[str]:
     """
     if not any(guess.name == "command" for guess in found.values()):
         return []
-    own = {w for n, one in found.items() if one.role in COMMANDED for w in label_of(n)}
+    own = {w for n, one in found.items() if one.role in LONE for w in label_of(n)}
     others = [one for one in table if one not in found and read_name(one).role == "command"]
     return [one for one in others if label_of(one) - own and not _of_the_same(table, one, found)]
 
@@ -95,15 +94,16 @@ def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
         both = one.keys() & other.keys()
         still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
     moving = dict.fromkeys(j for group in groups for j in group if j not in still)
-    pairs = [next((g for g in groups if _role(g) == role), {}) for role in COMMANDED]
-    both = [j for j in moving if all(j in group for group in pairs)]
-    if not both:
+    asked = next((group for group in groups if _role(group) == LONE[0]), {})
+    others = sorted((g for g in groups if g is not asked), key=lambda g: _role(g) != LONE[1])
+    read = next(iter(others), {})
+    pairs = {j: (table[asked[j]], table[read[j]]) for j in moving if j in asked and j in read}
+    if not pairs:
         return next(iter(moving), None)
-    columns = [[table[group[j]] for group in pairs] for j in both]
-    late = float(np.median([_late(*pair) for pair in columns]))
-    apart = [_departure(*pair, late) for pair in columns]
-    most = int(np.argmax(apart))
-    return both[most if apart[most] > GUESSES.as_far * apart[0] else 0]
+    late = float(np.median([_late(*pair) for pair in pairs.values()]))
+    apart = {joint: _departure(*pair, late) for joint, pair in pairs.items()}
+    first, most = next(iter(apart)), max(apart, key=lambda joint: apart[joint])
+    return most if apart[most] > GUESSES.as_far * apart[first] else first
 
 
 def _late(asked: FloatArray, read: FloatArray) -> float:
@@ -132,7 +132,8 @@ def _numbered(names: Iterable[str]) -> Sequence[Group]:
     stems: dict[str, dict[str, str]] = {}
     for name in names:
         if numbered := _NUMBERED.fullmatch(name):
-            stem = f"{numbered[1]}{numbered[3] or ''}"
+            behind = re.split(r"[\W_]+", numbered[3] or "")  # one of several may slide: J3_cmd_mm
+            stem = "_".join([numbered[1], *(one for one in behind if one.lower() not in UNIT_OF)])
             stems.setdefault(stem, {}).setdefault(numbered[2], name)
     many: list[Group] = [group for group in stems.values() if len(group) > MOTORS]
     two = {stem: group for stem, group in stems.items() if len(group) == 2}
@@ -147,13 +148,17 @@ def _axes(names: Collection[str]) -> Iterator[Sequence[Group]]:
     """
     for at in (_BEFORE, _BEHIND):
         whole = {one: group for one, group in _by_axis(names, at).items() if _asked_and_read(group)}
-        arms = len(whole) == MOTORS and {one[-1] for one in whole} <= set("0123abcABC")
-        if len(whole) < 2 or arms:
+        if len(whole) < 2 or _may_be_arms(whole):
             continue
         if not _asked_and_read(set.intersection(*map(set, whole.values()))):
             continue
         stems = dict.fromkeys(stem for group in whole.values() for stem in group)
         yield [{one: g[stem] for one, g in whole.items() if stem in g} for stem in stems]
+
+
+def _may_be_arms(labels: Collection[str]) -> bool:
+    """Whether axes are called as the arms of a delta are."""
+    return len(labels) == MOTORS and {one[-1] for one in labels} <= set("0123abcABC")
 
 
 def _by_axis(names: Iterable[str], at: re.Pattern[str]) -> dict[str, dict[str, str]]:
@@ -190,14 +195,15 @@ def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
 
 
 def _beside_commands(names: Iterable[str]) -> Sequence[Group]:
-    """Commands called as their readings but for a word, of more joints than a delta has: left_s0
-    and left_s0_cmd.
+    """Commands called as their readings but for a word, of joints with names of their own, or more
+    than a delta has: DesRoll and Roll, left_s0 and left_s0_cmd.
     """
     labels = _by_what_asks(names)
     read = labels.pop("", {})
     groups = [{j: n for j, n in group.items() if j in read} for group in labels.values()]
-    asked = next((group for group in groups if len(group) > MOTORS), None)
-    if asked is None or len({joint.rstrip("0123456789") for joint in asked}) == 1:
+    own = [g for g in groups if len(g) > 1 and all(map(is_of_joint, g)) and not _may_be_arms(g)]
+    asked = next((group for group in groups if group in own or len(group) > MOTORS), {})
+    if len({joint.rstrip("0123456789") for joint in asked}) < 2:
         return []  # joints with one name and numbers
     return [asked, {joint: read[joint] for joint in asked}]
 
@@ -206,9 +212,9 @@ def _by_what_asks(names: Iterable[str]) -> dict[str, dict[str, str]]:
     """Columns by the words that say a command, none for a reading, and by their other words."""
     labels: dict[str, dict[str, str]] = {}
     for name in names:
-        words = re.split(r"[_. ]", name)
+        words = re.split(r"[_. ]|(?<=[a-z])(?=[A-Z])", name)
         asks = [word for word in words if read_name(word).role == "command"]
-        if len(words) > 1 and len(asks) < len(words):
+        if len(asks) < len(words):
             label = "_".join(word for word in words if word not in asks)
             labels.setdefault("_".join(asks), {}).setdefault(label, name)
     return labels

@@ -48,8 +48,6 @@ TAKEN = {None: "rad", "rotary": "rad", "linear": "m"}
 OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
 """How LeRobot calls what a joint did and its command, in degrees; where all joints are together,
 below `action`, their values say more."""
-OF_RTDE = "logs of RTDE are in rad"
-PUT = "into the printed command"
 NO_UNIT = "nothing says the unit"
 
 
@@ -113,7 +111,7 @@ def unit_of_motion(
         return _all(group, "rad", GUESSES.count_rad), (
             f"{_names(group)}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a"
             f" turn; if a turn has others, put what one count is [rad] in place of"
-            f" {GUESSES.count_rad} {PUT}"
+            f" {GUESSES.count_rad} into the printed command"
         )
     says = f"up to {largest:g}, taken for degrees"
     if not _is_lone(group):  # which no machine has in mm
@@ -140,14 +138,16 @@ def _of_called(
     if not _is_lone(group):
         return None
     if all(RTDE.match(one.source) for one in group) and largest <= GUESSES.widest_rad:
-        return [replace(one, unit="rad", why=f"{one.why}; {OF_RTDE}") for one in group], ""
+        return [
+            replace(one, unit="rad", why=f"{one.why}; logs of RTDE are in rad") for one in group
+        ], ""
     if all(OF_DATA.fullmatch(one.source) and is_of_joint(one.source) for one in group):
         says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
-        return _named(group, "deg"), rather(says, "radians", group, "rad")
+        return _all(group, "deg", guessed=False), rather(says, "radians", group, "rad")
     if motion == "rotary" or largest <= GUESSES.longest_m or not all(map(_is_place, group)):
         return None
     says = f"up to {largest:g}, taken for mm, as axes called x, y or z slide"
-    return _named(group, "mm"), rather(says, "degrees", group, "deg")
+    return _all(group, "mm", guessed=False), rather(says, "degrees", group, "deg")
 
 
 def _is_lone(group: Sequence[Guess]) -> bool:
@@ -165,13 +165,10 @@ def _says_counts(heading: str, values: FloatArray) -> bool:
     return whole(values) and bool(COUNTS & set(re.split(r"[^a-z]+", heading.lower())))
 
 
-def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:
-    return [replace(one, unit=unit, scale=scale, unit_guessed=True) for one in group]
-
-
-def _named(group: Sequence[Guess], unit: str) -> list[Guess]:
-    """In a unit that their names speak for."""
-    return [replace(one, unit=unit) for one in group]
+def _all(
+    group: Sequence[Guess], unit: str, scale: float = 1.0, guessed: bool = True
+) -> list[Guess]:
+    return [replace(one, unit=unit, scale=scale, unit_guessed=guessed) for one in group]
 
 
 def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str = "") -> Hint:
