@@ -83,11 +83,9 @@ def _role(group: Group) -> str | None:
 
 
 def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
-    """The joint whose reading departs most from its command for how far it goes; the first where
-    none does clearly more, or without commands. None where none moves: a column of it rests, or is
-    a copy of another.
-
-    What all of them are late by is no departure.
+    """The joint whose reading departs most from its command for how far it goes, beside what all
+    of them are late by; the first where none does clearly more, or without commands. None where
+    none moves: a column of it rests, or is a copy of another.
     """
     still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
     for one, other in itertools.combinations(groups, 2):
@@ -95,8 +93,8 @@ def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
         still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
     moving = dict.fromkeys(j for group in groups for j in group if j not in still)
     asked = next((group for group in groups if _role(group) == LONE[0]), {})
-    others = sorted((g for g in groups if g is not asked), key=lambda g: _role(g) != LONE[1])
-    read = next(iter(others), {})
+    others = (g for g in groups if g is not asked and _role(g) in (LONE[1], None))
+    read = next(iter(sorted(others, key=lambda group: _role(group) is None)), {})
     pairs = {j: (table[asked[j]], table[read[j]]) for j in moving if j in asked and j in read}
     if not pairs:
         return next(iter(moving), None)
@@ -116,11 +114,14 @@ def _departure(asked: FloatArray, read: FloatArray, late: float) -> float:
     """How far a reading is from its command, beside its noise and where their zeros are the same,
     as a share of how far it goes.
     """
-    apart = read - asked + late * np.gradient(asked)
-    middle, way = float(np.nanmedian(apart)), max(travel(read), 1e-300)
+    apart, way = read - asked + late * np.gradient(asked), max(travel(read), 1e-300)
+    apart = apart[np.isfinite(apart)]
+    if len(apart) < GUESSES.fewest_in_common:
+        return 0.0
+    middle = float(np.median(apart))
     apart = apart - middle * (abs(middle) > GUESSES.zeros_apart * way)
-    noise = float(np.nanvar(np.diff(apart, 2))) / 6.0
-    return math.sqrt(max(float(np.nanmean(apart**2)) - noise, 0.0)) / way
+    noise = float(np.var(np.diff(apart, 2))) / 6.0
+    return math.sqrt(max(float(np.mean(apart**2)) - noise, 0.0)) / way
 
 
 def _moves(values: FloatArray) -> bool:
