@@ -20,7 +20,10 @@ EFFECT = EffectKind(
     components=MOTORS,
     parameters=(Parameter("angle", "rad", -0.6, 0.6, typical=0.01),),
     operate=_operate,
-    says=lambda component, v: f"{component} is mounted {said(v['angle'], 'rad')} off its direction",
+    says=lambda component, v: (
+        f"{component} is mounted {'+' * (v['angle'] > 0.0)}{said(v['angle'], 'rad')}"
+        " off its direction"
+    ),
     pose_alone=True,
 )
 
