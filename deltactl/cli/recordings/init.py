@@ -245,7 +245,7 @@ def _read(path: Path, columns: list[str], motion: str | None) -> tuple[FlatRecor
     """As it is said, and where that does not do as `inspect` would read it, which is then said."""
     from deltactl.cli.recordings.diagnosing import read_with
     from deltactl.cli.recordings.inspect import to_be_put
-    from deltactl.cli.recordings.tables import mapping_of, unsaid
+    from deltactl.cli.recordings.tables import mapping_of
     from deltactl.foundation.errors import RecordingError
 
     try:
@@ -260,7 +260,7 @@ def _read(path: Path, columns: list[str], motion: str | None) -> tuple[FlatRecor
         recording = read_mapped(path, seen.mapping, tell=warn)
     except RecordingError:
         raise wrong from None
-    if not recording.has("command") and (owed := unsaid(seen)) is not None:
+    if not recording.has("command") and (owed := seen.owed) is not None:
         raise owed  # of which only the zero of a command is measured
     options = [word for word in seen.options if word != "--set"]
     say(f"{path.name} is read with: {shlex.join(options)}")

@@ -21,7 +21,6 @@ from deltactl.recording.tables.table_format import first_cells
 
 if TYPE_CHECKING:
     from deltactl.models.robot import RobotModel
-    from deltactl.recording.foreign.found import Inspection
     from deltactl.recording.foreign.mapping import Mapping
     from deltactl.recording.tables.flat import FlatRecording
 
@@ -107,12 +106,10 @@ def _as_inspected(
     if not seen.options or robot is None or seen.mapping.rate_hz is not None:
         return None
     if why_not and seen.kind == robot.kind:
-        raise RecordingError(f"{path}: {why_not}").with_typed(
-            f"; how it can be read: deltactl inspect {shlex.quote(str(path))}"
-        )
+        raise seen.misfit(why_not, "how it can be read: {}")
     if why_not or seen.kind != robot.kind:
         return None
-    if (owed := unsaid(seen)) is not None:
+    if (owed := seen.owed) is not None:
         raise owed
     recording = read_mapped(path, seen.mapping)
     options = [part for one in joints_together(seen.options[1::2]) for part in ("--set", one)]
@@ -120,18 +117,6 @@ def _as_inspected(
     if seen.warnings:
         tell(f"{path.name}: {'; '.join(seen.warnings)}")
     return recording
-
-
-def unsaid(seen: Inspection) -> RecordingError | None:
-    """The error of a table of which its owner has to say a unit or a number; None of another."""
-    shows = f"'deltactl inspect {shlex.quote(str(seen.path))}' shows what to type"
-    if seen.asked is not None:
-        wrong = RecordingError(f"{seen.path}: nothing says the unit of {seen.asked.columns}")
-        return wrong.with_typed(f"; it is {seen.asked.units}: {shows}")
-    if not seen.factors:
-        return None
-    owed = " and ".join(f"{factor.word} ({factor.says})" for factor in seen.factors.values())
-    return RecordingError(f"{seen.path}: its owner has to say {owed}").with_typed(f"; {shows}")
 
 
 def as_calibration(recording: FlatRecording, robot: RobotModel | None) -> FlatRecording:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from deltactl.foundation.errors import RecordingError
 from deltactl.recording.foreign.mapping import Mapping, Source, as_option
 from deltactl.recording.foreign.motion_units import Asked
 from deltactl.recording.foreign.names import (
@@ -129,6 +131,22 @@ class Inspection:
             if name not in bare or source.from_ != name
         ]
         return [part for one in said for part in ("--set", one)]
+
+    @property
+    def owed(self) -> RecordingError | None:
+        """The error of a table whose owner has to say a unit or a number; None of another."""
+        if self.asked is not None:
+            how = f"it is {self.asked.units}: '{{}}' shows what to type"
+            return self.misfit(f"nothing says the unit of {self.asked.columns}", how)
+        if not self.factors:
+            return None
+        words = " and ".join(f"{factor.word} ({factor.says})" for factor in self.factors.values())
+        return self.misfit(f"its owner has to say {words}", "'{}' shows what to type")
+
+    def misfit(self, why: str, how: str) -> RecordingError:
+        """That the table cannot be read so, and the command that shows how, in the place of {}."""
+        shows = f"deltactl inspect {shlex.quote(str(self.path))}"
+        return RecordingError(f"{self.path}: {why}").with_typed(f"; {how.format(shows)}")
 
     @property
     def _unsaid(self) -> set[str]:
