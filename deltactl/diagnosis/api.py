@@ -21,6 +21,7 @@ from deltactl.foundation.plain_file import write_whole
 from deltactl.foundation.process import one_thread, rarely_collected
 from deltactl.foundation.release import own_version
 from deltactl.foundation.strict_yaml import Document
+from deltactl.models.effects.units_in_use import said_in
 from deltactl.models.robot import RobotModel
 from deltactl.models.robot_files import with_effects_in
 from deltactl.recording.tables.flat import FlatRecording
@@ -58,11 +59,10 @@ def diagnose(
     recorded, others = ([one for _, one in each] for each in (used, held_out))
     limits = MotionLimits.of(document.data)
     answer = diagnose_recordings(accepted, recorded, others, progress, limits, thorough)
-    left_out = [*damaged, *damaged_too]
     update: dict[str, object] = {
         "robot": accepted.name,
         "recordings": [str(path) for path, _ in used],
-        "left_out": left_out,
+        "left_out": [*damaged, *damaged_too],
     }
     if (plan := answer.next_experiment) is not None:
         # The robot's name is that of no file: the job has to run as it stands.
@@ -104,11 +104,13 @@ def diagnose_recordings(
 ) -> Diagnosis:
     """The same for recordings in memory. motion_limits: for the run that is proposed."""
     progress = only_here(progress)
-    admission = admit(accepted, recordings, holdout, motion_limits, progress)
-    answer = diagnosed(admission, progress, motion_limits, thorough)
-    doubts = [doubt.says for doubt in admission.doubts]
-    known = known_of(accepted, [Path(recording.source) for recording in admission.recordings])
-    cut = thinned(admission.recordings)
-    update = {"thinned": cut, "doubts": doubts, "known": known, "version": own_version()}
-    answer = in_words(with_units(answer.model_copy(update=update), accepted))
-    return answer.model_copy(update={"says": sentences(answer, accepted)})
+    units = {name: unit for one in recordings for name, unit in one.units.items()}
+    with said_in(units.values()):
+        admission = admit(accepted, recordings, holdout, motion_limits, progress)
+        answer = diagnosed(admission, progress, motion_limits, thorough)
+        doubts = [doubt.says for doubt in admission.doubts]
+        known = known_of(accepted, [Path(one.source) for one in admission.recordings])
+        update = {"thinned": thinned(admission.recordings), "doubts": doubts, "known": known}
+        update |= {"version": own_version(), "units": units}
+        answer = in_words(with_units(answer.model_copy(update=update), accepted))
+        return answer.model_copy(update={"says": sentences(answer, accepted)})

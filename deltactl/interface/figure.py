@@ -41,9 +41,11 @@ class Figure:
     def of(cls, diagnosis: Diagnosis) -> Figure:
         """The model error over time, before and after the findings, a panel for each reading."""
         from deltactl.diagnosis.report.mismatch import mismatches
+        from deltactl.models.effects.units_in_use import said_in
 
         picture = diagnosis.picture
-        channels = mismatches(picture, not diagnosis.findings) if picture is not None else []
+        with said_in(diagnosis.units.values()):
+            channels = mismatches(picture, not diagnosis.findings) if picture is not None else []
         if picture is None or not channels:
             return cls(_whole(60.0, ['<text x="20" y="34">There is nothing to draw.</text>']))
         height = TOP + BOTTOM + len(channels) * (PANEL + GAP) - GAP

@@ -16,9 +16,10 @@ from deltactl.foundation.errors import ConfigError
 from deltactl.models.effects import card_of, column_of
 from deltactl.models.effects.chain_poses import pose_effects
 from deltactl.models.effects.kind import EffectKind, Parameter, Port
-from deltactl.models.effects.lone_axis import LINEAR_UNIT, said
+from deltactl.models.effects.lone_axis import LINEAR_UNIT
 from deltactl.models.effects.payload import EFFECT as PAYLOAD
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import ChainRobot, FloatArray
 

@@ -16,8 +16,9 @@ from deltactl.models.effects import column_of
 from deltactl.models.effects.kind import EffectKind, Parameter, Port
 from deltactl.models.effects.link_geometry import OFF
 from deltactl.models.effects.link_geometry import says as geometry_says
-from deltactl.models.effects.lone_axis import LINEAR_UNIT, said
+from deltactl.models.effects.lone_axis import LINEAR_UNIT
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.robot import FloatArray
 
 SENSORS, MISSING, LATE = "sensors", "share_of_last_move", "time"

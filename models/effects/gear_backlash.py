@@ -39,6 +39,7 @@ from deltactl.models.effects.kind import (
     Values,
     scalar,
 )
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.robot import FloatArray
 from deltactl.models.signals import clipped
 
@@ -96,8 +97,7 @@ EFFECT = EffectKind(
     ),
     operate=_operate,
     says=lambda component, v: (
-        f"the gear or coupling of {component} has {np.degrees(v['width']):.3f} degrees"
-        " of backlash at the arm"
+        f"the gear or coupling of {component} has {said(v['width'], 'rad')} of backlash at the arm"
     ),
     order=2,
     smooth=False,

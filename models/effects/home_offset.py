@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from deltactl.models.effects.card import (
     ByHand,
     Compensated,
@@ -23,6 +21,7 @@ from deltactl.models.effects.kind import (
     Port,
     adds,
 )
+from deltactl.models.effects.units_in_use import said
 
 EFFECT = EffectKind(
     name="home_offset",
@@ -31,7 +30,7 @@ EFFECT = EffectKind(
     parameters=(Parameter("angle", "rad", -0.6, 0.6, typical=0.01),),
     operate=adds("angles_rad", "angle"),
     says=lambda component, v: (
-        f"at home the arm of {component} is {abs(np.degrees(v['angle'])):.3f} degrees"
+        f"at home the arm of {component} is {said(abs(v['angle']), 'rad')}"
         f" {'lower' if v['angle'] > 0.0 else 'higher'} than it should be"
     ),
     pose_alone=True,

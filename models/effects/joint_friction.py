@@ -36,6 +36,7 @@ from deltactl.models.effects.kind import (
     Values,
     scalar,
 )
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.robot import EffectEntry, FloatArray
 from deltactl.models.signals import clipped
 
@@ -129,7 +130,7 @@ EFFECT = EffectKind(
     operate=_operate,
     says=lambda component, v: (
         f"friction in the bearing of {component} winds its shaft up by "
-        f"{np.degrees(v['width']):.3f} degrees between the two directions"
+        f"{said(v['width'], 'rad')} between the two directions"
     ),
     order=3,
     smooth=False,

@@ -16,7 +16,7 @@ from deltactl.models.effects.card import (
     Trait,
     Words,
 )
-from deltactl.models.effects.lone_axis import said
+from deltactl.models.effects.units_in_use import said
 
 OFF = ("dx", "dy", "dz", "rx", "ry", "rz")
 """Shift [m] and turn [rad] of the fixed transform before a joint, in the frame of the link before

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
 from deltactl.models.effects import CARDS, card_of
 from deltactl.models.effects.kind import EffectKind, Parameter
+from deltactl.models.effects.units_in_use import said
 
 Motion = Literal["linear", "rotary"]
 COMPONENT, COMMAND = "axis", "command"
@@ -70,39 +70,6 @@ def sensor_effects() -> dict[str, EffectKind]:
 def forms_of(effect: str) -> list[EffectKind]:
     """What an effect can be on a single axis: friction is a torque beside effort, else a width."""
     return list(card_of(effect).on.values())
-
-
-FEW_DEGREES = 0.02
-"""Below it people who have such angles count seconds of arc."""
-NEAR_ONE = 0.5
-"""Further off, a number is no ratio of which only the difference from 1 matters."""
-SQUARE_METRE = "m\u00b2"
-_SMALL = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "s": ("ms", 1e3)}
-
-
-def said(value: float, unit: str) -> str:
-    """A number with a unit in which it is easily read: angles in degrees, as everywhere else."""
-    if unit == "1":
-        near_one = abs(value - 1.0)
-        digits = 3 - math.floor(math.log10(near_one)) if 0.0 < near_one < 1e-3 else 5
-        digits = digits if near_one < NEAR_ONE else 3
-        return f"{value:.{digits}g}"
-    if unit == "rad":
-        degrees = math.degrees(value)
-        fine = f" ({plain(3600.0 * degrees)} seconds of arc)" if abs(degrees) < FEW_DEGREES else ""
-        return f"{plain(degrees)} degrees{fine}"
-    if unit in _SMALL and abs(value) < 1.0:
-        unit, factor = _SMALL[unit]
-        value *= factor
-    return f"{plain(value)} {unit.replace('m2', SQUARE_METRE)}"
-
-
-def plain(value: float) -> str:
-    """Three significant digits, and no exponent where a person would write none."""
-    if not math.isfinite(value) or value == 0.0 or not 1e-5 <= abs(value) < 1e6:
-        return f"{value:.3g}"
-    decimals = 2 - math.floor(math.log10(abs(value)))
-    return f"{value:.{max(decimals, 0)}f}"
 
 
 class _Sign(float):

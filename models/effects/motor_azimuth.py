@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from deltactl.models.effects.card import ByHand, Compensated, EffectCard, Group, Rule, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Port, Values, scalar
+from deltactl.models.effects.units_in_use import said
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
@@ -22,7 +21,8 @@ EFFECT = EffectKind(
     parameters=(Parameter("angle", "rad", -0.6, 0.6, typical=0.01),),
     operate=_operate,
     says=lambda component, v: (
-        f"{component} is mounted {np.degrees(v['angle']):+.3f} degrees off its direction"
+        f"{component} is mounted {'+' * (v['angle'] > 0.0)}{said(v['angle'], 'rad')}"
+        " off its direction"
     ),
     pose_alone=True,
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -20,6 +19,7 @@ from deltactl.models.effects.kind import (
     Values,
     scalar,
 )
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.robot import FloatArray
 
 STEEPEST = 0.5
@@ -92,9 +92,9 @@ def _place(values: Values, position_m: FloatArray) -> FloatArray:
 
 
 def _joint_words(component: str, values: Mapping[str, Any]) -> str:
-    most = math.degrees(float(np.abs(values["error"]).max()))
+    most = said(float(np.abs(values["error"]).max()), "rad")
     return (
-        f"{component} is off by up to {most:.3f} degrees, by a table over the angle of arm"
+        f"{component} is off by up to {most}, by a table over the angle of arm"
         f" {values['follows']:.0f}"
     )
 

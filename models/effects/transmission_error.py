@@ -32,6 +32,7 @@ from deltactl.models.effects.kind import (
     Values,
     scalar,
 )
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.linkage.vectors import cosine_and_sine
 from deltactl.models.robot import FloatArray
 
@@ -76,8 +77,7 @@ def add_periodic(angles_rad: FloatArray, index: int, values: Values) -> None:
 
 def size_in_words(values: Mapping[str, Any]) -> str:
     """Amplitude and period for the effect's sentence."""
-    amplitude_deg, period_deg = np.degrees(values["amplitude"]), np.degrees(values["period"])
-    return f"{amplitude_deg:.3f} degrees every {period_deg:.2f} degrees"
+    return " every ".join(said(values[name], "rad") for name in ("amplitude", "period"))
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
@@ -158,8 +158,8 @@ CARD = EffectCard(
                 "pose/gear": StandIn(-2.0),
             },
             axis=(
-                "read the angle by other means at a few places (a second encoder, or a laser on a "
-                "mirror at the axis): a gear's error moves the axis, an encoder's does not"
+                "measure where it is by other means at a few places (a second encoder, a laser): "
+                "the error of a gear or screw moves the axis, an encoder's does not"
             ),
         ),
     ),

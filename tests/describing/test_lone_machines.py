@@ -112,9 +112,33 @@ def test_a_recording_is_measured_as_inspect_reads_it(deltactl: Deltactl, tmp_pat
     done = deltactl("init", "axis", "slide.yaml", *words)
     read = "--set 't=Zeit[ms]'"
     assert f"next: deltactl diagnose log.csv --robot slide.yaml {read}" in done.stdout
-    assert "mm for one step, as the drive is set" in done.stderr
+    assert "put for MM_PER_STEP below what one is" in done.stderr
+    assert "MM_PER_STEP: mm for one step, as the drive is set" in done.stderr
     next_one = done.stdout.splitlines()[-1].removeprefix("next: deltactl ")
-    deltactl(*shlex.split(next_one))
+    deltactl(*shlex.split(next_one.replace("MM_PER_STEP", "0.0125")))
+
+
+def test_nothing_is_measured_in_a_unit_that_its_owner_has_to_say(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    t_s = 0.01 * np.arange(500)
+    columns = np.stack([t_s, 1.2 * np.sin(3.0 * t_s), -np.sin(3.0 * t_s)], axis=1)
+    np.savetxt(tmp_path / "log.csv", columns, "%.5f", ",", header="time,pos,iq", comments="")
+    words = ("init", "axis", "axis.yaml", "--yes", "--measure", "log.csv")
+    refused = deltactl(*words, status=2)
+    assert "nothing says the unit of pos; it is deg, rad or turn if it turns" in refused.stderr
+    assert not (tmp_path / "axis.yaml").exists()
+    deltactl(
+        *words,
+        "--set",
+        "unit=rad",
+        "--set",
+        "t=time",
+        "--set",
+        "effort=iq",
+        "--set",
+        "position=pos",
+    )
 
 
 def test_a_product_is_taken_for_the_torque_and_bounds_hold(

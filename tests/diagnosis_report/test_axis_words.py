@@ -19,7 +19,8 @@ from deltactl.diagnosis.report.headline import headline
 from deltactl.diagnosis.report.in_words import in_words
 from deltactl.diagnosis.report.remedies import remedies
 from deltactl.diagnosis.report.screen import sentences, table_rows
-from deltactl.models.effects.lone_axis import command_effects, effort_effects, said
+from deltactl.models.effects.lone_axis import command_effects, effort_effects
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.robot import EffectEntry, ServoAxis
 from tests.diagnosis_report.conftest import card_text
 

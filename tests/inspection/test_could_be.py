@@ -14,6 +14,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from tests.inspection.logs_of_makers import PERIOD_S, T_S, asked, current, seen
+from tests.rigs.owners_words import owner_says
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 SIZES_MM = {"base-radius": "122", "platform-radius": "100", "upper-arm": "314", "forearm": "587"}
@@ -73,7 +74,7 @@ def test_a_current_pulls_from_nowhere_outside(tmp_path: Path) -> None:
 def test_names_that_look_like_factors_or_offsets_are_read_back(tmp_path: Path, name: str) -> None:
     path = write(tmp_path / "a.csv", f"t,goal,{name}", T_S, asked(), seen())
     found = inspect(path, load_mapping(None, [f'position="{name}"[deg]']))
-    read = read_mapped(path, load_mapping(None, found.options[1::2]))
+    read = read_mapped(path, load_mapping(None, owner_says(found)))
     np.testing.assert_allclose(read.column("position"), np.radians(seen()), atol=1e-5)
     assert read.period_s() == pytest.approx(PERIOD_S)
 

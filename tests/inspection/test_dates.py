@@ -12,6 +12,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.cells import seconds
+from tests.rigs.owners_words import owner_says
 
 STEP_S = 0.5
 T_S = STEP_S * np.arange(300)
@@ -40,7 +41,7 @@ def test_a_table_with_such_times(
     rows = [f"{cell(t)},{q:.5f},{0.9 * q:.5f}" for t, q in zip(T_S, asked, strict=True)]
     path = tmp_path / "log.csv"
     path.write_text("\n".join([f"{heading},cmd,pos", *rows]) + "\n")
-    options = [one for one in inspect(path).options if one != "--set"]
+    options = owner_says(inspect(path))
     read = read_mapped(path, load_mapping(None, options))
     np.testing.assert_allclose(read.t_s - read.t_s[0], T_S, atol=1e-6)
 

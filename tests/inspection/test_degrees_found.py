@@ -17,6 +17,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from tests.cli.conftest import Deltactl
+from tests.rigs.owners_words import owner_says
 
 T_S = 0.02 * np.arange(600)
 ASKED = np.sin(0.9 * T_S)
@@ -47,7 +48,7 @@ def test_the_steps_of_the_reading_tell(tmp_path: Path, step: float, unit: str) -
     assert units(found) == [unit, unit]
     assert found.motion == "rotary"
     assert not found.warnings
-    read = read_mapped(found.path, load_mapping(None, found.options[1::2]))
+    read = read_mapped(found.path, load_mapping(None, owner_says(found)))
     size = np.radians(5.0) if unit == "deg" else 5.0
     assert np.ptp(read.column("command")) == pytest.approx(2 * size, rel=1e-3)
 
@@ -68,8 +69,9 @@ def test_joints_of_data_sets_are_in_degrees_and_turn(tmp_path: Path) -> None:
 def test_a_joint_turns_in_a_unit_that_is_asked_for(tmp_path: Path) -> None:
     found = table(tmp_path / "a.csv", "goal_elbow,read_elbow", 1.2)
     assert found.motion == "rotary"
-    assert found.options[3::2] == ["position=read_elbow[rad]", "command=goal_elbow[rad]"]
-    assert found.typed[1::2] == ["unit=UNIT", "t=time", "position=read_elbow", "command=goal_elbow"]
+    columns = ["t=time", "position=read_elbow", "command=goal_elbow"]
+    assert found.options[1::2] == ["unit=UNIT", *columns]
+    assert {found.mapping.columns[name].unit for name in ("position", "command")} == {"rad"}
     assert found.asked is not None
     assert found.asked.units == "deg, rad or turn if it turns"
 

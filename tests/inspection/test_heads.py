@@ -19,6 +19,7 @@ from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from tests.inspection.heads import GEOMETRY, Head, heads, truth, write
 from tests.inspection.test_printed_commands import put
+from tests.rigs.owners_words import owner_says
 
 HEADS = {
     head.program: head
@@ -44,7 +45,7 @@ def test_columns_are_what_their_owners_mean(head: Head, tmp_path: Path) -> None:
     if found.kind is None:
         assert not {"command", "distance", "effort"} & taken.keys()
         return
-    read = read_mapped(path, load_mapping(None, found.options[1::2]))
+    read = read_mapped(path, load_mapping(None, owner_says(found)))
     if "t" in head.right:
         assert read.period_s() == pytest.approx(1.0 / head.rate_hz, rel=0.01)
     elif found.kind != "range_sensor":

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.rigs import needs
+from tests.rigs.owners_words import owner_says
 
 pytest.importorskip("pyarrow", reason=needs.LOGS)
 pytest.importorskip("mcap_ros2", reason=needs.LOGS)
@@ -234,7 +235,7 @@ def test_a_lerobot_data_set(tmp_path: Path) -> None:
     assert taken["position"] == "observation.state.0"
     assert taken["segment"] == "episode_index"
     assert any("more joints" in warning for warning in found.warnings)
-    options = [one for one in found.options if one != "--set"]
+    options = owner_says(found)
     read = read_mapped(path, load_mapping(None, options))
     np.testing.assert_allclose(read.column("command"), COMMAND, atol=1e-6)
     assert (np.diff(read.t_s) > 0).all()

@@ -19,6 +19,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import FlatRecording
+from tests.rigs.owners_words import owner_says
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 ROWS = 900
@@ -42,7 +43,7 @@ def taken(found: Inspection) -> dict[str, str]:
 
 def read_as_told(found: Inspection) -> FlatRecording:
     """What the command that was printed reads."""
-    options = [one for one in found.options if one != "--set"]
+    options = owner_says(found)
     return read_mapped(found.path, load_mapping(None, options))
 
 
@@ -124,8 +125,8 @@ def test_counts_and_a_reading_in_mm_are_a_slide_and_no_gear(tmp_path: Path) -> N
     found = inspect(path)
     assert (found.kind, found.motion) == ("servo_axis", "linear")
     assert taken(found) == {"t": "t", "command": "steps", "position": "pos_mm"}
-    assert "command=steps[mm]*0.0125" in found.options
-    assert "command=steps[mm]*MM_PER_STEP" in found.typed
+    assert "command=steps[mm]*0.0125" in owner_says(found)
+    assert "command=steps[mm]*MM_PER_STEP" in found.options
     assert "in this recording 0.0125" in found.factors["command"].says
     assert "steps: taken for the steps of a slide" in found.warnings[-1]
     np.testing.assert_allclose(read_as_told(found).columns["command"], COMMAND, atol=1e-4)

@@ -12,6 +12,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from tests.inspection.logs_of_makers import LOGS, NO_TABLES, PERIOD_S
+from tests.rigs.owners_words import owner_says
 
 
 @pytest.mark.parametrize("name", LOGS)
@@ -27,7 +28,7 @@ def test_a_log_is_taken_for_what_it_is(tmp_path: Path, name: str) -> None:
     said = " ".join([found.kind_why, *found.warnings])
     assert not [part for part in log.says if part not in said]
     if found.kind is not None:
-        read = read_mapped(path, load_mapping(None, found.options[1::2]))
+        read = read_mapped(path, load_mapping(None, owner_says(found)))
         assert set(log.taken) - {"t"} <= set(read.columns)
         if "rate_hz" not in said:
             assert read.period_s() == pytest.approx(PERIOD_S, rel=1e-3)

@@ -16,6 +16,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.names import read_name
 from deltactl.recording.foreign.reading import read_mapped
+from tests.rigs.owners_words import owner_says
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 T_S = 0.02 * np.arange(600)
@@ -52,7 +53,7 @@ def test_three_arms_are_a_delta_wherever_their_number_stands(
     path = write(tmp_path / "a.csv", asked, seen)
     found = inspect(path)
     assert found.kind == "delta"
-    read = read_mapped(path, load_mapping(None, found.options[1::2]))
+    read = read_mapped(path, load_mapping(None, owner_says(found)))
     for n in NUMBERS:
         np.testing.assert_allclose(read.column(f"command_{n}"), ASKED_RAD[n - 1], atol=1e-5)
         np.testing.assert_allclose(read.column(f"theta_{n}"), SEEN_RAD[n - 1], atol=1e-5)

@@ -162,7 +162,7 @@ def test_a_length_in_the_heading_makes_steps_those_of_a_slide(
     found = inspect(write(tmp_path / "log.csv", f"ms,{heading}", steps, size * read, digits=4))
     assert (found.kind, found.motion) == ("servo_axis", "linear")
     name = heading.partition(",")[0]
-    assert f"command={name}[mm]*MM_PER_STEP" in found.typed
+    assert f"command={name}[mm]*MM_PER_STEP" in found.options
     assert "in this recording 0.00997" in found.factors["command"].says
     command = read_mapped(tmp_path / "log.csv", found.mapping).columns["command"]
     assert np.ptp(command) == pytest.approx(np.ptp(0.08 * WAY), rel=1e-2)
@@ -202,7 +202,7 @@ def test_places_and_readings_without_names_are_a_distance_sensor(
     found = inspect(path)
     assert found.kind == "range_sensor"
     assert found.guesses[f"column_{order.index(0) + 1}"].name == "distance"
-    assert not any("rate_hz" in one for one in [*found.warnings, *found.typed])
+    assert not any("rate_hz" in one for one in [*found.warnings, *found.options])
 
 
 @pytest.mark.parametrize(

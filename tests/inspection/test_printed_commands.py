@@ -155,3 +155,28 @@ def test_names_in_a_message_are_whole(deltactl: Deltactl, tmp_path: Path) -> Non
     listed = why[why.index("A_Actual") :].split(" and ")[0]
     assert set(listed.split(", ")) < set(names)
     assert f"and {len(names) - len(listed.split(', '))} more" in why
+
+
+@pytest.mark.parametrize(
+    ("heading", "words"),
+    [
+        ("t,knee_deg,knee_torque_Nm", ["--effort-gain", "1"]),
+        ("t,knee_deg,knee_current_A", ["--effort-gain", "GAIN"]),
+        ("t,slide_mm,drive_force_N", ["--effort-gain", "1"]),
+        ("t,arm_deg,pull_force_N", ["--effort-gain", "GAIN"]),
+    ],
+)
+def test_an_effort_in_the_unit_that_moves_the_axis_needs_no_gain(
+    deltactl: Deltactl, tmp_path: Path, heading: str, words: list[str]
+) -> None:
+    friction = np.sign(np.gradient(seen()))
+    cells = np.stack([T_S, 30.0 * seen(), friction], axis=1)
+    np.savetxt(tmp_path / "log.csv", cells, "%.5f", ",", header=heading, comments="")
+    shown = deltactl("inspect", "log.csv")
+    init = printed(shown, "describe the machine:")
+    at = init.index("--effort-gain")
+    assert init[at : at + 2] == words
+    assert ("GAIN: N" in shown.stdout) == ("GAIN" in words)
+    assert (
+        deltactl(*("1" if word in ("GAIN", "INERTIA") else word for word in init)).returncode == 0
+    )

@@ -17,6 +17,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import from_columns
+from tests.rigs.owners_words import owner_says
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 T_S = 4.0 * np.arange(300)
@@ -55,7 +56,7 @@ def test_the_unit_of_a_comment_is_used_where_there_is_one(
     found = inspect(write(tmp_path / "a.txt", above, heading=heading))
     assert found.motion == "rotary"
     assert {g.unit for g in found.guesses.values() if g.role != "t"} == {unit}
-    read = read_mapped(found.path, load_mapping(None, found.options[1::2]))
+    read = read_mapped(found.path, load_mapping(None, owner_says(found)))
     per_turn = {"arcmin": 21600.0, "arcsec": 1296000.0}[unit]
     np.testing.assert_allclose(
         read.column("position"), SEEN_ARCSEC * 2.0 * math.pi / per_turn, rtol=1e-4

@@ -18,6 +18,7 @@ from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.table_format import guess_format
 from tests.cli.conftest import Deltactl
+from tests.rigs.owners_words import owner_says
 
 SEPARATORS = ("\t", ";", ",", "   ", " | ")
 STEP_S = 0.5
@@ -49,7 +50,7 @@ def test_a_blank_in_dates_separates_no_columns(tmp_path: Path, between: str) -> 
         "position": "um",
     }
     assert seen.motion == "linear"
-    options = [one for one in seen.options if one != "--set"]
+    options = owner_says(seen)
     read = read_mapped(seen.path, load_mapping(None, options))
     np.testing.assert_allclose(read.t_s - read.t_s[0], T_S, atol=1e-6)
     np.testing.assert_allclose(read.columns["command"], ASKED_UM * 1e-6, atol=1e-9)
@@ -59,7 +60,7 @@ def test_a_blank_in_dates_separates_no_columns(tmp_path: Path, between: str) -> 
 def test_without_a_heading_such_a_date_is_one_column(tmp_path: Path, between: str) -> None:
     seen = inspect(stage(tmp_path / "stage.tsv", between, ()))
     assert list(seen.table) == ["column_1", "column_2", "column_3"]
-    options = [one for one in seen.options if one != "--set"]
+    options = owner_says(seen)
     read = read_mapped(seen.path, load_mapping(None, options))
     np.testing.assert_allclose(read.t_s - read.t_s[0], T_S, atol=1e-6)
 

@@ -48,3 +48,55 @@ def test_two_axes_are_no_delta(tmp_path: Path, write, stem: str) -> None:
     assert (taken["command"], taken["position"]) == (f"{stem}q1_ref", f"{stem}q1")
     (others,) = [one for one in found.warnings if "more joints than one" in one]
     assert f"{stem}q2, {stem}q2_ref" in others
+
+
+@pytest.mark.parametrize("fault", ["play", "ratio", "offset", "none"])
+def test_the_joint_that_departs_most_from_its_command_is_shown(tmp_path: Path, fault: str) -> None:
+    """All of them follow late, the faster ones farther behind."""
+    rng = np.random.default_rng(5)
+    columns = {"t": T_S}
+    for joint in range(1, 7):
+        asked = 40.0 * np.sin((0.3 + 0.1 * joint) * T_S) + 15.0 * np.sin(1.1 * T_S + joint)
+        seen = np.interp(T_S - 0.04, T_S, asked) + 0.02 * rng.standard_normal(len(T_S))
+        if joint == 4:
+            wrong = {
+                "play": 0.6 * np.sign(np.gradient(asked)),
+                "ratio": 0.02 * asked,
+                "offset": 0.5,
+                "none": 0.0,
+            }
+            seen = seen + wrong[fault]
+        columns |= {f"joint{joint}_goal_deg": asked, f"joint{joint}_actual_deg": seen}
+    table = np.stack(list(columns.values()), axis=1)
+    path = tmp_path / "arm.csv"
+    np.savetxt(path, table, "%.5f", ",", header=",".join(columns), comments="")
+    taken = {guess.name: column for column, guess in inspect(path).guesses.items()}
+    shown = 1 if fault == "none" else 4
+    assert taken["position"] == f"joint{shown}_actual_deg"
+    assert taken["command"] == f"joint{shown}_goal_deg"
+
+
+@pytest.mark.parametrize(
+    ("asked", "seen"),
+    [
+        (["J1_CmdPos_deg", "J2_CmdPos_deg", "J3_CmdPos_mm", "J4_CmdPos_deg"], "J{}_FbPos_{}"),
+        (["DesRoll", "DesPitch", "DesYaw"], "{}"),
+    ],
+)
+def test_joints_of_which_one_slides_and_joints_with_names_are_no_delta(
+    tmp_path: Path, asked: list[str], seen: str
+) -> None:
+    """A SCARA, and a gimbal: the second joint of each has play."""
+    columns = {"t": T_S}
+    for n, name in enumerate(asked, 1):
+        parts = name.partition("Des")[2:] if "Des" in name else (n, name.rpartition("_")[2])
+        way = 30.0 * np.sin((0.4 + 0.1 * n) * T_S)
+        play = 0.3 * np.sign(np.gradient(way)) if n == 2 else 0.0
+        columns |= {name: way, seen.format(*parts): 0.998 * way + play}
+    path = tmp_path / "arm.csv"
+    table = np.stack(list(columns.values()), axis=1)
+    np.savetxt(path, table, "%.5f", ",", header=",".join(columns), comments="")
+    found = inspect(path)
+    taken = {guess.name: column for column, guess in found.guesses.items()}
+    assert found.kind == "servo_axis"
+    assert taken["command"] == asked[1]

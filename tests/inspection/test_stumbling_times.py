@@ -12,6 +12,7 @@ from deltactl.recording.foreign.found import Inspection
 from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
+from tests.rigs.owners_words import owner_says
 
 T_S = np.round(0.1 * np.arange(150), 3)
 ASKED = np.sin(T_S)
@@ -53,7 +54,7 @@ def test_the_command_that_is_printed_reads_a_time_that_stumbles(
     assert "rate_hz=10" in found.options
     assert not any("no column increases" in one for one in found.warnings)
     assert found.unused(name) == "its times do not increase in every row"
-    options = [one for one in found.options if one != "--set"]
+    options = owner_says(found)
     read = read_mapped(found.path, load_mapping(None, options))
     np.testing.assert_allclose(read.t_s, 0.1 * np.arange(150))
 

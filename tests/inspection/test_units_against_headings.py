@@ -19,6 +19,7 @@ from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.names import unit_said
 from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import from_columns
+from tests.rigs.owners_words import owner_says
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 CONFIG = Path(__file__).parents[2] / "config"
@@ -96,7 +97,7 @@ def test_a_wrong_heading_that_was_overruled_is_read_so_by_the_command_that_is_pr
 ) -> None:
     path = write(tmp_path / "a.csv", "t,q_deg,soll", T_S, WAVE, WAVE)
     found = inspect(path, load_mapping(None, ["position=q_deg[rad]*1"]))
-    read = read_mapped(path, load_mapping(None, found.options[1::2]))
+    read = read_mapped(path, load_mapping(None, owner_says(found)))
     np.testing.assert_allclose(read.column("position"), WAVE, rtol=1e-5)
 
 
@@ -275,7 +276,7 @@ def test_radians_under_a_heading_of_degrees_are_read_by_the_command_that_is_prin
 ) -> None:
     path = write(tmp_path / "a.csv", "t,soll [deg],ist [deg]", T_S, 40.0 * WAVE, 0.7 * WAVE)
     found = inspect(path)
-    options = [one for one in found.options if one != "--set"]
+    options = owner_says(found)
     assert "position=ist[rad]*1" in options
     read = read_mapped(path, load_mapping(None, options))
     np.testing.assert_allclose(read.column("position"), 0.7 * WAVE, rtol=1e-5)

@@ -17,6 +17,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.tables.flat import from_columns
+from tests.rigs.owners_words import owner_says
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 T_S = 0.01 * np.arange(900)
@@ -48,7 +49,7 @@ def test_the_unit_of_a_slope_follows_from_its_size(
     path = write(tmp_path / "a.csv", heading, 1e3 * T_S, angle * ANGLE, speed * SPEED, CURRENT)
     found = inspect(path)
     assert option in found.options
-    read = read_mapped(path, load_mapping(None, found.options[1::2]))
+    read = read_mapped(path, load_mapping(None, owner_says(found)))
     np.testing.assert_allclose(read.column("velocity"), SPEED, atol=1e-4)
 
 

@@ -14,6 +14,7 @@ from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
 from tests.rigs.in_process import called
+from tests.rigs.owners_words import owner_says
 
 N = 400
 T_S = 0.05 * np.arange(N)
@@ -27,7 +28,7 @@ def write(path: Path, heading: str, *columns: np.ndarray) -> Path:
 
 
 def options_of(path: Path) -> list[str]:
-    return [one for one in inspect(path).options if one != "--set"]
+    return owner_says(inspect(path))
 
 
 @pytest.mark.parametrize("heading", ["timestamp", "date", "when", "time_ms"])

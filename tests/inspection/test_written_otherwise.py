@@ -13,6 +13,7 @@ from deltactl.foundation.errors import RecordingError
 from deltactl.recording.foreign.inspection import inspect
 from deltactl.recording.foreign.mapping import load_mapping
 from deltactl.recording.foreign.reading import read_mapped
+from tests.rigs.owners_words import owner_says
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 T_S = 0.01 * np.arange(800)
@@ -116,7 +117,7 @@ def test_of_other_machines_it_is_said_what_to_type_for_times(tmp_path: Path) -> 
     inspected = inspect(path, load_mapping(None, ["rate_hz=100"]))
     assert "rate_hz=100" in inspected.options
     assert not [one for one in inspected.warnings if "rate_hz" in one]
-    read = read_mapped(path, load_mapping(None, inspected.options[1::2]))
+    read = read_mapped(path, load_mapping(None, owner_says(inspected)))
     np.testing.assert_allclose(read.t_s, T_S)
 
 

@@ -25,7 +25,6 @@ VALUES = 3
 """First values of a column that are shown where they fit."""
 UNSAID = {"theta": "rad", "velocity": "rad/s or m/s"}
 """In what a column is read of which nothing says the unit."""
-MOVED = ("command", "position")
 LONG, TOO_LONG = 1e4, 1e7
 """Between these, four figures would be written with a power of ten, and are read less easily."""
 
@@ -134,7 +133,7 @@ def _unit(seen: Inspection, guess: Guess) -> str:
         return unit
     source = seen.mapping.columns.get(guess.name)
     taken = f"{source.unit}?" if source is not None and source.unit != "1" else None
-    return taken or UNSAID.get(guess.role) or ("rad?" if guess.role in MOVED else "as it is")
+    return taken or UNSAID.get(guess.role) or ("rad?" if guess.role in LONE else "as it is")
 
 
 def _values(first: FloatArray, guess: Guess | None) -> str:

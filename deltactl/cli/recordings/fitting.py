@@ -37,8 +37,7 @@ def looked_at(
 
     Raises RecordingError for a table that cannot be read.
     """
-    from deltactl.recording.foreign.arms import as_arm, fitted_to
-    from deltactl.recording.foreign.fitted import as_chain, without_effort
+    from deltactl.recording.foreign.arms import as_arm, as_chain, fitted_to
     from deltactl.recording.foreign.inspection import inspect
 
     seen = inspect(path, known, robot.motion if isinstance(robot, ServoAxis) else None)
@@ -55,7 +54,7 @@ def looked_at(
     if why := _of_another(seen, robot):
         return seen, why
     if isinstance(robot, ServoAxis) and robot.inertia is None:
-        return without_effort(seen), ""
+        return seen.without_effort, ""
     return seen, ""
 
 

@@ -234,16 +234,17 @@ def _measured(
     """What the recording tells, and the options that read it."""
     from deltactl.firmware_py.describing.robot_text import measured
 
-    recording, columns = _read(path, columns)
+    recording, columns = _read(path, columns, known.get("motion"))
     answers, said = measured(kind, recording, known)
     for line in said:
         say(line)
     return answers, columns
 
 
-def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
+def _read(path: Path, columns: list[str], motion: str | None) -> tuple[FlatRecording, list[str]]:
     """As it is said, and where that does not do as `inspect` would read it, which is then said."""
     from deltactl.cli.recordings.diagnosing import read_with
+    from deltactl.cli.recordings.inspect import to_be_put
     from deltactl.cli.recordings.tables import mapping_of
     from deltactl.foundation.errors import RecordingError
 
@@ -255,18 +256,16 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
         from deltactl.recording.foreign.inspection import inspect
         from deltactl.recording.foreign.reading import read_mapped
     try:
-        seen = inspect(path, mapping_of(columns))
+        seen = inspect(path, mapping_of(columns), motion)
         recording = read_mapped(path, seen.mapping, tell=warn)
     except RecordingError:
         raise wrong from None
+    if not recording.has("command") and (owed := seen.owed) is not None:
+        raise owed  # of which only the zero of a command is measured
     options = [word for word in seen.options if word != "--set"]
     say(f"{path.name} is read with: {shlex.join(options)}")
-    owed = {factor.word: (name, factor.says) for name, factor in seen.factors.items()}
-    for warning in seen.warnings:
-        if not any(word in warning for word in owed):
-            warn(f"look here: {warning}")
-    for name, says in owed.values():
-        warn(f"look here: the number in {name}= is fitted to this recording; put there: {says}")
+    for line in (*(f"look here: {one}" for one in seen.warnings), *to_be_put(seen, new=False)):
+        warn(line)
     return recording, options
 
 

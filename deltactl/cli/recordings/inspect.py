@@ -19,7 +19,6 @@ from deltactl.foundation.plain_file import write_whole
 
 if TYPE_CHECKING:
     from deltactl.recording.foreign.found import Inspection
-    from deltactl.recording.foreign.motion_units import Asked
 
 Seen = TypeVar("Seen")
 OF_THE_RUN = "ROBOT is the robot file that it was made with"
@@ -27,17 +26,13 @@ ANEW = " in a new file ('deltactl init' with --force would write over the old on
 OTHERWISE = (
     "if this is another machine, write it anew: 'deltactl init' with --force or another name"
 )
-FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
-FORCED_SAYS = (
-    "  INERTIA: what moves, {mass}, as well as it is known",
-    "  GAIN: {force} for one unit of the effort, or unknown; where a weight pulls at it, also"
-    " {weight}",
-)
-MEASURED_SAYS = (
-    "  what moves is measured{measured}; if you know --inertia ({{mass}}) or --effort-gain"
-    " ({{force}} for one unit of the effort), add it; where a weight pulls at it, also {{weight}}"
-)
-COMMANDED = ["--recorded", "command"]
+FORCED = ["--recorded", "effort", "--inertia", "INERTIA"]
+FORCED_SAYS = "  INERTIA: what moves, {mass}, as well as it is known"
+MEASURED_SAYS = "  what moves is measured; if you know it ({mass}), add --inertia"
+GAIN_SAYS = "  GAIN: {force} for one unit of the effort, or unknown"
+GAIN_UNSAID = "  if you know --effort-gain ({force} for one unit of the effort), add it"
+GAIN_KNOWN = "  --effort-gain 1: it is in {force}; if that is at a motor, put its gear's ratio"
+WEIGHED = "; where a weight pulls at it, also {weight}"
 OF_ANGLES = ["--gear-ratio", "1", "--microsteps-per-rev", "1600", "--sensors", "none"]
 """For a delta whose angles were recorded, not its steps, and no distances."""
 STEPPED = ["--microsteps-per-rev", "STEPS", "--gear-ratio", "GEAR"]
@@ -157,7 +152,6 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Seen]) -> list[Seen]:
 
 def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     """Print one table on one screen. why_not: why it is none of the robot file's machine."""
-    from deltactl.recording.foreign.fitted import without_effort
     from deltactl.recording.foreign.motion_units import NO_UNIT
 
     if why_not:
@@ -167,7 +161,7 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
         following = replace(following, robot=None, new=True)
     read = seen
     if following.new and following.save is None and _has_unused_effort(seen):
-        read = without_effort(seen)
+        read = seen.without_effort
     known = seen.kind is not None and not following.awaited
     below = f"{seen.asked.columns}: {NO_UNIT}" if known and seen.asked else None
     look = [one for one in read.warnings if below is None or not one.startswith(below)]
@@ -190,27 +184,28 @@ def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]
     file = robot or _new(seen)
     if new:
         lines += (_describing_arm if seen.kind == "chain" else _describing)(seen, file)
-    typed = [part for one in joints_together(read.typed[1::2]) for part in ("--set", one)]
+    typed = [part for one in joints_together(read.options[1::2]) for part in ("--set", one)]
     options = ["--columns", str(save)] if save is not None else typed
     if read is not seen:
         lines += _for_the_effort(seen)
     label = f"{'diagnose it:' if len(following.paths) == 1 else 'diagnose them:':23}"
     lines += _command(label, diagnosing(following.paths, file, options))
-    lines += _to_be_put(seen.asked, new) if seen.asked else []
-    owed = (f"  {factor.word}: {factor.says}" for factor in seen.factors.values())
-    return lines + [part for one in owed for part in broken(one)]
+    return lines + [part for one in to_be_put(seen, new) for part in broken(one)]
 
 
-def _to_be_put(asked: Asked, new: bool) -> list[str]:
-    """What is put for the unit and the motion that a table leaves to its owner."""
+def to_be_put(seen: Inspection, new: bool) -> list[str]:
+    """What its owner puts for the words in the options of a table, and for MOTION of a new axis."""
     from deltactl.recording.foreign.units import either
 
+    owed = [f"  {factor.word}: {factor.says}" for factor in seen.factors.values()]
+    if (asked := seen.asked) is None:
+        return owed
     if not (new and asked.motion):
-        return broken(f"  UNIT, of {asked.columns}: {asked.units}")
+        return [f"  UNIT, of {asked.columns}: {asked.units}", *owed]
     choices = (("turns: ", "rotary", asked.rotary), ("slides:", "linear", asked.linear))
     return [
         f"  if it {does} MOTION is {what}, UNIT is {either(units)}" for does, what, units in choices
-    ]
+    ] + owed
 
 
 def _describing(seen: Inspection, file: str) -> list[str]:
@@ -224,7 +219,7 @@ def _describing(seen: Inspection, file: str) -> list[str]:
     there = {guess.name for guess in seen.guesses.values()}
     forced, says = _forced(seen) if seen.needs_inertia else ([], ())
     if seen.kind == "servo_axis" and "command" in there:
-        forced = COMMANDED
+        forced = ["--recorded", "command"]
     if seen.kind == "stepper_axis":
         forced, says = STEPPED, STEPPED_SAYS
     if seen.kind == "delta" and not {"steps_1", "range_x"} & there:
@@ -244,7 +239,6 @@ def _motion(seen: Inspection) -> str:
 
 def _for_the_effort(seen: Inspection) -> list[str]:
     """What is to be added to the commands for an effort that they leave out."""
-    from deltactl.recording.foreign.fitted import effort_option
     from deltactl.recording.foreign.names import Hint
 
     mass, force, _ = OF_MOTION[_motion(seen)]
@@ -252,7 +246,7 @@ def _for_the_effort(seen: Inspection) -> list[str]:
         f"  to use the effort too, add --inertia INERTIA (what moves, {mass})"
         f" --effort-gain GAIN ({force} for 1 of it, or unknown)"
     )
-    if option := effort_option(seen):
+    if option := next((one for one in seen.options if one.startswith("effort=")), ""):
         says += f", and below --set {shlex.quote(option)}"
     outside = [
         one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"
@@ -275,16 +269,22 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
     Where the effort goes with the acceleration, the recording itself says what moves.
     """
     from deltactl.firmware_py.describing.robot_text import inertia_of
+    from deltactl.recording.foreign.names import by_name
     from deltactl.recording.foreign.reading import read_mapped
 
+    unit = by_name(seen.guesses)["effort"].unit or ""
+    known = unit.endswith({"rotary": "m", "linear": "N"}.get(_motion(seen), "?"))
     try:
         one = inertia_of(read_mapped(seen.path, seen.mapping))
     except RecordingError:
         one = None
+    measured = ["--measure", str(seen.path), *seen.options]
+    words, says = (FORCED, FORCED_SAYS) if one is None else (measured, MEASURED_SAYS)
+    if known:
+        return [*words, "--effort-gain", "1"], (says, GAIN_KNOWN + WEIGHED)
     if one is None:
-        return FORCED, FORCED_SAYS
-    measured = "" if seen.asked or seen.factors else f": {one:.3g} in the unit of the effort"
-    return ["--measure", str(seen.path), *seen.typed], (MEASURED_SAYS.format(measured=measured),)
+        return [*words, "--effort-gain", "GAIN"], (says, GAIN_SAYS + WEIGHED)
+    return words, (says, GAIN_UNSAID + WEIGHED)
 
 
 def _command(label: str, words: list[str]) -> list[str]:

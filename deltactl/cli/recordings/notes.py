@@ -89,7 +89,8 @@ class Notes:
         from deltactl.recording.foreign.inspection import inspect
 
         try:
-            seen = inspect(path)
+            robot = self._robot
+            seen = inspect(path, motion=robot.motion if isinstance(robot, ServoAxis) else None)
         except DeltactlError:
             return
         if seen.options and not seen.own_run:

@@ -29,7 +29,6 @@ ASKED = {"command", "command_1", "steps_1", "effort", "distance"}
 """Without one of these there is nothing that a reading could be compared with."""
 READ = {"position", "theta_1"}
 """Without one of these there is nothing that an axis answered."""
-BINARY = (".parquet", ".mat")
 
 
 def read_plain(
@@ -50,7 +49,7 @@ def read_plain(
         return recording if whole else _as_inspected(path, robot, tell) or recording
     if is_data_set(path):
         raise one_joint_at_a_time(path)
-    if is_log(path) or path.suffix in BINARY:
+    if is_log(path) or path.suffix in (".parquet", ".mat"):
         if (seen := _as_inspected(path, robot, tell)) is not None:
             return seen
         raise wrong
@@ -87,8 +86,7 @@ def _is_whole(recording: FlatRecording, robot: RobotModel | None) -> bool:
 
 def _has_places(path: Path, robot: RobotModel | None) -> bool:
     """Whether a table has the places of targets on a chain."""
-    is_chain = isinstance(robot, ChainRobot)
-    return is_chain and any(TARGET.fullmatch(name) for name in first_cells(path))
+    return isinstance(robot, ChainRobot) and any(map(TARGET.fullmatch, first_cells(path)))
 
 
 def _as_inspected(
@@ -98,7 +96,6 @@ def _as_inspected(
     to be said, or is not of the robot file's kind.
     """
     from deltactl.cli.recordings.fitting import looked_at
-    from deltactl.recording.foreign.fitted import misfit
     from deltactl.recording.foreign.mapping import joints_together
     from deltactl.recording.foreign.reading import read_mapped
 
@@ -109,21 +106,11 @@ def _as_inspected(
     if not seen.options or robot is None or seen.mapping.rate_hz is not None:
         return None
     if why_not and seen.kind == robot.kind:
-        raise misfit(path, why_not).with_typed(
-            f"; how it can be read: deltactl inspect {shlex.quote(str(path))}"
-        )
+        raise seen.misfit(why_not, "how it can be read: {}")
     if why_not or seen.kind != robot.kind:
         return None
-    if seen.asked is not None:
-        raise misfit(path, f"nothing says the unit of {seen.asked.columns}").with_typed(
-            f"; it is {seen.asked.units}: 'deltactl inspect {shlex.quote(str(path))}' shows what"
-            " to type"
-        )
-    if seen.factors:
-        owed = " and ".join(f"{factor.word} ({factor.says})" for factor in seen.factors.values())
-        raise misfit(path, f"its owner has to say {owed}").with_typed(
-            f"; 'deltactl inspect {shlex.quote(str(path))}' shows what to type"
-        )
+    if (owed := seen.owed) is not None:
+        raise owed
     recording = read_mapped(path, seen.mapping)
     options = [part for one in joints_together(seen.options[1::2]) for part in ("--set", one)]
     tell(f"{path.name}: is read as inspected: {shlex.join(options)}")

@@ -19,7 +19,7 @@ from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.forced_axis import ForcedAxis
 from deltactl.diagnosis.plants.lone.recorded_axis import COMMANDED
 from deltactl.foundation.errors import RefusedRecording
-from deltactl.models.effects.lone_axis import plain, said
+from deltactl.models.effects.units_in_use import plain, said
 from deltactl.models.robot import Drive, StepperAxis
 from deltactl.recording.column_measures import first_of, travel
 from deltactl.recording.foreign.doubts import TOO_LARGE, slope_ratio

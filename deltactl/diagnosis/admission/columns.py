@@ -29,7 +29,7 @@ from deltactl.diagnosis.plants.lone.range_sensor import RangeSensorPlant
 from deltactl.diagnosis.plants.lone.servo_delta import ServoDelta
 from deltactl.foundation.printable import count
 from deltactl.models.chain.servo_delta import ServoChain
-from deltactl.models.effects.lone_axis import said
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.robot import DeltaRobot, ServoAxis, StepperAxis
 from deltactl.recording.column_measures import first_of, travel
 from deltactl.recording.foreign.units import IN_SI

@@ -19,7 +19,7 @@ from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntA
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.delta.model import ANGLES, POSITIONS, DeltaModel
 from deltactl.foundation.scatter import MAD_TO_SIGMA
-from deltactl.models.effects.lone_axis import said
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.linkage import Linkage, forward
 from deltactl.recording.column_measures import travel
 

@@ -242,6 +242,8 @@ class Diagnosis(Record):
     """That of deltactl, which made the answer."""
     robot: str = ""
     recordings: list[str] = Field(default_factory=list)
+    units: dict[str, str] = Field(default_factory=dict)
+    """Those of their columns where a table says them; texts say sizes in the fine ones."""
     picture: Picture | None = Field(default=None, exclude=True)
 
     def to_json(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from deltactl.diagnosis.answer.records import AllowedFor, Diagnosis, Known, Smal
 from deltactl.diagnosis.answer.what_is_left import surely_nothing
 from deltactl.diagnosis.report.finding import in_brackets
 from deltactl.diagnosis.report.names import by_noise, effect, further, listed, percent, sentence
-from deltactl.diagnosis.report.sizes import departure, quantity, scale_of, unsigned
+from deltactl.diagnosis.report.sizes import quantity, scale_of, unsigned
 from deltactl.diagnosis.report.templates import say
 from deltactl.models.robot import RobotModel
 
@@ -46,9 +46,11 @@ def known_line(diagnosis: Diagnosis) -> str:
 
 def _notes(one: Known) -> str:
     """How sure it was, where it was not certain, and whether the recording is the same."""
-    facts = [say("known.sure", sure=percent(one.probability or 0.0))]
-    facts = facts if unsure(one.probability) else []
-    return in_brackets([*facts, *([say("known.here")] if one.from_these_recordings else [])])
+    sure = (
+        say("known.sure", sure=percent(one.probability or 0.0)) if unsure(one.probability) else ""
+    )
+    here = say("known.here") if one.from_these_recordings else ""
+    return in_brackets([*filter(None, (sure, here))])
 
 
 def allowed_line(diagnosis: Diagnosis) -> str:
@@ -93,5 +95,6 @@ def in_file(robot: RobotModel | None, name: str, component: str) -> bool:
 
 
 def above_nothing(one: SmallestDetectable) -> float:
-    """How far a detection limit is from nothing."""
-    return departure(one.value, one.unit, one.parameter)
+    """How far a detection limit is from nothing; that of a scale may be 1.003 or 0.003."""
+    zero = scale_of(one.unit, one.parameter).zero
+    return abs(one.value - zero if one.value > 0.5 * zero else one.value)

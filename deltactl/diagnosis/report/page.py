@@ -46,7 +46,7 @@ from deltactl.diagnosis.report.next_run import experiment_line, hint, made_to_di
 from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import remedies
 from deltactl.diagnosis.report.screen import remarks, table_rows
-from deltactl.diagnosis.report.sizes import scale_of
+from deltactl.diagnosis.report.sizes import in_its_units, scale_of
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
 from deltactl.foundation.plain_file import said_of_output, write_whole
 from deltactl.foundation.release import own_version
@@ -65,6 +65,7 @@ class Origin:
     """On what was read."""
 
 
+@in_its_units
 def write_report(
     diagnosis: Diagnosis,
     robot: RobotModel,

@@ -20,7 +20,8 @@ from deltactl.diagnosis.report.names import part
 from deltactl.diagnosis.report.sizes import quantity, unsigned
 from deltactl.diagnosis.report.templates import Signed, say
 from deltactl.models.effects import Trait, card_of, has
-from deltactl.models.effects.lone_axis import COMPONENT, said
+from deltactl.models.effects.lone_axis import COMPONENT
+from deltactl.models.effects.units_in_use import said
 from deltactl.models.robot import EffectEntry
 
 

@@ -39,7 +39,7 @@ from deltactl.diagnosis.report.next_run import (
 )
 from deltactl.diagnosis.report.pairs import beside
 from deltactl.diagnosis.report.remedies import main_of, remedies
-from deltactl.diagnosis.report.sizes import Size, quantity
+from deltactl.diagnosis.report.sizes import Size, in_its_units, quantity
 from deltactl.diagnosis.report.templates import TERMINAL, Ways, say
 from deltactl.foundation.one_screen import (
     LINES,
@@ -75,6 +75,7 @@ def marked(lines: Sequence[Line]) -> list[str]:
     return [f"[bold]{_escaped(one)}[/bold]" if one.head else _escaped(one) for one in lines]
 
 
+@in_its_units
 def screen_lines(
     diagnosis: Diagnosis,
     robot: RobotModel | None = None,
@@ -156,6 +157,7 @@ def _below_the_table(
     ]
 
 
+@in_its_units
 def sentences_by_topic(
     diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
 ) -> dict[str, list[str]]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any, TypeVar, cast
 
 from deltactl.diagnosis.answer.finding import IN_ALL
 from deltactl.diagnosis.answer.picture import unit_of
 from deltactl.diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from deltactl.diagnosis.report.templates import numbered, say, templates
 from deltactl.models.effects import card_of
+from deltactl.models.effects.units_in_use import in_use, said_in
 from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis
 
-DEG = math.degrees(1.0)
+Say = TypeVar("Say", bound=Callable[..., Any])
 NOT_REPORTED = frozenset(
     {"phase", "amplitude_2", "phase_2", "start", "drag", "friction", "stiffness", IN_ALL}
 )
@@ -85,16 +88,6 @@ class Size:
         return number(value, min(digits, FINEST_S) if self.unit == "s" else digits, self.signed)
 
 
-_PLAIN: dict[str, Scale] = {
-    "rad": Scale(DEG, "degrees"),
-    "rad/s": Scale(DEG, "degrees/s"),
-    "m": Scale(1e3, "mm"),
-    "m/s": Scale(1e3, "mm/s"),
-    "kg m2": Scale(1.0, "kg m\u00b2"),
-    "1/m": Scale(1e3, "mm per m\u00b2"),
-    "": Scale(1.0, ""),
-    "1": Scale(1.0, ""),
-}
 _RATIOS: dict[str, Scale] = {
     "scale": Scale(100.0, "%", zero=1.0, signed=True),
     "strain": Scale(1e3, "mm per m"),
@@ -106,32 +99,33 @@ _RATIOS: dict[str, Scale] = {
 }
 MOMENT = "at"
 """What a point in time is called, which is no duration."""
-_SIGNED = frozenset({"angle", "offset", "length_error", "rotation", "steps", "curvature", "strain"})
-_OF_FORCE = ("N", "N m")
+_SIGNED = frozenset(
+    {"angle", "offset", "length_error", "rotation", "steps", "curvature", "strain", "mass"}
+)
+
+
+def in_its_units(say: Say) -> Say:
+    """The same texts of an answer, its first argument, in the units of its recordings."""
+
+    @functools.wraps(say)
+    def said(answer: Diagnosis, *args: Any, **options: Any) -> Any:
+        with said_in(answer.units.values()):
+            return say(answer, *args, **options)
+
+    return cast(Say, said)
 
 
 def forced(unit: str) -> bool:
     """Whether the mismatch is one of efforts."""
-    return unit in _OF_FORCE
+    return unit in ("N", "N m")
 
 
 def scale_of(unit: str, parameter: str = "", value: float = math.nan) -> Scale:
-    """How a parameter of a unit of the contract is shown; small times become ms, small masses g."""
+    """How a parameter of a unit of the contract is shown."""
     if unit in ("1", "") and parameter in _RATIOS:
         return _RATIOS[parameter]
-    small = abs(value) < 1
-    if unit == "s":
-        return Scale(1e3, "ms") if small else Scale(1.0, "s")
-    if unit == "kg" and parameter == "mass":
-        return Scale(1e3, "g", signed=True) if small else Scale(1.0, "kg", signed=True)
-    plain = _PLAIN.get(unit, Scale(1.0, unit))
-    return Scale(plain.factor, plain.unit, signed=parameter in _SIGNED)
-
-
-def departure(value: float, unit: str, parameter: str) -> float:
-    """How far a size is from nothing; the limit of a scale may be given as 1.003 or as 0.003."""
-    zero = scale_of(unit, parameter).zero
-    return abs(value - zero if value > 0.5 * zero else value)
+    word, many = in_use(unit, value)
+    return Scale(many, word, signed=parameter in _SIGNED)
 
 
 def sizes(effect: str, parameter: str, result: ParameterResult) -> list[Size]:
@@ -157,12 +151,11 @@ def _name(effect: str, parameter: str, unit: str) -> str:
 
 def reported(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterResult]:
     """The first (the main one), and what is neither NOT_REPORTED nor shown as nothing."""
-    first = next(iter(parameters), "")
-    return {
-        name: p
-        for name, p in of_larger_wave(parameters).items()
-        if name == first or (name not in NOT_REPORTED and not _is_nothing(p))
-    }
+    first, of_waves = next(iter(parameters), ""), of_larger_wave(parameters)
+    times = {name: p.components for name, p in of_waves.items() if p.unit == "s"}
+    nothing = {n for n, sizes in times.items() if all(round(1e3 * v, 3) == 0.0 for v, *_ in sizes)}
+    left_out = (NOT_REPORTED | nothing) - {first}
+    return {name: p for name, p in of_waves.items() if name not in left_out}
 
 
 def of_larger_wave(parameters: Mapping[str, ParameterResult]) -> Mapping[str, ParameterResult]:
@@ -174,11 +167,6 @@ def of_larger_wave(parameters: Mapping[str, ParameterResult]) -> Mapping[str, Pa
     half, low, high = (0.5 * end for end in period.components[0])
     own = period.model_copy(update={"value": half, "ci95": [low, high]})
     return {**parameters, "amplitude": second, "period": own}
-
-
-def _is_nothing(result: ParameterResult) -> bool:
-    """A time that is shown as 0.000 ms."""
-    return result.unit == "s" and all(round(1e3 * v, 3) == 0.0 for v, _, _ in result.components)
 
 
 def quantity(value: float, unit: str, parameter: str = "", digits: int = 2) -> str:

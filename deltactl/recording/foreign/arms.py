@@ -11,6 +11,7 @@ import numpy as np
 
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.found import Inspection
+from deltactl.recording.foreign.joints import CARTESIAN
 from deltactl.recording.foreign.mapping import Source
 from deltactl.recording.foreign.names import (
     BY_NAME,
@@ -24,6 +25,8 @@ from deltactl.recording.foreign.names import (
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, is_whole
 from deltactl.recording.format.messages import MOTORS
+from deltactl.recording.tables.chain_tables import columns_of
+from deltactl.recording.tables.flat import TARGET
 
 QUANTITIES = {
     "theta": ("actual_q", "q", "present_position", "position", "pos", "theta"),
@@ -43,7 +46,6 @@ _NUMBERED = re.compile(r"(.*?[^\d._\[])[._\[]?(\d+)\]?")
 _ANY = "|".join(sorted({word for _, word in RANKS}, key=len, reverse=True))
 _BEHIND = re.compile(rf"(.*[./])?({_ANY})[._/]([A-Za-z][^./]*)")
 _BEFORE = re.compile(rf"(.*[./])?([A-Za-z][^./]*?)[._/]({_ANY})")
-CARTESIAN = frozenset("xyzw")
 COUNTS = 4096
 """Counts of a turn of Dynamixel X and Feetech STS servos; half of them is their zero."""
 AS_DEGREES = "the joints go up to {:.4g}: all of them are taken for degrees"
@@ -89,18 +91,51 @@ def as_arm(seen: Inspection) -> Inspection | None:
         for one in guesses.values()
         if counted or one.source != one.name or _shown(one, counted) is not None
     }
-    times = {name: seen.guesses[name] for name in of_role(seen.guesses, "t")}
+    others = seen.table.keys() - {*of_role(seen.guesses, "t")}
+    kept = [one for one in seen.warnings if not _names(one, others)]
+    shown = {name: replace(one, unit=_shown(one, counted)) for name, one in guesses.items()}
+    return _whole(seen, shown, "angles and efforts", [*kept, *words], columns)
+
+
+def as_chain(seen: Inspection, joints: Sequence[str]) -> Inspection | None:
+    """The table as that of a chain with these joints; None where it lacks one of their columns.
+
+    A chain reads its columns by their own names: by the place of the joint, or its name.
+    """
+    guesses = {
+        name: Guess(name, stem, str(number), None, BY_NAME)
+        for stem in ("theta", "command", "velocity", "effort")
+        for number, (_, others) in enumerate(columns_of(joints, stem), 1)
+        if (name := next((one for one in others if one in seen.table), None)) is not None
+    }
+    roles = ("theta", "command", "effort")
+    of_all = {role for role in roles if len(of_role(guesses, role)) == len(joints)}
+    placed = any(map(TARGET.fullmatch, seen.table)) and not of_all.isdisjoint(("theta", "command"))
+    if not (placed or of_all >= {"theta", "effort"}):
+        return None
+    efforts = "efforts" if "effort" in of_all else "places of a target"
+    return _whole(seen, guesses, f"{efforts} and angles", [], {})
+
+
+def _whole(
+    seen: Inspection,
+    guesses: dict[str, Guess],
+    what: str,
+    warnings: list[str],
+    columns: dict[str, Source],
+) -> Inspection:
+    """A table as that of all joints together. what: of each of them. columns: beside the time."""
     clock = {name: one for name, one in seen.mapping.columns.items() if name == "t"}
-    kept = [one for one in seen.warnings if not _names(one, seen.table.keys() - times.keys())]
+    joints = max(int(one.index or 0) for one in guesses.values())
     return replace(
         seen,
-        guesses=times | {n: replace(one, unit=_shown(one, counted)) for n, one in guesses.items()},
+        guesses={name: seen.guesses[name] for name in of_role(seen.guesses, "t")} | guesses,
         kind="chain",
         motion=None,
-        kind_why=f"angles and efforts of {count(len(order), 'joint')}",
+        kind_why=f"{what} of {count(joints, 'joint')}",
         zero=None,
         mapping=seen.mapping.model_copy(update={"columns": clock | columns, "unit": None}),
-        warnings=[*kept, *words],
+        warnings=warnings,
         asked=None,
     )
 

@@ -38,12 +38,11 @@ from deltactl.recording.foreign.shapes import (
     of_one_motion,
     rising,
 )
+from deltactl.recording.foreign.units import LONE
 from deltactl.recording.reading.run import FloatArray
 
 _D = re.compile(r"_d(?![A-Za-z])")
 CURRENTS = frozenset(["current", "strom", "iq", "i_q", "courant", "corriente", "corrente", "amps"])
-COMMANDED = ("command", "position")
-"""What an axis was asked for, and what came of it."""
 EARLIER = "smoother or earlier"
 """Why one of two columns that move alike is the command, where no name says it."""
 LIKE = "moves like {}"
@@ -101,7 +100,7 @@ def scored(columns: Columns) -> dict[str, Guess]:
     reading follows its command late and with noise. `why` says what the values do.
     """
     pair = _asked_and_read(columns)
-    rest = columns.less(columns.of(*COMMANDED)) if pair else columns
+    rest = columns.less(columns.of(*LONE)) if pair else columns
     places = of_role(pair | rest.found, "position")
     if not places:
         return rest.found
@@ -130,7 +129,7 @@ def _asked_and_read(columns: Columns) -> dict[str, Guess]:
     """The command and the reading of an axis, of all pairs of columns that may be them the one
     that scores most; empty where none may.
     """
-    if any(columns.found[name].index is not None for name in columns.of(*COMMANDED)):
+    if any(columns.found[name].index is not None for name in columns.of(*LONE)):
         return {}
     best = max(_pairs_of_an_axis(columns), key=lambda pair: pair.score, default=None)
     return {} if best is None else _as_pair(columns, best)
@@ -138,7 +137,7 @@ def _asked_and_read(columns: Columns) -> dict[str, Guess]:
 
 def _pairs_of_an_axis(columns: Columns) -> Iterator[_Pair]:
     """All pairs of columns that may be command and reading, each both ways round."""
-    named = columns.of(*COMMANDED)
+    named = columns.of(*LONE)
     free = [] if not named or _settled(columns) else columns.free()
     moving = [n for n in [*named, *free] if np.nanstd(columns.table[n]) > 0.0]
     for one, other in itertools.combinations(moving, 2):
@@ -157,7 +156,7 @@ def _may_be_one_axis(columns: Columns, one: str, other: str) -> bool:
     a, b, roles = columns.table[one], columns.table[other], {*map(columns.role, (one, other))}
     alike = follows_step(a, b)
     one_motion = None not in roles or of_one_motion(a, b)
-    fits = roles == set(COMMANDED) or bool(alike >= GUESSES.alike and one_motion)
+    fits = roles == set(LONE) or bool(alike >= GUESSES.alike and one_motion)
     return fits and not np.array_equal(a, b, equal_nan=True)
 
 
@@ -202,7 +201,7 @@ def _says_asked(columns: Columns, name: str) -> float:
     """1 where a name says that a column was asked for, -1 where it says that it was read."""
     if name not in columns.found:
         return 0.0
-    if columns.role(name) == "command" or _desired(name, columns.of(*COMMANDED)):
+    if columns.role(name) == "command" or _desired(name, columns.of(*LONE)):
         return 1.0
     return -1.0 if (MEASURED | SEEN).intersection(in_words(name)) else -GUESSES.plainly_named
 
@@ -226,7 +225,7 @@ def _slope_of(columns: Columns, position: str) -> Guess | None:
     alike = {name: correlation(table[name], slope) for name in free}
     called = [n for n in free if columns.said[n].role == "velocity" and alike[n] > 0.5]
     best = max(called or free, key=lambda name: alike[name])
-    among = [best, *columns.of(*COMMANDED)]
+    among = [best, *columns.of(*LONE)]
     if alike[best] < GUESSES.alike_slope or difference(table, among) == best:
         return None
     return columns.taken(best, "velocity", None, f"it is the slope of {position}")
@@ -254,7 +253,7 @@ def _best_effort(columns: Columns, position: str) -> Guess | None:
 
 def _as_an_effort_goes(columns: Columns, position: FloatArray) -> Iterator[tuple[str, float]]:
     """Columns that nothing is known of and that go as an effort would, and how much they do."""
-    table, movers = columns.table, columns.of(*COMMANDED)
+    table, movers = columns.table, columns.of(*LONE)
     for name in columns.free():
         if is_whole(table[name]) or pulls(name):  # a weight pulls too: it is asked
             continue

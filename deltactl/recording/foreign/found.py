@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import html
+import shlex
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
+from deltactl.foundation.errors import RecordingError
 from deltactl.recording.foreign.mapping import Mapping, Source, as_option
 from deltactl.recording.foreign.motion_units import Asked
 from deltactl.recording.foreign.names import (
@@ -109,17 +111,42 @@ class Inspection:
 
     @property
     def options(self) -> list[str]:
-        """The mapping as `--set` options, empty where the file is as the contract has it.
+        """The mapping as `--set` options, empty where the file is as the contract has it. What its
+        owner has to say is a word in them: UNIT, or that of a factor.
 
         Whoever reads the file by names of its columns finds the line of its heading by them.
         """
-        return self._words()
+        said = [] if self.asked is None else ["unit=UNIT"]
+        said += [f"{name}=" for name in self.mapping.leave_out]
+        named = any(source.from_ for source in self.mapping.columns.values())
+        left_out = ("leave_out", *(("skip_lines", "heading") if named else ()))
+        for name, value in self._of_the_table().items():
+            if name not in left_out:
+                text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
+                said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
+        bare = self._unsaid
+        said += [
+            self._option(name, source, name in bare)
+            for name, source in self.mapping.columns.items()
+            if name not in bare or source.from_ != name
+        ]
+        return [part for one in said for part in ("--set", one)]
 
     @property
-    def typed(self) -> list[str]:
-        """The same as they are typed: the unit that its owner has to say is UNIT in them."""
-        unit = [] if self.asked is None else ["--set", "unit=UNIT"]
-        return [*unit, *self._words(self._unsaid)]
+    def owed(self) -> RecordingError | None:
+        """The error of a table whose owner has to say a unit or a number; None of another."""
+        if self.asked is not None:
+            how = f"it is {self.asked.units}: '{{}}' shows what to type"
+            return self.misfit(f"nothing says the unit of {self.asked.columns}", how)
+        if not self.factors:
+            return None
+        words = " and ".join(f"{factor.word} ({factor.says})" for factor in self.factors.values())
+        return self.misfit(f"its owner has to say {words}", "'{}' shows what to type")
+
+    def misfit(self, why: str, how: str) -> RecordingError:
+        """That the table cannot be read so, and the command that shows how, in the place of {}."""
+        shows = f"deltactl inspect {shlex.quote(str(self.path))}"
+        return RecordingError(f"{self.path}: {why}").with_typed(f"; {how.format(shows)}")
 
     @property
     def _unsaid(self) -> set[str]:
@@ -132,24 +159,12 @@ class Inspection:
         """What one of a column is, of those of which its owner has to say it."""
         return {one.name: one.factor for one in self.guesses.values() if one.factor is not None}
 
-    def _words(self, unsaid: set[str] | None = None) -> list[str]:
-        """unsaid: columns whose unit is left out, of what is typed."""
-        said = [f"{name}=" for name in self.mapping.leave_out]
-        named = any(source.from_ for source in self.mapping.columns.values())
-        left_out = ("columns", "leave_out", *(("skip_lines", "heading") if named else ()))
-        for name, default in Mapping().model_dump().items():
-            value = getattr(self.mapping, name)
-            if name not in left_out and value != default:
-                text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
-                said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
-        for name, source in self.mapping.columns.items():
-            bare = name in (unsaid or ())
-            if not bare or source.from_ != name:
-                said.append(self._option(name, source, bare, typed=unsaid is not None))
-        return [part for one in said for part in ("--set", one)]
+    def _of_the_table(self) -> dict[str, Any]:
+        """What the mapping says beside columns."""
+        return self.mapping.model_dump(exclude={"columns"}, exclude_defaults=True)
 
-    def _option(self, name: str, source: Source, bare: bool, typed: bool) -> str:
-        """What `--set` takes for a column; bare: without a unit. typed: with words for factors."""
+    def _option(self, name: str, source: Source, bare: bool) -> str:
+        """What `--set` takes for a column; bare: without a unit."""
         if source.from_ is None:
             return f"{name}={source.value:.12g}"
         plain = without_unit(source.from_)
@@ -159,13 +174,22 @@ class Inspection:
         plainly = source.unit == unit_said(source.from_, name)  # which needs no saying
         unit = "1" if bare or (plainly and IN_SI[source.unit] == 1.0) else source.unit
         option = as_option(name, where, unit, scale, source.offset)
-        owed = self.factors.get(name) if typed else None
+        owed = self.factors.get(name)
         return f"{option.rpartition('*')[0]}*{owed.word}" if owed else option
+
+    @property
+    def without_effort(self) -> Inspection:
+        """The same table, of which no column is read as an effort."""
+        columns = {name: one for name, one in self.mapping.columns.items() if name != "effort"}
+        mapping = self.mapping.model_copy(update={"columns": columns})
+        efforts = [f"{name}: " for name, guess in self.guesses.items() if guess.name == "effort"]
+        warnings = [one for one in self.warnings if not one.startswith(tuple(efforts))]
+        return replace(self, mapping=mapping, warnings=warnings)
 
     @property
     def columns(self) -> dict[str, str]:
         """The same as `deltactl.read` takes it: column and unit by the program's own names."""
-        parts = (option.partition("=") for option in self.typed[1::2])
+        parts = (option.partition("=") for option in self.options[1::2])
         return {name: source for name, _, source in parts}
 
     @property
@@ -199,7 +223,7 @@ class Inspection:
                 name: asdict(guess) | {"name": guess.name} for name, guess in self.guesses.items()
             },
             "unused": {name: self.unused(name) for name in self.table if name not in self.guesses},
-            "options": self.typed,
+            "options": self.options,
             "warnings": self.warnings,
         }
 
@@ -218,8 +242,6 @@ class Inspection:
         if typed:
             for name, factor in self.factors.items():
                 columns[name]["scale"] = factor.word
-        for name, default in Mapping().model_dump().items():
-            value = getattr(self.mapping, name)
-            if name != "columns" and value != default:
-                plain[name] = list(value) if isinstance(value, tuple) else value
+        for name, value in self._of_the_table().items():
+            plain[name] = list(value) if isinstance(value, tuple) else value
         return yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)

@@ -102,8 +102,8 @@ def with_units(
     """
     guesses = _shared({name: _per_second(guess) for name, guess in guesses.items()}, table)
     out, warnings = dict(guesses), list[str]()
-    turning = motion == "rotary" or any(one.unit in ROTARY for one in guesses.values())
-    slides = motion == "linear"
+    if motion is None and any(one.unit in ROTARY for one in guesses.values()):
+        motion = "rotary"
     for name, guess in guesses.items():
         if guess.role == "t" and guess.unit is None:
             unit, why = time_unit(
@@ -113,7 +113,7 @@ def with_units(
             if unit != "s":
                 warnings.append(f"{name}: taken for {unit} ({why}); the file gives no unit")
     for group in of_one_unit(guesses, table):
-        known, warning = unit_of_motion(group, table, turning, slides)
+        known, warning = unit_of_motion(group, table, motion)
         out |= {guess.source: guess for guess in known}
         warnings += [warning] if warning else []
     warnings += _pairs(out, table)

@@ -158,8 +158,10 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     taken, asked = dict[str, str](), None
     if kind == "servo_axis":
         taken, asked, motion = _of_an_axis(guesses, known, motion, moves)
-        warnings += [*([_question(asked)] if asked else []), *of_load]
-        warnings += may_be_asked(guesses, known)
+        if asked:
+            put = "so put it for UNIT below"
+            warnings.append(Hint(NO_UNIT, "unit", asked.columns, asked.units, put))
+        warnings += [*of_load, *may_be_asked(guesses, known)]
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
     columns, zero = _as_columns(guesses, said, taken), zero_of(guesses, known)
@@ -191,11 +193,6 @@ def _of_an_axis(
     return taken, asked, moves if asked else motion or moves
 
 
-def _question(asked: Asked) -> Hint:
-    """The unit that the owner of a table has to say."""
-    return Hint(NO_UNIT, "unit", asked.columns, asked.units, "so put it for UNIT below")
-
-
 def _guessed(
     read: _Read, known: dict[str, FloatArray], said: AnyMapping[str, Source], moves: str | None
 ) -> tuple[dict[str, Guess], dict[str, FloatArray], list[str]]:
@@ -217,10 +214,11 @@ def _guessed(
     warnings += _which_came_first(guesses)
     others += of_other_joints(known, guesses)
     if others:
+        more = ", ..." if len(others) > SHOWN_OTHERS else ""
         warnings.append(
-            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}"
-            f"{', ...' if len(others) > SHOWN_OTHERS else ''}; name those of another with --set"
-            f"{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
+            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}{more}; shown is"
+            " the first, or one that departs clearly more from its command; name those of another"
+            f" with --set{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
         )
     return guesses, known, warnings
 
@@ -302,15 +300,9 @@ def _measured_chain(read: _Read, known: Table) -> Inspection | None:
     why = f"{count(len(joints), 'joint')}, and where a target on it was measured"
     rows = str(len(next(iter(known.values()))))
     at_rest = "" if "t" in known else ", without times, which poses at rest do not need"
-    guesses = {name: Guess(name, *_split(name), None, BY_NAME) for name in own}
+    guesses = {name: Guess(name, *name.partition("_")[::2], None, BY_NAME) for name in own}
     facts = [*read.facts, ("rows", f"{rows}{at_rest}")]
     return Inspection(read.path, facts, read.table, guesses, "chain", None, why, None, read.base)
-
-
-def _split(name: str) -> tuple[str, str]:
-    """Role and index of a column of a chain."""
-    role, _, index = name.partition("_")
-    return role, index
 
 
 SHOWN_OTHERS = 4

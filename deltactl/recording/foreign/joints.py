@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from deltactl.recording.foreign.axis_columns import COMMANDED
+from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.guess import LETTERED
-from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, label_of, read_name
+from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, is_of_joint, label_of, read_name
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, correlation
-from deltactl.recording.foreign.units import UNIT_OF
+from deltactl.recording.foreign.units import LONE, UNIT_OF
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.binary_tables import JOINTS
@@ -34,25 +35,27 @@ def one_joint(
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """The columns without those of other joints, and the names of these.
 
-    chosen: columns that somebody named; their joint is kept, else the first that moves in all its
-    columns. Joints numbered one to three are the motors of a delta.
+    chosen: columns that somebody named; their joint is kept, else the one that departs most from
+    its command. Joints numbered one to three are the motors of a delta.
     """
     others: dict[str, None] = {}
     beside = _beside_commands(table)
     found = [beside] if beside else [_numbered(table), *_labelled(table), *_axes(table)]
+    sought = {*chosen}
     for groups in found:
-        wanted = _wanted(groups, table, chosen)
+        wanted = _wanted(groups, table, sought)
         for group in groups:  # one that the wanted joint has not is of the others alone
             kept = wanted or next(iter(group))
             others |= {name: None for j, name in group.items() if j != kept and name not in chosen}
+            sought |= {group[kept]} if kept in group else set()
     return {name: one for name, one in table.items() if name not in others}, list(others)
 
 
 def _wanted(groups: Sequence[Group], table: Table, chosen: Collection[str]) -> str | None:
     """The joint that is looked at; None where none of them moves."""
     named = next((j for group in groups for j, name in group.items() if name in chosen), None)
-    motion = [group for group in groups if _role(group) in COMMANDED]
-    return named or _first_that_moves(motion or groups, table)
+    motion = [group for group in groups if _role(group) in LONE]
+    return named or _most_departing(motion if len(motion) > 1 else groups, table)
 
 
 def of_other_joints(table: Table, found: Taken) -> list[str]:
@@ -62,7 +65,7 @@ def of_other_joints(table: Table, found: Taken) -> list[str]:
     """
     if not any(guess.name == "command" for guess in found.values()):
         return []
-    own = {w for n, one in found.items() if one.role in COMMANDED for w in label_of(n)}
+    own = {w for n, one in found.items() if one.role in LONE for w in label_of(n)}
     others = [one for one in table if one not in found and read_name(one).role == "command"]
     return [one for one in others if label_of(one) - own and not _of_the_same(table, one, found)]
 
@@ -79,13 +82,46 @@ def _role(group: Group) -> str | None:
     return read_name(next(iter(group.values()))).role
 
 
-def _first_that_moves(groups: Sequence[Group], table: Table) -> str | None:
-    """The first joint of which no column rests or is a copy of another; None without any."""
+def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
+    """The joint whose reading departs most from its command for how far it goes, beside what all
+    of them are late by; the first where none does clearly more, or without commands. None where
+    none moves: a column of it rests, or is a copy of another.
+    """
     still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
     for one, other in itertools.combinations(groups, 2):
         both = one.keys() & other.keys()
         still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
-    return next((j for group in groups for j in group if j not in still), None)
+    moving = dict.fromkeys(j for group in groups for j in group if j not in still)
+    asked = next((group for group in groups if _role(group) == LONE[0]), {})
+    others = (g for g in groups if g is not asked and _role(g) in (LONE[1], None))
+    read = next(iter(sorted(others, key=lambda group: _role(group) is None)), {})
+    pairs = {j: (table[asked[j]], table[read[j]]) for j in moving if j in asked and j in read}
+    if not pairs:
+        return next(iter(moving), None)
+    late = float(np.median([_late(*pair) for pair in pairs.values()]))
+    apart = {joint: _departure(*pair, late) for joint, pair in pairs.items()}
+    first, most = next(iter(apart)), max(apart, key=lambda joint: apart[joint])
+    return most if apart[most] > GUESSES.as_far * apart[first] else first
+
+
+def _late(asked: FloatArray, read: FloatArray) -> float:
+    """Rows by which a reading follows its command."""
+    slope = np.gradient(asked)
+    return float(np.nansum((asked - read) * slope) / max(np.nansum(slope**2), 1e-300))
+
+
+def _departure(asked: FloatArray, read: FloatArray, late: float) -> float:
+    """How far a reading is from its command, beside its noise and where their zeros are the same,
+    as a share of how far it goes.
+    """
+    apart, way = read - asked + late * np.gradient(asked), max(travel(read), 1e-300)
+    apart = apart[np.isfinite(apart)]
+    if len(apart) < GUESSES.fewest_in_common:
+        return 0.0
+    middle = float(np.median(apart))
+    apart = apart - middle * (abs(middle) > GUESSES.zeros_apart * way)
+    noise = float(np.var(np.diff(apart, 2))) / 6.0
+    return math.sqrt(max(float(np.mean(apart**2)) - noise, 0.0)) / way
 
 
 def _moves(values: FloatArray) -> bool:
@@ -97,7 +133,8 @@ def _numbered(names: Iterable[str]) -> Sequence[Group]:
     stems: dict[str, dict[str, str]] = {}
     for name in names:
         if numbered := _NUMBERED.fullmatch(name):
-            stem = f"{numbered[1]}{numbered[3] or ''}"
+            behind = re.split(r"[\W_]+", numbered[3] or "")  # one of several may slide: J3_cmd_mm
+            stem = "_".join([numbered[1], *(one for one in behind if one.lower() not in UNIT_OF)])
             stems.setdefault(stem, {}).setdefault(numbered[2], name)
     many: list[Group] = [group for group in stems.values() if len(group) > MOTORS]
     two = {stem: group for stem, group in stems.items() if len(group) == 2}
@@ -112,13 +149,17 @@ def _axes(names: Collection[str]) -> Iterator[Sequence[Group]]:
     """
     for at in (_BEFORE, _BEHIND):
         whole = {one: group for one, group in _by_axis(names, at).items() if _asked_and_read(group)}
-        arms = len(whole) == MOTORS and {one[-1] for one in whole} <= set("0123abcABC")
-        if len(whole) < 2 or arms:
+        if len(whole) < 2 or _may_be_arms(whole):
             continue
         if not _asked_and_read(set.intersection(*map(set, whole.values()))):
             continue
         stems = dict.fromkeys(stem for group in whole.values() for stem in group)
         yield [{one: g[stem] for one, g in whole.items() if stem in g} for stem in stems]
+
+
+def _may_be_arms(labels: Collection[str]) -> bool:
+    """Whether axes are called as the arms of a delta are."""
+    return len(labels) == MOTORS and {one[-1] for one in labels} <= set("0123abcABC")
 
 
 def _by_axis(names: Iterable[str], at: re.Pattern[str]) -> dict[str, dict[str, str]]:
@@ -155,14 +196,15 @@ def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
 
 
 def _beside_commands(names: Iterable[str]) -> Sequence[Group]:
-    """Commands called as their readings but for a word, of more joints than a delta has: left_s0
-    and left_s0_cmd.
+    """Commands called as their readings but for a word, of joints with names of their own, or more
+    than a delta has: DesRoll and Roll, left_s0 and left_s0_cmd.
     """
     labels = _by_what_asks(names)
     read = labels.pop("", {})
     groups = [{j: n for j, n in group.items() if j in read} for group in labels.values()]
-    asked = next((group for group in groups if len(group) > MOTORS), None)
-    if asked is None or len({joint.rstrip("0123456789") for joint in asked}) == 1:
+    own = [g for g in groups if len(g) > 1 and all(map(is_of_joint, g)) and not _may_be_arms(g)]
+    asked = next((group for group in groups if group in own or len(group) > MOTORS), {})
+    if len({joint.rstrip("0123456789") for joint in asked}) < 2:
         return []  # joints with one name and numbers
     return [asked, {joint: read[joint] for joint in asked}]
 
@@ -171,9 +213,9 @@ def _by_what_asks(names: Iterable[str]) -> dict[str, dict[str, str]]:
     """Columns by the words that say a command, none for a reading, and by their other words."""
     labels: dict[str, dict[str, str]] = {}
     for name in names:
-        words = re.split(r"[_. ]", name)
+        words = re.split(r"[_. ]|(?<=[a-z])(?=[A-Z])", name)
         asks = [word for word in words if read_name(word).role == "command"]
-        if len(words) > 1 and len(asks) < len(words):
+        if len(asks) < len(words):
             label = "_".join(word for word in words if word not in asks)
             labels.setdefault("_".join(asks), {}).setdefault(label, name)
     return labels

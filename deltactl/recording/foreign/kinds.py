@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from deltactl.recording.foreign.axis_columns import COMMANDED
 from deltactl.recording.foreign.guess import CALIBRATES
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
@@ -28,7 +27,7 @@ from deltactl.recording.foreign.names import (
 )
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, correlation
-from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY
+from deltactl.recording.foreign.units import IN_SI, LINEAR, LONE, ROTARY
 from deltactl.recording.reading.run import FloatArray
 
 
@@ -110,7 +109,7 @@ def _lacking_beside(position: str, left: Sequence[str]) -> str:
     twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)
     if twin is not None:
         names = [without_unit(one) for one in (position, twin)]
-        asked, read = (f"{role}={one}" for role, one in zip(COMMANDED, names, strict=True))
+        asked, read = (f"{role}={one}" for role, one in zip(LONE, names, strict=True))
         return (
             f"{' and '.join(names)} both look like positions; say which was commanded and which was"
             f" read: {HERE} {shlex.join(['--set', asked, '--set', read])}"

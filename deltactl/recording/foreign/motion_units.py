@@ -48,8 +48,6 @@ TAKEN = {None: "rad", "rotary": "rad", "linear": "m"}
 OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
 """How LeRobot calls what a joint did and its command, in degrees; where all joints are together,
 below `action`, their values say more."""
-OF_RTDE = "logs of RTDE are in rad"
-PUT = "into the printed command"
 NO_UNIT = "nothing says the unit"
 
 
@@ -86,11 +84,12 @@ def is_open(guess: Guess) -> bool:
 
 
 def unit_of_motion(
-    group: Sequence[Guess], table: Table, turning: bool, slides: bool = False
+    group: Sequence[Guess], table: Table, motion: str | None
 ) -> tuple[list[Guess], str]:
-    """The columns of a group with their unit, and what to be warned of; empty where of nothing.
+    """The columns of a group with their unit, and what to be warned of; empty where of nothing, and
+    where it is asked for the unit.
 
-    turning, slides: what is known of the axis.
+    motion: linear or rotary, where that is known of the axis.
     """
     guess, values = group[0], np.concatenate([table[one.source] for one in group])
     if guess.scale != 1.0:  # somebody knows
@@ -98,11 +97,11 @@ def unit_of_motion(
     if guess.unit is not None:
         return list(group), _doubt(guess, values)
     largest = float(np.nanmax(np.abs(values)))
-    if guess.role in STRAIGHT or slides:
+    if guess.role in STRAIGHT or motion == "linear":
         return _of_lengths(group, largest)
     if (stepped := _of_steps(group, table)) is not None:
         return stepped, ""
-    if (found := _of_called(group, largest, turning)) is not None:
+    if (found := _of_called(group, largest, motion)) is not None:
         return found
     widest = GUESSES.one_turn_rad if _is_lone(group) else GUESSES.widest_rad
     said_counts = all(_says_counts(one.source, table[one.source]) for one in group)
@@ -112,37 +111,43 @@ def unit_of_motion(
         return _all(group, "rad", GUESSES.count_rad), (
             f"{_names(group)}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a"
             f" turn; if a turn has others, put what one count is [rad] in place of"
-            f" {GUESSES.count_rad} {PUT}"
+            f" {GUESSES.count_rad} into the printed command"
         )
-    turning = turning or turns_by_name(group)
-    return _all(group, "deg"), _taken_for_degrees(group, largest, turning)
+    says = f"up to {largest:g}, taken for degrees"
+    if not _is_lone(group):  # which no machine has in mm
+        return _all(group, "deg"), f"{_names(group)}: {says}, as all angles of the arms"
+    rotary, linear = units_of_size(largest, "rotary" if turns_by_name(group) else motion)
+    is_asked = len(rotary) + len(linear) > 1
+    return _all(group, "deg"), "" if is_asked else rather(says, "radians", group, "rad")
 
 
 def _of_lengths(group: Sequence[Guess], largest: float) -> tuple[list[Guess], str]:
     """Distances and places, in m or in mm by their size."""
     if largest <= GUESSES.longest_m:
         return list(group), ""
-    says, names = f"up to {largest:g}, taken for mm", _names(group)
+    says = f"up to {largest:g}, taken for mm"
     if group[0].role in STRAIGHT:
-        return _all(group, "mm"), f"{names}: {says}"
+        return _all(group, "mm"), f"{_names(group)}: {says}"
     return _all(group, "mm"), rather(f"{says}, as the axis slides", "metres", group, "m")
 
 
 def _of_called(
-    group: Sequence[Guess], largest: float, turning: bool
+    group: Sequence[Guess], largest: float, motion: str | None
 ) -> tuple[list[Guess], str] | None:
     """Columns of one axis in the unit that others with such names have; None where none is."""
     if not _is_lone(group):
         return None
     if all(RTDE.match(one.source) for one in group) and largest <= GUESSES.widest_rad:
-        return [replace(one, unit="rad", why=f"{one.why}; {OF_RTDE}") for one in group], ""
+        return [
+            replace(one, unit="rad", why=f"{one.why}; logs of RTDE are in rad") for one in group
+        ], ""
     if all(OF_DATA.fullmatch(one.source) and is_of_joint(one.source) for one in group):
         says = f"{NO_UNIT}; taken for degrees, as most arms with such names are written in"
-        return _named(group, "deg"), rather(says, "radians", group, "rad")
-    if turning or largest <= GUESSES.longest_m or not all(map(_is_place, group)):
+        return _all(group, "deg", guessed=False), rather(says, "radians", group, "rad")
+    if motion == "rotary" or largest <= GUESSES.longest_m or not all(map(_is_place, group)):
         return None
     says = f"up to {largest:g}, taken for mm, as axes called x, y or z slide"
-    return _named(group, "mm"), rather(says, "degrees", group, "deg")
+    return _all(group, "mm", guessed=False), rather(says, "degrees", group, "deg")
 
 
 def _is_lone(group: Sequence[Guess]) -> bool:
@@ -160,13 +165,10 @@ def _says_counts(heading: str, values: FloatArray) -> bool:
     return whole(values) and bool(COUNTS & set(re.split(r"[^a-z]+", heading.lower())))
 
 
-def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:
-    return [replace(one, unit=unit, scale=scale, unit_guessed=True) for one in group]
-
-
-def _named(group: Sequence[Guess], unit: str) -> list[Guess]:
-    """In a unit that their names speak for."""
-    return [replace(one, unit=unit) for one in group]
+def _all(
+    group: Sequence[Guess], unit: str, scale: float = 1.0, guessed: bool = True
+) -> list[Guess]:
+    return [replace(one, unit=unit, scale=scale, unit_guessed=guessed) for one in group]
 
 
 def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str = "") -> Hint:
@@ -184,17 +186,6 @@ def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str =
     ]
     again = f"inspect it with {shlex.join(words)}{also}"
     return Hint(f"{says}; if it is {other}", "unit", _names(group), unit, again)
-
-
-def _taken_for_degrees(group: Sequence[Guess], largest: float, turning: bool) -> str:
-    """That columns are taken for degrees; empty where it is asked what they are."""
-    says = f"up to {largest:g}, taken for degrees"
-    if group[0].index is not None:  # which no machine has in mm
-        return f"{_names(group)}: {says}, as all angles of the arms"
-    choices = [
-        one for units in units_of_size(largest, "rotary" if turning else None) for one in units
-    ]
-    return "" if len(choices) > 1 else rather(says, "radians", group, "rad")
 
 
 def units_of_size(largest: float, motion: str | None) -> tuple[list[str], list[str]]:

@@ -59,6 +59,7 @@ def read_mapped(
     rows = len(next(iter(table.values())))
     named: dict[str, FloatArray] = {}
     used: set[str] = set()
+    units: dict[str, str] = {}
     for name, source in mapping.columns.items():
         if source.value is not None:
             named[name] = np.full(rows, source.value)
@@ -66,6 +67,7 @@ def read_mapped(
         column = named_column(path, table, name, source)
         used.add(column)
         named[name] = file.read(column, name, source)
+        units[name] = unit_of(path, column, name, source)
     _refuse_other_size(path, mapping, named)
     timed = "t" in named or mapping.rate_hz is None
     for name, values in table.items():
@@ -79,7 +81,7 @@ def read_mapped(
     t_s = _going_on(named.pop("t"), named.get("segment"))
     given = [k for k, source in mapping.columns.items() if source.model_fields_set & SAID]
     recording = from_columns({"t": t_s, **named}, str(path), lines or None)
-    return replace(recording, units_given=frozenset(given), timed=not counted)
+    return replace(recording, units_given=frozenset(given), units=units, timed=not counted)
 
 
 def _in_unit(path: Path, mapping: Mapping, table: AnyMapping[str, AnyArray]) -> Mapping:

@@ -85,7 +85,7 @@ A_FACTOR = "or a factor to SI units in its place, as position=seen*4.848e-6"
 
 
 LONE = ("command", "position")
-"""Columns of a single axis, which turns or slides."""
+"""What a single axis, which turns or slides, was asked for, and what came of it."""
 
 
 def size_of(unit: str) -> float:

@@ -84,7 +84,8 @@ class FlatRecording:
     t_s: shape (n,), strictly increasing. columns: contract name -> shape (n,), without `t`.
     extra: columns the contract does not know, numbers or texts. source: file it came from.
     taken_from: rows that the file has, where these are only some of them; else 0.
-    units_given: columns whose unit somebody gave. timed: False where rows are only counted.
+    units_given: columns whose unit somebody gave. units: by column, as it was recorded. timed:
+    False where rows are only counted.
     """
 
     t_s: FloatArray
@@ -93,6 +94,7 @@ class FlatRecording:
     source: str = ""
     taken_from: int = 0
     units_given: frozenset[str] = frozenset()
+    units: Mapping[str, str] = field(default_factory=dict)
     timed: bool = True
 
     def __len__(self) -> int:
