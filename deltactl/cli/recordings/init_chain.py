@@ -49,7 +49,10 @@ PosesOption = Annotated[
     typer.Option(min=15, max=500, help="Also write so many poses to measure, as *-poses.csv."),
 ]
 MotionOption = Annotated[
-    bool, typer.Option(help="Also write a motion that shows most of the efforts, as *-motion.*.")
+    bool,
+    typer.Option(
+        "--motion", help="Also write a motion that shows most of the efforts, as *-motion.*."
+    ),
 ]
 
 
@@ -70,7 +73,7 @@ def chain(
     ```
     deltactl init chain arm.yaml --model arm.urdf
     deltactl init chain arm.yaml --model arm.urdf --effort-gain 11.9,11.9,9.8
-    deltactl init chain arm.yaml --model arm.urdf --microsteps-per-rev 200x16 --gear-ratio 50
+    deltactl init chain arm.yaml --model arm.urdf --microsteps-per-rev 4096
     deltactl init chain arm.yaml --model arm.urdf --poses 60 --motion
     ```
     """
