@@ -157,13 +157,13 @@ def test_init_writes_drives_and_commands_in_counts(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("steps", "gear", "says"),
     [
-        ("4096", None, "given together"),
+        (None, "50", "--gear-ratio is given with"),
         ("4096,4096", "5", "2 numbers for the joints waist, shoulder, elbow"),
         ("8", "5", "8 microsteps a full step"),
     ],
 )
 def test_init_refuses_what_is_no_drive(
-    tmp_path: Path, steps: str, gear: str | None, says: str
+    tmp_path: Path, steps: str | None, gear: str | None, says: str
 ) -> None:
     (tmp_path / "arm.urdf").write_text(urdf_text())
     with pytest.raises(DeltactlError, match=says):

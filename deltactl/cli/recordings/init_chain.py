@@ -42,7 +42,7 @@ MicrostepsOption = Annotated[
 ]
 GearOption = Annotated[
     str | None,
-    typer.Option(help="With it, turns of the motor for one of the joint: one, or one a joint."),
+    typer.Option(help="With it, turns of the motor for one of the joint (1): one, or one a joint."),
 ]
 PosesOption = Annotated[
     int | None,
@@ -161,14 +161,12 @@ def _gains(text: str, joints: list[str]) -> str:
 
 def _drives(microsteps: str | None, gear: str | None, described: RigidChain) -> str:
     """The line `drive` of the file, empty where all columns are angles. Raises as `_gains`."""
-    if microsteps is None or gear is None:
-        if microsteps is not gear:
-            raise ConfigError(f"{MICROSTEPS.option} and {GEAR.option} are given together")
+    if microsteps is None:
+        if gear is not None:
+            raise ConfigError(f"{GEAR.option} is given with {MICROSTEPS.option}")
         return ""
-    pairs = zip(
-        *(_numbers(one, text, described) for one, text in ((MICROSTEPS, microsteps), (GEAR, gear))),
-        strict=True,
-    )
+    options = ((MICROSTEPS, microsteps), (GEAR, gear or "1"))
+    pairs = zip(*(_numbers(one, text, described) for one, text in options), strict=True)
     made = [
         "null"
         if None in (pulses, turns)
