@@ -83,7 +83,7 @@ def test_friction_that_falls_with_speed_is_found_with_its_sizes(robot: Path) -> 
         value, low, high = sizes[name].components[0]
         assert low <= truth <= high
         assert value == pytest.approx(truth, rel=0.1)
-    assert "rad/s" in found["stribeck_friction", "shoulder"].says
+    assert "degrees/s" in found["stribeck_friction", "shoulder"].says
     _stated(robot, "joint_friction", torque=FRICTION_NM)
     _stated(robot, "stribeck_friction", torque=STICKS_NM, speed=WITHIN_RADPS)
     assert diagnose([table], robot).findings == []
