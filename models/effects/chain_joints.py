@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,8 +20,10 @@ from deltactl.models.effects.lone_axis import LINEAR_UNIT
 from deltactl.models.effects.payload import EFFECT as PAYLOAD
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 from deltactl.models.effects.units_in_use import said
-from deltactl.models.rigid_chain import RigidChain
 from deltactl.models.robot import ChainRobot, FloatArray
+
+if TYPE_CHECKING:
+    from deltactl.models.rigid_chain import RigidChain
 
 LOAD = PAYLOAD.name
 """The effect that is at the last link, and at no joint."""
