@@ -72,12 +72,19 @@ def record(delta: DeltaRobot) -> Record:
 
 
 @pytest.fixture
-def robot(tmp_path: Path) -> Path:
-    """The file of an arm of three joints, its URDF beside it."""
-    from deltactl.cli.recordings.init_chain import chain
+def arm_urdf() -> str:
+    """The model of an arm of three joints."""
     from tests.diagnosis.test_chain_of_joints import urdf_text
 
-    (tmp_path / "arm.urdf").write_text(urdf_text())
+    return urdf_text()
+
+
+@pytest.fixture
+def robot(tmp_path: Path, arm_urdf: str) -> Path:
+    """The robot file of an arm, its URDF beside it."""
+    from deltactl.cli.recordings.init_chain import chain
+
+    (tmp_path / "arm.urdf").write_text(arm_urdf)
     file = tmp_path / "arm.yaml"
     chain(file, tmp_path / "arm.urdf")
     return file

@@ -21,7 +21,6 @@ from benchmarks.proofs.measured_arm import (
     urdf_text,
 )
 from deltactl.cli.main import main
-from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis, ParameterResult
 from deltactl.diagnosis.api import diagnose
 from deltactl.foundation.errors import DeltactlError
@@ -31,11 +30,8 @@ pytest.importorskip("mujoco")
 
 
 @pytest.fixture
-def robot(tmp_path: Path) -> Path:
-    (tmp_path / "arm.urdf").write_text(urdf_text())
-    file = tmp_path / "arm.yaml"
-    chain(file, tmp_path / "arm.urdf")
-    return file
+def arm_urdf() -> str:
+    return urdf_text()
 
 
 def _answer(robot: Path, hidden: Hidden, count: int = 150) -> Diagnosis:

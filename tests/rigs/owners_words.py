@@ -7,7 +7,7 @@ from deltactl.recording.foreign.units import LONE
 
 
 def owner_says(found: Inspection) -> list[str]:
-    """Options as `--set` takes them, a unit or a number for each word that stands in them."""
+    """Options as `--set` takes them, with a unit or a number in place of each word."""
     of = found.mapping.columns
     unit = next((one.unit for name, one in of.items() if name in LONE), "")
     words = {"=UNIT": f"={unit}"}

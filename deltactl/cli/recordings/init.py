@@ -261,7 +261,7 @@ def _read(path: Path, columns: list[str], motion: str | None) -> tuple[FlatRecor
     except RecordingError:
         raise wrong from None
     if not recording.has("command") and (owed := seen.owed) is not None:
-        raise owed  # of which only the zero of a command is measured
+        raise owed  # only the zero of a command is measured without it
     options = [word for word in seen.options if word != "--set"]
     say(f"{path.name} is read with: {shlex.join(options)}")
     for line in (*(f"look here: {one}" for one in seen.warnings), *to_be_put(seen, new=False)):

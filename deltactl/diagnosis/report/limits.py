@@ -46,11 +46,9 @@ def known_line(diagnosis: Diagnosis) -> str:
 
 def _notes(one: Known) -> str:
     """How sure it was, where it was not certain, and whether the recording is the same."""
-    sure = (
-        say("known.sure", sure=percent(one.probability or 0.0)) if unsure(one.probability) else ""
-    )
-    here = say("known.here") if one.from_these_recordings else ""
-    return in_brackets([*filter(None, (sure, here))])
+    facts = [say("known.sure", sure=percent(one.probability or 0.0))]
+    facts = facts if unsure(one.probability) else []
+    return in_brackets([*facts, *([say("known.here")] if one.from_these_recordings else [])])
 
 
 def allowed_line(diagnosis: Diagnosis) -> str:

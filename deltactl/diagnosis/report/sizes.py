@@ -151,11 +151,12 @@ def _name(effect: str, parameter: str, unit: str) -> str:
 
 def reported(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterResult]:
     """The first (the main one), and what is neither NOT_REPORTED nor shown as nothing."""
-    first, of_waves = next(iter(parameters), ""), of_larger_wave(parameters)
-    times = {name: p.components for name, p in of_waves.items() if p.unit == "s"}
-    nothing = {n for n, sizes in times.items() if all(round(1e3 * v, 3) == 0.0 for v, *_ in sizes)}
-    left_out = (NOT_REPORTED | nothing) - {first}
-    return {name: p for name, p in of_waves.items() if name not in left_out}
+    first = next(iter(parameters), "")
+    return {
+        name: p
+        for name, p in of_larger_wave(parameters).items()
+        if name == first or (name not in NOT_REPORTED and not _is_nothing(p))
+    }
 
 
 def of_larger_wave(parameters: Mapping[str, ParameterResult]) -> Mapping[str, ParameterResult]:
@@ -167,6 +168,11 @@ def of_larger_wave(parameters: Mapping[str, ParameterResult]) -> Mapping[str, Pa
     half, low, high = (0.5 * end for end in period.components[0])
     own = period.model_copy(update={"value": half, "ci95": [low, high]})
     return {**parameters, "amplitude": second, "period": own}
+
+
+def _is_nothing(result: ParameterResult) -> bool:
+    """A time that is shown as 0.000 ms."""
+    return result.unit == "s" and all(round(1e3 * v, 3) == 0.0 for v, _, _ in result.components)
 
 
 def quantity(value: float, unit: str, parameter: str = "", digits: int = 2) -> str:

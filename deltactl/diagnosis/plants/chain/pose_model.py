@@ -117,12 +117,14 @@ class PoseModel:
     def _points(self, placed: Placed) -> FloatArray:
         """Targets and the end of the last link, (n, k + 1, 3)."""
         tools = np.concatenate([self.tools, np.zeros((1, 3))])
-        return np.asarray(placed.links + np.einsum("nkij,kj->nki", placed.frames, tools))
+        points: FloatArray = placed.links + np.einsum("nkij,kj->nki", placed.frames, tools)
+        return points
 
     def _seen(self) -> FloatArray:
         """Targets in the axes of the base as they were measured, (n, k, 3)."""
         turn, shift = self.turns[self.poses.part], self.shifts[self.poses.part]
-        return np.asarray(np.einsum("nji,nkj->nki", turn, self.poses.places - shift[:, None]))
+        seen: FloatArray = np.einsum("nji,nkj->nki", turn, self.poses.places - shift[:, None])
+        return seen
 
     def _left(self, placed: Placed, points: FloatArray) -> FloatArray:
         left: FloatArray = (self._seen() - points[:, :-1]).reshape(len(points), -1)
@@ -137,7 +139,8 @@ class PoseModel:
     @cached_property
     def _read_turns(self) -> FloatArray:
         """Orientations that were measured, (n, 3, 3); any where none was."""
-        return np.asarray(Rotation.from_rotvec(np.nan_to_num(self.poses.turned)).as_matrix())
+        turns: FloatArray = Rotation.from_rotvec(np.nan_to_num(self.poses.turned)).as_matrix()
+        return turns
 
     # ---- columns -------------------------------------------------------------------------------
 
