@@ -84,8 +84,7 @@ def check_poses(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) 
         _check_unit(source, name, chain.slides[number - 1], values)
     for target in targets_in(recording):
         _check_place(chain, recording, target)
-    quaternion = block(recording, QUATERNION)
-    if quaternion is not None:
+    if (quaternion := block(recording, QUATERNION)) is not None:
         length = float(np.nanmedian(np.linalg.norm(quaternion, axis=1)))
         if not abs(length - 1.0) < QUATERNION_OFF:
             refuse("no_rotation", source, length=length)

@@ -117,14 +117,12 @@ class PoseModel:
     def _points(self, placed: Placed) -> FloatArray:
         """Targets and the end of the last link, (n, k + 1, 3)."""
         tools = np.concatenate([self.tools, np.zeros((1, 3))])
-        points: FloatArray = placed.links + np.einsum("nkij,kj->nki", placed.frames, tools)
-        return points
+        return np.asarray(placed.links + np.einsum("nkij,kj->nki", placed.frames, tools))
 
     def _seen(self) -> FloatArray:
         """Targets in the axes of the base as they were measured, (n, k, 3)."""
         turn, shift = self.turns[self.poses.part], self.shifts[self.poses.part]
-        seen: FloatArray = np.einsum("nji,nkj->nki", turn, self.poses.places - shift[:, None])
-        return seen
+        return np.asarray(np.einsum("nji,nkj->nki", turn, self.poses.places - shift[:, None]))
 
     def _left(self, placed: Placed, points: FloatArray) -> FloatArray:
         left: FloatArray = (self._seen() - points[:, :-1]).reshape(len(points), -1)
@@ -139,8 +137,7 @@ class PoseModel:
     @cached_property
     def _read_turns(self) -> FloatArray:
         """Orientations that were measured, (n, 3, 3); any where none was."""
-        turns: FloatArray = Rotation.from_rotvec(np.nan_to_num(self.poses.turned)).as_matrix()
-        return turns
+        return np.asarray(Rotation.from_rotvec(np.nan_to_num(self.poses.turned)).as_matrix())
 
     # ---- columns -------------------------------------------------------------------------------
 

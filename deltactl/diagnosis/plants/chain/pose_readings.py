@@ -84,8 +84,7 @@ def last_way(poses: Poses) -> FloatArray:
     moved = np.abs(step) > SMALLEST_MOVE * travel
     rows = np.arange(len(step))[:, None]
     last = np.maximum.accumulate(np.where(moved, rows, 0), axis=0)
-    signs: FloatArray = np.sign(np.take_along_axis(np.where(moved, step, 0.0), last, axis=0))
-    return signs
+    return np.asarray(np.sign(np.take_along_axis(np.where(moved, step, 0.0), last, axis=0)))
 
 
 def _joined(parts: Sequence[FloatArray | None]) -> FloatArray:
