@@ -115,9 +115,8 @@ def check_placed(plant: PosePlant) -> None:
 def _check_unit(source: str, name: str, slides: bool, values: FloatArray) -> None:
     """An angle of more than two turns is in degrees, a slide of more than 10 m in mm."""
     farthest = float(np.nanquantile(np.abs(values), ADMISSION.most_of_arms))
-    most, read, unit = (TURNS_RAD, "rad", "deg")
-    if slides:
-        most, read, unit = ADMISSION.farthest_ranged_m, "m", "mm"
+    in_mm = ADMISSION.farthest_ranged_m, "m", "mm"
+    most, read, unit = in_mm if slides else (TURNS_RAD, "rad", "deg")
     if farthest > most:
         refuse("joint_unit", source, name, farthest=farthest, read=read, unit=unit)
 

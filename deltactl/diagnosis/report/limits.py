@@ -46,9 +46,10 @@ def known_line(diagnosis: Diagnosis) -> str:
 
 def _notes(one: Known) -> str:
     """How sure it was, where it was not certain, and whether the recording is the same."""
-    facts = [say("known.sure", sure=percent(one.probability or 0.0))]
-    facts = facts if unsure(one.probability) else []
-    return in_brackets([*facts, *([say("known.here")] if one.from_these_recordings else [])])
+    sure = say("known.sure", sure=percent(one.probability or 0.0))
+    here = say("known.here")
+    facts = [(sure, unsure(one.probability)), (here, one.from_these_recordings)]
+    return in_brackets([fact for fact, holds in facts if holds])
 
 
 def allowed_line(diagnosis: Diagnosis) -> str:
