@@ -7,10 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from deltactl.diagnosis.admission.admit import Progress, admit
-from deltactl.diagnosis.admission.excerpt import excerpt, most_rows, thinned
+from deltactl.diagnosis.admission.excerpt import most_rows, thinned
 from deltactl.diagnosis.answer.assembly import known_of
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.estimation.side_by_side import only_here
+from deltactl.diagnosis.observations.excerpt import excerpt
 from deltactl.diagnosis.pipelines.by_machine import diagnosed
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.report.in_words import in_words
@@ -41,7 +42,7 @@ def diagnose(
 
     robot: its file, or one that was read already.
     `read` turns a file into columns, for tables of others (`observations.column_mapping`). Of
-    recordings too long to be worked on stretches are used (`admission.excerpt`).
+    recordings too long to be worked on stretches are used (`observations.excerpt`).
     thorough: go on beyond the limit of work (`estimation.budget`).
     A damaged file of several is left out, which the answer says; `recordings` are the others.
     Raises ConfigError, MissingFile or RecordingError, one line each.

@@ -15,13 +15,15 @@ from hypothesis import strategies as st
 
 from deltactl.diagnosis.admission import excerpt as admission
 from deltactl.diagnosis.admission.arm_columns import check_steps
-from deltactl.diagnosis.admission.excerpt import excerpt, excerpts, thinned
+from deltactl.diagnosis.admission.excerpt import excerpts, thinned
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.api import diagnose, diagnose_recordings
+from deltactl.diagnosis.observations.excerpt import excerpt
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.report.screen import sentences
 from deltactl.foundation.errors import RecordingError
-from deltactl.models.robot import DeltaRobot
+from deltactl.models.robot import DeltaRobot, ServoAxis
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import read_flat, write_flat
 
@@ -102,11 +104,11 @@ def test_an_excerpt_is_stretches_of_it(rows: int, most: int) -> None:
         assert kept is whole
         return
     assert kept.taken_from == rows
-    assert len(kept) > 0.9 * most - ADMISSION.stretches
+    assert len(kept) > 0.9 * most - OBSERVATIONS.stretches
     np.testing.assert_array_equal(kept.t_s, whole.t_s[kept.columns["position"].astype(int)])
     # In every tenth of the recording there is something of it.
-    tenths = np.unique((kept.columns["position"] * ADMISSION.stretches / rows).astype(int))
-    assert len(tenths) == ADMISSION.stretches
+    tenths = np.unique((kept.columns["position"] * OBSERVATIONS.stretches / rows).astype(int))
+    assert len(tenths) == OBSERVATIONS.stretches
 
 
 def test_stretches_are_those_in_which_something_moves() -> None:
@@ -119,7 +121,7 @@ def test_stretches_are_those_in_which_something_moves() -> None:
 
 def test_each_stretch_starts_afresh() -> None:
     kept = excerpt(ramp(50_000), 5000)
-    assert len(kept.stretches()) == ADMISSION.stretches
+    assert len(kept.stretches()) == OBSERVATIONS.stretches
     assert thinned([ramp(10), kept])[0].model_dump() == {
         "recording": 2, "rows_used": 5000, "rows": 50_000, "stretches": 10,
         "span_s": pytest.approx(kept.t_s[-1] - kept.t_s[0]),
@@ -151,6 +153,31 @@ def test_the_answer_says_what_was_left_out(
     assert (left["recording"], left["rows"]) == (1, len(read_flat(path)))
     assert left["rows_used"] <= 900
     assert any("rows were used, in 10 stretches" in line for line in sentences(answer))
+
+
+def test_a_log_of_hours_shows_how_late_an_axis_is() -> None:
+    """Every so many rows would be half a second apart, and show no 40 ms."""
+    late_s, rows = 0.04, 300_000
+    rng = np.random.default_rng(7)
+    t_s = 0.02 * np.arange(rows)
+    places = rng.uniform(-1.0, 1.0, rows // 100 + 3)
+    starts = np.cumsum(rng.uniform(1.0, 3.0, len(places)))
+
+    def command(at_s: np.ndarray) -> np.ndarray:
+        ends = np.stack([starts, starts + 0.8], axis=1)
+        return np.interp(at_s, ends.ravel(), np.repeat(places, 2)[np.r_[0, : 2 * len(places) - 1]])
+
+    position = command(t_s - late_s) + 0.001 * rng.standard_normal(rows)
+    recording = FlatRecording(t_s, {"command": command(t_s), "position": position}, {}, "hours")
+    answer = diagnose_recordings(
+        ServoAxis(kind="servo_axis", name="late", motion="rotary"), [recording]
+    )
+    (found,) = answer.findings
+    assert found.effect == "following_lag"
+    whole = found.parameters["total"]
+    assert whole.ci95[0] < late_s < whole.ci95[1]
+    assert answer.fit.rms_after_m < 1.1 * 0.001
+    assert answer.thinned[0].rows == rows
 
 
 @pytest.mark.parametrize(

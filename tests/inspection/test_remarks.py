@@ -6,6 +6,7 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from deltactl.foundation.errors import RecordingError
@@ -45,3 +46,30 @@ def test_a_row_that_was_cut_off_is_no_footer(tmp_path: Path, last: str) -> None:
     (tmp_path / "log.csv").write_text("\n".join(["t,soll,ist", *ROWS, last]) + "\n")
     with pytest.raises(RecordingError, match=r"log\.csv:202: this row has"):
         read_table(tmp_path / "log.csv")
+
+
+@pytest.mark.parametrize(
+    ("separator", "decimal", "more"),
+    [
+        (",", ".", ""),
+        (";", ",", ""),
+        ("\t", ".", ""),
+        ("|", ".", "1.0|  -2e-3 | nan"),
+        (",", ".", ",,"),
+    ],
+)
+def test_a_table_of_numbers_is_read_as_one_with_a_remark(
+    tmp_path: Path, separator: str, decimal: str, more: str
+) -> None:
+    """Numbers alone are read in blocks, a table with a remark cell by cell."""
+    rows = [separator.join([str(0.1 * n), f"{n}", f" {-n / 7}"]) for n in range(50)]
+    rows = [row.replace(".", decimal) for row in rows] + ([more] if more else [])
+    heading = separator.join(["t", "soll", "ist"])
+    (tmp_path / "plain.csv").write_text("\n".join([heading, *rows, ""]))
+    (tmp_path / "remark.csv").write_text("\n".join([heading, *rows[:9], "# by hand", *rows[9:]]))
+    plain = read_table(tmp_path / "plain.csv", separator=separator, decimal=decimal)
+    remark = read_table(tmp_path / "remark.csv", separator=separator, decimal=decimal)
+    assert list(plain.lines) == list(range(2, 2 + len(rows)))
+    assert plain.columns.keys() == remark.columns.keys()
+    for name, values in plain.columns.items():
+        np.testing.assert_array_equal(values, remark.columns[name])

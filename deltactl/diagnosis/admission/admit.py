@@ -139,6 +139,7 @@ def admit(
     doubts = [doubts_of(robot, recording) for recording in recordings]
     if isinstance(machine, Lone) and isinstance(machine.plant, CommandedAxis):
         doubts.append(axis_match.ahead_of_command(machine.plant, recordings[0].source))
+        recordings = machine.plant.recordings
     if isinstance(machine, Lone) and isinstance(machine.plant, ChainPlant):
         doubts.append(chain_columns.gain_measured(robot, machine.plant))
     kept = tuple(doubt for doubt in doubts if doubt is not None)

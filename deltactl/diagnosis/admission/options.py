@@ -38,8 +38,6 @@ class AdmissionOptions:
     """Share of the samples of a delta whose commands no linkage reaches: another robot's."""
 
     # How much of a long recording is looked at.
-    stretches: int = 10
-    """Taken from it, one in each tenth: what changes over hours shows in their order."""
     delta_rows: int = 30_000
     """Ten minutes at 50 Hz: a search on two cores holds 1.1 GB then (`costs/diagnosis_cost.py`)."""
     fast_rows: int = 300_000

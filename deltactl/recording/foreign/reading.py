@@ -168,7 +168,7 @@ def _without_times(
 
 def _table(
     path: Path, mapping: Mapping, tell: Callable[[str], None]
-) -> tuple[dict[str, AnyArray], list[int]]:
+) -> tuple[dict[str, AnyArray], Sequence[int]]:
     """The file's own columns: of a log, a Parquet file, or any text with separators; and the line
     of each row, of a file that has lines.
     """

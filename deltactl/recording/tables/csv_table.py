@@ -12,7 +12,7 @@ import math
 import re
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, NamedTuple, cast
@@ -127,7 +127,6 @@ def _with_newlines(text: str) -> str:
 
 
 Progress = Callable[[str], None]
-_EMPTY_CELL = re.compile(r"(?:^(?=,)|(?<=,)(?=,|$))", re.MULTILINE)
 _NO_VALUE = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 _FIRST_LINE = 2
 _GZIP_LEVEL = 6
@@ -147,7 +146,7 @@ def read_csv(path: Path, progress: Progress = lambda _: None) -> FlatRecording:
             names, line = _heading(path, head), line + 1
             if not body:
                 continue
-        part = _fast(names, body) or _slow(path, names, Block(body, line, 0))
+        part = all_numbers(names, body) or _slow(path, names, Block(body, line, 0))
         parts.append(part)
         rows += len(next(iter(part.values())))
         if len(parts) > 1:
@@ -211,12 +210,16 @@ def _heading(path: Path, head: str) -> list[str]:
     return names
 
 
-def _fast(names: list[str], body: str) -> dict[str, AnyArray] | None:
+def all_numbers(
+    names: Sequence[str], body: str, separator: str = ","
+) -> dict[str, AnyArray] | None:
     """All-number tables, by numpy's own parser; None for anything it cannot take."""
+    mark = re.escape(separator)
+    empty = re.compile(rf"(?:^(?={mark})|(?<={mark})(?={mark}|$))", re.MULTILINE)
     try:
         table = np.loadtxt(
-            _EMPTY_CELL.sub("nan", body).splitlines(),
-            delimiter=",",
+            empty.sub("nan", body).splitlines(),
+            delimiter=separator,
             dtype=np.float64,
             ndmin=2,
             comments=None,

@@ -40,7 +40,10 @@ class CommandedAxisOptions:
     most_followed_rows: int = 2000
     """Rows beyond which an axis tells no more: readings are correlated over many samples."""
     most_followed_samples: int = 10000
-    """Longer recordings are thinned: an axis hardly moves between their samples."""
+    """Of a longer recording, stretches of so many samples together are used."""
+    rows_a_lag: float = 10.0
+    """Samples within a drive's usual lag that show how late it is; of more, every so many are used.
+    """
     moving_share: float = 0.05
     """Share of the top speed above which a row counts as in motion."""
     settling_lags: float = 3.0

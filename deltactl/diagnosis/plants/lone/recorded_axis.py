@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import median_filter
 
+from deltactl.diagnosis.observations.excerpt import excerpt
 from deltactl.diagnosis.observations.inverse_dynamics import white_noise
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.outliers import begun_in_motion, without_gross
@@ -61,7 +62,7 @@ class RecordedAxis:
         self._motor = robot.drive if isinstance(robot, StepperAxis) else None
         self.rad_per_step = self._motor.rad_per_step if self._motor else 0.0
         self._chain = self._bare_chain()
-        recordings = prepared(recordings)
+        self.recordings = recordings = prepared(recordings)
         order = observed_in(robot)
         self.name = first_of(recordings[0], order) or order[0]
         self.readings: Readings = gather(recordings, [self.name], {self.name: self.unit})
@@ -297,9 +298,7 @@ def prepared(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
 
 
 def _thinned(recording: FlatRecording) -> FlatRecording:
-    """Every so many rows of a long recording: an axis hardly moves between them."""
-    stride = -(-len(recording) // COMMANDED_AXIS.most_followed_samples)
-    if stride == 1:
-        return recording
-    columns = {name: values[::stride] for name, values in recording.columns.items()}
-    return FlatRecording(recording.t_s[::stride], columns, {}, recording.source)
+    """Every so many rows, as long as they show how late a drive is; beyond that, stretches."""
+    most = COMMANDED_AXIS.most_followed_samples
+    near = int(LONE.lag_spread_s / (COMMANDED_AXIS.rows_a_lag * recording.period_s()))
+    return excerpt(recording, most, max(min(near, -(-len(recording) // most)), 1))
