@@ -7,6 +7,7 @@ so many rows would not. Each is the one in its part of the recording in which mo
 from __future__ import annotations
 
 import itertools
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -20,27 +21,44 @@ APART = int(GAP_PERIODS) + 1
 MOVES = ("steps_", "command", "theta_", "position", "distance")
 
 
-def excerpt(recording: FlatRecording, most: int, every: int = 1) -> FlatRecording:
-    """The recording itself, or stretches of it with `most` rows together; every: so many rows."""
+def excerpt(
+    recording: FlatRecording, most: int, every: int = 1, led_in: Collection[str] = ()
+) -> FlatRecording:
+    """The recording itself, or stretches of it with `most` rows together.
+
+    every: so many rows. led_in: readings of a machine whose state hangs on its command before; each
+    stretch begins with rows further apart, in which these are blank.
+    """
     rows = recording.rows(slice(None, None, every)) if every > 1 else recording
     if len(rows) <= most:
         return rows
-    kept = rows.rows(_chosen(rows, most))
-    return replace(kept, taken_from=recording.taken_from or len(recording))
+    length = most // OBSERVATIONS.stretches
+    leading = int(OBSERVATIONS.led_in * length) if led_in else 0
+    chosen, lead = _chosen(rows, length - leading, leading)
+    kept = rows.rows(chosen)
+    blank = np.isin(chosen, lead)
+    columns = {
+        name: np.where(blank, np.nan, values) if name in led_in else values
+        for name, values in kept.columns.items()
+    }
+    return replace(kept, columns=columns, taken_from=recording.taken_from or len(recording))
 
 
-def _chosen(recording: FlatRecording, most: int) -> IntArray:
-    """Rows of the stretches, with a gap between each and the next."""
-    count, length = len(recording), most // OBSERVATIONS.stretches
+def _chosen(recording: FlatRecording, length: int, leading: int) -> tuple[IntArray, IntArray]:
+    """Rows of the stretches, with a gap between each and the next, and those that lead to them."""
+    count, apart = len(recording), int(GAP_PERIODS) // 2
     moved = np.concatenate([[0.0], np.cumsum(_moving(recording))])
     edges = np.linspace(0, count, OBSERVATIONS.stretches + 1).astype(int)
-    found = []
+    found, leads, free = [], [], 0
     for begin, end in itertools.pairwise(edges.tolist()):
         first = np.arange(begin, max(begin + 1, end - length - APART))
         best = int(first[np.argmax(moved[first + length - 1] - moved[first])])
-        found.append(np.arange(best, min(best + length, count)))
-    rows: IntArray = np.unique(np.concatenate(found))
-    return rows
+        lead = best - apart * np.arange(leading, 0, -1)
+        leads.append(lead[lead >= free])
+        free = min(best + length, count)
+        found.append(np.arange(best, free))
+    rows: IntArray = np.unique(np.concatenate([*found, *leads]))
+    return rows, np.concatenate(leads)
 
 
 def _moving(recording: FlatRecording) -> FloatArray:

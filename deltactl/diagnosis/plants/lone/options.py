@@ -41,7 +41,7 @@ class CommandedAxisOptions:
     """Rows beyond which an axis tells no more: readings are correlated over many samples."""
     most_followed_samples: int = 10000
     """Of a longer recording, stretches of so many samples together are used."""
-    rows_a_lag: float = 10.0
+    rows_a_lag: float = 2.0
     """Samples within a drive's usual lag that show how late it is; of more, every so many are used.
     """
     moving_share: float = 0.05

@@ -301,4 +301,4 @@ def _thinned(recording: FlatRecording) -> FlatRecording:
     """Every so many rows, as long as they show how late a drive is; beyond that, stretches."""
     most = COMMANDED_AXIS.most_followed_samples
     near = int(LONE.lag_spread_s / (COMMANDED_AXIS.rows_a_lag * recording.period_s()))
-    return excerpt(recording, most, max(min(near, -(-len(recording) // most)), 1))
+    return excerpt(recording, most, max(min(near, -(-len(recording) // most)), 1), OBSERVED)
