@@ -9,7 +9,7 @@ import pytest
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.foreign.inspection import inspect
-from deltactl.recording.foreign.names import Hint
+from deltactl.recording.foreign.notes import Hint
 from deltactl.recording.tables.flat_files import read_flat
 from deltactl.web.behind.own_recordings import inspected
 

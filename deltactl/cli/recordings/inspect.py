@@ -152,8 +152,6 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Seen]) -> list[Seen]:
 
 def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     """Print one table on one screen. why_not: why it is none of the robot file's machine."""
-    from deltactl.recording.foreign.motion_units import NO_UNIT
-
     if why_not:
         says = f"not of {following.robot}: {why_not}; the commands below describe its own machine"
         says += ANEW * following.unsaid
@@ -163,10 +161,17 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     if following.new and following.save is None and _has_unused_effort(seen):
         read = seen.without_effort
     known = seen.kind is not None and not following.awaited
-    below = f"{seen.asked.columns}: {NO_UNIT}" if known and seen.asked else None
-    look = [one for one in read.warnings if below is None or not one.startswith(below)]
+    below = seen.asked.units if known and seen.asked else None
+    look = [one for one in read.warnings if below is None or not _chooses(one, below)]
     warnings = [line for one in look for line in broken(f"look here: {one}")]
     print_columns(seen, warnings, _commands(seen, read, following) if known else [])
+
+
+def _chooses(warning: str, units: str) -> bool:
+    """Whether a warning asks for one of these units, which lines below the commands do."""
+    from deltactl.recording.foreign.notes import Hint
+
+    return isinstance(warning, Hint) and (warning.kind, warning.choice) == ("unit", units)
 
 
 def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]:
@@ -201,7 +206,7 @@ def to_be_put(seen: Inspection, new: bool) -> list[str]:
     if (asked := seen.asked) is None:
         return owed
     if not (new and asked.motion):
-        return [f"  UNIT, of {asked.columns}: {asked.units}", *owed]
+        return [f"  UNIT, of {asked.named}: {asked.units}", *owed]
     choices = (("turns: ", "rotary", asked.rotary), ("slides:", "linear", asked.linear))
     return [
         f"  if it {does} MOTION is {what}, UNIT is {either(units)}" for does, what, units in choices
@@ -239,7 +244,7 @@ def _motion(seen: Inspection) -> str:
 
 def _for_the_effort(seen: Inspection) -> list[str]:
     """What is to be added to the commands for an effort that they leave out."""
-    from deltactl.recording.foreign.names import Hint
+    from deltactl.recording.foreign.notes import Hint
 
     mass, force, _ = OF_MOTION[_motion(seen)]
     says = (
@@ -248,9 +253,7 @@ def _for_the_effort(seen: Inspection) -> list[str]:
     )
     if option := next((one for one in seen.options if one.startswith("effort=")), ""):
         says += f", and below --set {shlex.quote(option)}"
-    outside = [
-        one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"
-    ]
+    outside = any(isinstance(one, Hint) and one.choice == "load" for one in seen.warnings)
     if outside and option:
         load = shlex.quote(option.replace("effort=", "load=", 1))
         says += f" (of a weight or a spring only --set {load})"

@@ -33,13 +33,13 @@ from deltactl.recording.foreign.names import (
     AS_SAID,
     BY_NAME,
     Guess,
-    Hint,
     Taken,
     by_name,
     of_contract,
     of_role,
     read_name,
 )
+from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.owners_factors import with_factors
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
@@ -160,7 +160,7 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         taken, asked, motion = _of_an_axis(guesses, known, motion, moves)
         if asked:
             put = "so put it for UNIT below"
-            warnings.append(Hint(NO_UNIT, "unit", asked.columns, asked.units, put))
+            warnings.append(Hint.of(NO_UNIT, "unit", asked.columns, asked.units, put))
         warnings += [*of_load, *may_be_asked(guesses, known)]
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
@@ -215,11 +215,12 @@ def _guessed(
     others += of_other_joints(known, guesses)
     if others:
         more = ", ..." if len(others) > SHOWN_OTHERS else ""
-        warnings.append(
+        says = (
             f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}{more}; shown is"
             " the first, or one that departs clearly more from its command; name those of another"
             f" with --set{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
         )
+        warnings.append(Note(says, others))
     return guesses, known, warnings
 
 
@@ -329,10 +330,11 @@ def _which_came_first(guesses: Taken) -> list[str]:
     if not asked:
         return []
     are = "it is" if len(asked) == 1 else "they are"
-    return [
-        f"{', '.join(asked)}: taken for what was commanded, as {are} {EARLIER} than what moves"
-        " alike; where it is the other way round, exchange the two in the printed command"
-    ]
+    says = (
+        f"taken for what was commanded, as {are} {EARLIER} than what moves alike; where it is the"
+        " other way round, exchange the two in the printed command"
+    )
+    return [Note.on(asked, says)]
 
 
 def _as_said(

@@ -23,12 +23,12 @@ from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
     AS_SAID,
     Guess,
-    Hint,
     Taken,
     in_words,
     is_of_joint,
     without_unit,
 )
+from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, same_range
 from deltactl.recording.foreign.units import IN_SI, LONE, of_motion, size_of
@@ -108,14 +108,15 @@ def unit_of_motion(
     if largest <= widest and not said_counts:
         return list(group), ""
     if counts_like(values) or said_counts:
-        return _all(group, "rad", GUESSES.count_rad), (
-            f"{_names(group)}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a"
-            f" turn; if a turn has others, put what one count is [rad] in place of"
-            f" {GUESSES.count_rad} into the printed command"
+        says = (
+            f"whole numbers up to {largest:g}, taken for encoder counts, 4096 a turn; if a turn has"
+            f" others, put what one count is [rad] in place of {GUESSES.count_rad} into the printed"
+            " command"
         )
+        return _all(group, "rad", GUESSES.count_rad), Note.on(_names(group), says)
     says = f"up to {largest:g}, taken for degrees"
     if not _is_lone(group):  # which no machine has in mm
-        return _all(group, "deg"), f"{_names(group)}: {says}, as all angles of the arms"
+        return _all(group, "deg"), Note.on(_names(group), f"{says}, as all angles of the arms")
     rotary, linear = units_of_size(largest, "rotary" if turns_by_name(group) else motion)
     is_asked = len(rotary) + len(linear) > 1
     return _all(group, "deg"), "" if is_asked else rather(says, "radians", group, "rad")
@@ -127,7 +128,7 @@ def _of_lengths(group: Sequence[Guess], largest: float) -> tuple[list[Guess], st
         return list(group), ""
     says = f"up to {largest:g}, taken for mm"
     if group[0].role in STRAIGHT:
-        return _all(group, "mm"), f"{_names(group)}: {says}"
+        return _all(group, "mm"), Note.on(_names(group), says)
     return _all(group, "mm"), rather(f"{says}, as the axis slides", "metres", group, "m")
 
 
@@ -185,7 +186,7 @@ def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str =
         for word in ("--set", as_option(one.name, without_unit(one.source), unit, factor, 0.0))
     ]
     again = f"inspect it with {shlex.join(words)}{also}"
-    return Hint(f"{says}; if it is {other}", "unit", _names(group), unit, again)
+    return Hint.of(f"{says}; if it is {other}", "unit", _names(group), unit, again)
 
 
 def units_of_size(largest: float, motion: str | None) -> tuple[list[str], list[str]]:
@@ -202,8 +203,8 @@ def units_of_size(largest: float, motion: str | None) -> tuple[list[str], list[s
     return ([] if motion == "linear" else rotary, [] if motion == "rotary" else linear)
 
 
-def _names(group: Sequence[Guess]) -> str:
-    return ", ".join(one.source for one in group)
+def _names(group: Sequence[Guess]) -> list[str]:
+    return [one.source for one in group]
 
 
 def _of_steps(group: Sequence[Guess], table: Table) -> list[Guess] | None:
@@ -230,7 +231,7 @@ class Asked:
     and with it whether it turns or slides.
     """
 
-    columns: str
+    columns: Sequence[str]
     """Names of command and position in the file."""
     rotary: Sequence[str]
     """Units they may have where it turns; none where it is known to slide."""
@@ -241,6 +242,11 @@ class Asked:
     def motion(self) -> bool:
         """Whether it is not known either if it turns or slides."""
         return bool(self.rotary and self.linear)
+
+    @property
+    def named(self) -> str:
+        """The columns with commas between."""
+        return ", ".join(self.columns)
 
     @property
     def units(self) -> str:
@@ -283,14 +289,14 @@ def _doubt(guess: Guess, values: FloatArray) -> str:
     """What is odd about values in the unit that was said; empty where nothing is."""
     largest, unit, name = float(np.nanmax(np.abs(values))), guess.unit, guess.source
     if guess.why == AS_SAID:  # only what no reader takes
-        return of_counts(guess.name, name, unit or "1", values)
+        return Note(of_counts(guess.name, name, unit or "1", values), [name])
     if unit == "rad" and largest > GUESSES.said_factor * GUESSES.widest_rad:
         far = f"{largest:g} ({turns(largest)})"
-        return f"{name}: is said to be rad and goes up to {far}; degrees?"
+        return Note.on([name], f"is said to be rad and goes up to {far}; degrees?")
     if unit == "m" and largest > GUESSES.longest_m:
-        return f"{name}: is said to be m and goes up to {largest:g}; millimetres?"
+        return Note.on([name], f"is said to be m and goes up to {largest:g}; millimetres?")
     if unit is not None and (why := of_counts(guess.name, name, unit, values)):
-        return why
+        return Note(why, [name])
     if unit == "deg" and largest < GUESSES.narrowest_deg:
-        return f"{name}: is said to be deg and stays below {largest:.3g}; radians?"
+        return Note.on([name], f"is said to be deg and stays below {largest:.3g}; radians?")
     return ""

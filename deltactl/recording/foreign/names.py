@@ -6,7 +6,6 @@ import re
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 from deltactl.recording.foreign.units import (
     CLOCKS,
@@ -140,31 +139,6 @@ class Named:
 BY_NAME = "by its name"
 AS_SAID = "as you say"
 ALONE = "it alone increases all the way"
-
-
-class Hint(str):
-    """A warning of what a column was taken for, with what else may be chosen.
-
-    The text is for whoever types the command that reads the table. kind: whether the `unit` or the
-    `name` of the column is to be chosen. column: in the file; several with commas between. choice:
-    what to choose. command: what to type for it.
-    """
-
-    kind: Literal["unit", "name"]
-    column: str
-    choice: str
-    command: str
-    chosen: str
-    """The same for whoever chooses on a page."""
-
-    def __new__(
-        cls, says: str, kind: Literal["unit", "name"], column: str, choice: str, command: str
-    ) -> Hint:
-        """says: what it was taken for, and if what something else is to be chosen."""
-        hint = super().__new__(cls, f"{column}: {says}, {command}")
-        hint.kind, hint.column, hint.choice, hint.command = kind, column, choice, command
-        hint.chosen = f"{column}: {says}, choose {choice}"
-        return hint
 
 
 @dataclass(frozen=True, slots=True)
