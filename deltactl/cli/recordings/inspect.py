@@ -337,7 +337,7 @@ OF_A_GAIN = "  GAIN: N m at the joint for 1 of {}, or 11.9,9.8,...; or unknown"
 
 def _describing_arm(seen: Inspection, file: str) -> list[str]:
     """The same of an arm with its URDF."""
-    from deltactl.recording.foreign.arms import effort_column, joint_names
+    from deltactl.recording.foreign.arms import angle_of_one, effort_column, joint_names
     from deltactl.recording.foreign.found import init_words
     from deltactl.recording.foreign.names import of_role, without_unit
 
@@ -347,7 +347,7 @@ def _describing_arm(seen: Inspection, file: str) -> list[str]:
     init = ["deltactl", *init_words("chain", file), *joints, *gain]
     says = [OF_JOINTS if names else OF_A_MODEL.format(len(of_role(seen.guesses, "theta")))]
     says += [OF_A_GAIN.format(current)] if current else []
-    angle = without_unit(of_role(seen.guesses, "theta")[0])
+    angle = without_unit(angle_of_one(seen))
     alone = ["deltactl", "inspect", str(seen.path), "--set", f"position={angle}"]
     says += [f"  without a model, one joint: {shlex.join(alone)}"]
     return _command("describe the machine:  ", init) + [

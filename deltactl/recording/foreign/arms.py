@@ -11,7 +11,7 @@ import numpy as np
 
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.found import Inspection
-from deltactl.recording.foreign.joints import CARTESIAN
+from deltactl.recording.foreign.joints import CARTESIAN, one_joint
 from deltactl.recording.foreign.mapping import Source
 from deltactl.recording.foreign.names import (
     BY_NAME,
@@ -186,6 +186,16 @@ def effort_column(seen: Inspection) -> str | None:
     """The first column of efforts where its name does not say that it is a torque or a force."""
     first = next(iter(of_role(seen.guesses, "effort")), "")
     return None if TORQUES.intersection(in_words(first)) else first
+
+
+def angle_of_one(seen: Inspection) -> str:
+    """The column of the angle of the joint that a diagnosis of one joint begins with: that which
+    departs most from its command, else the first.
+    """
+    read = {name: one for name, one in seen.table.items() if np.isfinite(one).any()}
+    kept, _ = one_joint(read, ())
+    angles = of_role(seen.guesses, "theta")
+    return next((name for name in angles if name in kept), angles[0])
 
 
 def _of_all_joints(table: Table) -> dict[str, _Group] | None:
