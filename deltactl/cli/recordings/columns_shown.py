@@ -32,13 +32,15 @@ LONG, TOO_LONG = 1e4, 1e7
 def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[str]) -> None:
     """Print what the file is and its columns, as many as one screen has room for beside the rest.
 
-    warnings, closing: lines that are printed below them.
+    warnings: printed below them, those about columns that are not read only where there is room.
+    closing: lines that are printed below that.
     """
     kind = f"{seen.kind or 'unknown'} ({seen.kind_why})"
     head = facts(str(seen.path), [*seen.facts, ("machine", kind)])
     narrow, order = console.width < NARROW, _in_order(seen)
     fewest = min(len(seen.guesses), MOST_USED) or FEWEST_COLUMNS
     lines = len(console.render_lines(head)) + len(["", "heading", "more"])
+    warnings = _looks(warnings, seen, LINES - lines - fewest - len(closing))
     taken = lines + len(warnings) + len(closing)
     room = LINES - taken - fewest
     apart = room >= sum(map(bool, (warnings, closing)))
@@ -53,6 +55,16 @@ def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[s
             console.print()
         for line in part:
             say(line)
+
+
+def _looks(warnings: Sequence[str], seen: Inspection, most: int) -> list[str]:
+    """Lines of warnings; those about columns that are not read only where all have room."""
+    from deltactl.recording.foreign.notes import about_any
+
+    shown = [broken(f"look here: {one}") for one in warnings]
+    if sum(map(len, shown)) > most:
+        shown = [broken(f"look here: {one}") for one in about_any(warnings, seen.guesses)]
+    return [line for lines in shown for line in lines]
 
 
 def _in_order(seen: Inspection) -> list[str]:

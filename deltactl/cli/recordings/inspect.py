@@ -163,8 +163,7 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     known = seen.kind is not None and not following.awaited
     below = seen.asked.units if known and seen.asked else None
     look = [one for one in read.warnings if below is None or not _chooses(one, below)]
-    warnings = [line for one in look for line in broken(f"look here: {one}")]
-    print_columns(seen, warnings, _commands(seen, read, following) if known else [])
+    print_columns(seen, look, _commands(seen, read, following) if known else [])
 
 
 def _chooses(warning: str, units: str) -> bool:

@@ -14,6 +14,7 @@ from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.motion_units import (
     PAIRS,
     is_open,
+    motion_beside,
     of_one_unit,
     rather,
     unit_of_motion,
@@ -106,6 +107,7 @@ def with_units(
     out, warnings = dict(guesses), list[str]()
     if motion is None and any(one.unit in ROTARY for one in guesses.values()):
         motion = "rotary"
+    motion = motion or motion_beside(guesses)
     for name, guess in guesses.items():
         if guess.role == "t" and guess.unit is None:
             unit, why = time_unit(

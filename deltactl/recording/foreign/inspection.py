@@ -28,7 +28,14 @@ from deltactl.recording.foreign.guessed_units import (
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
 from deltactl.recording.foreign.kinds import from_outside, kind_of, may_be_asked, zero_of
 from deltactl.recording.foreign.mapping import Mapping, Source
-from deltactl.recording.foreign.motion_units import NO_UNIT, Asked, ask_unit, in_unit, turns_by_name
+from deltactl.recording.foreign.motion_units import (
+    NO_UNIT,
+    Asked,
+    ask_unit,
+    in_unit,
+    motion_beside,
+    turns_by_name,
+)
 from deltactl.recording.foreign.names import (
     AS_SAID,
     BY_NAME,
@@ -188,7 +195,7 @@ def _of_an_axis(
     """
     turns = turns_by_name(guesses.values())
     sure = any(one.unit and not one.unit_guessed for one in guesses.values() if one.name in LONE)
-    moves = moves or (motion if sure else "rotary" if turns else None)
+    moves = moves or (motion if sure else "rotary" if turns else motion_beside(guesses))
     taken, asked = ask_unit(guesses, known, moves)
     return taken, asked, moves if asked else motion or moves
 
@@ -220,7 +227,7 @@ def _guessed(
             " the first, or one that departs clearly more from its command; name those of another"
             f" with --set{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
         )
-        warnings.append(Note(says, others))
+        warnings.append(Note(says, [*others, *of_role(guesses, *LONE)]))
     return guesses, known, warnings
 
 

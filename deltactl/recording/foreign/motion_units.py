@@ -31,7 +31,17 @@ from deltactl.recording.foreign.names import (
 from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, same_range
-from deltactl.recording.foreign.units import IN_SI, LONE, of_motion, size_of
+from deltactl.recording.foreign.units import (
+    FORCES,
+    IN_SI,
+    LINEAR,
+    LINEAR_SPEEDS,
+    LONE,
+    ROTARY_SPEEDS,
+    TORQUES,
+    of_motion,
+    size_of,
+)
 from deltactl.recording.reading.run import FloatArray
 
 PAIRS = (
@@ -53,11 +63,13 @@ NO_UNIT = "nothing says the unit"
 
 def of_one_unit(guesses: Taken, table: Table) -> Iterator[list[Guess]]:
     """Columns of motion, those together that have one unit though none is said: the angles of all
-    arms, and the command and the reading of one axis that go over the same numbers.
+    arms, the places of one platform, and the command and the reading of one axis that go over the
+    same numbers.
     """
     left = {guess.name: guess for guess in guesses.values() if guess.role in (*ANGULAR, *STRAIGHT)}
     arms = [one for one in left.values() if one.index in ("1", "2", "3") and is_open(one)]
-    groups = [group for group in (arms, *_pairs_alike(left, table)) if group]
+    places = [one for one in left.values() if one.role == "pos" and is_open(one)]
+    groups = [group for group in (arms, places, *_pairs_alike(left, table)) if group]
     yield from groups
     together = {one.name for group in groups for one in group}
     yield from ([one] for one in left.values() if one.name not in together)
@@ -218,6 +230,20 @@ def _of_steps(group: Sequence[Guess], table: Table) -> list[Guess] | None:
     why = {name: f"reads {step}" for name, (_, step) in told.items()}
     like = f"in the unit of {next(iter(told))}"
     return [replace(one, unit=unit, why=f"{one.why}; {why.get(one.source, like)}") for one in group]
+
+
+def motion_beside(guesses: Taken) -> str | None:
+    """How an axis moves by the units that headings give beside its motion: a torque or a speed in
+    rpm turns it, a force slides it; None where they say nothing, or a name says that it slides.
+    """
+    own = [one for one in guesses.values() if one.name in LONE]
+    if any(one.unit in LINEAR or _is_place(one) for one in own):
+        return None
+    units = {one.unit for one in guesses.values() if not one.unit_guessed}
+    turns, slides = units & {*TORQUES, *ROTARY_SPEEDS}, units & {*FORCES, *LINEAR_SPEEDS}
+    if bool(turns) == bool(slides):
+        return None
+    return "rotary" if turns else "linear"
 
 
 def turns_by_name(group: Iterable[Guess]) -> bool:

@@ -30,6 +30,13 @@ def not_about(warnings: Iterable[str], columns: Collection[str]) -> list[str]:
     ]
 
 
+def about_any(warnings: Iterable[str], columns: Collection[str]) -> list[str]:
+    """The warnings about one of the columns, and those that are about none of the file."""
+    return [
+        one for one in warnings if not (isinstance(one, Note) and one.columns.isdisjoint(columns))
+    ]
+
+
 class Hint(Note):
     """A warning of what a column was taken for, with what else may be chosen.
 
