@@ -270,14 +270,14 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
 
     Where the effort goes with the acceleration, the recording itself says what moves.
     """
-    from deltactl.firmware_py.describing.robot_text import inertia_of
+    from deltactl.firmware_py.describing.measured import moved_by_effort
     from deltactl.recording.foreign.names import by_name
     from deltactl.recording.foreign.reading import read_mapped
 
     unit = by_name(seen.guesses)["effort"].unit or ""
     known = unit.endswith({"rotary": "m", "linear": "N"}.get(_motion(seen), "?"))
     try:
-        one = inertia_of(read_mapped(seen.path, seen.mapping))
+        one = moved_by_effort(read_mapped(seen.path, seen.mapping), _motion(seen) != "linear")
     except RecordingError:
         one = None
     measured = ["--measure", str(seen.path), *seen.options]
