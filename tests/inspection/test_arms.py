@@ -197,6 +197,18 @@ def test_one_joint_by_itself_is_offered_and_runs(deltactl: Deltactl, tmp_path: P
     assert "init axis" in deltactl(*alone).stdout
 
 
+def test_the_joint_that_is_offered_departs_most_from_its_command(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    file = write(tmp_path, ur)
+    head = file.read_text().partition("\n")[0]
+    columns = np.loadtxt(file, delimiter=",", skiprows=1)
+    columns[:, head.split(",").index("actual_q_3")] *= 1.05
+    np.savetxt(file, columns, "%.8g", ",", header=head, comments="")
+    alone = printed(deltactl("inspect", file.name), "  without a model, one joint:")
+    assert alone[-1] == "position=actual_q_3"
+
+
 @pytest.mark.study
 def test_an_arm_is_shown_on_one_screen(tmp_path: Path) -> None:
     write(tmp_path, ur)
