@@ -21,7 +21,10 @@ def test_a_unit_that_values_suggest_can_be_chosen(tmp_path: Path) -> None:
     file = tmp_path / "axis.csv"
     np.savetxt(file, rows, delimiter=",", header="t,command,position", comments="")
     (hint,) = [one for one in inspect(file).warnings if isinstance(one, Hint)]
-    assert (hint.kind, hint.choice) == ("unit", "deg, rad or turn if it turns; mm if it slides")
+    assert (hint.kind, hint.choice) == (
+        "unit",
+        "deg, rad or turn if it turns; mm or inch if it slides",
+    )
     assert hint.endswith(hint.command)
     assert hint.command not in hint.chosen, "a page has no command to put it into"
     assert hint.chosen in inspected(file)["warnings"]

@@ -55,3 +55,15 @@ def test_remarks_on_columns_that_are_not_read_give_way_on_a_full_screen(tmp_path
     shown = in_a_window(tmp_path, 80, "inspect", path.name)
     assert len(shown.rstrip("\n").splitlines()) <= LINES
     assert "deltactl diagnose" in shown
+
+
+def test_joints_of_a_cnc_machine_turn_or_slide_in_its_own_unit(tmp_path: Path) -> None:
+    path = tmp_path / "halscope.log"
+    place = 6.0 + 5.0 * np.sin(0.3 * T_S)
+    table = np.stack([T_S, place, np.interp(T_S - 0.01, T_S, place)], axis=1)
+    head = "# time joint.0.motor-pos-cmd joint.0.motor-pos-fb"
+    np.savetxt(path, table, "%.6f", " ", header=head, comments="")
+    asked = inspect(path).asked
+    assert asked is not None
+    assert asked.motion
+    assert "inch" in asked.linear

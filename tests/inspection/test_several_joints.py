@@ -124,3 +124,18 @@ def test_of_axes_with_several_quantities_the_one_that_departs_is_shown(
     taken = {guess.name: column for column, guess in inspect(path).guesses.items()}
     assert taken["command"] == f"{loose}_azimuth_cmd_deg"
     assert taken["position"] == f"{loose}_azimuth_actual_deg"
+
+
+def test_axes_of_a_mount_have_names_without_marks_between(tmp_path: Path) -> None:
+    t_s = np.arange(1500.0)
+    azimuth, altitude = 120.0 + 8.0 * np.sin(0.01 * t_s), 40.0 + 6.0 * np.sin(0.013 * t_s)
+    worm = 0.006 * np.sin(np.pi * altitude)
+    noise = 0.0005 * np.random.default_rng(7).standard_normal((2, len(t_s)))
+    columns = [t_s, azimuth, azimuth + noise[0], altitude, altitude + worm + noise[1]]
+    head = "time,TargetAz,ActualAz,TargetAlt,ActualAlt"
+    path = tmp_path / "mount.csv"
+    np.savetxt(path, np.stack(columns, axis=1), "%.5f", ",", header=head, comments="")
+    seen = inspect(path)
+    taken = {guess.name: column for column, guess in seen.guesses.items()}
+    assert (taken["command"], taken["position"]) == ("TargetAlt", "ActualAlt")
+    assert seen.motion == "rotary"

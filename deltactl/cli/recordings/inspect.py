@@ -29,6 +29,7 @@ OTHERWISE = (
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA"]
 FORCED_SAYS = "  INERTIA: what moves, {mass}, as well as it is known"
 MEASURED_SAYS = "  what moves is measured; if you know it ({mass}), add --inertia"
+HUNG_SAYS = "  what moves and what hangs on it is measured; if you know it, add --inertia ({mass})"
 GAIN_SAYS = "  GAIN: {force} for one unit of the effort, or unknown"
 GAIN_UNSAID = "  if you know --effort-gain ({force} for one unit of the effort), add it"
 GAIN_KNOWN = "  --effort-gain 1: it is in {force}; if that is at a motor, put its gear's ratio"
@@ -274,19 +275,21 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
     from deltactl.recording.foreign.names import by_name
     from deltactl.recording.foreign.reading import read_mapped
 
-    unit = by_name(seen.guesses)["effort"].unit or ""
+    unit, slides = by_name(seen.guesses)["effort"].unit or "", _motion(seen) == "linear"
     known = unit.endswith({"rotary": "m", "linear": "N"}.get(_motion(seen), "?"))
     try:
-        one = moved_by_effort(read_mapped(seen.path, seen.mapping), _motion(seen) != "linear")
+        one = moved_by_effort(read_mapped(seen.path, seen.mapping), not slides)
     except RecordingError:
         one = None
-    measured = ["--measure", str(seen.path), *seen.options]
-    words, says = (FORCED, FORCED_SAYS) if one is None else (measured, MEASURED_SAYS)
+    words, says, weighed = FORCED, FORCED_SAYS, WEIGHED
+    if one is not None:
+        words = ["--measure", str(seen.path), *seen.options]
+        says, weighed = (MEASURED_SAYS, WEIGHED) if slides else (HUNG_SAYS, "")
     if known:
-        return [*words, "--effort-gain", "1"], (says, GAIN_KNOWN + WEIGHED)
+        return [*words, "--effort-gain", "1"], (says, GAIN_KNOWN + weighed)
     if one is None:
-        return [*words, "--effort-gain", "GAIN"], (says, GAIN_SAYS + WEIGHED)
-    return words, (says, GAIN_UNSAID + WEIGHED)
+        return [*words, "--effort-gain", "GAIN"], (says, GAIN_SAYS + weighed)
+    return words, (says, GAIN_UNSAID + weighed)
 
 
 def _command(label: str, words: list[str]) -> list[str]:
@@ -336,7 +339,12 @@ OF_A_GAIN = "  GAIN: N m at the joint for 1 of {}, or 11.9,9.8,...; or unknown"
 
 def _describing_arm(seen: Inspection, file: str) -> list[str]:
     """The same of an arm with its URDF."""
-    from deltactl.recording.foreign.arms import angle_of_one, effort_column, joint_names
+    from deltactl.recording.foreign.arms import (
+        angle_of_one,
+        effort_column,
+        joint_names,
+        unit_of_angles,
+    )
     from deltactl.recording.foreign.found import init_words
     from deltactl.recording.foreign.names import of_role, without_unit
 
@@ -348,7 +356,10 @@ def _describing_arm(seen: Inspection, file: str) -> list[str]:
     says += [OF_A_GAIN.format(current)] if current else []
     angle = without_unit(angle_of_one(seen))
     alone = ["deltactl", "inspect", str(seen.path), "--set", f"position={angle}"]
-    says += [f"  without a model, one joint: {shlex.join(alone)}"]
-    return _command("describe the machine:  ", init) + [
-        part for one in says for part in broken(one)
+    if (unit := unit_of_angles(seen)) is not None:
+        alone += ["--set", f"unit={unit}"]
+    return [
+        *_command("describe the machine:  ", init),
+        *(part for one in says for part in broken(one)),
+        *_command("  without a model, one joint: ", alone),
     ]

@@ -198,6 +198,14 @@ def angle_of_one(seen: Inspection) -> str:
     return next((name for name in angles if name in kept), angles[0])
 
 
+def unit_of_angles(seen: Inspection) -> str | None:
+    """The unit in which the angles of all joints are read; None for counts."""
+    source = seen.mapping.columns.get("theta_1")
+    if source is not None and "scale" in source.model_fields_set:
+        return None
+    return seen.guesses[of_role(seen.guesses, "theta")[0]].unit or "rad"
+
+
 def _of_all_joints(table: Table) -> dict[str, _Group] | None:
     """Angles, efforts and, where there are any, velocities of the same joints."""
     groups: dict[tuple[str, str], _Group] = {}

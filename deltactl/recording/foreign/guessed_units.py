@@ -19,7 +19,7 @@ from deltactl.recording.foreign.motion_units import (
     rather,
     unit_of_motion,
 )
-from deltactl.recording.foreign.names import Guess, Taken, by_name, without_unit
+from deltactl.recording.foreign.names import BY_NAME, Guess, Taken, by_name, without_unit
 from deltactl.recording.foreign.notes import Note
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, lead, same_range
@@ -212,6 +212,8 @@ def _by_ratio(
     words = f"{is_} {ratio:.3g} times the slope of {place.source}"
     if left_out:
         del guesses[speed.source]
+        if not speed.why.startswith(BY_NAME):  # nobody calls it a velocity
+            return []
     if speed.unit is not None:
         return [Note.on([speed.source], f"{words}, which does not go with {speed.unit}")]
     if unit is None:

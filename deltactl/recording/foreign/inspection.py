@@ -222,10 +222,15 @@ def _guessed(
     others += of_other_joints(known, guesses)
     if others:
         more = ", ..." if len(others) > SHOWN_OTHERS else ""
+        shown = (
+            ""
+            if chosen
+            else " shown is the first, or one that departs clearly more from its command;"
+        )
         says = (
-            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}{more}; shown is"
-            " the first, or one that departs clearly more from its command; name those of another"
-            f" with --set{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
+            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}{more};{shown}"
+            " name those of another with --set"
+            f"{_of_an_arm(path) if not chosen and _are_of_an_arm(others) else ''}"
         )
         warnings.append(Note(says, [*others, *of_role(guesses, *LONE)]))
     return guesses, known, warnings

@@ -295,6 +295,8 @@ def ask_unit(
     rotary, linear = units_of_size(largest, motion)
     if len(rotary) + len(linear) == 1:
         return {}, None
+    if linear and largest * IN_SI["inch"] <= GUESSES.longest_m:
+        linear.append("inch")
     unit = TAKEN[motion]
     taken = {one.name: one.unit or unit for one in open_}
     if any(one.name == "velocity" and is_open(one) for one in guesses.values()):

@@ -29,7 +29,8 @@ WORDS: dict[str, str] = {
     "present_position pos_fbk feedback fbk joint_position joint_pos winkel weg x "
     "y_meas output resolver "
     "actual_position measured_position observation laser encoderwert lage messwert gemessen "
-    "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star",
+    "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star dial caliper "
+    "indicator messuhr",
     "velocity": "velocity vel speed omega dq qd dot rate geschwindigkeit drehzahl vitesse "
     "velocidad velocita present_velocity rpm",
     "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
@@ -89,9 +90,11 @@ OF_NO_USE = _words(
 """Words of what is neither asked for nor read, whatever else is in the name: accel_x."""
 OF_JOINTS = _words(
     "shoulder elbow wrist pan tilt roll pitch yaw gripper joint gelenk angle winkel theta angolo"
-    " angulo"
+    " angulo az azm azimuth alt altitude elevation ra dec declination"
 )
 """Words of what turns."""
+OF_MACHINE = re.compile(r"(?i)joint\.\d+\.(motor-)?pos-(cmd|fb)")
+"""Pins of LinuxCNC, whose joints turn or slide, in the units of the machine."""
 IS_PRESENT = "current"
 """Also says that something is as it is now, before another word: current_position."""
 OF_A_SERVO = "present"
@@ -315,7 +318,7 @@ def without_unit(name: str) -> str:
 
 def is_of_joint(name: str) -> bool:
     """Whether a name says that it is an angle, or is that of a joint that turns."""
-    return not OF_JOINTS.isdisjoint(in_words(name))
+    return not (OF_JOINTS.isdisjoint(in_words(name)) or OF_MACHINE.search(name))
 
 
 def pulls(name: str) -> bool:
