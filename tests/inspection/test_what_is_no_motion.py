@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -48,9 +49,10 @@ def test_a_way_that_only_grows_is_no_time(tmp_path: Path) -> None:
 
 def test_of_dates_nobody_is_asked_whether_they_are_in_ms(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
+    begin = datetime(2025, 3, 4, 10)
     rows = [
-        f"2025-03-04T{10 + n // 900:02d}:{n // 15 % 60:02d}:{4 * (n % 15):02d},{p:.3f},{p + 0.1:.3f}"
-        for n, p in enumerate(PLACE[::5])
+        f"{(begin + timedelta(seconds=4 * n)).isoformat()},{place:.3f},{place + 0.1:.3f}"
+        for n, place in enumerate(PLACE[::5])
     ]
     path.write_text("\n".join(["timestamp,target_deg,actual_deg", *rows]) + "\n")
     told: list[str] = []
