@@ -221,17 +221,7 @@ def _guessed(
     warnings += _which_came_first(guesses)
     others += of_other_joints(known, guesses)
     if others:
-        more = ", ..." if len(others) > SHOWN_OTHERS else ""
-        shown = (
-            ""
-            if chosen
-            else " shown is the first, or one that departs clearly more from its command;"
-        )
-        says = (
-            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}{more};{shown}"
-            " name those of another with --set"
-            f"{_of_an_arm(path) if not chosen and _are_of_an_arm(others) else ''}"
-        )
+        says = _of_more_joints(path, others, bool(chosen))
         warnings.append(Note(says, [*others, *of_role(guesses, *LONE)]))
     return guesses, known, warnings
 
@@ -319,6 +309,18 @@ def _measured_chain(read: _Read, known: Table) -> Inspection | None:
 
 
 SHOWN_OTHERS = 4
+
+
+def _of_more_joints(table: Path, others: Sequence[str], chosen: bool) -> str:
+    """Words for columns of joints that are not shown; chosen: somebody named the joint that is."""
+    named = ", ".join(others[:SHOWN_OTHERS]) + ", ..." * (len(others) > SHOWN_OTHERS)
+    says = f"there are more joints than one: {named}"
+    if chosen:
+        return f"{says}; name those of another with --set"
+    return (
+        f"{says}; shown is the first, or one that departs clearly more from its command; name those"
+        f" of another with --set{_of_an_arm(table) if _are_of_an_arm(others) else ''}"
+    )
 
 
 def _of_an_arm(table: Path) -> str:
