@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from deltactl.recording.foreign.names import Guess
 
 MOST_COLUMNS, MOST_USED, FEWEST_COLUMNS = 12, 8, 3
+OF_AN_AXIS = 4
+"""Columns that are always shown: time, command, reading and effort of an axis. Those of an arm's
+joints are alike.
+"""
 NARROW = 100
 """In a window of fewer letters the reasons are below the table, not in a column of it."""
 ENDLESS = 10_000
@@ -43,9 +47,11 @@ def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[s
     warnings = _looks(warnings, seen, LINES - lines - fewest - len(closing))
     taken = lines + len(warnings) + len(closing)
     room = LINES - taken - fewest
+    fewest = max(fewest + min(room, 0), min(fewest, OF_AN_AXIS))
+    room = max(room, 0)
     apart = room >= sum(map(bool, (warnings, closing)))
     room -= sum(map(bool, (warnings, closing))) if apart else 0
-    why = _why(seen, order[:MOST_COLUMNS], narrow)[: max(room, 0)]
+    why = _why(seen, order[:MOST_COLUMNS], narrow)[:room]
     shown = order[: min(fewest + max(room - len(why), 0), max(MOST_COLUMNS, fewest))]
     console.print(head)
     console.print()
