@@ -206,7 +206,7 @@ def _as_inspected(path: Path) -> Recording | None:
     """
     with needs("diagnosis", "reading other columns"):
         from deltactl.recording.foreign.inspection import inspect as look_at
-        from deltactl.recording.foreign.names import Hint
+        from deltactl.recording.foreign.notes import Hint
         from deltactl.recording.foreign.reading import read_mapped
     notes: list[str] = []
     try:

@@ -1,4 +1,4 @@
-"""The text of a robot file, from answers and from what a recording shows of the machine."""
+"""The text of a robot file, from answers."""
 
 from __future__ import annotations
 
@@ -16,11 +16,9 @@ from deltactl.firmware_py.describing.questions import (
     Answers,
     numbers,
 )
-from deltactl.foundation.errors import RecordingError
 
 if TYPE_CHECKING:
-    from deltactl.models.robot import FloatArray
-    from deltactl.recording.tables.flat import FlatRecording
+    pass
 
 NOTE = "# Made by deltactl init. All keys: docs/reference/robots.md in the source of deltactl"
 
@@ -220,120 +218,3 @@ def _number(value: float) -> str:
 
 def _text(value: str) -> str:
     return "'" + value.replace("'", "''") + "'" if not value.replace("-", "").isalnum() else value
-
-
-def measured(kind: str, recording: FlatRecording, known: Answers) -> tuple[Answers, list[str]]:
-    """Answers that the recording gives, and a line on each. Raises RecordingError without any.
-
-    stepper_axis: the gear ratio, from steps and angle. servo_axis: whether zeros agree; where an
-    effort was recorded and no command, what moves, in the unit of the effort.
-    """
-    if kind == "stepper_axis" and recording.has("steps_1", "theta_1"):
-        return _gear(recording, known)
-    if recording.has("command", "position"):
-        return _zero(recording)
-    if kind == "servo_axis" and recording.has("effort", "position"):
-        return _forced(recording, known)
-    raise RecordingError(
-        f"{recording.source}: nothing of a {kind} can be measured from it; leave --measure out"
-    )
-
-
-def _gear(recording: FlatRecording, known: Answers) -> tuple[Answers, list[str]]:
-    import numpy as np  # a robot file that is written from answers needs none
-
-    steps, theta = recording.column("steps_1"), recording.column("theta_1")
-    both = np.isfinite(steps) & np.isfinite(theta)
-    rad_per_step = float(np.polyfit(steps[both], theta[both], 1)[0])
-    (microsteps,) = numbers({MICROSTEPS.key: "1600"} | known, MICROSTEPS.key)
-    gear = 2.0 * np.pi / (abs(rad_per_step) * microsteps)
-    said = (
-        f"gear_ratio {gear:.6g}: {abs(rad_per_step):.4g} rad a step, measured; a diagnosis of this "
-        "recording cannot find it wrong any more, so give the gear's own ratio where it is known"
-    )
-    return {GEAR.key: f"{gear:.6g}", MICROSTEPS.key: f"{microsteps:g}"}, [said]
-
-
-def _zero(recording: FlatRecording) -> tuple[Answers, list[str]]:
-    import numpy as np  # as above
-
-    command, position = recording.column("command"), recording.column("position")
-    apart = float(np.nanmedian(position - command))
-    width = float(np.nanmax(command) - np.nanmin(command))
-    zero = "absolute" if abs(apart) < 0.25 * width else "arbitrary"
-    return {"zero": zero}, [f"zero: {zero} (readings are {apart:.3g} from the commands)"]
-
-
-SMOOTHED, WINDOW = 11, 10
-"""Rows over which a speed is fitted, and over which its change is held against the effort."""
-SHARE = 0.05
-"""Share of the effort, at least, that has to go with the acceleration."""
-
-
-def inertia_of(recording: FlatRecording) -> float | None:
-    """What moves, as effort for one unit of acceleration; None where no share of it goes with one.
-
-    By momentum: over some rows the effort adds up to inertia times the change of speed, beside
-    viscous and dry friction and a constant. No acceleration is needed, which noise would drown.
-    """
-    import numpy as np  # a robot file that is written from answers needs none
-
-    t_s, position, effort = recording.t_s, recording.column("position"), recording.column("effort")
-    known = np.isfinite(position) & np.isfinite(effort)
-    t_s, position, effort = t_s[known], position[known], effort[known]
-    if len(t_s) < 10 * SMOOTHED:
-        return None
-    half = SMOOTHED // 2
-    places = np.arange(-half, half + 1)
-    slope = places / np.sum(places**2) / float(np.median(np.diff(t_s)))
-    speed = np.correlate(position, slope, mode="valid")
-    t_s, effort = t_s[half:-half], effort[half:-half]
-    still = np.abs(speed) < 0.02 * np.max(np.abs(speed))
-
-    def over_rows(values: FloatArray) -> FloatArray:
-        sums = np.concatenate([[0.0], np.cumsum(values * np.gradient(t_s))])
-        whole: FloatArray = sums[WINDOW:-1] - sums[: -WINDOW - 1]
-        return whole
-
-    gained = speed[WINDOW:] - speed[:-WINDOW]
-    direction = np.where(still, 0.0, np.sign(speed))
-    others = np.stack([over_rows(speed), over_rows(direction), over_rows(np.ones(len(t_s)))], 1)
-    pushed = over_rows(effort)
-
-    def left(values: FloatArray) -> FloatArray:
-        rest: FloatArray = values - others @ np.linalg.lstsq(others, values, rcond=None)[0]
-        return rest
-
-    pushed_left, gained_left = left(pushed), left(gained)
-    moved, pushed_in_all = float(np.sum(gained_left**2)), float(np.sum(pushed_left**2))
-    inertia = float(np.sum(pushed_left * gained_left)) / max(moved, 1e-300)
-    share = inertia**2 * moved / max(pushed_in_all, 1e-300)
-    return inertia if inertia > 0.0 and share > SHARE else None
-
-
-def _forced(recording: FlatRecording, known: Answers) -> tuple[Answers, list[str]]:
-    """Inertia and gain of an axis of which the effort was recorded: one gives the other."""
-    one = inertia_of(recording)
-    if one is None:
-        raise RecordingError(
-            f"{recording.source}: its effort does not go with its acceleration, so that what moves"
-            " cannot be measured from it; leave --measure out, and give --inertia and --effort-gain"
-        )
-    gain = None if known.get(GAIN, UNKNOWN) == UNKNOWN else numbers(known, GAIN)[0]
-    if MOVED in known:
-        gain = numbers(known, MOVED)[0] / one
-    answers = {
-        "recorded": "effort",
-        MOVED: f"{one * (gain or 1.0):.3g}",
-        GAIN: UNKNOWN if gain is None else f"{gain:.3g}",
-    }
-    said = (
-        f"{MOVED} {answers[MOVED]}, {GAIN} {answers[GAIN]}: as the effort of this"
-        " recording goes with its acceleration, so that a diagnosis of it cannot find them wrong"
-    )
-    if gain is None:
-        said += (
-            "; every size is then in the unit of the effort. Where one of the two is known, give it"
-            " (--inertia, or --effort-gain: N m or N for one unit): the other follows"
-        )
-    return answers, [said]

@@ -57,8 +57,6 @@ def in_use(unit: str, value: float = math.nan) -> tuple[str, float]:
     return word if one == unit else f"{word}/s", many
 
 
-FEW_RAD = math.radians(0.02)
-"""Below it people who have such angles count seconds of arc."""
 NEAR_ONE = 0.5
 """Further off, a number is no ratio of which only the difference from 1 matters."""
 
@@ -71,9 +69,7 @@ def said(value: float, unit: str) -> str:
         digits = digits if near_one < NEAR_ONE else 3
         return f"{value:.{digits}g}"
     word, many = in_use(unit, value)
-    fine = word == USUAL["rad"][0] and abs(value) < FEW_RAD
-    arc = f" ({plain(3600.0 * math.degrees(value))} seconds of arc)" if fine else ""
-    return f"{plain(many * value)} {word}{arc}"
+    return f"{plain(many * value)} {word}"
 
 
 def plain(value: float) -> str:

@@ -67,14 +67,14 @@ def test_of_two_harmonics_the_larger_is_shown(
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [
-        (1.87e-5, "rad", "0.00107 degrees (3.86 seconds of arc)"),
-        (1.23e-6, "rad", "0.0000705 degrees (0.254 seconds of arc)"),
+        (1.87e-5, "rad", "0.00107 degrees"),
+        (1.23e-6, "rad", "0.0000705 degrees"),
         (2.0, "rad", "115 degrees"),
         (-0.124, "m", "-124 mm"),
         (0.06252, "s", "62.5 ms"),
     ],
 )
-def test_angles_are_given_in_degrees_first_and_without_exponents(
+def test_sizes_are_given_in_usual_units_without_exponents(
     value: float, unit: str, text: str
 ) -> None:
     assert said(value, unit) == text

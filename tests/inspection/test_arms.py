@@ -193,8 +193,23 @@ def test_one_joint_by_itself_is_offered_and_runs(deltactl: Deltactl, tmp_path: P
     write(tmp_path, ur)
     label = "  without a model, one joint:"
     alone = printed(deltactl("inspect", "ur.csv"), label)
-    assert alone == ["inspect", "ur.csv", "--set", "position=actual_q_0"]
-    assert "init axis" in deltactl(*alone).stdout
+    assert alone[:4] == ["inspect", "ur.csv", "--set", "position=actual_q_0"]
+    shown = deltactl(*alone)
+    words = printed(shown, "describe the machine:") + printed(shown)
+    assert "MOTION" not in words
+    assert "unit=UNIT" not in words
+
+
+def test_the_joint_that_is_offered_departs_most_from_its_command(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    file = write(tmp_path, ur)
+    head = file.read_text().partition("\n")[0]
+    columns = np.loadtxt(file, delimiter=",", skiprows=1)
+    columns[:, head.split(",").index("actual_q_3")] *= 1.05
+    np.savetxt(file, columns, "%.8g", ",", header=head, comments="")
+    alone = printed(deltactl("inspect", file.name), "  without a model, one joint:")
+    assert "position=actual_q_3" in alone
 
 
 @pytest.mark.study

@@ -79,9 +79,9 @@ def test_a_joint_turns_in_a_unit_that_is_asked_for(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("amplitude", "rotary", "linear"),
     [
-        (9.0, ["deg", "rad", "turn"], ["mm", "m"]),
-        (40.0, ["deg", "rad", "turn"], ["mm"]),
-        (300.0, ["deg"], ["mm"]),
+        (9.0, ["deg", "rad", "turn"], ["mm", "m", "inch"]),
+        (40.0, ["deg", "rad", "turn"], ["mm", "inch"]),
+        (300.0, ["deg"], ["mm", "inch"]),
         (20_000.0, ["deg", "arcsec"], ["um"]),
     ],
 )
@@ -107,7 +107,7 @@ def test_what_stays_open_is_asked_and_explicit_in_the_command(
     table(tmp_path / "a.csv", names, 1.2)
     done = deltactl("inspect", "a.csv")
     assert "turns:  MOTION is rotary, UNIT is deg, rad or turn\n" in done.stdout
-    assert "slides: MOTION is linear, UNIT is mm or m\n" in done.stdout
+    assert "slides: MOTION is linear, UNIT is mm, m or inch\n" in done.stdout
     command = next(line for line in done.stdout.split("\n") if line.startswith("diagnose it:"))
     assert "unit=UNIT" in shlex.split(command)
     assert "[" not in command

@@ -9,7 +9,7 @@ import pytest
 
 from deltactl.foundation.errors import RecordingError
 from deltactl.recording.foreign.inspection import inspect
-from deltactl.recording.foreign.names import Hint
+from deltactl.recording.foreign.notes import Hint
 from deltactl.recording.tables.flat_files import read_flat
 from deltactl.web.behind.own_recordings import inspected
 
@@ -21,7 +21,10 @@ def test_a_unit_that_values_suggest_can_be_chosen(tmp_path: Path) -> None:
     file = tmp_path / "axis.csv"
     np.savetxt(file, rows, delimiter=",", header="t,command,position", comments="")
     (hint,) = [one for one in inspect(file).warnings if isinstance(one, Hint)]
-    assert (hint.kind, hint.choice) == ("unit", "deg, rad or turn if it turns; mm if it slides")
+    assert (hint.kind, hint.choice) == (
+        "unit",
+        "deg, rad or turn if it turns; mm or inch if it slides",
+    )
     assert hint.endswith(hint.command)
     assert hint.command not in hint.chosen, "a page has no command to put it into"
     assert hint.chosen in inspected(file)["warnings"]

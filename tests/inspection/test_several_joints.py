@@ -100,3 +100,42 @@ def test_joints_of_which_one_slides_and_joints_with_names_are_no_delta(
     taken = {guess.name: column for column, guess in found.guesses.items()}
     assert found.kind == "servo_axis"
     assert taken["command"] == asked[1]
+
+
+@pytest.mark.parametrize("loose", ["port", "starboard"])
+def test_of_axes_with_several_quantities_the_one_that_departs_is_shown(
+    tmp_path: Path, loose: str
+) -> None:
+    """Commands of speed, and what came of them, are beside those of place."""
+    rng = np.random.default_rng(4)
+    t_s = 0.1 * np.arange(2000)
+    columns = {"time": t_s}
+    for side, rate in (("port", 0.11), ("starboard", 0.13)):
+        asked = 70.0 * np.sin(rate * t_s) + 8.0 * np.sin(0.7 * t_s)
+        play = 0.8 * np.sign(np.gradient(asked)) * (side == loose)
+        columns[f"{side}_rpm_cmd"] = 600.0 + 200.0 * np.sin(0.05 * t_s)
+        columns[f"{side}_rpm_actual"] = columns[f"{side}_rpm_cmd"] + rng.normal(0.0, 5.0, len(t_s))
+        columns[f"{side}_azimuth_cmd_deg"] = asked
+        seen = np.interp(t_s - 0.1, t_s, asked) - play + rng.normal(0.0, 0.05, len(t_s))
+        columns[f"{side}_azimuth_actual_deg"] = seen
+    path = tmp_path / "boat.csv"
+    table = np.stack(list(columns.values()), axis=1)
+    np.savetxt(path, table, "%.3f", ",", header=",".join(columns), comments="")
+    taken = {guess.name: column for column, guess in inspect(path).guesses.items()}
+    assert taken["command"] == f"{loose}_azimuth_cmd_deg"
+    assert taken["position"] == f"{loose}_azimuth_actual_deg"
+
+
+def test_axes_of_a_mount_have_names_without_marks_between(tmp_path: Path) -> None:
+    t_s = np.arange(1500.0)
+    azimuth, altitude = 120.0 + 8.0 * np.sin(0.01 * t_s), 40.0 + 6.0 * np.sin(0.013 * t_s)
+    worm = 0.006 * np.sin(np.pi * altitude)
+    noise = 0.0005 * np.random.default_rng(7).standard_normal((2, len(t_s)))
+    columns = [t_s, azimuth, azimuth + noise[0], altitude, altitude + worm + noise[1]]
+    head = "time,TargetAz,ActualAz,TargetAlt,ActualAlt"
+    path = tmp_path / "mount.csv"
+    np.savetxt(path, np.stack(columns, axis=1), "%.5f", ",", header=head, comments="")
+    seen = inspect(path)
+    taken = {guess.name: column for column, guess in seen.guesses.items()}
+    assert (taken["command"], taken["position"]) == ("TargetAlt", "ActualAlt")
+    assert seen.motion == "rotary"

@@ -11,8 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from deltactl.diagnosis.api import diagnose_recordings
+from deltactl.diagnosis.report.headline import headline
 from deltactl.diagnosis.report.sizes import scale_of
 from deltactl.models.effects.units_in_use import FINE, said, said_in
+from deltactl.models.robot_files import load_with_effects
+from deltactl.recording.foreign.mapping import load_mapping
+from deltactl.recording.foreign.reading import read_mapped
 from deltactl.recording.foreign.units import IN_SI
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
@@ -62,3 +67,7 @@ def test_an_answer_is_in_the_unit_of_the_columns(
     assert pytest.approx(2.5 * IN_SI[unit], rel=0.01) in [part["value"] for part in parts]
     assert size_shown.search(" ".join(answer["says"]))
     assert size_shown.search((tmp_path / "a.html").read_text())
+    read = read_mapped(tmp_path / "log.csv", load_mapping(None, columns[1::2]))
+    whole = diagnose_recordings(load_with_effects(tmp_path / "a.yaml"), [read])
+    assert size_shown.search(headline(whole) + " ".join(whole.says))
+    assert word in headline(whole, brief=True)

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from deltactl.recording.foreign.names import Guess
 
 MOST_COLUMNS, MOST_USED, FEWEST_COLUMNS = 12, 8, 3
+OF_AN_AXIS = 4
+"""Columns that are always shown: time, command, reading and effort of an axis. Those of an arm's
+joints are alike.
+"""
 NARROW = 100
 """In a window of fewer letters the reasons are below the table, not in a column of it."""
 ENDLESS = 10_000
@@ -32,18 +36,22 @@ LONG, TOO_LONG = 1e4, 1e7
 def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[str]) -> None:
     """Print what the file is and its columns, as many as one screen has room for beside the rest.
 
-    warnings, closing: lines that are printed below them.
+    warnings: printed below them, those about columns that are not read only where there is room.
+    closing: lines that are printed below that.
     """
     kind = f"{seen.kind or 'unknown'} ({seen.kind_why})"
     head = facts(str(seen.path), [*seen.facts, ("machine", kind)])
     narrow, order = console.width < NARROW, _in_order(seen)
     fewest = min(len(seen.guesses), MOST_USED) or FEWEST_COLUMNS
     lines = len(console.render_lines(head)) + len(["", "heading", "more"])
+    warnings = _looks(warnings, seen, LINES - lines - fewest - len(closing))
     taken = lines + len(warnings) + len(closing)
     room = LINES - taken - fewest
+    fewest = max(fewest + min(room, 0), min(fewest, OF_AN_AXIS))
+    room = max(room, 0)
     apart = room >= sum(map(bool, (warnings, closing)))
     room -= sum(map(bool, (warnings, closing))) if apart else 0
-    why = _why(seen, order[:MOST_COLUMNS], narrow)[: max(room, 0)]
+    why = _why(seen, order[:MOST_COLUMNS], narrow)[:room]
     shown = order[: min(fewest + max(room - len(why), 0), max(MOST_COLUMNS, fewest))]
     console.print(head)
     console.print()
@@ -53,6 +61,16 @@ def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[s
             console.print()
         for line in part:
             say(line)
+
+
+def _looks(warnings: Sequence[str], seen: Inspection, most: int) -> list[str]:
+    """Lines of warnings; those about columns that are not read only where all have room."""
+    from deltactl.recording.foreign.notes import about_any
+
+    shown = [broken(f"look here: {one}") for one in warnings]
+    if sum(map(len, shown)) > most:
+        shown = [broken(f"look here: {one}") for one in about_any(warnings, seen.guesses)]
+    return [line for lines in shown for line in lines]
 
 
 def _in_order(seen: Inspection) -> list[str]:

@@ -232,7 +232,7 @@ def _measured(
     kind: str, path: Path, columns: list[str], known: Answers
 ) -> tuple[Answers, list[str]]:
     """What the recording tells, and the options that read it."""
-    from deltactl.firmware_py.describing.robot_text import measured
+    from deltactl.firmware_py.describing.measured import measured
 
     recording, columns = _read(path, columns, known.get("motion"))
     answers, said = measured(kind, recording, known)

@@ -29,6 +29,7 @@ OTHERWISE = (
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA"]
 FORCED_SAYS = "  INERTIA: what moves, {mass}, as well as it is known"
 MEASURED_SAYS = "  what moves is measured; if you know it ({mass}), add --inertia"
+HUNG_SAYS = "  what moves and what hangs on it is measured; if you know it, add --inertia ({mass})"
 GAIN_SAYS = "  GAIN: {force} for one unit of the effort, or unknown"
 GAIN_UNSAID = "  if you know --effort-gain ({force} for one unit of the effort), add it"
 GAIN_KNOWN = "  --effort-gain 1: it is in {force}; if that is at a motor, put its gear's ratio"
@@ -152,8 +153,6 @@ def _readable(paths: list[Path], inspect: Callable[[Path], Seen]) -> list[Seen]:
 
 def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     """Print one table on one screen. why_not: why it is none of the robot file's machine."""
-    from deltactl.recording.foreign.motion_units import NO_UNIT
-
     if why_not:
         says = f"not of {following.robot}: {why_not}; the commands below describe its own machine"
         says += ANEW * following.unsaid
@@ -163,10 +162,16 @@ def _show(seen: Inspection, why_not: str, following: _Next) -> None:
     if following.new and following.save is None and _has_unused_effort(seen):
         read = seen.without_effort
     known = seen.kind is not None and not following.awaited
-    below = f"{seen.asked.columns}: {NO_UNIT}" if known and seen.asked else None
-    look = [one for one in read.warnings if below is None or not one.startswith(below)]
-    warnings = [line for one in look for line in broken(f"look here: {one}")]
-    print_columns(seen, warnings, _commands(seen, read, following) if known else [])
+    below = seen.asked.units if known and seen.asked else None
+    look = [one for one in read.warnings if below is None or not _chooses(one, below)]
+    print_columns(seen, look, _commands(seen, read, following) if known else [])
+
+
+def _chooses(warning: str, units: str) -> bool:
+    """Whether a warning asks for one of these units, which lines below the commands do."""
+    from deltactl.recording.foreign.notes import Hint
+
+    return isinstance(warning, Hint) and (warning.kind, warning.choice) == ("unit", units)
 
 
 def _commands(seen: Inspection, read: Inspection, following: _Next) -> list[str]:
@@ -201,7 +206,7 @@ def to_be_put(seen: Inspection, new: bool) -> list[str]:
     if (asked := seen.asked) is None:
         return owed
     if not (new and asked.motion):
-        return [f"  UNIT, of {asked.columns}: {asked.units}", *owed]
+        return [f"  UNIT, of {asked.named}: {asked.units}", *owed]
     choices = (("turns: ", "rotary", asked.rotary), ("slides:", "linear", asked.linear))
     return [
         f"  if it {does} MOTION is {what}, UNIT is {either(units)}" for does, what, units in choices
@@ -239,7 +244,7 @@ def _motion(seen: Inspection) -> str:
 
 def _for_the_effort(seen: Inspection) -> list[str]:
     """What is to be added to the commands for an effort that they leave out."""
-    from deltactl.recording.foreign.names import Hint
+    from deltactl.recording.foreign.notes import Hint
 
     mass, force, _ = OF_MOTION[_motion(seen)]
     says = (
@@ -248,9 +253,7 @@ def _for_the_effort(seen: Inspection) -> list[str]:
     )
     if option := next((one for one in seen.options if one.startswith("effort=")), ""):
         says += f", and below --set {shlex.quote(option)}"
-    outside = [
-        one.column for one in seen.warnings if isinstance(one, Hint) and one.choice == "load"
-    ]
+    outside = any(isinstance(one, Hint) and one.choice == "load" for one in seen.warnings)
     if outside and option:
         load = shlex.quote(option.replace("effort=", "load=", 1))
         says += f" (of a weight or a spring only --set {load})"
@@ -268,23 +271,25 @@ def _forced(seen: Inspection) -> tuple[list[str], Sequence[str]]:
 
     Where the effort goes with the acceleration, the recording itself says what moves.
     """
-    from deltactl.firmware_py.describing.robot_text import inertia_of
+    from deltactl.firmware_py.describing.measured import moved_by_effort
     from deltactl.recording.foreign.names import by_name
     from deltactl.recording.foreign.reading import read_mapped
 
-    unit = by_name(seen.guesses)["effort"].unit or ""
+    unit, slides = by_name(seen.guesses)["effort"].unit or "", _motion(seen) == "linear"
     known = unit.endswith({"rotary": "m", "linear": "N"}.get(_motion(seen), "?"))
     try:
-        one = inertia_of(read_mapped(seen.path, seen.mapping))
+        one = moved_by_effort(read_mapped(seen.path, seen.mapping), not slides)
     except RecordingError:
         one = None
-    measured = ["--measure", str(seen.path), *seen.options]
-    words, says = (FORCED, FORCED_SAYS) if one is None else (measured, MEASURED_SAYS)
+    words, says, weighed = FORCED, FORCED_SAYS, WEIGHED
+    if one is not None:
+        words = ["--measure", str(seen.path), *seen.options]
+        says, weighed = (MEASURED_SAYS, WEIGHED) if slides else (HUNG_SAYS, "")
     if known:
-        return [*words, "--effort-gain", "1"], (says, GAIN_KNOWN + WEIGHED)
+        return [*words, "--effort-gain", "1"], (says, GAIN_KNOWN + weighed)
     if one is None:
-        return [*words, "--effort-gain", "GAIN"], (says, GAIN_SAYS + WEIGHED)
-    return words, (says, GAIN_UNSAID + WEIGHED)
+        return [*words, "--effort-gain", "GAIN"], (says, GAIN_SAYS + weighed)
+    return words, (says, GAIN_UNSAID + weighed)
 
 
 def _command(label: str, words: list[str]) -> list[str]:
@@ -334,7 +339,12 @@ OF_A_GAIN = "  GAIN: N m at the joint for 1 of {}, or 11.9,9.8,...; or unknown"
 
 def _describing_arm(seen: Inspection, file: str) -> list[str]:
     """The same of an arm with its URDF."""
-    from deltactl.recording.foreign.arms import effort_column, joint_names
+    from deltactl.recording.foreign.arms import (
+        angle_of_one,
+        effort_column,
+        joint_names,
+        unit_of_angles,
+    )
     from deltactl.recording.foreign.found import init_words
     from deltactl.recording.foreign.names import of_role, without_unit
 
@@ -344,9 +354,12 @@ def _describing_arm(seen: Inspection, file: str) -> list[str]:
     init = ["deltactl", *init_words("chain", file), *joints, *gain]
     says = [OF_JOINTS if names else OF_A_MODEL.format(len(of_role(seen.guesses, "theta")))]
     says += [OF_A_GAIN.format(current)] if current else []
-    angle = without_unit(of_role(seen.guesses, "theta")[0])
+    angle = without_unit(angle_of_one(seen))
     alone = ["deltactl", "inspect", str(seen.path), "--set", f"position={angle}"]
-    says += [f"  without a model, one joint: {shlex.join(alone)}"]
-    return _command("describe the machine:  ", init) + [
-        part for one in says for part in broken(one)
+    if (unit := unit_of_angles(seen)) is not None:
+        alone += ["--set", f"unit={unit}"]
+    return [
+        *_command("describe the machine:  ", init),
+        *(part for one in says for part in broken(one)),
+        *_command("  without a model, one joint: ", alone),
     ]

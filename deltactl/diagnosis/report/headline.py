@@ -24,7 +24,7 @@ from deltactl.diagnosis.report.names import (
     sentence,
 )
 from deltactl.diagnosis.report.pairs import bearings, certain
-from deltactl.diagnosis.report.sizes import quantity
+from deltactl.diagnosis.report.sizes import in_its_units, quantity
 from deltactl.diagnosis.report.templates import say
 
 IN_HEADLINE = 3
@@ -44,6 +44,7 @@ def opening(diagnosis: Diagnosis, brief: bool = False, below: bool = True) -> li
     return [say("headline.settle", doubt=first), *others, right]
 
 
+@in_its_units
 def headline(diagnosis: Diagnosis, brief: bool = False, below: bool = True) -> str:
     """The verdict in one sentence. brief, below: as in `opening`."""
     fit, case = diagnosis.fit, headline_case(diagnosis)

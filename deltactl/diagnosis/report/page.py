@@ -65,7 +65,6 @@ class Origin:
     """On what was read."""
 
 
-@in_its_units
 def write_report(
     diagnosis: Diagnosis,
     robot: RobotModel,
@@ -79,6 +78,7 @@ def write_report(
         write_whole(path, text)
 
 
+@in_its_units
 def report_html(
     diagnosis: Diagnosis, robot: RobotModel, ways: Ways = TERMINAL, origin: Origin = Origin()
 ) -> str:

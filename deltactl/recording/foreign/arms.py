@@ -11,7 +11,7 @@ import numpy as np
 
 from deltactl.foundation.printable import count
 from deltactl.recording.foreign.found import Inspection
-from deltactl.recording.foreign.joints import CARTESIAN
+from deltactl.recording.foreign.joints import CARTESIAN, one_joint
 from deltactl.recording.foreign.mapping import Source
 from deltactl.recording.foreign.names import (
     BY_NAME,
@@ -22,6 +22,7 @@ from deltactl.recording.foreign.names import (
     read_name,
     without_unit,
 )
+from deltactl.recording.foreign.notes import Note, not_about
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, is_whole
 from deltactl.recording.format.messages import MOTORS
@@ -92,7 +93,7 @@ def as_arm(seen: Inspection) -> Inspection | None:
         if counted or one.source != one.name or _shown(one, counted) is not None
     }
     others = seen.table.keys() - {*of_role(seen.guesses, "t")}
-    kept = [one for one in seen.warnings if not _names(one, others)]
+    kept = not_about(seen.warnings, others)
     shown = {name: replace(one, unit=_shown(one, counted)) for name, one in guesses.items()}
     return _whole(seen, shown, "angles and efforts", [*kept, *words], columns)
 
@@ -168,8 +169,8 @@ def fitted_to(
     for name in driven & columns.keys():
         columns[name] = Source.model_validate({"from": columns[name].from_})
     mapping = seen.mapping.model_copy(update={"columns": columns})
-    guessed = AS_COUNTS.partition("{")[0] if driven else None
-    warnings = [one for one in seen.warnings if guessed is None or not one.startswith(guessed)]
+    counted = [name for name, one in guesses.items() if one.name in driven]
+    warnings = not_about(seen.warnings, counted)
     return replace(seen, guesses=guesses, mapping=mapping, warnings=warnings), ""
 
 
@@ -185,6 +186,24 @@ def effort_column(seen: Inspection) -> str | None:
     """The first column of efforts where its name does not say that it is a torque or a force."""
     first = next(iter(of_role(seen.guesses, "effort")), "")
     return None if TORQUES.intersection(in_words(first)) else first
+
+
+def angle_of_one(seen: Inspection) -> str:
+    """The column of the angle of the joint that a diagnosis of one joint begins with: that which
+    departs most from its command, else the first.
+    """
+    read = {name: one for name, one in seen.table.items() if np.isfinite(one).any()}
+    kept, _ = one_joint(read, ())
+    angles = of_role(seen.guesses, "theta")
+    return next((name for name in angles if name in kept), angles[0])
+
+
+def unit_of_angles(seen: Inspection) -> str | None:
+    """The unit in which the angles of all joints are read; None for counts."""
+    source = seen.mapping.columns.get("theta_1")
+    if source is not None and "scale" in source.model_fields_set:
+        return None
+    return seen.guesses[of_role(seen.guesses, "theta")[0]].unit or "rad"
 
 
 def _of_all_joints(table: Table) -> dict[str, _Group] | None:
@@ -239,8 +258,8 @@ def _unit(table: Table, angles: Iterable[str]) -> tuple[str | None, bool, list[s
     if said is not None or farthest <= GUESSES.widest_rad:
         return said, False, []
     if all(is_whole(table[name]) for name in names):
-        return None, True, [AS_COUNTS.format(farthest)]
-    return "deg", False, [AS_DEGREES.format(farthest)]
+        return None, True, [Note(AS_COUNTS.format(farthest), names)]
+    return "deg", False, [Note(AS_DEGREES.format(farthest), names)]
 
 
 def _shown(one: Guess, counted: bool) -> str | None:
@@ -259,8 +278,3 @@ def _source(one: Guess, counted: bool) -> Source:
             given | {"scale": round(turn / COUNTS, 12), "offset": -round(turn / 2.0, 12)}
         )
     return Source.model_validate(given)
-
-
-def _names(says: str, columns: Iterable[str]) -> bool:
-    """Whether a sentence is about one of the columns."""
-    return any(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", says) for name in columns)

@@ -35,6 +35,7 @@ from deltactl.recording.foreign.shapes import (
     is_stepwise,
     is_whole,
     lead,
+    never_falls,
     of_one_motion,
     rising,
 )
@@ -140,6 +141,8 @@ def _pairs_of_an_axis(columns: Columns) -> Iterator[_Pair]:
     named = columns.of(*LONE)
     free = [] if not named or _settled(columns) else columns.free()
     moving = [n for n in [*named, *free] if np.nanstd(columns.table[n]) > 0.0]
+    if not all(never_falls(columns.table[n]) for n in named):  # what adds up is no motion then
+        moving = [n for n in moving if n in named or not never_falls(columns.table[n])]
     for one, other in itertools.combinations(moving, 2):
         if _may_be_one_axis(columns, one, other):
             yield from _both_ways(columns, one, other)

@@ -61,10 +61,9 @@ def _of_an_axis(columns: Columns, moving: list[str]) -> Iterator[Guess]:
     pairs = list(pairs_alike(table, moving))
     pairs.sort(key=with_slope.keys().isdisjoint)  # currents move alike too, and have no velocity
     yield from _of_pairs(columns, pairs)
-    rest = _less(moving, list(itertools.chain(*pairs)))
+    rest = [n for n in _less(moving, list(itertools.chain(*pairs))) if not is_flag(table[n])]
     if not pairs:
-        switched = [n for n in rest if is_flag(table[n])]
-        yield from _of_lone(columns, _less(rest, switched), list(with_slope))
+        yield from _of_lone(columns, rest, list(with_slope))
     elif len(pairs) == 1 and rest:
         yield columns.taken(rest[0], "effort", None, LEFT)
 

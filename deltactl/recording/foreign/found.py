@@ -18,13 +18,14 @@ from deltactl.recording.foreign.motion_units import Asked
 from deltactl.recording.foreign.names import (
     Factor,
     Guess,
-    Hint,
     may_be_outside,
+    of_role,
     pulls,
     read_name,
     unit_said,
     without_unit,
 )
+from deltactl.recording.foreign.notes import Hint, not_about
 from deltactl.recording.foreign.units import IN_SI, LONE
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.table_format import IN_OPTIONS
@@ -137,7 +138,7 @@ class Inspection:
         """The error of a table whose owner has to say a unit or a number; None of another."""
         if self.asked is not None:
             how = f"it is {self.asked.units}: '{{}}' shows what to type"
-            return self.misfit(f"nothing says the unit of {self.asked.columns}", how)
+            return self.misfit(f"nothing says the unit of {self.asked.named}", how)
         if not self.factors:
             return None
         words = " and ".join(f"{factor.word} ({factor.says})" for factor in self.factors.values())
@@ -182,8 +183,7 @@ class Inspection:
         """The same table, of which no column is read as an effort."""
         columns = {name: one for name, one in self.mapping.columns.items() if name != "effort"}
         mapping = self.mapping.model_copy(update={"columns": columns})
-        efforts = [f"{name}: " for name, guess in self.guesses.items() if guess.name == "effort"]
-        warnings = [one for one in self.warnings if not one.startswith(tuple(efforts))]
+        warnings = not_about(self.warnings, of_role(self.guesses, "effort"))
         return replace(self, mapping=mapping, warnings=warnings)
 
     @property

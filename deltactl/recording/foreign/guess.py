@@ -36,6 +36,7 @@ from deltactl.recording.foreign.shapes import (
     starts_again,
     unevenness,
 )
+from deltactl.recording.foreign.units import TIMES
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.tables.cells import seldom_back
 from deltactl.recording.tables.flat import BESIDE, UNITS
@@ -208,7 +209,8 @@ def _evenest(columns: Columns) -> str | None:
     """
     table = columns.table
     even = {name: unevenness(one) for name, one in table.items() if rising(one)}
-    free = [name for name in even if name not in columns.found]
+    times = {None, *TIMES}
+    free = [n for n in even if n not in columns.found and columns.said[n].unit in times]
     if free:
         return min(free, key=lambda name: (counts(table[name]), even[name]))
     first = next(iter(table), "")

@@ -14,11 +14,13 @@ from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.motion_units import (
     PAIRS,
     is_open,
+    motion_beside,
     of_one_unit,
     rather,
     unit_of_motion,
 )
-from deltactl.recording.foreign.names import Guess, Taken, by_name, without_unit
+from deltactl.recording.foreign.names import BY_NAME, Guess, Taken, by_name, without_unit
+from deltactl.recording.foreign.notes import Note
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, lead, same_range
 from deltactl.recording.foreign.units import (
@@ -80,10 +82,11 @@ def unit_noted(guesses: Taken, lines: Sequence[str]) -> tuple[dict[str, Guess], 
         return dict(guesses), []
     (unit,) = units
     noted = {name: replace(guesses[name], unit=unit) for name in open_}
-    return {**guesses, **noted}, [
-        f"{', '.join(noted)}: taken for {unit}, which a comment before the table names; where that"
-        " is something else's, put the right unit into the printed command"
-    ]
+    says = (
+        f"taken for {unit}, which a comment before the table names; where that is something else's,"
+        " put the right unit into the printed command"
+    )
+    return {**guesses, **noted}, [Note.on([*noted], says)]
 
 
 def _angles_in(notes: str) -> set[str]:
@@ -104,6 +107,7 @@ def with_units(
     out, warnings = dict(guesses), list[str]()
     if motion is None and any(one.unit in ROTARY for one in guesses.values()):
         motion = "rotary"
+    motion = motion or motion_beside(guesses)
     for name, guess in guesses.items():
         if guess.role == "t" and guess.unit is None:
             unit, why = time_unit(
@@ -111,7 +115,8 @@ def with_units(
             )
             out[name] = replace(guess, unit=unit, unit_guessed=unit != "s")
             if unit != "s":
-                warnings.append(f"{name}: taken for {unit} ({why}); the file gives no unit")
+                says = f"taken for {unit} ({why}); the file gives no unit"
+                warnings.append(Note.on([name], says))
     for group in of_one_unit(guesses, table):
         known, warning = unit_of_motion(group, table, motion)
         out |= {guess.source: guess for guess in known}
@@ -135,9 +140,12 @@ GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
 
 def meant_otherwise(guesses: Taken, units: Mapping[str, str]) -> list[str]:
     """What to say where a unit's sign has a second meaning. units: of a line under the heading."""
-    said = [
-        f"{name}: grad is read as degrees, as in German; were it gon, 400 to a turn, say"
-        f' --set "{guess.name}={without_unit(name)}[deg]*0.9"'
+    said: list[str] = [
+        Note.on(
+            [name],
+            "grad is read as degrees, as in German; were it gon, 400 to a turn, say"
+            f' --set "{guess.name}={without_unit(name)}[deg]*0.9"',
+        )
         for name, guess in guesses.items()
         if guess.unit == "deg" and GRAD.search(f"{name} {units.get(name, '')}")
     ]
@@ -201,15 +209,18 @@ def _by_ratio(
         return []
     left_out = not sure and (speed.unit is not None or unit is None)
     is_ = "is left out; it is" if left_out else "is"
-    words = f"{speed.source}: {is_} {ratio:.3g} times the slope of {place.source}"
+    words = f"{is_} {ratio:.3g} times the slope of {place.source}"
     if left_out:
         del guesses[speed.source]
+        if not speed.why.startswith(BY_NAME):  # nobody calls it a velocity
+            return []
     if speed.unit is not None:
-        return [f"{words}, which does not go with {speed.unit}"]
+        return [Note.on([speed.source], f"{words}, which does not go with {speed.unit}")]
     if unit is None:
         factor = float(f"{1.0 / ratio:.4g}")
         right = as_option("velocity", without_unit(speed.source), "1", factor, 0.0)
-        return [f"{words} in SI units, which is no unit known here; {right} would make it one"]
+        says = f"{words} in SI units, which is no unit known here; {right} would make it one"
+        return [Note.on([speed.source], says)]
     shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m are not distinguishable
     why = f"{speed.why}, in {unit} by its size" if shown else speed.why
     guesses[speed.source] = replace(speed, unit=shown, why=why, unit_guessed=place.unit_guessed)
@@ -219,7 +230,7 @@ def _by_ratio(
 def _pairs(guesses: dict[str, Guess], table: Table) -> list[str]:
     """Command and reading of one axis that differ by a factor between units."""
     named = by_name(guesses)
-    warnings = []
+    warnings: list[str] = []
     for asked, seen in PAIRS:
         if asked not in named or seen not in named:
             continue
@@ -234,10 +245,11 @@ def _pairs(guesses: dict[str, Guess], table: Table) -> list[str]:
         )
         for factor, big, small in RATIOS:
             if abs(ratio / factor - 1.0) < GUESSES.near_unit:
-                warnings.append(
+                says = (
                     f"{larger.source} moves {ratio:.3g} times as much as {smaller.source}: "
                     f"{big} against {small}?"
                 )
+                warnings.append(Note(says, [larger.source, smaller.source]))
                 if big in ("deg", "mm", "cm"):
                     guesses[larger.source] = replace(larger, unit=big)
                     guesses[smaller.source] = replace(smaller, unit=small)

@@ -28,18 +28,25 @@ from deltactl.recording.foreign.guessed_units import (
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
 from deltactl.recording.foreign.kinds import from_outside, kind_of, may_be_asked, zero_of
 from deltactl.recording.foreign.mapping import Mapping, Source
-from deltactl.recording.foreign.motion_units import NO_UNIT, Asked, ask_unit, in_unit, turns_by_name
+from deltactl.recording.foreign.motion_units import (
+    NO_UNIT,
+    Asked,
+    ask_unit,
+    in_unit,
+    motion_beside,
+    turns_by_name,
+)
 from deltactl.recording.foreign.names import (
     AS_SAID,
     BY_NAME,
     Guess,
-    Hint,
     Taken,
     by_name,
     of_contract,
     of_role,
     read_name,
 )
+from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.owners_factors import with_factors
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
@@ -160,7 +167,7 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         taken, asked, motion = _of_an_axis(guesses, known, motion, moves)
         if asked:
             put = "so put it for UNIT below"
-            warnings.append(Hint(NO_UNIT, "unit", asked.columns, asked.units, put))
+            warnings.append(Hint.of(NO_UNIT, "unit", asked.columns, asked.units, put))
         warnings += [*of_load, *may_be_asked(guesses, known)]
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
@@ -188,7 +195,7 @@ def _of_an_axis(
     """
     turns = turns_by_name(guesses.values())
     sure = any(one.unit and not one.unit_guessed for one in guesses.values() if one.name in LONE)
-    moves = moves or (motion if sure else "rotary" if turns else None)
+    moves = moves or (motion if sure else "rotary" if turns else motion_beside(guesses))
     taken, asked = ask_unit(guesses, known, moves)
     return taken, asked, moves if asked else motion or moves
 
@@ -214,12 +221,8 @@ def _guessed(
     warnings += _which_came_first(guesses)
     others += of_other_joints(known, guesses)
     if others:
-        more = ", ..." if len(others) > SHOWN_OTHERS else ""
-        warnings.append(
-            f"there are more joints than one: {', '.join(others[:SHOWN_OTHERS])}{more}; shown is"
-            " the first, or one that departs clearly more from its command; name those of another"
-            f" with --set{_of_an_arm(path) if _are_of_an_arm(others) else ''}"
-        )
+        says = _of_more_joints(path, others, bool(chosen))
+        warnings.append(Note(says, [*others, *of_role(guesses, *LONE)]))
     return guesses, known, warnings
 
 
@@ -308,6 +311,18 @@ def _measured_chain(read: _Read, known: Table) -> Inspection | None:
 SHOWN_OTHERS = 4
 
 
+def _of_more_joints(table: Path, others: Sequence[str], chosen: bool) -> str:
+    """Words for columns of joints that are not shown; chosen: somebody named the joint that is."""
+    named = ", ".join(others[:SHOWN_OTHERS]) + ", ..." * (len(others) > SHOWN_OTHERS)
+    says = f"there are more joints than one: {named}"
+    if chosen:
+        return f"{says}; name those of another with --set"
+    return (
+        f"{says}; shown is the first, or one that departs clearly more from its command; name those"
+        f" of another with --set{_of_an_arm(table) if _are_of_an_arm(others) else ''}"
+    )
+
+
 def _of_an_arm(table: Path) -> str:
     init = init_words("chain", f"{robot_named_after(table)}.yaml")
     return f"; all joints of an arm together, with its URDF: {shlex.join(['deltactl', *init])}"
@@ -329,10 +344,11 @@ def _which_came_first(guesses: Taken) -> list[str]:
     if not asked:
         return []
     are = "it is" if len(asked) == 1 else "they are"
-    return [
-        f"{', '.join(asked)}: taken for what was commanded, as {are} {EARLIER} than what moves"
-        " alike; where it is the other way round, exchange the two in the printed command"
-    ]
+    says = (
+        f"taken for what was commanded, as {are} {EARLIER} than what moves alike; where it is the"
+        " other way round, exchange the two in the printed command"
+    )
+    return [Note.on(asked, says)]
 
 
 def _as_said(

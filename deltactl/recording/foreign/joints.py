@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+import statistics
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
@@ -93,15 +94,31 @@ def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
         still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
     moving = dict.fromkeys(j for group in groups for j in group if j not in still)
     asked = next((group for group in groups if _role(group) == LONE[0]), {})
-    others = (g for g in groups if g is not asked and _role(g) in (LONE[1], None))
-    read = next(iter(sorted(others, key=lambda group: _role(group) is None)), {})
+    read = _read_of(asked, groups)
     pairs = {j: (table[asked[j]], table[read[j]]) for j in moving if j in asked and j in read}
     if not pairs:
         return next(iter(moving), None)
-    late = float(np.median([_late(*pair) for pair in pairs.values()]))
+    late = statistics.median_low([_late(*pair) for pair in pairs.values()])
     apart = {joint: _departure(*pair, late) for joint, pair in pairs.items()}
     first, most = next(iter(apart)), max(apart, key=lambda joint: apart[joint])
     return most if apart[most] > GUESSES.as_far * apart[first] else first
+
+
+def _read_of(asked: Group, groups: Sequence[Group]) -> Group:
+    """What came of commands: readings before what says nothing, the rather the more words they
+    share; none where none is there.
+    """
+    words = label_of(next(iter(asked.values()), ""))
+    others = [g for g in groups if g is not asked and _role(g) in (LONE[1], None) and _is_used(g)]
+
+    def rank(group: Group) -> tuple[bool, int]:
+        return _role(group) is None, -len(words & label_of(next(iter(group.values()))))
+
+    return min(others, key=rank, default={})
+
+
+def _is_used(group: Group) -> bool:
+    return read_name(next(iter(group.values()))).used
 
 
 def _late(asked: FloatArray, read: FloatArray) -> float:
@@ -217,6 +234,9 @@ def _by_what_asks(names: Iterable[str]) -> dict[str, dict[str, str]]:
         asks = [word for word in words if read_name(word).role == "command"]
         if len(asks) < len(words):
             label = "_".join(word for word in words if word not in asks)
+            own = "".join(word for word in words if word.lower() not in MEASURED)
+            if not asks and name.isalnum() and own and read_name(own).role is None:
+                label = own  # ActualAz, beside TargetAz
             labels.setdefault("_".join(asks), {}).setdefault(label, name)
     return labels
 

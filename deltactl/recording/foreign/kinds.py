@@ -16,7 +16,6 @@ from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
     BY_NAME,
     Guess,
-    Hint,
     Taken,
     by_name,
     may_be_outside,
@@ -25,6 +24,7 @@ from deltactl.recording.foreign.names import (
     read_name,
     without_unit,
 )
+from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, correlation
 from deltactl.recording.foreign.units import IN_SI, LINEAR, LONE, ROTARY
@@ -152,7 +152,7 @@ OF_A_LOAD = (
 )
 ASKED = frozenset({"command", "command_1", "steps_1"})
 MAY_BE_ASKED = (
-    "{}: taken for an effort by its name; it goes where {} goes, over as much, and may be its"
+    "taken for an effort by its name; it goes where {} goes, over as much, and may be its"
     " command: then read it so with --set {}"
 )
 
@@ -174,7 +174,7 @@ def may_be_asked(guesses: Taken, table: Table) -> list[str]:
         return []
     unit = effort.unit or seen.unit or "1"
     read = as_option("command", without_unit(effort.source), unit, None, 0.0)
-    return [MAY_BE_ASKED.format(effort.source, seen.source, shlex.quote(read))]
+    return [Note.on([effort.source], MAY_BE_ASKED.format(seen.source, shlex.quote(read)))]
 
 
 def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[str]]:
@@ -190,10 +190,10 @@ def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
         return dict(guesses), []
     if not _nothing_in_motion(table[effort.source], table[seen.source]):
         instead = "put load in place of effort in the printed command"
-        return dict(guesses), [Hint(OF_THE_DRIVE, "name", effort.source, "load", instead)]
+        return dict(guesses), [Hint.of(OF_THE_DRIVE, "name", [effort.source], "load", instead)]
     load = replace(effort, role="load", why="it is 0 while the axis moves fastest")
     instead = "put effort in place of load in the printed command"
-    hint = Hint(OF_A_LOAD, "name", effort.source, "effort", instead)
+    hint = Hint.of(OF_A_LOAD, "name", [effort.source], "effort", instead)
     return {**guesses, effort.source: load}, [hint]
 
 

@@ -23,15 +23,25 @@ from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
     AS_SAID,
     Guess,
-    Hint,
     Taken,
     in_words,
     is_of_joint,
     without_unit,
 )
+from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, same_range
-from deltactl.recording.foreign.units import IN_SI, LONE, of_motion, size_of
+from deltactl.recording.foreign.units import (
+    FORCES,
+    IN_SI,
+    LINEAR,
+    LINEAR_SPEEDS,
+    LONE,
+    ROTARY_SPEEDS,
+    TORQUES,
+    of_motion,
+    size_of,
+)
 from deltactl.recording.reading.run import FloatArray
 
 PAIRS = (
@@ -53,11 +63,13 @@ NO_UNIT = "nothing says the unit"
 
 def of_one_unit(guesses: Taken, table: Table) -> Iterator[list[Guess]]:
     """Columns of motion, those together that have one unit though none is said: the angles of all
-    arms, and the command and the reading of one axis that go over the same numbers.
+    arms, the places of one platform, and the command and the reading of one axis that go over the
+    same numbers.
     """
     left = {guess.name: guess for guess in guesses.values() if guess.role in (*ANGULAR, *STRAIGHT)}
     arms = [one for one in left.values() if one.index in ("1", "2", "3") and is_open(one)]
-    groups = [group for group in (arms, *_pairs_alike(left, table)) if group]
+    places = [one for one in left.values() if one.role == "pos" and is_open(one)]
+    groups = [group for group in (arms, places, *_pairs_alike(left, table)) if group]
     yield from groups
     together = {one.name for group in groups for one in group}
     yield from ([one] for one in left.values() if one.name not in together)
@@ -108,14 +120,15 @@ def unit_of_motion(
     if largest <= widest and not said_counts:
         return list(group), ""
     if counts_like(values) or said_counts:
-        return _all(group, "rad", GUESSES.count_rad), (
-            f"{_names(group)}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a"
-            f" turn; if a turn has others, put what one count is [rad] in place of"
-            f" {GUESSES.count_rad} into the printed command"
+        says = (
+            f"whole numbers up to {largest:g}, taken for encoder counts, 4096 a turn; if a turn has"
+            f" others, put what one count is [rad] in place of {GUESSES.count_rad} into the printed"
+            " command"
         )
+        return _all(group, "rad", GUESSES.count_rad), Note.on(_names(group), says)
     says = f"up to {largest:g}, taken for degrees"
     if not _is_lone(group):  # which no machine has in mm
-        return _all(group, "deg"), f"{_names(group)}: {says}, as all angles of the arms"
+        return _all(group, "deg"), Note.on(_names(group), f"{says}, as all angles of the arms")
     rotary, linear = units_of_size(largest, "rotary" if turns_by_name(group) else motion)
     is_asked = len(rotary) + len(linear) > 1
     return _all(group, "deg"), "" if is_asked else rather(says, "radians", group, "rad")
@@ -127,7 +140,7 @@ def _of_lengths(group: Sequence[Guess], largest: float) -> tuple[list[Guess], st
         return list(group), ""
     says = f"up to {largest:g}, taken for mm"
     if group[0].role in STRAIGHT:
-        return _all(group, "mm"), f"{_names(group)}: {says}"
+        return _all(group, "mm"), Note.on(_names(group), says)
     return _all(group, "mm"), rather(f"{says}, as the axis slides", "metres", group, "m")
 
 
@@ -185,7 +198,7 @@ def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str =
         for word in ("--set", as_option(one.name, without_unit(one.source), unit, factor, 0.0))
     ]
     again = f"inspect it with {shlex.join(words)}{also}"
-    return Hint(f"{says}; if it is {other}", "unit", _names(group), unit, again)
+    return Hint.of(f"{says}; if it is {other}", "unit", _names(group), unit, again)
 
 
 def units_of_size(largest: float, motion: str | None) -> tuple[list[str], list[str]]:
@@ -202,8 +215,8 @@ def units_of_size(largest: float, motion: str | None) -> tuple[list[str], list[s
     return ([] if motion == "linear" else rotary, [] if motion == "rotary" else linear)
 
 
-def _names(group: Sequence[Guess]) -> str:
-    return ", ".join(one.source for one in group)
+def _names(group: Sequence[Guess]) -> list[str]:
+    return [one.source for one in group]
 
 
 def _of_steps(group: Sequence[Guess], table: Table) -> list[Guess] | None:
@@ -219,6 +232,20 @@ def _of_steps(group: Sequence[Guess], table: Table) -> list[Guess] | None:
     return [replace(one, unit=unit, why=f"{one.why}; {why.get(one.source, like)}") for one in group]
 
 
+def motion_beside(guesses: Taken) -> str | None:
+    """How an axis moves by the units that headings give beside its motion: a torque or a speed in
+    rpm turns it, a force slides it; None where they say nothing, or a name says that it slides.
+    """
+    own = [one for one in guesses.values() if one.name in LONE]
+    if any(one.unit in LINEAR or _is_place(one) for one in own):
+        return None
+    units = {one.unit for one in guesses.values() if not one.unit_guessed}
+    turns, slides = units & {*TORQUES, *ROTARY_SPEEDS}, units & {*FORCES, *LINEAR_SPEEDS}
+    if bool(turns) == bool(slides):
+        return None
+    return "rotary" if turns else "linear"
+
+
 def turns_by_name(group: Iterable[Guess]) -> bool:
     """Whether a name among these is that of a joint, or says that it is an angle."""
     return any(is_of_joint(one.source) for one in group)
@@ -230,7 +257,7 @@ class Asked:
     and with it whether it turns or slides.
     """
 
-    columns: str
+    columns: Sequence[str]
     """Names of command and position in the file."""
     rotary: Sequence[str]
     """Units they may have where it turns; none where it is known to slide."""
@@ -241,6 +268,11 @@ class Asked:
     def motion(self) -> bool:
         """Whether it is not known either if it turns or slides."""
         return bool(self.rotary and self.linear)
+
+    @property
+    def named(self) -> str:
+        """The columns with commas between."""
+        return ", ".join(self.columns)
 
     @property
     def units(self) -> str:
@@ -263,6 +295,8 @@ def ask_unit(
     rotary, linear = units_of_size(largest, motion)
     if len(rotary) + len(linear) == 1:
         return {}, None
+    if linear and largest * IN_SI["inch"] <= GUESSES.longest_m:
+        linear.append("inch")
     unit = TAKEN[motion]
     taken = {one.name: one.unit or unit for one in open_}
     if any(one.name == "velocity" and is_open(one) for one in guesses.values()):
@@ -283,14 +317,14 @@ def _doubt(guess: Guess, values: FloatArray) -> str:
     """What is odd about values in the unit that was said; empty where nothing is."""
     largest, unit, name = float(np.nanmax(np.abs(values))), guess.unit, guess.source
     if guess.why == AS_SAID:  # only what no reader takes
-        return of_counts(guess.name, name, unit or "1", values)
+        return Note(of_counts(guess.name, name, unit or "1", values), [name])
     if unit == "rad" and largest > GUESSES.said_factor * GUESSES.widest_rad:
         far = f"{largest:g} ({turns(largest)})"
-        return f"{name}: is said to be rad and goes up to {far}; degrees?"
+        return Note.on([name], f"is said to be rad and goes up to {far}; degrees?")
     if unit == "m" and largest > GUESSES.longest_m:
-        return f"{name}: is said to be m and goes up to {largest:g}; millimetres?"
+        return Note.on([name], f"is said to be m and goes up to {largest:g}; millimetres?")
     if unit is not None and (why := of_counts(guess.name, name, unit, values)):
-        return why
+        return Note(why, [name])
     if unit == "deg" and largest < GUESSES.narrowest_deg:
-        return f"{name}: is said to be deg and stays below {largest:.3g}; radians?"
+        return Note.on([name], f"is said to be deg and stays below {largest:.3g}; radians?")
     return ""

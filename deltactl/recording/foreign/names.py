@@ -6,7 +6,6 @@ import re
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 from deltactl.recording.foreign.units import (
     CLOCKS,
@@ -30,7 +29,8 @@ WORDS: dict[str, str] = {
     "present_position pos_fbk feedback fbk joint_position joint_pos winkel weg x "
     "y_meas output resolver "
     "actual_position measured_position observation laser encoderwert lage messwert gemessen "
-    "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star",
+    "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star dial caliper "
+    "indicator messuhr",
     "velocity": "velocity vel speed omega dq qd dot rate geschwindigkeit drehzahl vitesse "
     "velocidad velocita present_velocity rpm",
     "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
@@ -90,9 +90,11 @@ OF_NO_USE = _words(
 """Words of what is neither asked for nor read, whatever else is in the name: accel_x."""
 OF_JOINTS = _words(
     "shoulder elbow wrist pan tilt roll pitch yaw gripper joint gelenk angle winkel theta angolo"
-    " angulo"
+    " angulo az azm azimuth alt altitude elevation ra dec declination"
 )
 """Words of what turns."""
+OF_MACHINE = re.compile(r"(?i)joint\.\d+\.(motor-)?pos-(cmd|fb)")
+"""Pins of LinuxCNC, whose joints turn or slide, in the units of the machine."""
 IS_PRESENT = "current"
 """Also says that something is as it is now, before another word: current_position."""
 OF_A_SERVO = "present"
@@ -140,31 +142,6 @@ class Named:
 BY_NAME = "by its name"
 AS_SAID = "as you say"
 ALONE = "it alone increases all the way"
-
-
-class Hint(str):
-    """A warning of what a column was taken for, with what else may be chosen.
-
-    The text is for whoever types the command that reads the table. kind: whether the `unit` or the
-    `name` of the column is to be chosen. column: in the file; several with commas between. choice:
-    what to choose. command: what to type for it.
-    """
-
-    kind: Literal["unit", "name"]
-    column: str
-    choice: str
-    command: str
-    chosen: str
-    """The same for whoever chooses on a page."""
-
-    def __new__(
-        cls, says: str, kind: Literal["unit", "name"], column: str, choice: str, command: str
-    ) -> Hint:
-        """says: what it was taken for, and if what something else is to be chosen."""
-        hint = super().__new__(cls, f"{column}: {says}, {command}")
-        hint.kind, hint.column, hint.choice, hint.command = kind, column, choice, command
-        hint.chosen = f"{column}: {says}, choose {choice}"
-        return hint
 
 
 @dataclass(frozen=True, slots=True)
@@ -341,7 +318,7 @@ def without_unit(name: str) -> str:
 
 def is_of_joint(name: str) -> bool:
     """Whether a name says that it is an angle, or is that of a joint that turns."""
-    return not OF_JOINTS.isdisjoint(in_words(name))
+    return not (OF_JOINTS.isdisjoint(in_words(name)) or OF_MACHINE.search(name))
 
 
 def pulls(name: str) -> bool:

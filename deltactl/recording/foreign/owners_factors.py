@@ -27,6 +27,7 @@ from deltactl.recording.foreign.names import (
     is_analogue,
     is_of_joint,
 )
+from deltactl.recording.foreign.notes import Note
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, is_whole, lead, rising
 from deltactl.recording.foreign.units import IN_SI, LINEAR, ROTARY, UNIT_FACTORS
@@ -50,7 +51,7 @@ READ_AS = {
     ("mm", TICKS): (0.005, "mm for one count: 0.005 where 200 make 1 mm"),
 }
 """By the unit of a motion, and what is read of it: what one usually is, and words."""
-SAYS = "{}: taken for {}; put for {} below what one is"
+SAYS = "taken for {}; put for {} below what one is"
 OTHERS = ("velocity", "effort", "load", "t", "temp_c")
 """What is no motion, though it may go where the motion goes."""
 COUNTED = frozenset({"enc", "encoder", "encoderwert", "tick", "ticks", "rpm"})
@@ -144,7 +145,7 @@ def with_factors(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
         out[seen.source] = _of_reading(seen, what, asked, table)
     out = _steps_of_a_slide(out, table)
     owed = [(one.source, one.factor) for one in out.values() if one.factor is not None]
-    return out, [SAYS.format(name, factor.is_, factor.word) for name, factor in owed]
+    return out, [Note.on([name], SAYS.format(one.is_, one.word)) for name, one in owed]
 
 
 def _taken(guess: Guess, unit: str, one: float, factor: Factor) -> Guess:

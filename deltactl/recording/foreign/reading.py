@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -33,7 +33,12 @@ from deltactl.recording.tables.flat import (
     known_unit,
 )
 from deltactl.recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
-from deltactl.recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
+from deltactl.recording.tables.foreign_table import (
+    ForeignTable,
+    is_parquet,
+    read_parquet_table,
+    read_table,
+)
 from deltactl.recording.tables.table_format import guess_format, guess_marks, marks_said
 
 MOVING = frozenset(
@@ -53,9 +58,10 @@ def read_mapped(
     than the comma, a unit in a heading. Raises RecordingError that says which column is missing
     and what could replace it.
     """
-    table, lines = _table(path, mapping, tell)
+    read = _table(path, mapping, tell)
+    table, lines = read.columns, read.lines
     mapping = _in_unit(path, mapping, table)
-    file = _File(path, table, lines, tell)
+    file = _File(path, table, lines, read.dated, tell)
     rows = len(next(iter(table.values())))
     named: dict[str, FloatArray] = {}
     used: set[str] = set()
@@ -112,11 +118,14 @@ def _refuse_other_size(path: Path, mapping: Mapping, named: AnyMapping[str, Floa
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _File:
-    """A file with its own columns and the lines of its rows, and what reports oddities in it."""
+    """A file with its own columns, the lines of its rows and the columns that are dates, whose unit
+    is known, and what reports oddities in it.
+    """
 
     path: Path
     table: AnyMapping[str, AnyArray]
     lines: Sequence[int]
+    dated: Collection[str]
     tell: Callable[[str], None]
 
     def read(self, column: str, name: str, source: Source) -> FloatArray:
@@ -125,7 +134,7 @@ class _File:
         values = self.table[column]
         if IN_SI[unit] != IN_SI[source.unit]:
             self._say(f"{name} is read in {unit}, as the heading '{column}' says")
-        if "scale" not in source.model_fields_set:
+        if "scale" not in source.model_fields_set and column not in self.dated:
             one = name, column, unit, values
             if why := of_counts(*one):
                 raise RecordingError(f"{self.path}: {why}")
@@ -166,12 +175,8 @@ def _without_times(
     return 1.0
 
 
-def _table(
-    path: Path, mapping: Mapping, tell: Callable[[str], None]
-) -> tuple[dict[str, AnyArray], Sequence[int]]:
-    """The file's own columns: of a log, a Parquet file, or any text with separators; and the line
-    of each row, of a file that has lines.
-    """
+def _table(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> ForeignTable:
+    """The file's own columns: of a log, a Parquet file, or any text with separators."""
     if is_log(path):
         sources = [
             mapping.columns[name].from_
@@ -180,9 +185,10 @@ def _table(
         ]
         topics = [topic_of(source) for source in sources if source is not None]
         table = read_log(path, next(filter(None, topics), None))
-        return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}, []
+        timed = table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}
+        return ForeignTable(timed, [], set())
     if is_parquet(path):
-        return read_parquet_table(path), []
+        return ForeignTable(read_parquet_table(path), [], set())
     marks = _marks(path, mapping, tell)
     layout = *_headed(path, mapping, marks), *marks
     other = other_separator(path, mapping.separator)
@@ -195,7 +201,7 @@ def _table(
         raise error.with_typed(typed) from None
     if other and len(read.columns) == 1:
         raise RecordingError(f"{path}: {other}")
-    return read.columns, read.lines
+    return read
 
 
 def _headed(path: Path, mapping: Mapping, marks: tuple[str, str]) -> tuple[int, tuple[str, ...]]:

@@ -20,6 +20,11 @@ def rising(values: FloatArray) -> bool:
     return len(values) > 2 and bool(np.isfinite(values).all() and (np.diff(values) > 0.0).all())
 
 
+def never_falls(values: FloatArray) -> bool:
+    """Whether values increase or rest, as what adds up: charge that was used, a way in all."""
+    return bool((np.diff(values[np.isfinite(values)]) >= 0.0).all())
+
+
 def counts(values: FloatArray) -> bool:
     """Whether each row has the number after the one before: a number of the row."""
     return bool((np.diff(values) == 1.0).all())

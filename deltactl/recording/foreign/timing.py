@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from deltactl.recording.foreign.guess import CALIBRATES
 from deltactl.recording.foreign.names import ALONE, Guess, Taken, of_role, read_name, without_unit
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, counts, is_whole, rising
@@ -67,7 +68,10 @@ def rows_and_times(
     parts = next((table[name] for name in of_role(guesses, "segment")), None)
     if parts is not None:  # times may start again with each
         step_s = step_s[(step_s > 0.0) | (np.diff(parts) == 0.0)]
-    doubts = _doubts(time.source, step_s, row_number(guesses, table))
+    counter = row_number(guesses, table)
+    if counter and any(one.why.endswith(CALIBRATES) for one in guesses.values()):
+        return [("rows", f"{rows}, without times, which poses at rest do not need")], []
+    doubts = _doubts(time.source, step_s, counter)
     if kind != "range_sensor" and time.unit == "s" and time.why != "as you say":
         doubts += _slow(time.source, step_s)
     return _facts(rows, step_s), doubts

@@ -59,7 +59,8 @@ SPEEDS_OF: dict[str | None, tuple[str, ...]] = {
     **dict.fromkeys(LINEAR, LINEAR_SPEEDS),
 }
 """By the unit of a place, those of its velocity."""
-PULLING = ("N", "mN", "Nm", "mNm", "Ncm")
+FORCES, TORQUES = ("N", "mN"), ("Nm", "mNm", "Ncm")
+PULLING = (*FORCES, *TORQUES)
 UNITS_OF: dict[str, tuple[str, ...]] = {
     "t": TIMES,
     **dict.fromkeys(("command", "position", "theta"), (*ROTARY, *LINEAR)),

@@ -29,6 +29,8 @@ SEPARATORS = {
 """Sought in this order; a space means any run of spaces and tabs."""
 IN_OPTIONS = {"\t": "tab", " ": "space", WIDE: "spaces", ",": "comma", ";": "semicolon"}
 """What a shell or an eye would lose, as it is typed after `separator=`."""
+_STAMP_UNIT = re.compile(r"(?i)time *[\[(](n?s|[mu]s)[\])]")
+"""A key whose value is a time, with its unit, as SampleTime[ms]."""
 MANY_LINES = 400
 UNIT_CELL = re.compile(
     r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)(/s)?|deg(/s)?|arcsec|arcmin|turn|min|1|-|%)?[\])]?"
@@ -227,6 +229,10 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
     first = next(rows, None)
     if first is None:
         raise RecordingError(f"{path}: no line with {width} numbers was found in its first lines")
+    plain = "UTF-8" if _is_utf8(path) else "cp1252"
+    if (keyed := _keyed(lines[:first], separator, width)) is not None:
+        before = tuple(filter(str.strip, lines[:first]))
+        return TableFormat(separator, decimal, first, keyed[0], True, keyed[1], None, plain, before)
     above, units = _above(lines[:first], separator, width)
     heading, names = None, _labels(lines[first], separator)
     if above and not names:
@@ -235,10 +241,34 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
         if last + 1 == first and lines[last].lstrip()[:1] not in "#%":
             heading = last  # else something is between: the reader must be given the names
     numbers = tuple(f"column_{n + 1}" for n in range(width))
-    plain = "UTF-8" if _is_utf8(path) else "cp1252"
     before = tuple(line for line in lines[: above[-1] if above else first] if line.strip())
     return TableFormat(
         separator, decimal, first, names or numbers, bool(names), units, heading, plain, before
+    )
+
+
+def _keyed(
+    lines: list[str], separator: str, width: int
+) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
+    """Names and units of columns of which every second has the times of the next, where the lines
+    above them repeat a key before each value, as in exports of TwinCAT Scope; else None.
+    """
+    keys: dict[str, list[str]] = {}
+    for line in lines:
+        cells = _words(line, separator)
+        if len(cells) == width > 2 and width % 2 == 0 and len({*cells[::2]}) == 1:
+            keys.setdefault(cells[0], cells[1::2])
+    if len(keys) < 2:
+        return None
+    stamp = next((found[1] for key in keys if (found := _STAMP_UNIT.search(key))), "")
+    given = next((values for key, values in keys.items() if key.lower() == "unit"), [""] * width)
+    parts = [cell.split() for cell in given]
+    units = [part[0] if part and UNIT_CELL.fullmatch(part[0]) else "" for part in parts]
+    names = next(iter(keys.values()))
+    times = ["time", *(f"time of {name}" for name in names[1:])]
+    return (
+        tuple(itertools.chain.from_iterable(zip(times, names, strict=True))),
+        tuple(one for unit in units[: len(names)] for one in (stamp, unit)),
     )
 
 

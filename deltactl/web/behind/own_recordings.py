@@ -149,7 +149,7 @@ def inspected(path: Path) -> dict[str, Any]:
     Raises RecordingError.
     """
     from deltactl.recording.foreign.inspection import inspect
-    from deltactl.recording.foreign.names import Hint
+    from deltactl.recording.foreign.notes import Hint
     from deltactl.recording.foreign.units import UNITS_OF
     from deltactl.recording.tables.flat import UNITS
 
