@@ -24,7 +24,8 @@ from benchmarks.proofs.moving_machines import (
 
 Rng = np.random.Generator
 Fault = tuple[str, str, float]
-"""What it is called among the regressors of a chain, or "load"; joint or link, size."""
+"""What it is called among the regressors of a chain, "load", or which size of a lag ("time",
+"dead_time") it is; joint or link, size."""
 
 SECONDS = 60.0
 TIERS = ("none", "single", "pair", "unknown")
@@ -107,7 +108,7 @@ def _gain(draw: Draw) -> None:
 def _lag(draw: Draw) -> None:
     j = draw.joint()
     draw.faults.dead_s[j] = np.exp(draw.rng.uniform(np.log(0.008), np.log(0.06)))
-    draw.expects("lag", j, draw.faults.dead_s[j])
+    draw.expects("dead_time", j, draw.faults.dead_s[j])
 
 
 def _load(draw: Draw) -> None:
@@ -130,7 +131,7 @@ def _stribeck(draw: Draw) -> None:
 def _first_order(draw: Draw) -> None:
     j = draw.joint()
     draw.faults.lag_s[j] = np.exp(draw.rng.uniform(np.log(0.008), np.log(0.06)))
-    draw.expects("lag", j, draw.faults.lag_s[j])
+    draw.expects("time", j, draw.faults.lag_s[j])
 
 
 NAMED: tuple[Callable[[Draw], None], ...] = (_dry, _viscous, _rotor, _offset, _gain, _lag, _load)

@@ -6,7 +6,8 @@ Even seeds are for tuning, odd ones for judging. Needs Pinocchio (`pip install p
 dependency of the package. The diagnosis reads the table, the robot file and the URDF, no more.
 
 A case is right where exactly what is hidden is named at its joint, each by its name or as the first
-alternative of a finding. An unknown is right where something unknown is said of its joint and no
+alternative of a finding. A lag is right where no time constant is claimed of a dead time, and no
+dead time of a time constant: the interval of that size reaches zero. An unknown is right where something unknown is said of its joint and no
 other joint is accused.
 """
 
@@ -30,15 +31,28 @@ from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
 from deltactl.models.effects.chain_joints import JOINT_EFFECTS, LOAD
 
+LAGS = ("time", "dead_time")
+
 
 def expected(faults: list[Fault]) -> list[Expected]:
     """Faults by the names of their effects and sizes."""
-    return [
-        (LOAD, at, "mass", size)
-        if key == "load"
-        else (JOINT_EFFECTS[key].name, at, JOINT_EFFECTS[key].parameter, size)
-        for key, at, size in faults
-    ]
+    names = {key: (one.name, one.parameter) for key, one in JOINT_EFFECTS.items()}
+    names |= {"load": (LOAD, "mass")}
+    names |= {size: (JOINT_EFFECTS["lag"].name, size) for size in LAGS}
+    return [(names[key][0], at, names[key][1], size) for key, at, size in faults]
+
+
+def lags_as_hidden(answer: Diagnosis, hidden: list[Expected]) -> bool:
+    """Whether each named lag may be all of the size that is hidden."""
+    of_joint = {at: size for _, at, size, _ in hidden if size in LAGS}
+    lag = JOINT_EFFECTS["lag"].name
+    return all(
+        one.parameters[name].components[0][1] <= 0.0
+        for one in answer.findings
+        if one.effect == lag and one.component in of_joint
+        for name in LAGS
+        if name != of_joint[one.component]
+    )
 
 
 def right_about_unknown(answer: Diagnosis, joint: str) -> bool:
@@ -92,6 +106,7 @@ def main() -> None:
             seconds.append(time.process_time() - begun)
             found, wrong = named(answer, expected(draw.expected))
             good = found == len(draw.expected) and not wrong
+            good &= lags_as_hidden(answer, expected(draw.expected))
             if tier == "unknown":
                 good = right_about_unknown(answer, joint)
             kind = "gantry" if gantry else "arm"

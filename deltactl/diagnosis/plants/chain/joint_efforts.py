@@ -4,9 +4,10 @@ a little off on any arm as built.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 
@@ -152,13 +153,26 @@ class JointEfforts(LeftOver):
         return self.moved.passed[0].slope(self._filtered)
 
     def _since(self, joint: int, dead_s: float) -> FloatArray:
-        """Effort of a joint less what it was a dead time ago, (n,).
-
-        Noise is late, too, and as large. Behind a time constant it would be smaller, so that the
-        longest would fit best.
-        """
+        """Effort of a joint less what it was a dead time ago, (n,): noise is late, too."""
         earlier = self._in_time.later(self._curves[joint], -dead_s, 0.0)
         return self._at(joint, self._filtered[:, joint] - earlier[:, 0])
+
+    def _shape(
+        self, efforts: FloatArray, laid: Callable[[FloatArray], FloatArray], spread: Any,
+        names: Sequence[str] = (),
+    ) -> Columns:  # fmt: skip
+        """Columns (n, k) of efforts (m, ...), with how fast they change, as `laid` lays them."""
+
+        def columns(values: FloatArray) -> FloatArray:
+            return laid(values).reshape(len(self.kinds), -1)
+
+        @cache
+        def curves() -> Curves:
+            changing = columns(self.moved.passed[0].slope(efforts))
+            return Curves(values, changing, np.zeros_like(changing))
+
+        values = columns(efforts)
+        return Columns(values, np.broadcast_to(spread, values.shape[1]), tuple(names), curves)
 
     def _at(self, joint: int, efforts: FloatArray) -> FloatArray:
         """Efforts (m,) of one joint, (n,)."""
@@ -182,9 +196,10 @@ class JointEfforts(LeftOver):
     def _load(self) -> Columns:
         """All ten moments of a load, (n, 10): far from the flange a heavy one turns, too."""
         chain, mass = self.chain, OF_MASS * self.chain.mass_kg
-        values = self.layout.laid(self._low_passed(chain.load_columns(*self._motion)))
+        efforts = self._low_passed(chain.load_columns(*self._motion))
         off = OFF_OF_REACH * chain.reach_m + chain.tip_m
-        return Columns(values, mass * np.array([1.0] + [off] * 3 + [off**2] * 6), BODY)
+        spread = mass * np.array([1.0] + [off] * 3 + [off**2] * 6)
+        return self._shape(efforts, self.layout.laid, spread, BODY)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:

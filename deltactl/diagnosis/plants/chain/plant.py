@@ -9,20 +9,30 @@ load, which all of them feel, is one regressor.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from dataclasses import replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN, JointEfforts
 from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS, LONE
-from deltactl.diagnosis.plants.regression import Columns, Draws, Regressor, Shown, Size, Sizes
+from deltactl.diagnosis.plants.regression import (
+    DELAY,
+    Columns,
+    Draws,
+    Regressor,
+    Shown,
+    Size,
+    Sizes,
+)
 from deltactl.models.effects.chain_joints import (
     JOINT_EFFECTS,
     LOAD,
@@ -31,7 +41,7 @@ from deltactl.models.effects.chain_joints import (
     rotor_log_odds,
 )
 from deltactl.models.effects.effort_offset import ZERO_OFF
-from deltactl.models.effects.following_lag import DEAD_S, DEAD_STARTS_S
+from deltactl.models.effects.following_lag import JOINT_S, JOINT_STARTS_S
 from deltactl.models.effects.joint_friction import FRICTION_OFF
 from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
@@ -70,17 +80,27 @@ class ChainPlant(JointEfforts):
     @cached_property
     def _explained(self) -> FloatArray:
         """Efforts (n,) of the model and of the linear effects in the robot file."""
-        made, gains = self.layout.laid(self._needed), np.ones(len(self.joints))
+        return self._by_file(_values)
+
+    @cached_property
+    def _changing_by_file(self) -> FloatArray:
+        """How fast these change, (n,)."""
+        return self._by_file(_slopes)
+
+    def _by_file(self, of: Callable[[Columns], FloatArray]) -> FloatArray:
+        """Sum (n,) over the model and the linear effects in the robot file."""
+        made = of(self._shape(self._needed, self.layout.laid, 1.0))[:, 0]
+        gains = np.ones(len(self.joints))
         for key, sizes in self._stated:
             if key == LOAD:
-                made = made + self._load.values @ load_moments(sizes)
+                made = made + of(self._load) @ load_moments(sizes)
                 continue
             column, joint = self._place(key)
             if column == "gain":
                 gains[joint] *= sizes["scale"]
             elif not key.startswith(DRIVEN):
                 size = sizes[JOINT_EFFECTS[column].parameter] - self._kept(column, joint)
-                made = made + self._acts(key, sizes.get("speed", 0.0)).values[:, 0] * size
+                made = made + of(self._acts(key, sizes.get("speed", 0.0)))[:, 0] * size
         return np.asarray(made / gains[self.kinds])
 
     @property
@@ -137,8 +157,11 @@ class ChainPlant(JointEfforts):
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
-        end_s = LONE.longest_lag_s
-        late = Size("dead_time", "half", DEAD_S, 0.0, end_s, 0.05 * period_s, within=(0.0, end_s))
+        end_s, within = LONE.longest_lag_s, (-np.inf, LONE.longest_lag_s)
+        late = tuple(
+            Size(size, "half", JOINT_S, 0.0, end_s, 0.05 * period_s, within=within)
+            for size in ("time", "dead_time")
+        )
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
@@ -147,8 +170,7 @@ class ChainPlant(JointEfforts):
             "gain": off(CHAIN.as_built, above=-1.0),
             "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
             "lag": off(
-                clocks_apart_s(period_s), sizes=(late,), saturated=False,
-                starts=tuple((dead_s,) for dead_s in DEAD_STARTS_S),
+                clocks_apart_s(period_s), sizes=late, saturated=False, starts=JOINT_STARTS_S
             ),
             "limit": self._limits[joint].differs,
         }  # fmt: skip
@@ -160,11 +182,12 @@ class ChainPlant(JointEfforts):
         for key in keys:
             if key.startswith(DRIVEN):
                 column, joint = self._place(key)
-                size = sizes[f"{key}.{JOINT_EFFECTS[column].parameter}"]
                 if column == "lag":
-                    made += self._since(joint, size)
+                    made += self._since(joint, sizes.get(f"{key}.dead_time", 0.0))
+                    time_s = sizes.get(f"{key}.time", 0.0)
+                    made += time_s * self.own[:, joint] * self._changing_by_file
                 elif joint in self._limits:
-                    made += self._limits[joint].kept_back(size)
+                    made += self._limits[joint].kept_back(sizes[f"{key}.limit"])
         return made
 
     @cached_property
@@ -184,9 +207,14 @@ class ChainPlant(JointEfforts):
         return self.base(limits, sizes) != 0.0 if limits else None
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
-        """Efforts (n, k) of one regressor."""
-        found = self.unknown(key) if key.startswith(UNKNOWN) else self._shapes.get(key)
-        return found or self._acts(key, sizes[f"{key}.speed"])
+        """Efforts (n, k) of one regressor, ahead by the time constants of drives that lag."""
+        if key.startswith(UNKNOWN):
+            return self.unknown(key)
+        found = self._shapes.get(key) or self._acts(key, sizes[f"{key}.speed"])
+        ahead_s = np.array([sizes.get(f"lag {joint}.time", 0.0) for joint in self.joints])
+        if found.curves is None or not ahead_s.any():
+            return found
+        return replace(found, values=_values(found) + ahead_s[self.kinds, None] * _slopes(found))
 
     def _acts(self, key: str, speed: float) -> Columns:
         """Efforts (n, 1) of what acts at a joint; speed: within which it falls off, if it does."""
@@ -194,8 +222,8 @@ class ChainPlant(JointEfforts):
             return self._acting[key]
         joint = self._place(key)[1]
         slow, spread = self._slow[joint], FORCED_AXIS.stribeck_of_size * self.sizes[joint]
-        shape = self._at(joint, slow.shapes @ slow.speeds.weights(speed))
-        return Columns.of(shape, spread, "torque")
+        shape = slow.shapes @ slow.speeds.weights(speed)
+        return self._shape(shape, partial(self._at, joint), spread, ["torque"])
 
     @cached_property
     def _acting(self) -> dict[str, Columns]:
@@ -210,18 +238,22 @@ class ChainPlant(JointEfforts):
             "offset": (np.ones_like(change), self.sizes),
         }
         return {
-            f"{column} {joint}": Columns.of(each, spread, JOINT_EFFECTS[column].parameter)
+            f"{column} {joint}": self._shape(
+                values[:, j], partial(self._at, j), spreads[j], [JOINT_EFFECTS[column].parameter]
+            )
             for column, (values, spreads) in tables.items()
-            for joint, each, spread in zip(self.joints, self._each(values).T, spreads, strict=True)
+            for j, joint in enumerate(self.joints)
         }
 
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
         """The same, and what drives make of it."""
         found = {**self._acting, LOAD: self._load}
-        given = self._explained + self._load.values @ self._carried
+        given = [self._by_file(of) + of(self._load) @ self._carried for of in (_values, _slopes)]
         for joint, own in zip(self.joints, self.own.T, strict=True):
-            found[f"gain {joint}"] = Columns.of(own * given, FILE_SPREADS.gain_share, "scale")
+            driven = Columns.of(own * given[0], FILE_SPREADS.gain_share, "scale")
+            curves = partial(Curves, *(own[:, None] * one[:, None] for one in (*given, given[0])))
+            found[f"gain {joint}"] = replace(driven, curves=curves)
             found |= {f"{key}{joint}": Columns.none(len(self.t_s)) for key in DRIVEN}
         return found
 
@@ -295,7 +327,9 @@ class ChainPlant(JointEfforts):
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
         if column == "gain":
             return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
-        if key.startswith(DRIVEN):
+        if column == "lag":
+            return DELAY
+        if column == "limit":
             return [Shown(name, unit, lambda v: v[name], one.nothing)]
         gain = f"gain {self.joints[joint]}.scale"
         found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), kept)]
@@ -303,6 +337,15 @@ class ChainPlant(JointEfforts):
             unit = one.unit_of(self.chain.slides[joint], one.besides)
             found.append(Shown(one.besides, unit, lambda v: v[one.besides]))
         return found
+
+
+def _values(columns: Columns) -> FloatArray:
+    return columns.values
+
+
+def _slopes(columns: Columns) -> FloatArray:
+    assert columns.curves is not None
+    return columns.curves().slopes
 
 
 def _centre(first: str) -> Callable[[Draws], FloatArray]:
