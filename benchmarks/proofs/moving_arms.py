@@ -1,14 +1,14 @@
 """Arms and gantries in motion with hidden faults: what is named of how many, and how well sized.
 
-    python -m benchmarks.proofs.moving_arms --cases 40 --seed 2 [--gantries 20] [--fault stribeck]
+    python -m benchmarks.proofs.moving_arms --cases 40 --seed 2 [--gantries 20] [--fault stribeck] [--as-built]
 
 Even seeds are for tuning, odd ones for judging. Needs Pinocchio (`pip install pin`), which is no
 dependency of the package. The diagnosis reads the table, the robot file and the URDF, no more.
 
 A case is right where exactly what is hidden is named at its joint, each by its name or as the first
 alternative of a finding. A lag is right where no time constant is claimed of a dead time, and no
-dead time of a time constant: the interval of that size reaches zero. An unknown is right where something unknown is said of its joint and no
-other joint is accused.
+dead time of a time constant: the interval of that size reaches zero. An unknown is right where
+something unknown is said of its joint and no other joint is accused.
 """
 
 from __future__ import annotations
@@ -62,10 +62,10 @@ def right_about_unknown(answer: Diagnosis, joint: str) -> bool:
 
 
 def _case(
-    folder: Path, seed: int, number: int, gantry: bool, fault: str
+    folder: Path, seed: int, number: int, gantry: bool, fault: str, as_built: bool = False
 ) -> tuple[str, Draw, str, Diagnosis]:
     file = folder / f"{'gantry' if gantry else 'arm'}{number}.csv"
-    tier, draw, joint = drawn(seed, number, gantry, file, fault=fault)
+    tier, draw, joint = drawn(seed, number, gantry, file, fault=fault, as_built=as_built)
     robot = file.with_suffix(".yaml")
     with contextlib.redirect_stdout(io.StringIO()):
         chain(robot, file.with_suffix(".urdf"))
@@ -93,6 +93,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--fault", default="", choices=sorted(ALONE), help="hide this one in each")
+    parser.add_argument("--as-built", action="store_true", help="with all tolerances of a machine")
     asked = parser.parse_args()
     right: dict[str, list[bool]] = defaultdict(list)
     intervals: list[bool] = []
@@ -102,7 +103,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         for number, gantry in cases:
             begun = time.process_time()
-            tier, draw, joint, answer = _case(Path(name), asked.seed, number, gantry, asked.fault)
+            tier, draw, joint, answer = _case(
+                Path(name), asked.seed, number, gantry, asked.fault, asked.as_built
+            )
             seconds.append(time.process_time() - begun)
             found, wrong = named(answer, expected(draw.expected))
             good = found == len(draw.expected) and not wrong
