@@ -1,6 +1,6 @@
 """Arms and gantries in motion with hidden faults: what is named of how many, and how well sized.
 
-    python -m benchmarks.proofs.moving_arms --cases 40 --seed 2 [--gantries 20] [--fault stribeck] [--as-built]
+    python -m benchmarks.proofs.moving_arms --cases 40 --seed 2 [--gantries 20] [--as-built]
 
 Even seeds are for tuning, odd ones for judging. Needs Pinocchio (`pip install pin`), which is no
 dependency of the package. The diagnosis reads the table, the robot file and the URDF, no more.
