@@ -293,7 +293,7 @@ class Target(StrictModel):
     """In the link's frame."""
 
 
-OF_EACH_JOINT = ("effort_gain", "gear", "drive")
+OF_EACH_JOINT = ("effort_gain", "gear", "drive", "zero_count")
 """Keys whose values are one for all joints, or one a joint."""
 
 
@@ -316,6 +316,8 @@ class ChainRobot(RuledModel):
     """Motor turns per joint turn."""
     drive: Drive | tuple[Drive | None, ...] | None = None
     """Makes angles of the counts in `theta`, `command` and `velocity`; null: these are angles."""
+    zero_count: int | tuple[int, ...] = 0
+    """Count at which a joint is at the zero of its model, 2048 of many hobby servos."""
     gravity: bool = True
     """Whether efforts hold weights."""
     zero: Literal["absolute", "arbitrary"] = "absolute"
@@ -359,6 +361,12 @@ class ChainRobot(RuledModel):
         """What one count of a joint's columns turns it by; None where these are angles."""
         own = self.drive if isinstance(self.drive, tuple) else (self.drive,) * len(self.joints)
         return tuple(None if one is None else one.rad_per_step for one in own)
+
+    @property
+    def zero_counts(self) -> tuple[int, ...]:
+        """Count of each joint at the zero of its model."""
+        given = self.zero_count
+        return given if isinstance(given, tuple) else (given,) * len(self.joints)
 
     def with_gains(self, gains: FloatArray) -> ChainRobot:
         """The same with other gains of its joints, (joints,)."""

@@ -35,6 +35,8 @@ CLOCK_S = 0.002
 """Usual time between an effort and its position: a quarter of a sampling period,"""
 OFF = {"mass": 0.02, "gain": 0.02, "dry": 0.05, "viscous": 0.05, "offset": 0.01}
 """and usual shares by which a machine as built is off its drawing: what the diagnosis tolerates."""
+MOST_OFF = 2.0
+"""Times these, beyond which it is a fault."""
 OF_FOUR = (0, 1, 1, 1, 2, 2, 2, 3)
 """Tiers in turn: one healthy machine in eight, three with one fault, three with two."""
 
@@ -174,7 +176,8 @@ UNKNOWN: tuple[Callable[[Draw], int], ...] = (_coupled, _drifts, _by_place)
 
 def _as_built(draw: Draw, rng: Rng) -> None:
     """Tolerances of a machine, of all that is no fault of it."""
-    own, faults, off = draw.own, draw.faults, rng.standard_normal((5, len(draw.own.joints)))
+    own, faults, shape = draw.own, draw.faults, (5, len(draw.own.joints))
+    off = np.clip(rng.standard_normal(shape), -MOST_OFF, MOST_OFF)
     hidden = {(key, joint) for key, joint, _ in draw.expected}
     tolerances = {
         "dry": own.dry,

@@ -32,6 +32,8 @@ from deltactl.diagnosis.api import diagnose
 from deltactl.models.effects.chain_joints import JOINT_EFFECTS, LOAD
 
 LAGS = ("time", "dead_time")
+NONE_S = 1e-4
+"""Lag that is none."""
 
 
 def expected(faults: list[Fault]) -> list[Expected]:
@@ -47,7 +49,7 @@ def lags_as_hidden(answer: Diagnosis, hidden: list[Expected]) -> bool:
     of_joint = {at: size for _, at, size, _ in hidden if size in LAGS}
     lag = JOINT_EFFECTS["lag"].name
     return all(
-        one.parameters[name].components[0][1] <= 0.0
+        one.parameters[name].components[0][1] <= NONE_S
         for one in answer.findings
         if one.effect == lag and one.component in of_joint
         for name in LAGS
