@@ -20,6 +20,7 @@ from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.force_shapes import SlowFriction
 from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns
+from deltactl.models.effects.chain_joints import JOINT_EFFECTS
 from deltactl.models.effects.joint_friction import FRICTION_OFF, OF_LOAD, YIELDING, YIELDS_OVER
 from deltactl.models.effects.payload import OF_MASS, OFF_OF_REACH
 from deltactl.models.rigid_chain import BODY, RigidChain
@@ -43,8 +44,6 @@ class ChainOptions:
     """Pieces of a spline by which friction grows along the way, or a torque constant in time."""
     noise: float = 0.02
     """Usual noise of an effort, as a share of its root mean square."""
-    rounds: int = 4
-    """In which gain and load are found in turn; the third changes a gain by less than 0.1 %."""
 
 
 CHAIN = ChainOptions()
@@ -66,7 +65,7 @@ class JointEfforts(LeftOver):
         self._low_passed = moved.passed[0].low_passed
         self._motion = moved.at, moved.speed, moved.change
         self._in_time = AheadInTime(moved.whole.t_s, moved.whole.fresh)
-        self._filtered = self._low_passed(moved.force)
+        self._filtered = self._low_passed(moved.force * self._gains_of_file())
         self._direction = self._low_passed(moved.signs)
         self._speed = self._low_passed(moved.speed)
         self._bare = chain.efforts(*self._motion)
@@ -78,6 +77,15 @@ class JointEfforts(LeftOver):
         self.rows: IntArray = np.flatnonzero(self.readings.valid[:, 0])
         self.own = self.kinds[:, None] == np.arange(len(self.joints))
         """Whether a row is of a joint, (n, joints)."""
+
+    def _gains_of_file(self) -> FloatArray:
+        """Product (joints,) of the gains that the robot file has found."""
+        gain, found = JOINT_EFFECTS["gain"], np.ones(len(self.joints))
+        for one in self.robot.effects:
+            if one.effect == gain.name and one.component in self.joints:
+                scale = float(np.mean(one.parameters[gain.parameter]))
+                found[self.joints.index(one.component)] *= scale
+        return found
 
     def rows_of(self, joint: int) -> IntArray:
         """Those of one joint."""
@@ -116,7 +124,7 @@ class JointEfforts(LeftOver):
         grips = np.hypot(YIELDING * self.sizes, chain.friction)
         tables = {
             "lag": (each(self._changing), clocks_apart_s(self.moved.whole.period_s)),
-            "gain": (each(self._filtered), CHAIN.as_built),
+            "gain": (-each(self._shown_effort), CHAIN.as_built),
             "dry": (each(chain.friction * self._direction), FRICTION_OFF),
             "viscous": (each(chain.damping * self._speed), FRICTION_OFF),
             "loaded": (each(self._by_load), OF_LOAD),
@@ -127,6 +135,23 @@ class JointEfforts(LeftOver):
         values = np.concatenate([shapes for shapes, _ in tables.values()], axis=1)
         spread = np.repeat([spread for _, spread in tables.values()], len(self.joints))
         return Columns(values, spread, tuple(f"{name} {j}" for name in tables for j in self.joints))
+
+    @cached_property
+    def _shown_effort(self) -> FloatArray:
+        """Efforts (m, joints) without their noise, of which a torque constant changes a share."""
+        moved, ones = self.moved, np.ones_like(self._needed)
+        change = self._low_passed(moved.change)
+        named = [self._needed, self._direction, self._speed, change, ones, self._changing]
+        shapes = np.concatenate([np.stack(named, axis=2), self._load_efforts], axis=2)
+        made = ones.copy()
+        for j, counts in enumerate((moved.counts | ~moved.counts.any(axis=0)).T):
+            own = shapes[:, j]
+            made[:, j] = own @ np.linalg.lstsq(own[counts], self._filtered[counts, j], 1e-10)[0]
+        return made
+
+    @cached_property
+    def _load_efforts(self) -> FloatArray:
+        return self._low_passed(self.chain.load_columns(*self._motion))
 
     @cached_property
     def _links(self) -> FloatArray:
@@ -196,10 +221,9 @@ class JointEfforts(LeftOver):
     def _load(self) -> Columns:
         """All ten moments of a load, (n, 10): far from the flange a heavy one turns, too."""
         chain, mass = self.chain, OF_MASS * self.chain.mass_kg
-        efforts = self._low_passed(chain.load_columns(*self._motion))
         off = OFF_OF_REACH * chain.reach_m + chain.tip_m
         spread = mass * np.array([1.0] + [off] * 3 + [off**2] * 6)
-        return self._shape(efforts, self.layout.laid, spread, BODY)
+        return self._shape(self._load_efforts, self.layout.laid, spread, BODY)
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:

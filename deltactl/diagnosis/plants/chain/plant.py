@@ -17,7 +17,6 @@ import numpy as np
 
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN, JointEfforts
 from deltactl.diagnosis.plants.left_over import UNKNOWN
@@ -43,7 +42,7 @@ from deltactl.models.effects.chain_joints import (
 from deltactl.models.effects.effort_offset import ZERO_OFF
 from deltactl.models.effects.following_lag import JOINT_S, JOINT_STARTS_S
 from deltactl.models.effects.joint_friction import FRICTION_OFF
-from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
+from deltactl.models.rigid_chain import RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -90,18 +89,15 @@ class ChainPlant(JointEfforts):
     def _by_file(self, of: Callable[[Columns], FloatArray]) -> FloatArray:
         """Sum (n,) over the model and the linear effects in the robot file."""
         made = of(self._shape(self._needed, self.layout.laid, 1.0))[:, 0]
-        gains = np.ones(len(self.joints))
         for key, sizes in self._stated:
             if key == LOAD:
                 made = made + of(self._load) @ load_moments(sizes)
                 continue
             column, joint = self._place(key)
-            if column == "gain":
-                gains[joint] *= sizes["scale"]
-            elif not key.startswith(DRIVEN):
+            if column != "gain" and not key.startswith(DRIVEN):
                 size = sizes[JOINT_EFFECTS[column].parameter] - self._kept(column, joint)
                 made = made + of(self._acts(key, sizes.get("speed", 0.0)))[:, 0] * size
-        return np.asarray(made / gains[self.kinds])
+        return made
 
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
@@ -150,13 +146,13 @@ class ChainPlant(JointEfforts):
 
     def _differing(self, key: str, joint: int) -> dict[str, Any]:
         """How the regressor of an effect at a joint differs from others."""
-        name, chain, period_s = self.joints[joint], self.chain, self.moved.whole.period_s
-        kept, by_gain = self._kept(key, joint), {"measured_by": f"gain {name}.scale"}
+        chain, period_s = self.chain, self.moved.whole.period_s
+        kept = self._kept(key, joint)
 
         def off(share: float, **more: Any) -> dict[str, Any]:
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
-        brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
+        brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0}
         end_s, within = LONE.longest_lag_s, (-np.inf, LONE.longest_lag_s)
         late = tuple(
             Size(size, "half", JOINT_S, 0.0, end_s, 0.05 * period_s, within=within)
@@ -165,16 +161,16 @@ class ChainPlant(JointEfforts):
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
-            "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
-            "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
+            "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0)},
+            "stribeck": self._slow[joint].differs(""),
             "gain": off(CHAIN.as_built, above=-1.0),
-            "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
+            "offset": off(ZERO_OFF * float(self.sizes[joint])),
             "lag": off(
                 clocks_apart_s(period_s), sizes=late, saturated=False, starts=JOINT_STARTS_S
             ),
             "limit": self._limits[joint].differs,
         }  # fmt: skip
-        return table.get(key, by_gain)
+        return table[key]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Efforts less what they were when the motion that they make was asked for, (n,)."""
@@ -211,6 +207,9 @@ class ChainPlant(JointEfforts):
         if key.startswith(UNKNOWN):
             return self.unknown(key)
         found = self._shapes.get(key) or self._acts(key, sizes[f"{key}.speed"])
+        column, joint = self._place(key) if key != LOAD else (key, 0)
+        if column == "gain" and (dead_s := sizes.get(f"lag {self.joints[joint]}.dead_time")):
+            return replace(found, values=found.values + self._since(joint, dead_s)[:, None])
         ahead_s = np.array([sizes.get(f"lag {joint}.time", 0.0) for joint in self.joints])
         if found.curves is None or not ahead_s.any():
             return found
@@ -249,32 +248,10 @@ class ChainPlant(JointEfforts):
     def _shapes(self) -> dict[str, Columns]:
         """The same, and what drives make of it."""
         found = {**self._acting, LOAD: self._load}
-        given = [self._by_file(of) + of(self._load) @ self._carried for of in (_values, _slopes)]
-        for joint, own in zip(self.joints, self.own.T, strict=True):
-            driven = Columns.of(own * given[0], FILE_SPREADS.gain_share, "scale")
-            curves = partial(Curves, *(own[:, None] * one[:, None] for one in (*given, given[0])))
-            found[f"gain {joint}"] = replace(driven, curves=curves)
+        for joint, driven in zip(self.joints, self._each(-self._shown_effort).T, strict=True):
+            found[f"gain {joint}"] = Columns.of(driven, FILE_SPREADS.gain_share, "scale")
             found |= {f"{key}{joint}": Columns.none(len(self.t_s)) for key in DRIVEN}
         return found
-
-    @cached_property
-    def _carried(self) -> FloatArray:
-        """Most probable moments (10,) of a load beside all that has a name.
-
-        A drive that is off gives a share of the load's effort, too: gain times load is no sum, so
-        that one of both has to be known first.
-        """
-        moments = np.zeros(len(BODY))
-        spread = np.full(len(self.joints), FILE_SPREADS.gain_share)
-        left = self.observed[self.rows] / (CHAIN.noise * self.usual[self.rows])
-        for _ in range(CHAIN.rounds):
-            given = self._explained + self._load.values @ moments
-            drives = Columns(given[:, None] * self.own, spread)
-            white = self.whitened([self._load, drives, self.free(), *self._acting.values()])
-            known = np.eye(white.shape[1]) + white.T @ white
-            size = np.linalg.solve(known, white.T @ left)
-            moments = size[: len(BODY)] * self._load.spread
-        return moments
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes that no spline term of a joint may take the place of, (n, j).
@@ -308,8 +285,8 @@ class ChainPlant(JointEfforts):
         return ChainPlant(self.robot, self._recordings, self.chain, FORCED_AXIS.narrower)
 
     def adopt(self, trained: ChainPlant) -> None:
-        """Spreads and load of the recording that sizes were found on."""
-        self.sizes, self._carried = trained.sizes, trained._carried
+        """Spreads of the recording that sizes were found on."""
+        self.sizes = trained.sizes
         for own, other in zip(self._slow, trained._slow, strict=True):
             own.speeds = other.speeds
         for name in ("_acting", "_shapes"):
@@ -326,13 +303,12 @@ class ChainPlant(JointEfforts):
         one, kept = JOINT_EFFECTS[column], self._kept(column, joint)
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
         if column == "gain":
-            return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
+            return [Shown(name, unit, lambda v: 1.0 + v[name], one.nothing)]
         if column == "lag":
             return DELAY
         if column == "limit":
             return [Shown(name, unit, lambda v: v[name], one.nothing)]
-        gain = f"gain {self.joints[joint]}.scale"
-        found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), kept)]
+        found = [Shown(name, unit, lambda v: kept + v[name], kept)]
         if one.besides:
             unit = one.unit_of(self.chain.slides[joint], one.besides)
             found.append(Shown(one.besides, unit, lambda v: v[one.besides]))
