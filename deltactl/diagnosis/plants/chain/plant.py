@@ -9,8 +9,7 @@ load, which all of them feel, is one regressor.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -42,7 +41,7 @@ from deltactl.models.effects.chain_joints import (
 from deltactl.models.effects.effort_offset import ZERO_OFF
 from deltactl.models.effects.following_lag import JOINT_S, JOINT_STARTS_S
 from deltactl.models.effects.joint_friction import FRICTION_OFF
-from deltactl.models.rigid_chain import RigidChain, force_per_unit
+from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -79,25 +78,18 @@ class ChainPlant(JointEfforts):
     @cached_property
     def _explained(self) -> FloatArray:
         """Efforts (n,) of the model and of the linear effects in the robot file."""
-        return self._by_file(_values)
-
-    @cached_property
-    def _changing_by_file(self) -> FloatArray:
-        """How fast these change, (n,)."""
-        return self._by_file(_slopes)
-
-    def _by_file(self, of: Callable[[Columns], FloatArray]) -> FloatArray:
-        """Sum (n,) over the model and the linear effects in the robot file."""
-        made = of(self._shape(self._needed, self.layout.laid, 1.0))[:, 0]
+        made, gains = self.layout.laid(self._needed), np.ones(len(self.joints))
         for key, sizes in self._stated:
             if key == LOAD:
-                made = made + of(self._load) @ load_moments(sizes)
+                made = made + self._load.values @ load_moments(sizes)
                 continue
             column, joint = self._place(key)
-            if column != "gain" and not key.startswith(DRIVEN):
+            if column == "gain":
+                gains[joint] *= sizes["scale"]
+            elif not key.startswith(DRIVEN):
                 size = sizes[JOINT_EFFECTS[column].parameter] - self._kept(column, joint)
-                made = made + of(self._acts(key, sizes.get("speed", 0.0)))[:, 0] * size
-        return made
+                made = made + self._acts(key, sizes.get("speed", 0.0)).values[:, 0] * size
+        return np.asarray(made / gains[self.kinds])
 
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
@@ -146,13 +138,13 @@ class ChainPlant(JointEfforts):
 
     def _differing(self, key: str, joint: int) -> dict[str, Any]:
         """How the regressor of an effect at a joint differs from others."""
-        chain, period_s = self.chain, self.moved.whole.period_s
-        kept = self._kept(key, joint)
+        name, chain, period_s = self.joints[joint], self.chain, self.moved.whole.period_s
+        kept, by_gain = self._kept(key, joint), {"measured_by": f"gain {name}.scale"}
 
         def off(share: float, **more: Any) -> dict[str, Any]:
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
-        brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0}
+        brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
         end_s, within = LONE.longest_lag_s, (-np.inf, LONE.longest_lag_s)
         late = tuple(
             Size(size, "half", JOINT_S, 0.0, end_s, 0.05 * period_s, within=within)
@@ -161,16 +153,16 @@ class ChainPlant(JointEfforts):
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
-            "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0)},
-            "stribeck": self._slow[joint].differs(""),
+            "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
+            "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
             "gain": off(CHAIN.as_built, above=-1.0),
-            "offset": off(ZERO_OFF * float(self.sizes[joint])),
+            "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
             "lag": off(
                 clocks_apart_s(period_s), sizes=late, saturated=False, starts=JOINT_STARTS_S
             ),
             "limit": self._limits[joint].differs,
         }  # fmt: skip
-        return table[key]
+        return table.get(key, by_gain)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Efforts less what they were when the motion that they make was asked for, (n,)."""
@@ -179,9 +171,8 @@ class ChainPlant(JointEfforts):
             if key.startswith(DRIVEN):
                 column, joint = self._place(key)
                 if column == "lag":
-                    made += self._since(joint, sizes.get(f"{key}.dead_time", 0.0))
-                    time_s = sizes.get(f"{key}.time", 0.0)
-                    made += time_s * self.own[:, joint] * self._changing_by_file
+                    late = (sizes.get(f"{key}.{name}", 0.0) for name in ("dead_time", "time"))
+                    made += self._since(joint, *late)
                 elif joint in self._limits:
                     made += self._limits[joint].kept_back(sizes[f"{key}.limit"])
         return made
@@ -203,17 +194,9 @@ class ChainPlant(JointEfforts):
         return self.base(limits, sizes) != 0.0 if limits else None
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
-        """Efforts (n, k) of one regressor, ahead by the time constants of drives that lag."""
-        if key.startswith(UNKNOWN):
-            return self.unknown(key)
-        found = self._shapes.get(key) or self._acts(key, sizes[f"{key}.speed"])
-        column, joint = self._place(key) if key != LOAD else (key, 0)
-        if column == "gain" and (dead_s := sizes.get(f"lag {self.joints[joint]}.dead_time")):
-            return replace(found, values=found.values + self._since(joint, dead_s)[:, None])
-        ahead_s = np.array([sizes.get(f"lag {joint}.time", 0.0) for joint in self.joints])
-        if found.curves is None or not ahead_s.any():
-            return found
-        return replace(found, values=_values(found) + ahead_s[self.kinds, None] * _slopes(found))
+        """Efforts (n, k) of one regressor."""
+        found = self.unknown(key) if key.startswith(UNKNOWN) else self._shapes.get(key)
+        return found or self._acts(key, sizes[f"{key}.speed"])
 
     def _acts(self, key: str, speed: float) -> Columns:
         """Efforts (n, 1) of what acts at a joint; speed: within which it falls off, if it does."""
@@ -221,8 +204,8 @@ class ChainPlant(JointEfforts):
             return self._acting[key]
         joint = self._place(key)[1]
         slow, spread = self._slow[joint], FORCED_AXIS.stribeck_of_size * self.sizes[joint]
-        shape = slow.shapes @ slow.speeds.weights(speed)
-        return self._shape(shape, partial(self._at, joint), spread, ["torque"])
+        shape = self._at(joint, slow.shapes @ slow.speeds.weights(speed))
+        return Columns.of(shape, spread, "torque")
 
     @cached_property
     def _acting(self) -> dict[str, Columns]:
@@ -237,21 +220,39 @@ class ChainPlant(JointEfforts):
             "offset": (np.ones_like(change), self.sizes),
         }
         return {
-            f"{column} {joint}": self._shape(
-                values[:, j], partial(self._at, j), spreads[j], [JOINT_EFFECTS[column].parameter]
-            )
+            f"{column} {joint}": Columns.of(each, spread, JOINT_EFFECTS[column].parameter)
             for column, (values, spreads) in tables.items()
-            for j, joint in enumerate(self.joints)
+            for joint, each, spread in zip(self.joints, self._each(values).T, spreads, strict=True)
         }
 
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
         """The same, and what drives make of it."""
         found = {**self._acting, LOAD: self._load}
-        for joint, driven in zip(self.joints, self._each(-self._shown_effort).T, strict=True):
-            found[f"gain {joint}"] = Columns.of(driven, FILE_SPREADS.gain_share, "scale")
+        given = self._explained + self._load.values @ self._carried
+        for joint, own in zip(self.joints, self.own.T, strict=True):
+            found[f"gain {joint}"] = Columns.of(own * given, FILE_SPREADS.gain_share, "scale")
             found |= {f"{key}{joint}": Columns.none(len(self.t_s)) for key in DRIVEN}
         return found
+
+    @cached_property
+    def _carried(self) -> FloatArray:
+        """Most probable moments (10,) of a load beside all that has a name.
+
+        A drive that is off gives a share of the load's effort, too: gain times load is no sum, so
+        that one of both has to be known first.
+        """
+        moments = np.zeros(len(BODY))
+        spread = np.full(len(self.joints), FILE_SPREADS.gain_share)
+        left = self.observed[self.rows] / (CHAIN.noise * self.usual[self.rows])
+        for _ in range(CHAIN.rounds):
+            given = self._explained + self._load.values @ moments
+            drives = Columns(given[:, None] * self.own, spread)
+            white = self.whitened([self._load, drives, self.free(), *self._acting.values()])
+            known = np.eye(white.shape[1]) + white.T @ white
+            size = np.linalg.solve(known, white.T @ left)
+            moments = size[: len(BODY)] * self._load.spread
+        return moments
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes that no spline term of a joint may take the place of, (n, j).
@@ -285,8 +286,8 @@ class ChainPlant(JointEfforts):
         return ChainPlant(self.robot, self._recordings, self.chain, FORCED_AXIS.narrower)
 
     def adopt(self, trained: ChainPlant) -> None:
-        """Spreads of the recording that sizes were found on."""
-        self.sizes = trained.sizes
+        """Spreads and load of the recording that sizes were found on."""
+        self.sizes, self._carried = trained.sizes, trained._carried
         for own, other in zip(self._slow, trained._slow, strict=True):
             own.speeds = other.speeds
         for name in ("_acting", "_shapes"):
@@ -303,25 +304,17 @@ class ChainPlant(JointEfforts):
         one, kept = JOINT_EFFECTS[column], self._kept(column, joint)
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
         if column == "gain":
-            return [Shown(name, unit, lambda v: 1.0 + v[name], one.nothing)]
+            return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
         if column == "lag":
             return DELAY
         if column == "limit":
             return [Shown(name, unit, lambda v: v[name], one.nothing)]
-        found = [Shown(name, unit, lambda v: kept + v[name], kept)]
+        gain = f"gain {self.joints[joint]}.scale"
+        found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), kept)]
         if one.besides:
             unit = one.unit_of(self.chain.slides[joint], one.besides)
             found.append(Shown(one.besides, unit, lambda v: v[one.besides]))
         return found
-
-
-def _values(columns: Columns) -> FloatArray:
-    return columns.values
-
-
-def _slopes(columns: Columns) -> FloatArray:
-    assert columns.curves is not None
-    return columns.curves().slopes
 
 
 def _centre(first: str) -> Callable[[Draws], FloatArray]:
