@@ -67,7 +67,7 @@ class JointEfforts(LeftOver):
         self._in_time = AheadInTime(moved.whole.t_s, moved.whole.fresh)
         self._filtered = self._low_passed(moved.force)
         self._direction = self._low_passed(moved.signs)
-        self._speed = self._low_passed(moved.speed)
+        self._speed, self._change = map(self._low_passed, (moved.speed, moved.change))
         self._bare = chain.efforts(*self._motion)
         self._needed = self._low_passed(self._bare) + chain.friction * self._direction
         stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
@@ -157,23 +157,21 @@ class JointEfforts(LeftOver):
         Noise is as late, and as large: behind a time constant, too, it would be smaller, so that
         the longest would fit best.
         """
-        whole = self.moved.whole
-        step_s = np.where(whole.fresh, 0.0, np.diff(whole.t_s, prepend=whole.t_s[0]))
         read, smooth = self._in_time.later(self._curves[joint], -dead_s, 0.0).T
-        behind = read - smooth + lagged(smooth[:, None], step_s, time_s, {})[:, 0]
+        behind = read - smooth + lagged(smooth[:, None], self.moved.whole.step_s, time_s, {})[:, 0]
         return self._at(joint, self._filtered[:, joint] - behind)
 
     @cached_property
     def _smooth(self) -> FloatArray:
         """Efforts (m, joints) without their noise: a drive that is off changes a share of them."""
-        change, ones = self._low_passed(self.moved.change), np.ones_like(self._needed)
-        acting = np.stack([self._needed, self._direction, self._speed, change, ones], axis=2)
+        own, ones = [self._needed, self._direction, self._speed], np.ones_like(self._needed)
+        acting = np.stack([*own, self._change, ones], axis=2)
         shapes = [acting, self.moved.passed[0].slope(acting), self._load_efforts]
         rows = self.moved.counts | ~self.moved.counts.any(axis=0)
         made = np.empty_like(ones)
-        for j, own in enumerate(np.concatenate(shapes, axis=2).swapaxes(0, 1)):
-            seen = own[rows[:, j]], self._filtered[rows[:, j], j]
-            made[:, j] = own @ np.linalg.lstsq(*seen, rcond=1e-10)[0]
+        for j, shape in enumerate(np.concatenate(shapes, axis=2).swapaxes(0, 1)):
+            seen = shape[rows[:, j]], self._filtered[rows[:, j], j]
+            made[:, j] = shape @ np.linalg.lstsq(*seen, rcond=1e-10)[0]
         return made
 
     def _at(self, joint: int, efforts: FloatArray) -> FloatArray:

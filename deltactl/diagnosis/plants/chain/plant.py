@@ -20,15 +20,14 @@ from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN, JointEfforts
 from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
-from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit
-from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS, LONE
+from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, late_sizes
+from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
 from deltactl.diagnosis.plants.regression import (
     DELAY,
     Columns,
     Draws,
     Regressor,
     Shown,
-    Size,
     Sizes,
 )
 from deltactl.models.effects.chain_joints import (
@@ -145,11 +144,7 @@ class ChainPlant(JointEfforts):
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
-        end_s, within = LONE.longest_lag_s, (-np.inf, LONE.longest_lag_s)
-        late = tuple(
-            Size(size, "half", JOINT_S, 0.0, end_s, 0.05 * period_s, within=within)
-            for size in ("time", "dead_time")
-        )
+        late = {"sizes": late_sizes(JOINT_S, period_s), "starts": JOINT_STARTS_S}
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
@@ -157,9 +152,7 @@ class ChainPlant(JointEfforts):
             "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
             "gain": off(CHAIN.as_built, above=-1.0),
             "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
-            "lag": off(
-                clocks_apart_s(period_s), sizes=late, saturated=False, starts=JOINT_STARTS_S
-            ),
+            "lag": off(clocks_apart_s(period_s), saturated=False, **late),
             "limit": self._limits[joint].differs,
         }  # fmt: skip
         return table.get(key, by_gain)
@@ -210,14 +203,13 @@ class ChainPlant(JointEfforts):
     @cached_property
     def _acting(self) -> dict[str, Columns]:
         """Efforts (n, k) of all that acts at a joint or at the last link."""
-        change = self._low_passed(self.moved.change)
         tops = np.array([one.top_speed for one in self.moved.passed])
-        brisk = np.sqrt(np.maximum(self._usually(change**2), 1e-300))
+        brisk = np.sqrt(np.maximum(self._usually(self._change**2), 1e-300))
         tables = {
             "dry": (self._direction, self.sizes),
             "viscous": (self._speed, self.sizes / tops),
-            "rotor": (change, self.sizes / brisk),
-            "offset": (np.ones_like(change), self.sizes),
+            "rotor": (self._change, self.sizes / brisk),
+            "offset": (np.ones_like(self._change), self.sizes),
         }
         return {
             f"{column} {joint}": Columns.of(each, spread, JOINT_EFFECTS[column].parameter)
