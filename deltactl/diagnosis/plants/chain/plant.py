@@ -299,10 +299,8 @@ class ChainPlant(JointEfforts):
             return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
         if column == "lag":
             return DELAY
-        if column == "limit":
-            return [Shown(name, unit, lambda v: v[name], one.nothing)]
-        gain = f"gain {self.joints[joint]}.scale"
-        found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), kept)]
+        gain, nothing = f"gain {self.joints[joint]}.scale", kept or one.nothing
+        found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), nothing)]
         if one.besides:
             unit = one.unit_of(self.chain.slides[joint], one.besides)
             found.append(Shown(one.besides, unit, lambda v: v[one.besides]))
