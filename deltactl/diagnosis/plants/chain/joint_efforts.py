@@ -115,7 +115,7 @@ class JointEfforts(LeftOver):
         grips = np.hypot(YIELDING * self.sizes, chain.friction)
         tables = {
             "lag": (each(self._changing), clocks_apart_s(self.moved.whole.period_s)),
-            "gain": (each(self._smooth), CHAIN.as_built),
+            "gain": (each(self._needed), CHAIN.as_built),
             "dry": (each(chain.friction * self._direction), FRICTION_OFF),
             "viscous": (each(chain.damping * self._speed), FRICTION_OFF),
             "loaded": (each(self._by_load), OF_LOAD),
@@ -163,7 +163,7 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _smooth(self) -> FloatArray:
-        """Efforts (m, joints) without their noise: a drive that is off changes a share of them."""
+        """Efforts (m, joints) without their noise, which no time constant may explain."""
         own, ones = [self._needed, self._direction, self._speed], np.ones_like(self._needed)
         acting = np.stack([*own, self._change, ones], axis=2)
         shapes = [acting, self.moved.passed[0].slope(acting), self._load_efforts]
