@@ -317,7 +317,7 @@ class ChainRobot(RuledModel):
     drive: Drive | tuple[Drive | None, ...] | None = None
     """Makes angles of the counts in `theta`, `command` and `velocity`; null: these are angles."""
     zero_count: int | tuple[int, ...] = 0
-    """Count at which a joint is at the zero of its model, 2048 of many hobby servos."""
+    """Count at the zero of the model."""
     gravity: bool = True
     """Whether efforts hold weights."""
     zero: Literal["absolute", "arbitrary"] = "absolute"
