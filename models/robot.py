@@ -281,6 +281,7 @@ class RangeSensor(StrictModel):
 Positive = Annotated[float, Field(gt=0.0, description="turn the sign of the column instead")]
 
 
+Count = Annotated[int, Field(ge=-(2**31), le=2**31, description="encoders have 32 bits")]
 Metres = Annotated[float, Field(ge=-100.0, le=100.0, description="m, within a workshop")]
 
 
@@ -316,7 +317,7 @@ class ChainRobot(RuledModel):
     """Motor turns per joint turn."""
     drive: Drive | tuple[Drive | None, ...] | None = None
     """Makes angles of the counts in `theta`, `command` and `velocity`; null: these are angles."""
-    zero_count: int | tuple[int, ...] = 0
+    zero_count: Count | tuple[Count, ...] = 0
     """Count at the zero of the model."""
     gravity: bool = True
     """Whether efforts hold weights."""
